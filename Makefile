@@ -30,6 +30,9 @@ NUMERICAL := tests/properties tests/verification $(filter-out %_command.py %_com
     complex_stiffness dynamics element encirclements ends equilibrium extremes gondola initial_length load_cases paper rms \
     row sag_tension segment stability state statespace stiffness)
 
+# where nothing compiled is kept each command compiles the whole program, which takes a third of its start
+export PYTHONDONTWRITEBYTECODE =
+
 .PHONY: study test tables docs site trade kills attack bench extremes processors numerical clean
 
 study: $(VENV)/.study
@@ -38,7 +41,7 @@ study: $(VENV)/.study
 test: $(VENV)/.test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/pytest -q -n auto
+	$(BIN)/pytest -q -n auto --dist worksteal
 	$(MAKE) tables
 
 # every stored table, computed anew and compared
@@ -88,7 +91,7 @@ processors: $(VENV)/.test
 	done
 
 numerical: $(VENV)/.test
-	$(BIN)/pytest -q -n auto $(NUMERICAL)
+	$(BIN)/pytest -q -n auto --dist worksteal $(NUMERICAL)
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

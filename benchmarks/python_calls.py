@@ -257,16 +257,22 @@ def error_faults(error, call, odd):
         yield f"raised in {Path(last.filename).name}:{last.lineno}: {kind.__name__}: {message:.200}"
     if not message.strip() or len(message) > LONGEST * (message.count("\n") + 1):
         yield f"a message of {len(message)} characters"
-    if not isinstance(error, cs.SceneError | TypeError | ValueError) or not call.is_outside:
-        return
-    if not any(name.rstrip("_") in message or "<mapping>" in message or mentions(message, odd[name]) for name in odd):
+    if isinstance(error, cs.SceneError | TypeError | ValueError) and not any(
+        "<mapping>" in message or has_word(message, f"{name.rstrip('_')}_?") or mentions(message, odd[name])
+        for name in odd
+    ):
         yield f"names no argument: {message:.200}"
 
 
+def has_word(message, pattern):
+    """Whether a word stands in a message by itself: `s` is not named by `expected`."""
+    return re.search(rf"(?<!\w){pattern}(?!\w)", message) is not None
+
+
 def mentions(message, value):
-    """Whether a message shows the beginning of a value that is text; of a mapping it names a key that it lacks."""
+    """Whether a message shows the beginning of a value that is text; of a mapping it names a key, or one it lacks."""
     if isinstance(value, pd.Series | dict):
-        return "key" in message
+        return "key" in message or any(has_word(message, re.escape(str(key))) for key in value)
     begin = re.split("[\n=]", str(value)[:20])[0].strip(" -") if isinstance(value, str | Path) else ""
     return bool(begin) and begin.partition(".")[0] in message
 

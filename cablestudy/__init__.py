@@ -4,10 +4,9 @@
 `interface`.
 """
 
-from typing import TYPE_CHECKING
-
 from cablestudy.version import __version__ as __version__
 
+TYPE_CHECKING = False  # type checkers take it for true; typing is not imported, so that Ctrl-C finds its handler early
 if TYPE_CHECKING:
     from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, SceneError
     from cablestudy.interface import Scene, Suspension, find, load, sweep, trade

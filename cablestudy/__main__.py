@@ -11,6 +11,9 @@ def main():
     by_default = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # ignored in the background of a shell
     if by_default:
         signal.signal(signal.SIGINT, _end)
+    os.environ.setdefault(
+        "PYDANTIC_DISABLE_PLUGINS", "__all__"
+    )  # to look for any it reads the metadata of all packages
     from cablestudy.cli import main as command
 
     try:

@@ -16,23 +16,27 @@ from pathlib import Path
 import gallery
 
 ROOT = Path(__file__).resolve().parent.parent
+PROGRAMS = Path(sys.executable).parent
 PAGES = sorted([ROOT / "README.md", ROOT / "ARCHITECTURE.md", *(ROOT / "docs").glob("*.md")])
 BLOCK = re.compile(r"(```console\n)(.*?)(```\n)", re.DOTALL)
 PICTURES = "docs/pictures"
 
 
-def outputs(block, folder):
-    """The same block with what its commands print now."""
+def outputs(block, folder, programs=PROGRAMS):
+    """The same block with what its commands print now; `programs` is as of `run`."""
     lines = []
     for line in block.splitlines():
         if line.startswith("$ "):
-            lines += [line, *run(line[2:], folder).splitlines()]
+            lines += [line, *run(line[2:], folder, programs).splitlines()]
     return "".join(line + "\n" for line in lines)
 
 
-def run(command, folder):
-    """What a user of a shell sees of a command: standard error and standard output; RuntimeError for a traceback."""
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+def run(command, folder, programs=PROGRAMS):
+    """What a user of a shell sees of a command: standard error and standard output; RuntimeError for a traceback.
+
+    `programs` is the folder in which the shell finds `cablestudy`.
+    """
+    path = os.pathsep.join(map(str, (programs, PROGRAMS, os.environ["PATH"])))
     environment = {**os.environ, "PATH": path, "CABLESTUDY_PROGRESS": "off"}  # it depends on how fast a machine is
     done = subprocess.run(
         ["bash", "-c", command], cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
@@ -52,9 +56,9 @@ def workplace():
     return folder
 
 
-def refreshed(page, folder):
-    """Text of a page with fresh outputs."""
-    return BLOCK.sub(lambda match: match[1] + outputs(match[2], folder) + match[3], page.read_text())
+def refreshed(page, folder, programs=PROGRAMS):
+    """Text of a page with fresh outputs; `programs` is as of `run`."""
+    return BLOCK.sub(lambda match: match[1] + outputs(match[2], folder, programs) + match[3], page.read_text())
 
 
 def main(*names):

@@ -8,6 +8,7 @@ from hypothesis import HealthCheck, settings
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 os.environ["CABLESTUDY_PROGRESS"] = "off"  # it depends on how busy the machine is
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each command in a process of its own would compile the whole program
 # by itself hypothesis fails what takes more than 0.2 s, and what is slow to draw
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("any machine")

@@ -48,6 +48,7 @@ SUSPENSION_COMMANDS = (
     ["find", "max_utilisation = 0.1", "--by", "gravity"],
 )  # fmt: skip
 STUDY_COMMAND = ["sweep", "--no-write", "--jobs", "1"]
+ROWS = 4  # of most studies of suspensions one of the first rows is computed: all of them take up to a minute
 FORMATS = ("md", "csv", "json", "jsonl")
 
 EXTREME = ["0", "-1", "1", "1e308", "-1e308", "1e-308", "5e-324", "1e160", "1e-160", "1e303", "1e400", "1e30", "1e-30",
@@ -365,20 +366,26 @@ STUDY_KEYS = {"vary", "sample", "columns"}
 SOURCES = sources()
 
 
+SCENES = [name for name in SOURCES if not STUDY_KEYS & set(SOURCES[name])]
+
+
+def chosen(number):
+    """A generator of random numbers for file `number`, and the name of the file that it began as."""
+    rng = random.Random(f"cablestudy {number}")
+    # scenes are few and reach more code
+    return rng, rng.choice(SCENES if rng.random() < 0.6 else list(SOURCES))
+
+
 def mutated(number):
     """File number `number`: its bytes, and what it began as: study, suspension or scene."""
-    rng = random.Random(f"cablestudy {number}")
-    names = list(SOURCES)
-    # scenes are few and reach more code
-    scenes = [name for name in names if not STUDY_KEYS & set(SOURCES[name])]
-    name = rng.choice(scenes if rng.random() < 0.6 else names)
+    rng, name = chosen(number)
     top = tree(SOURCES[name])
     mild = rng.random() < 0.6  # such files reach the solvers
     for _ in range(rng.choice([1, 1, 2, 3] if mild else [1, 1, 1, 2, 3])):
         if top:
             rng.choice(MILD if mild else ROUGH)(rng, top)
     data = written(top).encode(errors="surrogatepass")
-    kind = "study" if name not in scenes else "suspension" if "cables" in SOURCES[name] else "scene"
+    kind = "study" if name not in SCENES else "suspension" if "cables" in SOURCES[name] else "scene"
     return data if mild or rng.random() < 0.8 else damage(rng, data), kind
 
 
@@ -485,7 +492,7 @@ def examine(number, folder):
     study, several = kind == "study", kind == "suspension"
     style = ["--format", FORMATS[2 * (number % 2) if several else number % len(FORMATS)]]
     sets = [] if study else mutated_sets(number)
-    first = STUDY_COMMAND if study else (SUSPENSION_COMMANDS if several else SCENE_COMMANDS)[number % 4]
+    first = study_command(number) if study else (SUSPENSION_COMMANDS if several else SCENE_COMMANDS)[number % 4]
     commands = [["validate"], first]
     if number % 50 == 0:
         commands += [["static"], STUDY_COMMAND]  # also of the wrong kind of file
@@ -504,6 +511,12 @@ def examine(number, folder):
         elif place == 0 and done.code == 0 and not study:
             commands += [command for command in SCENE_COMMANDS if command != first]
             commands.append(MORE_COMMANDS[number // 4 % len(MORE_COMMANDS)])
+
+
+def study_command(number):
+    """The command for the study that file `number` began as."""
+    small = (CONFIGS / chosen(number)[1]).exists() or number % 10 == 0
+    return STUDY_COMMAND if small else [*STUDY_COMMAND, "--row", str(1 + number % ROWS)]
 
 
 def prepared(folder):

@@ -76,9 +76,10 @@ def solve_all(scenes, names, estimate=False):
     ]
 
 
-def has_keys(scene, column):
-    """Whether a scene of one cable has the keys that a column needs."""
-    return not lacks(cs.load(scene).model, find_of_one(column))
+def columns_with_keys(scene, columns):
+    """Those columns of which a scene of one cable has the keys: list of str. It is read once."""
+    model = cs.load(scene).model
+    return [column for column in columns if not lacks(model, find_of_one(column))]
 
 
 def solve(scene, *names, estimate=False):

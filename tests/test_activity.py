@@ -7,8 +7,10 @@ import pytest
 from command import CARLINA, CONFIGS, run
 from test_run import Terminal
 
+import cablestudy
 from cablestudy import activity
 from cablestudy.cli import error_handling
+from cablestudy.interface import scene
 from cablestudy.study import find
 
 
@@ -95,3 +97,17 @@ def test_each_command_of_a_scene_shows_that_it_is_at_work(command, monkeypatch):
     run(command, CARLINA)
     run(command, CONFIGS / "suspensions" / "trifilar.yaml", "--quiet", code=None)
     assert seen == [(command, False), (command, True)]
+
+
+def test_a_comparison_of_models_says_how_far_it_is_in_python_too(monkeypatch):
+    seen = []
+
+    class Recorded(activity.Shown):
+        def __enter__(self):
+            seen.append(self._command)
+            return super().__enter__()
+
+    monkeypatch.setattr(scene, "Shown", Recorded)
+    cablestudy.load(CARLINA).trade(columns="sag", repeats=1)
+    assert seen == ["trade"]
+    assert activity._now.startswith("run ")

@@ -412,6 +412,14 @@ def test_ctrl_c_while_modules_are_imported_is_one_line(module, command, tmp_path
     assert len(done.lines) == 1
 
 
+def test_the_package_imports_nothing_before_ctrl_c_has_its_handler():
+    code = "import sys; before = set(sys.modules); import cablestudy.__main__; print(*set(sys.modules) - before)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    new = set(done.stdout.split())
+    assert {name for name in new if "cablestudy" in name} == {"cablestudy", "cablestudy.version", "cablestudy.__main__"}
+    assert "typing" not in new
+
+
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_ctrl_c_that_is_ignored_as_in_the_background_of_a_shell_stays_ignored(tmp_path):
     ignored = partial(signal.signal, signal.SIGINT, signal.SIG_IGN)

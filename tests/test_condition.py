@@ -45,6 +45,14 @@ def holds(text, *rows):
     return truths if rows else truths[0]
 
 
+def test_fractions_are_numbers_as_in_files():
+    """Of a sag of 0.3 m, and of a preload of 1500 N."""
+    assert holds("sag < 1/3")
+    assert holds("1/4 < sag < 1/3 m")
+    assert not holds("sag < 2/7m")
+    assert holds("cable.preload == 3/2 kN")
+
+
 COLUMNS = ("sag", "mass", "stress")
 HEADERS = {"sag": "sag_m", "mass": "mass_kg", "stress": "stress_MPa"}
 VALUES = (-1, 0, 0.5, 2)
@@ -143,7 +151,9 @@ def test_a_text_is_not_compared_with_a_number():
         ("(sag < 5", "1: '(' is never closed"),
         ("sag < 5)", "8: expected and, or, or the end, got ')'"),
         ("sag < 5 'mm' < 1", "9: expected and, or, or the end, got \"'mm'\""),
-        ("sag < 1/4", "8: unexpected '/' (write 0.25 for 1/4)"),
+        ("sag < sag/4", "10: unexpected '/'"),
+        ("sag < 1/2.5", "8: unexpected '/'"),
+        ("sag < 1/0", '7: not a number: "1/0"'),
         ("safety_factor > 2", "1: unknown column 'safety_factor' (did you mean utilisation? it is 1 over the safety"),
         ("sagg < 5", "1: unknown column 'sagg' (did you mean sag?)"),
         ("sag < masss", "7: unknown column 'masss' (did you mean mass?)"),

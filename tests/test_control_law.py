@@ -118,8 +118,8 @@ def test_an_integrator_with_a_delay_in_closed_form(location):
     loop = replace(rigid(MASS, STIFFNESS, location, gain, time=1 / NATURAL), law=Law(delay=delay))
     assert loop.largest_gain / gain == pytest.approx(np.pi / (2 * gain * delay), rel=1e-5)
     assert 2 * np.pi * loop.phase_crossover == pytest.approx(np.pi / (2 * delay), rel=1e-5)
-    assert loop.phase_margin == pytest.approx(90 - np.degrees(gain * delay), abs=1e-4)
-    assert loop.delay_margin == pytest.approx(np.pi / (2 * gain) - delay, rel=1e-5)
+    assert loop.margins.phase_margin == pytest.approx(90 - np.degrees(gain * delay), abs=1e-4)
+    assert loop.margins.delay_margin == pytest.approx(np.pi / (2 * gain) - delay, rel=1e-5)
 
 
 @pytest.mark.parametrize("derivative", [0.0, 0.02])
@@ -135,8 +135,8 @@ def test_a_pid_controller_has_the_margins_of_python_control(derivative):
     rational = bracket * passed / (1 + s / lag) * spring / (MASS * s**2 + spring)
     gains, phases, distances, *_ = control.stability_margins(rational, returnall=True)
     assert loop.largest_gain / integral == pytest.approx(gains[gains > 1].min(), rel=1e-5)
-    assert loop.phase_margin == pytest.approx(np.abs(phases).min(), abs=1e-3)
-    assert loop.sensitivity_peak[0] == pytest.approx(1 / distances.min(), rel=1e-4)
+    assert loop.margins.phase_margin == pytest.approx(np.abs(phases).min(), abs=1e-3)
+    assert loop.margins.sensitivity_peak == pytest.approx(1 / distances.min(), rel=1e-4)
     # the poles of the closed loop
     fixed, scaled = loop.plant.closed_of(loop.cable)
     found = np.sort_complex(np.linalg.eigvals(fixed + integral * scaled))

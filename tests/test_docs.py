@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from command import CONFIGS, ROOT, run
+from command_server import served
 
 from cablestudy.sweeps import progress
 
@@ -23,9 +24,16 @@ def folder():
         yield path
 
 
+@pytest.fixture(scope="module")
+def programs():
+    """Where the shell finds a `cablestudy` that does not start anew each time; the commands of the tour do."""
+    with served() as path:
+        yield path
+
+
 @pytest.mark.parametrize("page", refresh.PAGES, ids=lambda page: page.name)
-def test_examples_print_what_the_page_shows(page, folder):
-    now, stored = NUMBER.split(refresh.refreshed(page, folder)), NUMBER.split(page.read_text())
+def test_examples_print_what_the_page_shows(page, folder, programs):
+    now, stored = NUMBER.split(refresh.refreshed(page, folder, programs)), NUMBER.split(page.read_text())
     assert now[::2] == stored[::2], "stale: 'make docs' regenerates it"
     # the last digits of a number may differ on another processor
     numbers = [[float(text) for text in page[1::2]] for page in (now, stored)]

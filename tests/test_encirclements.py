@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scenes import scene
 
-from cablestudy.control import margins, stability
+from cablestudy.control import stability
+from cablestudy.control.margins_grid import frequencies
 from cablestudy.study.case import Case
 
 STATIC = "winch.controller.notch.frequency=static"
@@ -34,7 +35,7 @@ def encirclements(plant, gain):
     -2 pi Z = 2 angle - pi.
     """
     poles = np.concatenate([plant.open_poles, plant.excited.poles])
-    omega = margins.frequencies(plant, poles)
+    omega = frequencies(poles, (plant.notch,))
     value = 1 + gain * plant.unit_gain(1j * omega)
     for _ in range(12):
         coarse = np.abs(np.angle(value[1:] / value[:-1])) > 0.3

@@ -23,7 +23,7 @@ ALLOWED = {
     "wind": {"wind", "system", "cable", "errors"},
     "study": {"study", "activity", "control", "system", "wind", "scene", "cable", "errors"},
     "sweeps": {"sweeps", "activity", "interrupts", "study", "scene", "errors", "version"},
-    "interface": {"interface", "sweeps", "study", "scene", "errors"},
+    "interface": {"interface", "sweeps", "study", "activity", "scene", "errors"},
     "pages": {"pages", "interface", "sweeps", "study", "scene", "errors", "version"},
     # the commands are a thin layer: what they print, the interface computes
     "cli": {"cli", "pages", "interface", "interrupts", "activity", "errors", "version"},

@@ -330,13 +330,23 @@ def test_modes_and_studies_take_the_case(tmp_path):
 # ------------------------------------------------------------------------------------------------------- the note
 
 
-def test_a_force_that_cuts_cables_anew_is_told():
+def test_a_force_that_cuts_cables_anew_is_told(tmp_path):
     moved = run("static", MAST, "--set", "points.top.force=[10 kN, 0, 46.6 kN]", "--table", "points")
     (line,) = moved.lines
     assert line.startswith("note: ")
     assert "move top by 16.31 m" in line
     assert "cases.NAME.forces" in line
     assert run("static", MAST, "--table", "points").err == ""
+    # a study and a search tell it once, of the first row and of the first solution
+    pushed = "points.top.force=[10 kN, 0, 46.6 kN]"
+    study = tmp_path / "s.yaml"
+    study.write_text(f"base: {MAST}\nset: {{points.top.force: [10 kN, 0, 46.6 kN]}}\n"
+                     "vary: [{cable.density: [7000, 7800, 7900]}]\ncolumns: [top.x]\n", encoding="utf-8")  # fmt: skip
+    swept = run("sweep", study, "--no-write")
+    found = run("find", MAST, "max_tension = 20.1 kN", "--by", "cable.density", "--set", pushed)
+    for lines in (swept.lines, found.lines):
+        (note,) = [line for line in lines if line.startswith("note: ")]
+        assert "move top by " in note
     # with lengths nothing is cut anew, however far it moves
     sets = [part for k in (1, 2, 3) for part in ("--set", f"cables.guy{k}.unstretched_length=75 m")]
     assert run("static", MAST, *sets, "--table", "points").err == ""

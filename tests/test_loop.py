@@ -42,15 +42,15 @@ def test_margins_are_those_of_python_control(gain, ratio):
         assert min(gains) == pytest.approx(loop.largest_gain / gain, rel=1e-6)
         return
     least = np.argmin(np.abs(phases))
-    assert loop.phase_margin == pytest.approx(abs(phases[least]), abs=1e-5)
-    assert 2 * np.pi * loop.gain_crossover == pytest.approx(at_phase[least], rel=1e-6)
+    assert loop.margins.phase_margin == pytest.approx(abs(phases[least]), abs=1e-5)
+    assert 2 * np.pi * loop.margins.gain_crossover == pytest.approx(at_phase[least], rel=1e-6)
     above = gains[gains > 1]
     assert loop.largest_gain / gain == pytest.approx(above.min(), rel=1e-6)
     assert 2 * np.pi * loop.phase_crossover == pytest.approx(at_gain[gains > 1][above.argmin()], rel=1e-6)
-    peak, frequency = loop.sensitivity_peak
+    peak, frequency = loop.margins.sensitivity_peak, loop.margins.sensitivity_frequency
     assert peak == pytest.approx(1 / distances.min(), rel=1e-6)
     assert 2 * np.pi * frequency == pytest.approx(at_distance[distances.argmin()], rel=1e-3)
-    assert loop.delay_margin == pytest.approx((np.radians(phases % 360) / at_phase).min(), rel=1e-6)
+    assert loop.margins.delay_margin == pytest.approx((np.radians(phases % 360) / at_phase).min(), rel=1e-6)
 
 
 @pytest.mark.parametrize("location", ["ground", "gondola"])
@@ -58,9 +58,9 @@ def test_delay_and_phase_margin_of_an_integrator_in_closed_form(location):
     """Far below the gondola's frequency the loop is K/s: it crosses at K with 90 degrees, a delay of pi/(2 K)."""
     gain = 1e-5 * NATURAL
     loop = rigid(MASS, STIFFNESS, location, gain, time=TIME)
-    assert 2 * np.pi * loop.gain_crossover == pytest.approx(gain, rel=1e-9)
-    assert loop.phase_margin == pytest.approx(90, abs=1e-3)
-    assert loop.delay_margin == pytest.approx(np.pi / (2 * gain), rel=1e-4)
+    assert 2 * np.pi * loop.margins.gain_crossover == pytest.approx(gain, rel=1e-9)
+    assert loop.margins.phase_margin == pytest.approx(90, abs=1e-3)
+    assert loop.margins.delay_margin == pytest.approx(np.pi / (2 * gain), rel=1e-4)
 
 
 class Late:
@@ -80,7 +80,7 @@ class Late:
 def test_a_delay_of_the_margin_is_where_the_curve_begins_to_encircle(name):
     loop = Loop.of(plant_of(name), 0.5)
     for part, expected in ((0.3, 0), (0.999, 0), (1.001, 2)):
-        assert encirclements(Late(loop.plant, part * loop.delay_margin), loop.gain) == expected
+        assert encirclements(Late(loop.plant, part * loop.margins.delay_margin), loop.gain) == expected
 
 
 @pytest.mark.parametrize("which", [("carlina", "ground"), ("carlina", "gondola"), ("slack", "ground", "coupled")])
@@ -92,7 +92,7 @@ def test_the_peak_of_the_sensitivity_is_that_of_a_fine_scan(which, margin):
     parts = [abs(p) + abs(p.real) * np.linspace(-3, 3, 601) for p in poles]
     omega = np.unique(np.concatenate([np.geomspace(1e-3 * loop.gain, 2 * np.abs(poles).max(), 20_000), *parts]))
     size = np.abs(1 / (1 + loop_gain(loop, omega[omega > 0])))
-    peak, frequency = loop.sensitivity_peak
+    peak, frequency = loop.margins.sensitivity_peak, loop.margins.sensitivity_frequency
     assert peak == pytest.approx(size.max(), rel=1e-4)
     assert peak >= size.max() * (1 - 1e-12)
     assert 2 * np.pi * frequency == pytest.approx(omega[omega > 0][size.argmax()], rel=1e-3)
@@ -102,7 +102,7 @@ def test_no_peak_is_stated_for_a_mode_as_good_as_undamped():
     """Its pole lies to the right by less than what is called instability, and the peak is none of the loop."""
     loop = loop_of("carlina", "ground", "static", "cable.damping={model: kelvin_voigt, time: 1e-3}")
     with pytest.raises(NoSolutionError, match=r"no peak of the sensitivity.*3\.179 Hz.*cable\.damping\.viscous"):
-        _ = replace(loop, gain=0.2).sensitivity_peak
+        _ = replace(loop, gain=0.2).margins.sensitivity_peak
 
 
 # ------------------------------------------------------------------------------------------------------- in time
@@ -163,8 +163,9 @@ def test_the_table_has_the_margins_of_the_loop():
     (row,) = table_of("loop", CARLINA)
     loop = Case(scene()).loop
     assert row["gain_rad_per_s"] == 0.325
-    assert row["delay_margin_s"] == pytest.approx(loop.delay_margin, rel=1e-9)
-    assert (row["sensitivity_peak"], row["sensitivity_frequency_Hz"]) == pytest.approx(loop.sensitivity_peak, rel=1e-6)
+    assert row["delay_margin_s"] == pytest.approx(loop.margins.delay_margin, rel=1e-9)
+    peak = loop.margins.sensitivity_peak, loop.margins.sensitivity_frequency
+    assert (row["sensitivity_peak"], row["sensitivity_frequency_Hz"]) == pytest.approx(peak, rel=1e-6)
     assert row["phase_crossover_Hz"] == pytest.approx(loop.phase_crossover, rel=1e-9)
     assert row["status"] == "ok"
 
@@ -181,7 +182,7 @@ def test_the_response_has_a_row_at_each_resonance():
         turns = ([row[f"{name}_phase_deg"] for row in rows] - np.degrees(np.angle(expected))) / 360
         assert turns == pytest.approx(np.round(turns), abs=1e-8)
     assert np.abs(np.geomspace(0.1, 10, 20)[:, None] - frequency).min(axis=1).max() < 1e-12
-    assert max(row["sensitivity_dB"] for row in rows) > 20 * np.log10(loop.sensitivity_peak[0]) - 0.2
+    assert max(row["sensitivity_dB"] for row in rows) > 20 * np.log10(loop.margins.sensitivity_peak) - 0.2
 
 
 def test_a_gust_is_a_multiple_of_the_turbulence_and_shown_as_asked():

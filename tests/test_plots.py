@@ -534,7 +534,7 @@ def test_names_and_titles_may_have_any_letters(folder, kind):
     vary = "vary: [{cable.preload: [10 kN, 20 kN]}]\ncolumns: [缆一.max_tension]\n"
     Path("study.yaml").write_text(f"title: '{title}'\nbase: mast.yaml\n{vary}", encoding="utf-8")
     assert run("modes", "mast.yaml", "--plot", f"modes.{kind}").lines[-1] == f"written: modes.{kind}"
-    assert run("sweep", "study.yaml", "--no-write", "--plot", f"study.{kind}").lines == [f"written: study.{kind}"]
+    assert run("sweep", "study.yaml", "--no-write", "--plot", f"study.{kind}").lines[-1] == f"written: study.{kind}"
     run("report", "study.yaml", "--out", "study.html")
 
 

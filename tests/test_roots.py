@@ -5,7 +5,7 @@ import pytest
 
 from cablestudy.study.roots import Effort, places_between, ranges_about, zeros
 
-CHEAP, COSTLY = Effort(40, 40), Effort(8, 10, 1e-7)
+CHEAP, COSTLY = Effort(40, 40), Effort(8, 10, 1e-7, parts=8, costly=True)
 
 
 def found(function, start, low, high, effort=CHEAP):
@@ -96,3 +96,17 @@ def test_a_function_that_stays_at_zero_has_one_zero_there():
     )
     assert found.places == [3.0]
     assert found.plateaus == [(3.0, 8.0)]
+
+
+def test_the_ends_of_what_a_costly_function_has_values_for_are_sought_where_a_zero_may_be():
+    """A function without value above 2.05: where it goes away from zero that end is not sought."""
+    calls = []
+
+    def function(x):
+        calls.append(len(x))
+        return np.where(x > 2.05, np.nan, x - 1.1)
+
+    assert found(function, 1, 1e-3, 1e3, COSTLY).places == pytest.approx([1.1])
+    assert len(calls) < 10
+    near = found(lambda x: np.where(x > 2.05, np.nan, 2.049 - x), 1, 1e-3, 1e3, COSTLY)
+    assert near.places == pytest.approx([2.049], rel=1e-6)

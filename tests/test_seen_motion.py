@@ -81,21 +81,13 @@ def test_peak_of_records_in_time(damping, clusters):
 def test_what_is_seen_is_a_fine_integration(ratio, gain):
     loop, scene_ = loop_with(ratio, gain), scene(EXPOSURE, MIRROR)
     weights = windrms.weights_of(scene_)
-    mirror = windrms.mirror_poles(scene_.correction)
-    found = windrms.respond(loop, force, CORNER, cable=True, weights=weights, mirror=mirror)
+    found = windrms.respond(loop, force, CORNER, weights=weights)
     factors = {"exposure": exposed, "corrected": corrected,
                "corrected_exposure": lambda f: exposed(f) * corrected(f)}  # fmt: skip
     for name, factor in factors.items():
         expected = brute(loop, loop.gain, lambda f, factor=factor: force(f) * factor(f))[0]
         assert found.imaged[name] == pytest.approx(expected, rel=2e-5), name
     assert found.displacement == pytest.approx(brute(loop, loop.gain, force)[0], rel=1e-5)
-
-
-def test_mirror_poles():
-    for bandwidth, delay in ((20.0, 0.0), (20.0, 1e-3), (20.0, 12e-3)):
-        (pole,) = windrms.mirror_poles(scene(f"correction={{bandwidth: {bandwidth}, delay: {delay}}}").correction)
-        assert abs(pole + 2 * np.pi * bandwidth * np.exp(-pole * delay)) < 1e-10 * abs(pole)
-    assert windrms.mirror_poles(None) == []
 
 
 def test_limits_of_exposure_and_mirror():
@@ -115,8 +107,7 @@ def test_limits_of_exposure_and_mirror():
 def test_a_mirror_that_is_hardly_stable(mirror):
     loop, scene_ = loop_with(0.01, 0.0), scene(f"correction={mirror}")
     one = scene_.correction
-    found = windrms.respond(loop, force, CORNER, cable=True, weights=windrms.weights_of(scene_),
-                            mirror=windrms.mirror_poles(one))  # fmt: skip
+    found = windrms.respond(loop, force, CORNER, weights=windrms.weights_of(scene_))
     frequency = np.unique(
         np.concatenate([np.geomspace(1e-4, 300, 400_000), one.bandwidth * np.linspace(0.9, 1.1, 200_001)])
     )

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from references.continuous_cable import dynamic_end_stiffness
-from scenes import scene
+from scenes import cells, scene
 
 from cablestudy.control.stability import NEGLIGIBLE, UNDAMPED, driven_up_to
 from cablestudy.control.winch import Loop
@@ -291,3 +291,10 @@ def test_fixed_elements_are_judged_by_the_cable_beyond_their_modes(elements, ord
 def test_of_modal_damping_fixed_elements_say_that_the_verdict_is_theirs():
     row = evaluate(scene(), [find("largest_gain")])
     assert "loop: judged by the modes of these elements, and not by those of the cable above" in row.notes
+
+
+def test_a_notch_without_damping_has_the_largest_gain_that_little_damping_has():
+    """L is zero at the frequency of the notch, which is no crossing."""
+    notch = "winch.controller.notch={{frequency: static, damping_ratio: {}}}".format
+    limits = [cells(scene(notch(ratio)), "largest_gain")["largest_gain"] for ratio in (0, 1e-9)]
+    assert limits[0] == pytest.approx(limits[1], rel=1e-6)

@@ -1,7 +1,6 @@
 """The loop of several winches, reaction masses and wheels against dense matrices made here, and closed forms."""
 
 from copy import deepcopy
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -24,11 +23,11 @@ from straight_scenes import (
     two_bodies,
 )
 
-from cablestudy.control import pose_margins
-from cablestudy.control.law import INTEGRATOR
+from cablestudy.control.margins_grid import frequencies, highest
 from cablestudy.control.pose_loop import PoseLoop
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
+from cablestudy.study.columns import SENSITIVITY
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
 
@@ -230,19 +229,18 @@ def test_the_peak_of_the_sensitivity(name):
 
 def test_the_peak_of_the_sensitivity_where_another_one_is_nearly_as_high():
     """A broad peak, and a slightly higher and narrower one that lies between two frequencies of the grid."""
-    loop = SimpleNamespace(open_poles=np.array([-0.5 + 1j]), poles=np.array([-0.6 + 1.1j]), law=INTEGRATOR)
-    omega = pose_margins.grid(loop)
+    omega = frequencies(np.array([-0.5 + 1j, -0.6 + 1.1j]))
     middle = np.sqrt(omega[40] * omega[41])
 
-    def sensitivity(s):
-        place = np.log(np.abs(s))
-        broad, narrow = place - np.log(omega[70]), (place - np.log(middle)) / np.log(omega[41] / omega[40])
-        return (1 + np.exp(-(broad**2)) + 1.03 * np.exp(-((1.5 * narrow) ** 2)))[:, None, None]
+    def size(omega):
+        place = np.log(omega)
+        broad, narrow = place - np.log(omega70), (place - np.log(middle)) / np.log(omega41 / omega40)
+        return 1 + np.exp(-(broad**2)) + 1.03 * np.exp(-((1.5 * narrow) ** 2))
 
-    loop.sensitivity = sensitivity
-    peak = sensitivity(middle * np.linspace(0.9, 1.1, 20_001)).max()
-    assert sensitivity(omega).argmax() == 70
-    assert pose_margins.sensitivity_peak(loop) == pytest.approx(peak, rel=1e-6)
+    omega40, omega41, omega70 = omega[[40, 41, 70]]
+    peak = size(middle * np.linspace(0.97, 1.03, 400_001)).max()
+    assert size(omega).argmax() == 70
+    assert highest(size, omega)[0] == pytest.approx(peak, rel=1e-9)
 
 
 def test_an_automatic_gain_has_the_margin_that_it_was_asked_for():
@@ -423,13 +421,13 @@ def test_the_loop_is_judged_with_the_modes_that_it_drives():
     sets = [f"winches.{name}.end=to" for name in names]
     path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
     found = SuspensionCase(load_scene(path, sets)[1]).in_wind
-    assert len(found.movement.modes) < 100
+    assert 64 < len(found.movement.modes) <= 250
     assert found.movement.modes.frequency[-1] > 18
     assert found.movement.largest_gain == pytest.approx(found.movement_of(250).largest_gain, rel=0.03)
     assert found.movement_of(64).largest_gain > 10
     # the gain is that with all modes that were looked at, and its error what those change that were not chosen
     change = found.movement.largest_gain / found.movement_of(250).largest_gain - 1
-    assert abs(change) < 1e-4
+    assert abs(change) < 1e-3
     assert abs(change) < found.loop_error < 0.03
 
 
@@ -505,14 +503,17 @@ def test_exact_elements_are_judged_with_all_of_their_modes(elements):
 
 def test_each_column_of_the_loop_states_its_own_error():
     """A gain that is given has none; the others are held against a model of 400 modes."""
-    names = "gain", "largest_gain", "gain_margin", "phase_margin", "gain_crossover", "delay_margin", "sensitivity_peak"
+    limits = "gain", "largest_gain", "gain_margin", "phase_crossover"
+    margins = "phase_margin", "gain_crossover", "delay_margin", *SENSITIVITY
+    names = *limits, *margins
     winches = [f"winches.{name}.end=to" for name in ("u1", "u2", "u3", "d1", "d2", "d3")]
     path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
     case = SuspensionCase(load_scene(path, [*winches, "control.gain=2"])[1])
     found = {name: find(name).compute(case) for name in names}
     wide = case.in_wind.movement_of(400)
-    truth = {name: getattr(wide.margins, name) for name in names[3:]}
+    truth = {name: getattr(wide.loop.margins, name) for name in margins}
     truth |= {"gain": 2.0, "largest_gain": wide.largest_gain, "gain_margin": 20 * np.log10(wide.largest_gain / 2)}
+    truth["phase_crossover"] = wide.limit.omega / TURN
     assert found["gain"] == (2.0, 0.0)
     for name in names[1:]:
         value, error = found[name]

@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 from references.bar_loop import AXES, BarLoop
+from references.bars_in_wind import von_karman
 from solved import solve
 
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.suspension.case import SuspensionCase
 
 BARS, TURN = 5, 2 * np.pi
+MODEL = {"elements": BARS, "order": 1, "mass": "lumped"}
 
 
 def scene_of(seed):
@@ -73,10 +75,63 @@ def scene_of(seed):
 def test_the_largest_gain_is_the_smallest_at_which_a_pole_of_dense_bars_crosses(seed):
     """Stable at shares of it, and not beyond it, all modes of the elements being in the matrix."""
     data = scene_of(seed)
-    scene = {**data, "model": {"elements": BARS, "order": 1, "mass": "lumped"}}
+    scene = {**data, "model": MODEL}
     case = SuspensionCase(SuspensionScene.model_validate(data))
     bars = BarLoop(data, case.equilibrium, BARS)
     limit = solve(scene, "largest_gain").values["largest_gain"]
     growths = [bars.growth(share * limit) for share in (1e-3, 0.03, 0.3, 0.6, 0.9, 0.99)]
     assert max(growths) <= 1e-9
     assert bars.growth(1.01 * limit) > 0
+
+
+def lossy(seed):
+    """The same scene with a loss factor, and little viscous damping."""
+    data = scene_of(seed)
+    damping = {"model": "hysteretic", "loss_factor": float(0.05 + 0.05 * (seed % 4)), "viscous": 1e-3}
+    return {**data, "cable": {**data["cable"], "damping": damping}}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_largest_gain_with_a_complex_stiffness(seed):
+    """The same with poles of the upper half plane, of bars whose strain has a loss factor."""
+    data = lossy(seed)
+    case = SuspensionCase(SuspensionScene.model_validate(data))
+    bars = BarLoop(data, case.equilibrium, BARS)
+    limit = solve({**data, "model": MODEL}, "largest_gain").values["largest_gain"]
+    assert max(bars.growth(share * limit) for share in (1e-3, 0.03, 0.3, 0.6, 0.9, 0.995)) <= 1e-9
+    assert bars.growth(1.005 * limit) > 0
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+def test_the_loop_in_the_wind_with_a_complex_stiffness(seed):
+    """RMS by frequency: bars whose strain has a loss factor, wind on the body alone."""
+    data = lossy(seed)
+    data["control"] = {**data["control"], "notch": "none"}
+    data["bodies"]["b"]["wind"] = {"area": 0.5, "drag_coefficient": 1.1}
+    data["wind"] = {"speed": 8.0, "turbulence_intensity": [0.2, 0.0, 0.0], "length_scale": 30.0, "on": "bodies",
+                    "mean": False, "aerodynamic_damping": False, "admittance": "none"}  # fmt: skip
+    data["model"] = MODEL
+    limit = solve(data, "largest_gain").values["largest_gain"]
+    data["control"]["gain"] = gain = 0.3 * limit
+    case = SuspensionCase(SuspensionScene.model_validate(data))
+    bars, free = BarLoop(data, case.equilibrium, BARS), data["bodies"]["b"]["free"]
+    body = len(bars.K) - len(free) + np.arange(3)
+    frequency, weights = panels(bars, gain)
+    push, parts = np.eye(len(bars.K))[body[0]], np.array_split(frequency, 200)
+    moved = np.concatenate([bars.displacements(2j * np.pi * part, gain, push)[:, body] for part in parts])
+    force = (1.2 * 1.1 * 0.5 * 8.0) ** 2 * von_karman(frequency, 8.0, 1.6, 30.0)
+    found = solve(data, "b.rms_x", "b.rms_y", "b.rms_z").values
+    expected = 1e3 * np.sqrt((weights * force) @ np.abs(moved) ** 2)
+    assert [found[f"b.rms_{axis}"] for axis in "xyz"] == pytest.approx(expected.tolist(), rel=1e-5)
+
+
+def panels(bars, gain):
+    """Frequencies and weights of Gauss's rule, on panels that grow with the distance from the loop's poles. [Hz]"""
+    fixed, scaled = bars.matrices()
+    poles = np.linalg.eigvals(fixed + gain * scaled)
+    steps = np.sinh(np.linspace(-8, 8, 17))
+    edges = [np.abs(pole.imag + abs(pole.real) * steps) / TURN for pole in poles[poles.imag > 0]]
+    edges = np.unique(np.concatenate([[0.0], np.geomspace(1e-4, 1e3, 60), *edges]))
+    nodes, weights = np.polynomial.legendre.leggauss(5)
+    middle, half = (edges[1:] + edges[:-1]) / 2, np.diff(edges) / 2
+    return (middle[:, None] + half[:, None] * nodes).ravel(), (half[:, None] * weights).ravel()

@@ -30,7 +30,8 @@ def test_a_step_of_a_reference_is_that_of_scipy():
     output, input_ = system.output_names.index("gondola.y"), system.input_names.index("reference.y")
     siso = system.a, system.b[:, [input_]], system.c[[output]], system.d[[output], [input_]][None]
     _, expected = scipy.signal.step(siso, T=np.linspace(0, 10, len(found)))
-    assert found == pytest.approx(2e-3 * expected, abs=1e-3 * 2e-3)  # of other numbers of modes
+    # of other numbers of modes: in the first tenth of a second waves along the cables
+    assert found == pytest.approx(2e-3 * expected, abs=2e-3 * 2e-3)
 
 
 def test_a_step_of_a_winch_is_taken_back_as_far_as_the_pose_is_measured():

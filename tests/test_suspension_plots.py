@@ -5,7 +5,7 @@ import pytest
 from command import CONFIGS, run
 from picture import faults
 
-from cablestudy.control import pose_margins
+from cablestudy.control import gain_limits
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots
@@ -167,7 +167,7 @@ def test_the_loop_over_frequency_with_its_margins(controlled):
     seen = [np.linalg.svd(np.linalg.inv(np.eye(3) + one))[1][0] for one in transfer]
     assert lines(sensitivity)["largest singular value"].get_ydata()[some] == pytest.approx(seen, rel=1e-9)
     assert lines(sensitivity)["largest singular value"].get_ydata().max() == pytest.approx(
-        movement.margins.sensitivity_peak, rel=1e-3
+        movement.loop.margins.sensitivity_peak, rel=1e-3
     )
     curve = next(line for line in determinant.lines if len(line.get_xydata()) == len(frequency))
     value = curve.get_xdata() + 1j * curve.get_ydata()
@@ -180,7 +180,7 @@ def test_the_loop_over_frequency_with_its_margins(controlled):
     assert place == pytest.approx(-loop.gain / movement.largest_gain, rel=1e-9)
     passing = np.concatenate([line.get_xydata() for line in eigenvalues.lines if len(line.get_xydata()) > 1000])
     # what is drawn is the loop gain with the modes of the model, what is marked that with all modes that were looked at
-    drawn = -loop.gain / pose_margins.largest_gain(loop).factor
+    drawn = -loop.gain / gain_limits.largest_gain(loop).factor
     assert np.hypot(*(passing - [drawn, 0]).T).min() < 0.02 * abs(drawn)
     assert place == pytest.approx(drawn, rel=gain_error(movement))
     assert f"gain margin {20 * np.log10(-1 / place):.4g} dB" in legend(eigenvalues)[1]

@@ -18,9 +18,10 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of
-from cablestudy.system import lengths, statics
-from cablestudy.system.descent import CONVERGED, ROUNDED, UNMET, evaluate
+from cablestudy.system import lengths, rounding, statics, tangent
+from cablestudy.system.descent import CONVERGED, ROUNDED, UNHELD, UNMET, evaluate
 from cablestudy.system.failure import explain
+from cablestudy.wind.mean import Drag, equilibrium_in_wind
 
 
 def heavy(mass=1e9):
@@ -93,6 +94,62 @@ def test_scenes_of_the_configurations_in_any_axes_end_alike(name):
         found = solved(other)
         assert found.record.converged
         np.testing.assert_allclose(found.position @ turn, one.position, atol=1e-7)
+
+
+def fast(**cable):
+    """The suspension of configs/suspensions/fast.yaml, with other keys of its cables, and how it chooses tensions."""
+    path = CONFIGS / "suspensions" / "fast.yaml"
+    changes = [f"cable.{key}={value}" for key, value in cable.items()]
+    scene = load_scene(path, changes)[1]
+    return numbers_of([scene]), distribution_of([scene])
+
+
+def test_a_search_for_lengths_ends_where_rounding_ends_it():
+    """Net forces no larger than the rounding of their sums, in any axes: no tolerance decides."""
+    one, limits = fast()
+    for seed in range(40):
+        found, problems = lengths.solve(turned(one.take(0), seed, order=False)[0].broadcast((1,)), **limits)
+        assert found.record.reason == [CONVERGED], seed
+        assert problems == [""]
+        assert found.record.steps < 8
+        where, cables, tension = found.suspension, found.catenary, found.catenary.max_tension
+        strain = np.asarray(cables.span.chord_strain)
+        limit = rounding.bounds(where, found.rotation, found.arms, found.ends, strain, cables, tension).least
+        net, _ = tangent.net_forces(where, found.rotation, found.arms, found.end_forces, tension)
+        assert rounding.over(where, net, limit) <= 1.5, seed
+
+
+def test_a_search_for_lengths_that_comes_no_closer_to_its_bounds_ends():
+    """Cables of 300 t/m3 weigh 0.9 MN and more each: they need more than 1.3 MN where 1.2 MN are allowed."""
+    one, limits = fast(density=300_000)
+    found, problems = lengths.solve(one, **limits)
+    assert found.record.reason == [UNHELD]
+    assert problems[0].startswith("no tensions in [0.12, 1.2] MN hold cabin here; nearest: c")
+    assert found.record.steps < 12  # of 40
+
+
+def windy(one):
+    """Mean wind of 30 m/s on all cables and bodies of a suspension."""
+    count, bodies = len(one.cable_names), len(one.body_names)
+    return Drag(np.array([[30.0, 0.0, 0.0]]), np.array([1.2]), np.full((1, count), 1.2 * 0.05),
+                np.full((1, bodies, 3), 20.0), np.zeros((1, bodies, 3)))  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["fast", "cogiro", "trifilar", "mast-guys"])
+def test_the_mean_wind_in_any_axes_ends_where_rounding_ends_it(name):
+    """Also where rounding moves a body by more than 1e-12 of the longest cable: trifilar."""
+    scene = load_scene(CONFIGS / "suspensions" / f"{name}.yaml")[1]
+    numbers, places = numbers_of([scene]), []
+    limits = distribution_of([scene]) if scene.solve_for == "lengths" else None
+    for seed in range(4):
+        other, turn = turned(numbers.take(0), seed, order=False)
+        other = other.broadcast((1,))
+        calm = statics.pose(other) if limits is None else lengths.solve(other, **limits)[0]
+        drag = replace(windy(other), velocity=np.array([[30.0, 0.0, 0.0]]) @ turn.T)
+        found = equilibrium_in_wind(calm, drag)
+        assert found.record.converged
+        places.append(found.position[0] @ turn)
+    np.testing.assert_allclose(places[1:], [places[0]] * 3, atol=1e-7)
 
 
 # ------------------------------------------------------------------------------------------------- where they end

@@ -12,7 +12,7 @@ from scipy.io import loadmat
 from suspension_scenes import hung, platform, suspension
 from test_suspension_ssm import MARKERS, WINCHES, by_bars, model
 
-from cablestudy.control.second_order import SecondOrderSystem
+from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import second_order
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
@@ -21,6 +21,7 @@ from cablestudy.study.case import Case
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.system.cables import Cables, Models
 from cablestudy.system.coupled import Layout
+from cablestudy.system.linear import LinearSystem
 from cablestudy.system.superelement import Damping
 
 BALLOON = str(CONFIGS / "suspensions" / "carlina-balloon.yaml")
@@ -113,7 +114,7 @@ def test_all_modes_are_the_whole_system():
     for frequency in (0.7, 2.0, 15.0):
         expected = by_bars(state, frequency, 0.02, 0.0)
         size = np.abs(expected).max(axis=1)
-        found = response(vars_of(every.state_space()), frequency)
+        found = response(vars_of(state_space_of(every)), frequency)
         assert np.abs(found - expected).max(axis=1) / size == pytest.approx(0 * size, abs=1e-7)
         one = np.array([[every.response(o, i, np.array([frequency]))[0] for i in range(9)] for o in range(25)])
         assert np.abs(one - expected).max(axis=1) / size == pytest.approx(0 * size, abs=1e-7)
@@ -128,7 +129,7 @@ def vars_of(system):
 def test_modes_left_out_keep_their_static_part():
     state = platform()
     whole = second_order(*model(state, Damping("modal", viscous=0.02)), WINCHES, MARKERS)
-    few = whole.keep(np.array([0, 2, 5, 9])).state_space()
+    few = state_space_of(whole.keep(np.array([0, 2, 5, 9])))
     assert len(few.a) == 8
     expected = by_bars(state, 1e-9, 0.02, 0.0)
     size = np.abs(expected).max(axis=1)
@@ -139,7 +140,7 @@ def test_modes_left_out_keep_their_static_part():
 def test_fewer_modes_err_by_the_square_of_the_frequency():
     state = platform()
     whole = second_order(*model(state, Damping()), WINCHES, MARKERS)
-    omega = 1 / np.sqrt(whole.modes[0])
+    omega = 1 / np.sqrt(whole.strain_modes[0])
     kept = whole.keep(np.arange(30))
     for output, input_ in ((0, 0), (8, 4), (20, 1)):
         low = np.array([0.02, 0.04]) * omega[30] / (2 * np.pi)
@@ -153,7 +154,7 @@ def test_the_share_of_a_mode_in_the_inertia_is_what_leaving_it_out_changes(outpu
     whole = second_order(*model(platform(), Damping(ratio=0.0)), WINCHES, MARKERS)
     share = whole.inertia_share(output, input_)
     assert share.sum() == pytest.approx(1, abs=1e-12)
-    omega = 1 / np.sqrt(whole.modes[0])
+    omega = 1 / np.sqrt(whole.strain_modes[0])
     low = np.array([1e-2 * omega[0] / (2 * np.pi)])
     exact = whole.response(output, input_, low)
     largest = np.argsort(share)[-4:]
@@ -166,9 +167,8 @@ def test_the_share_of_a_mode_in_the_inertia_is_what_leaving_it_out_changes(outpu
 def test_a_response_at_an_undamped_pole_is_no_number():
     one, none = np.ones((1, 1)), np.zeros((1, 1))
     stiffness = np.array([[np.pi * np.pi]])  # resonance at 0.5 Hz
-    system = SecondOrderSystem(
-        one, none, stiffness, (one, none, none), (one, none, none), (none,) * 3, np.ones(1), (), (), (), None
-    )
+    parts = one, none, none
+    system = LinearSystem(one, none, stiffness, parts, moved=parts, follow=(none,) * 3)
     found = system.response(0, 0, np.array([0.25, 0.5, 1.0]))
     assert np.isfinite(found).tolist() == [True, False, True]
     assert found[[0, 2]].real == pytest.approx([1 / (0.75 * np.pi**2), -1 / (3 * np.pi**2)], rel=1e-14)
@@ -395,7 +395,7 @@ def test_without_mass_there_is_no_hysteretic_state_space():
     cables = Cables(state.catenary, Damping("hysteretic", loss_factor=0.01))
     kept = Models(cables, [None] * 3).keep(np.zeros(3))
     with pytest.raises(NoSolutionError, match="needs a mass"):
-        second_order(Layout(state), kept)
+        second_order(Layout(state), kept).viscous()
 
 
 def test_a_cable_between_fixed_ends(folder):

@@ -42,7 +42,7 @@ def whole_motion(state, actuators=()):
     """Motion of all modes of eight bars for each cable."""
     layout, kept = model(state, Damping("modal", viscous=VISCOUS))
     whole = second_order(layout, kept, WINCHES, MARKERS)
-    compliance, shapes = whole.modes
+    compliance, shapes = whole.strain_modes
     omega = 1 / np.sqrt(compliance)
     return layout, motion(layout, whole, omega, shapes * omega, len(WINCHES), actuators)
 

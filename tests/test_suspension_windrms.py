@@ -8,6 +8,11 @@ import re
 import pytest
 from command import run, study_file, table_of
 
+from cablestudy.errors import ConvergenceError
+from cablestudy.scene.scene import load_scene
+from cablestudy.study.all_columns import find
+from cablestudy.study.suspension import rows
+
 pytestmark = pytest.mark.usefixtures("folder")
 
 # A body of 50 kg on six light, stiff wires along x, y and z: each axis is an oscillator of its own.
@@ -168,7 +173,25 @@ def test_cable_that_would_go_slack_is_told(folder):
     path = folder / "slack.yaml"
     path.write_text(SCENE.replace("preload: 1 kN", "preload: 20 N"))
     result = run("windrms", path, "--table", "cables")
-    assert "would go slack" in result.err
+    assert "warning: a cable goes slack in the wind: " in result.err
+    assert result.err.splitlines()[0].endswith(": the linear numbers do not hold")
+
+
+def test_limits_that_cannot_be_known_fail_their_own_row(scene, monkeypatch):
+    text = SCENE + WINCHES + f"actuators: {{{MASS_X}}}\n"
+    scene.write_text(text)
+    scenes = [load_scene(scene)[1], load_scene(scene, ["wind.speed=5 m/s"])[1]]
+    limits = rows.limits_passed
+
+    def once(case):
+        if case.scene is scenes[0]:
+            raise ConvergenceError("no spectrum of the stroke")
+        return limits(case)
+
+    monkeypatch.setattr(rows, "limits_passed", once)
+    one, other = rows.evaluate_suspensions(scenes, [find("mass_x.peak_stroke")])
+    assert one.cells["status"] == "no spectrum of the stroke"
+    assert "no spectrum" not in other.cells["status"]
 
 
 def test_columns_that_a_scene_cannot_have(folder):

@@ -96,6 +96,24 @@ def test_a_file_can_be_read_by_others(tmp_path):
         write_whole("no/a.csv", "x")
 
 
+@pytest.mark.skipif(os.name != "posix", reason="pipes and links of POSIX")
+def test_a_pipe_is_written_into_and_a_link_to_a_file_stays(tmp_path):
+    """As root, a file in the place of /dev/stdout or /dev/null would be there for all."""
+    pipe, path, link = tmp_path / "pipe", tmp_path / "a.csv", tmp_path / "link"
+    os.mkfifo(pipe)
+    end = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    write_whole(str(pipe), ["x\n", "y\n"])
+    assert os.read(end, 99) == b"x\ny\n"
+    os.close(end)
+    assert pipe.is_fifo()
+    path.write_text("old\n")
+    link.symlink_to(path)
+    write_whole(str(link), "new\n")
+    assert link.is_symlink()
+    assert path.read_text() == "new\n"
+    assert sorted(child.name for child in tmp_path.iterdir()) == ["a.csv", "link", "pipe"]
+
+
 def test_a_stored_table_is_read_back(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("# printed, table 6\n\ufeffname,sag_m\n\n# more\n x,\n", encoding="utf-8")

@@ -121,23 +121,6 @@ PARTS = {  # what is compared, and of which scenes
 
 
 @cache
-def outcome(part):
-    """Largest differences of a part, or the exception that ended it: both are computed once."""
-    try:
-        return largest(PARTS[part]())
-    except Exception as error:  # raised by each test of the part
-        return error
-
-
-def found(part):
-    """Class of scene and column -> its largest `Difference`, of a part."""
-    result = outcome(part)
-    if isinstance(result, Exception):
-        raise result
-    return result
-
-
-@cache
 def listed():
     """Part -> class of scene and column -> figure of the file."""
     file = yaml.safe_load(FILE.read_text(encoding="utf-8"))
@@ -148,19 +131,15 @@ def listed():
 
 
 @pytest.mark.parametrize("part", PARTS)
-def test_what_differs_is_listed(part):
-    known = listed().get(part, {})
-    new = {key: one for key, one in found(part).items() if key not in known}
-    grown = {key: one for key, one in found(part).items() if key in known and one.size > GROWN * known[key]}
-    assert not new
-    assert not grown
-
-
-@pytest.mark.parametrize("part", PARTS)
-def test_what_is_listed_differs(part):
+def test_what_differs_is_listed_and_what_is_listed_differs(part):
+    """In one test: workers that have one each would compute each part twice."""
     file = yaml.safe_load(FILE.read_text(encoding="utf-8"))
+    known, found = listed().get(part, {}), largest(PARTS[part]())
+    new = {key: one for key, one in found.items() if key not in known}
+    grown = {key: one for key, one in found.items() if key in known and one.size > GROWN * known[key]}
     uncertain = {(one["class"], name) for one in file.get(part, ()) for name in one.get("rounding_decides", ())}
-    assert not [key for key in listed().get(part, {}) if key not in found(part) and key not in uncertain]
+    gone = [key for key in known if key not in found and key not in uncertain]
+    assert (new, grown, gone) == ({}, {}, [])
 
 
 def test_each_entry_of_the_list_has_a_reason_and_a_part_that_exists():

@@ -286,7 +286,7 @@ def test_forces_along_the_cable_act_as_in_the_state_space(sets):
     s = 2j * np.pi * np.array([0.05, 0.7, 1.6, 5.0])
     pushed = system.response(s)[:, 0, 2:]  # of each node along x, y, z
     reach = cable_wind.CableWind(case)
-    shares = np.concatenate([np.ones((len(s), 1)), modal_force_transmission(reach._model, s)], axis=1)
+    shares = np.concatenate([np.ones((len(s), 1)), modal_force_transmission(reach.model, s)], axis=1)
     size = np.abs(case.end_model.participation[:, [3, 0]]).max(axis=1)
     felt = np.flatnonzero(size > 1e-9 * size.max())
     shapes = np.zeros((case.state.mesh.nodes, 3, len(felt) + 1))

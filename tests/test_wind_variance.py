@@ -1,5 +1,6 @@
 """Variances of linear systems in coloured noise by their poles, against integrals in closed form and by quadrature."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -37,6 +38,31 @@ def test_an_oscillator_in_white_noise(ratio):
     assert found[0] == pytest.approx([1 / (8 * ratio * omega**3), 1 / (8 * ratio * omega)], rel=1e-6)
 
 
+@pytest.mark.parametrize("loss", [1e-6, 0.02, 0.3])
+def test_two_oscillators_with_complex_stiffness_in_coloured_noise(loss):
+    """Against quadrature of |C (K (1 + i loss) - w^2 + i w c)^-1 B + D|^2, which holds for positive frequencies."""
+    stiffness = np.array([[5.0, -1.2], [-1.2, 4.0]]) + 1j * loss * np.array([[5.0, -1.0], [-1.0, 0.5]])
+    damping, b, c, d = np.array([[0.03, 0.01], [0.01, 0.02]]), np.array([[1.0], [0.4]]), np.array([[1.0, 0.5]]), 0.01
+    a = np.block([[np.zeros((2, 2)), np.eye(2)], [-stiffness, -damping]])
+    whole = residues(eigen(a), np.concatenate([0 * b, b]), np.concatenate([c, 0 * c], axis=1), np.array([[d]]))
+    panels = panels_of()
+
+    def spectrum(f):
+        return 1 / (1 + (3 * f) ** 2)
+
+    ones = np.ones((1, len(panels.frequency)))
+    found = variances(replace(whole, one_sided=True), panels, noise(panels, [[1.0]], spectrum), ones)
+
+    def output(f):
+        s = 2j * np.pi * f
+        return abs((c @ np.linalg.solve(s**2 * np.eye(2) + s * damping + stiffness, b))[0, 0] + d) ** 2 * spectrum(f)
+
+    resonances = np.abs(whole.poles[whole.poles.imag > 0]) / (2 * np.pi)
+    marks = [0.0, *np.sort([factor * one for one in resonances for factor in (0.9, 0.99, 1.0, 1.01, 1.1)]), 1, 10, 1e4]
+    expected = sum(quad(output, *pair, epsrel=1e-10, limit=400)[0] for pair in pairwise(marks))
+    assert found[0, 0] == pytest.approx(expected, rel=1e-6)
+
+
 def test_coloured_noise_in_two_inputs_with_a_direct_part():
     """Against quadrature of |C (i w - A)^-1 B + D|^2: two close resonances, weights that oscillate."""
     a = [[0, 1, 0, 0], [-4, -0.1, 0.05, 0], [0, 0, 0, 1], [0.05, 0, -4.2, -0.02]]
@@ -70,6 +96,14 @@ def test_coloured_noise_in_two_inputs_with_a_direct_part():
         assert found[place] == pytest.approx(expected, rel=1e-6)
 
 
+def test_a_matrix_without_eigenvectors():
+    """Three equal filters one after the other, 1/(s + 1)^3."""
+    a = np.diag([-1.0, -1, -1]) + np.diag([1.0, 1], -1)
+    s = np.array([0.3j, 2j])
+    found = system(a, [[1], [0], [0]], [[0, 0, 1]]).response(s)[:, 0, 0]
+    assert found == pytest.approx(1 / (s + 1) ** 3, rel=1e-6)
+
+
 def test_a_fast_pole_follows_statically():
     """x' = -k x + u and its static answer u/k, whose spectrum differs by (w/k)^2."""
     k = 1e5
@@ -78,11 +112,3 @@ def test_a_fast_pole_follows_statically():
     assert len(still.poles) == 0
     assert still.direct == pytest.approx(1 / k)
     assert one.response(np.array([1j]))[0] == pytest.approx(still.response(np.array([1j]))[0], rel=1e-4)
-
-
-def test_a_matrix_without_eigenvectors():
-    """Three equal filters one after the other, 1/(s + 1)^3."""
-    a = np.diag([-1.0, -1, -1]) + np.diag([1.0, 1], -1)
-    s = np.array([0.3j, 2j])
-    found = system(a, [[1], [0], [0]], [[0, 0, 1]]).response(s)[:, 0, 0]
-    assert found == pytest.approx(1 / (s + 1) ** 3, rel=1e-6)

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from solved import damping_of_modes, end_force, has_keys, response, solve, solve_all
+from solved import columns_with_keys, damping_of_modes, end_force, response, solve, solve_all
 from twins import (
     BARE_CABLE,
     BOTH,
@@ -208,11 +208,8 @@ def compare_statics(scenes):
 
 def static_columns(scene):
     """The static columns that a scene has, and those of its twin: dict."""
-    return {
-        one: twin
-        for one, twin in (STATICS | STIFFNESS | LINEAR | SECTION | STRENGTH | GROUND).items()
-        if has_keys(scene, one)
-    }
+    twins = STATICS | STIFFNESS | LINEAR | SECTION | STRENGTH | GROUND
+    return {one: twins[one] for one in columns_with_keys(scene, twins)}
 
 
 def compare_modes(scenes):

@@ -49,8 +49,10 @@ STIFFNESS = {
     "end_stiffness_xz": "gondola.stiffness_xz",
 }
 LINEAR = {"linear_range": "gondola.linear_range_x"}
-LOOP = {name: name for name in ("gain", "largest_gain", "gain_margin", "phase_margin", "gain_crossover", "delay_margin",
-                                "sensitivity_peak")}  # fmt: skip
+LOOP = {name: name for name in (
+    "gain", "largest_gain", "gain_margin", "phase_crossover", "phase_margin", "gain_crossover", "delay_margin",
+    "sensitivity_peak", "sensitivity_frequency", "bandwidth", "disk_margin", "disk_gain_margin", "disk_phase_margin",
+)}  # fmt: skip
 OPEN_WIND = {
     "gondola_rms_open_loop": "gondola.rms_x_open_loop",
     "gondola_rms_velocity_open_loop": "gondola.rms_velocity_open_loop",
@@ -72,9 +74,6 @@ NO_TWIN = {
     "end_stiffness_along": "a suspension has the stiffness along x, y, z alone",
     "gondola_frequency_static": "frequency_static_K counts a third of the cable's mass",
     "gondola_share": "no column of bodies",
-    "phase_crossover": "no column of suspensions",
-    "sensitivity_frequency": "no column of suspensions",
-    "bandwidth": "no column of suspensions",
     "mean_displacement": "linear for one cable; of a suspension that of the equilibrium in the wind",
     "force_displacement": "no column of bodies; the twin is held at the place that it has under that force",
     "peak_utilisation": "quasi-static, at the gondola's peak; of a suspension from the RMS of the tension",

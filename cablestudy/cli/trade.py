@@ -1,8 +1,5 @@
 """The command trade."""
 
-import sys
-from contextlib import contextmanager
-
 import click
 
 from cablestudy.cli.cases import one_case
@@ -24,20 +21,5 @@ def trade(scene, sets, case, names, repeats, out, style, plot, explain, quiet):
     from cablestudy.interface import read
 
     one_case(case, "models are compared for one case: give --case NAME")
-    with progress_bar("models", sys.stderr.isatty() and not quiet) as progress:
-        found = read(scene, sets, case).compute(
-            "trade", columns=names, repeats=repeats, out=out, shown=style == "md", progress=progress
-        )
+    found = read(scene, sets, case).compute("trade", columns=names, repeats=repeats, out=out, shown=style == "md")
     return finish(scene, found, style, plot, explain, quiet)
-
-
-@contextmanager
-def progress_bar(label, shown):
-    """Yield a function of the number of steps just done and of all, which moves a bar on standard error if `shown`."""
-    with click.progressbar(length=1, label=label, file=sys.stderr, hidden=not shown) as bar:
-
-        def move(done, total):
-            bar.length = total
-            bar.update(done)
-
-        yield move

@@ -21,6 +21,7 @@ from cablestudy.errors import NoSolutionError
 ORDER, REACH = 8, 4.0  # of a Padé approximant, and the phase up to which one is used [rad]
 PHASE = 8e-9  # error of its phase there, at most 2 REACH^17 (8!)^2/(16! 17!) [rad]
 MOST = 15  # approximants of one delay
+BEYOND = 1.5  # frequencies up to which a loop gain is followed, over those up to which its delay is approximated
 SMALL = 0.3  # loop gain from which down a delay and its approximant cannot encircle -1: less than a third
 FAR = 300.0  # growth of exp(-s T) beyond which it is not followed to the left: no pole is there that matters
 
@@ -57,6 +58,11 @@ class Law:
     def weights(self):
         """w_i, w_p and w_d."""
         return self.integral, self.proportional, self.derivative
+
+    @property
+    def corners(self):
+        """Poles of the filter of the derivative part and of the drive, shape (p,). [rad/s]"""
+        return np.array([-omega for omega in (self.corner, self.bandwidth) if omega < np.inf], dtype=complex)
 
     def __call__(self, s):
         """C1, for complex s, shape (m,). [s]"""
@@ -103,6 +109,11 @@ class Law:
     def reach(self):
         """Frequency up to which the delay can be approximated. [rad/s]"""
         return MOST * REACH / self.delay if self.delay else np.inf
+
+    @property
+    def judged_up_to(self):
+        """Frequency above which a loop gain is not followed: whatever it does there, `check_reach` refuses. [rad/s]"""
+        return BEYOND * self.reach
 
     def check_reach(self, highest, gain):
         """Refuse a gain [rad/s] whose loop gain is above SMALL up to a frequency [rad/s] too high for the delay.

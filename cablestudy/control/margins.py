@@ -1,149 +1,197 @@
-"""The loop gain over frequency: gains at which a pole crosses the imaginary axis, margins, sensitivity, bandwidth.
+"""Margins of a loop gain of k coordinates over frequency, of which that of one cable is k = 1.
 
-L is the loop gain, S = 1/(1 + L) the sensitivity and T = L/(1 + L) the complementary sensitivity (Skogestad and
-Postlethwaite, Multivariable Feedback Control, 2005, sections 2.2 and 2.4).
+L is the loop gain at what is measured, S = (I + L)^-1 the sensitivity and T = L (I + L)^-1 = I - S the complementary
+sensitivity; what is called their size is the largest singular value (Skogestad and Postlethwaite, Multivariable
+Feedback Control, 2005, sections 2.2, 2.4 and 3.3). A phase that is common to all eigenvalues of L, as that of a further
+delay, brings the loop to the limit of stability where it turns one of size 1 to -1.
+
+The disk margin is that of Seiler, Packard and Gahinet (An introduction to disk margins, IEEE Control Systems Magazine
+40(5), 2020) without skew: the loop is stable with each factor (1 + d/2)/(1 - d/2) of the loop gain,
+|d| < alpha, alpha = 1/max |S - 1/2|. Several coordinates may have such factors of their own at once, also coupled ones
+(I + D/2)(I - D/2)^-1 with a complex matrix D of size below alpha = 1/max size(S - I/2). For factors that are not
+coupled this is a lower bound: the structured singular value would give the largest.
 """
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from cablestudy.control.margins_grid import by_parts, eigenvalues, finite, highest, passages
 from cablestudy.errors import NoSolutionError
 
-STEPS = 60  # of bisection, to rounding, and of the search for a gain
-BISECTIONS = 12  # for the frequency of a crossing, whose gain is then judged and refined
-PER_DECADE = 40
-ASIDE = np.concatenate([[0.0], 0.2 * 1.6 ** np.arange(16)])  # distances from a pole, in its half-widths
-BESIDE = 0.12  # largest such distance, relative to the frequency of the pole
-REFINEMENTS = 6
-PEAKS, POINTS, ZOOMS = 4, 21, 8  # highest peaks on the grid that are refined, in how many points, and how often
+TURN = 2 * np.pi
+FAR = 1.5  # logarithm of a size that is far from 1: no resonance between two frequencies brings it there
+STEPS = 60  # of the search for a gain
 REACHED = 1e-9  # relative, of a peak of the sensitivity that rounding leaves where it is reached
 REAL = 1e-7  # imaginary part over size of an eigenvalue that rounding may have moved off the real axis
-NEAR_AXIS, TURN, COARSE = 0.8, 0.5, 2e-3  # where: angle from the negative axis, turn [rad]; finest relative distance
+PASSIVE = 1e-12  # of alpha below 2, which rounding may be: the real part of L is negative nowhere
 
 
-def crossing_gains(plant, cable, poles):
-    """Gains at which a pole of the closed loop crosses the imaginary axis: where L is real and negative, L = -1.
+@dataclass(frozen=True)
+class Margins:
+    """Numbers of a stable loop that say how far it is from instability, beside its largest gain.
 
-    Parameters
+    Attributes
     ----------
-    plant : Plant
-    cable : Superelement
-        Model of the cable.
-    poles : ndarray
-        Poles without control of the plant with this model. [rad/s]
-
-    Returns
-    -------
-    ndarray
-        Ascending. [rad/s]
+    loop_gain : callable
+        L: s, shape (f,) -> shape (f, k, k).
+    omega : ndarray, shape (f,)
+        Ascending frequencies, as close as L and S turn; see `margins_grid.frequencies`. [rad/s]
+    check_peak : callable
+        Called with the frequency of a peak of the sensitivity or of the disk margin [rad/s]: raises NoSolutionError
+        where that peak is no number of this loop.
     """
-    omega, value = curve(plant, cable, poles)
-    crosses = (value.imag[:-1] * value.imag[1:] < 0) & (np.minimum(value.real[:-1], value.real[1:]) < 0)
-    where = np.flatnonzero(crosses)
-    if not len(where):
-        return np.zeros(0)
-    low, _ = _bisected(lambda omega: plant.unit_gain_of(cable, 1j * omega).imag, omega, value.imag, where, BISECTIONS)
-    real = plant.unit_gain_of(cable, 1j * low).real
-    return np.sort(-1 / real[real < 0])
 
+    loop_gain: Callable
+    omega: np.ndarray
+    check_peak: Callable = lambda omega: None
 
-def crossing_near(needed_gain, begin, step, farthest, settled):
-    """Gain and frequency at which a pole crosses the imaginary axis near a frequency [rad/s]; None if not found.
+    @cached_property
+    def _curve(self):
+        """Frequencies at which L is finite [rad/s], and L there, shape (f, k, k)."""
+        return finite(self.omega, by_parts(self.loop_gain, self.omega))
 
-    Parameters
-    ----------
-    needed_gain : callable
-        Frequency [rad/s] -> -1/L of a gain of 1 rad/s, complex: where it is real it is that gain.
-    begin, step, farthest : float
-        First frequency, distance of the second one, and largest distance of the crossing. [rad/s]
-    settled : float
-        Step that ends the search. [rad/s]
+    @cached_property
+    def _sensitivity(self):
+        """S at these frequencies, shape (f, k, k)."""
+        return sensitivity(self._curve[1])
 
-    Notes
-    -----
-    The imaginary part is about linear in the frequency, so that the secant method needs few steps.
-    """
-    before, here, last = begin, begin + step, needed_gain(begin).imag
-    for _ in range(STEPS):
-        found = needed_gain(here)
-        if found.imag == last:
+    @cached_property
+    def _crossovers(self):
+        """Where an eigenvalue of L has the size 1 [rad/s], and its angle from -1 there [deg], each of shape (c,)."""
+
+        omega, matrices = self._curve
+        omega, which = passages(lambda omega: _sizes(by_parts(self.loop_gain, omega)), omega, _sizes(matrices))
+        values = eigenvalues(by_parts(self.loop_gain, omega))
+        place = np.take_along_axis(np.argsort(np.abs(values), axis=1), which[:, None], axis=1)
+        return omega, np.degrees(np.angle(-np.take_along_axis(values, place, axis=1)[:, 0]))
+
+    def _highest(self, shift):
+        """Largest size of S - shift I over frequency [-], and where it is [rad/s]."""
+
+        def size(found):
+            return np.nan_to_num(largest(found - shift * np.eye(found.shape[-1])), nan=0.0, posinf=0.0)
+
+        def at(omega):
+            return size(sensitivity(by_parts(self.loop_gain, omega)))
+
+        return highest(at, self._curve[0], size(self._sensitivity))
+
+    @cached_property
+    def _peak(self):
+        """Largest size of S over frequency [-], and where it is [rad/s]: 1 and None where none is above."""
+        value, omega = self._highest(0.0)
+        if not value > 1:
+            return 1.0, None
+        self.check_peak(omega)
+        return value, omega
+
+    @cached_property
+    def _disk(self):
+        """alpha [-], and the frequency that decides it [rad/s]: 2 and None where the real part of L is nowhere < 0."""
+        value, omega = self._highest(0.5)
+        if not value > 0.5 * (1 + PASSIVE):
+            return 2.0, None
+        self.check_peak(omega)
+        return 1 / value, omega
+
+    @property
+    def phase_margin(self):
+        """Least angle between -1 and an eigenvalue of L of size 1; None where there is none. [deg]"""
+        phase = self._crossovers[1]
+        return float(np.abs(phase).min()) if len(phase) else None
+
+    @property
+    def gain_crossover(self):
+        """Frequency of the phase margin; None where there is none. [Hz]"""
+        omega, phase = self._crossovers
+        return float(omega[np.argmin(np.abs(phase))] / TURN) if len(omega) else None
+
+    @property
+    def delay_margin(self):
+        """Least further delay that makes the loop unstable; None where no eigenvalue of L has the size 1. [s]"""
+        omega, phase = self._crossovers
+        return float((np.radians(phase % 360) / omega).min()) if len(omega) else None
+
+    @property
+    def sensitivity_peak(self):
+        """Largest size of S over all frequencies. [-]"""
+        return self._peak[0]
+
+    @property
+    def sensitivity_frequency(self):
+        """Frequency of the largest sensitivity; None where it is 1, at infinity. [Hz]"""
+        return self._peak[1] and self._peak[1] / TURN
+
+    @property
+    def disk_margin(self):
+        """alpha of the module's docstring, at most 2. [-]"""
+        return self._disk[0]
+
+    @property
+    def disk_frequency(self):
+        """Frequency that decides the disk margin; None where it is 2. [Hz]"""
+        return self._disk[1] and self._disk[1] / TURN
+
+    @property
+    def disk_gain_margin(self):
+        """Gains may grow or fall by less than (1 + alpha/2)/(1 - alpha/2); None where alpha is 2. [dB]"""
+        if self._disk[1] is None:
             return None
-        change = found.imag * (here - before) / (found.imag - last)
-        if abs(change) <= settled:
-            return found.real, here
-        before, last, here = here, found.imag, here - change
-        if not abs(here - begin) <= farthest:
-            return None
-    return None
+        half = self.disk_margin / 2
+        return float(20 * np.log10((1 + half) / (1 - half)))
+
+    @property
+    def disk_phase_margin(self):
+        """Phases may turn by less than 2 atan(alpha/2). [deg]"""
+        return float(np.degrees(2 * np.arctan(self.disk_margin / 2)))
+
+    @cached_property
+    def bandwidth(self):
+        """First frequency at which the size of T falls below 1/sqrt(2); None where it never does. [Hz]"""
+
+        def level(found):
+            return _logarithm(np.sqrt(2) * largest(np.eye(found.shape[-1]) - found)[:, None])
+
+        def at(omega):
+            return level(sensitivity(by_parts(self.loop_gain, omega)))
+
+        omega, value = self._curve[0], level(self._sensitivity)
+        below = np.flatnonzero((value[:-1, 0] > 0) & (value[1:, 0] <= 0))
+        last = below[0] + 2 if len(below) else len(omega)
+        found, _ = passages(at, omega[:last], value[:last])
+        found = found[1:] if value[0, 0] < 0 else found  # which rises before it falls
+        return float(found[0] / TURN) if len(found) else None
 
 
-def curve(plant, cable, poles):
-    """Frequencies that show how L passes the negative real axis [rad/s], and L there for a gain of 1 rad/s.
-
-    Arguments are those of `crossing_gains`.
-    """
-    omega, value = np.zeros(0), np.zeros(0, dtype=complex)
-    new = frequencies(plant, np.concatenate([poles, cable.poles]))
-    for _ in range(REFINEMENTS):
-        with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode
-            omega, value = np.append(omega, new), np.append(value, plant.unit_gain_of(cable, 1j * new))
-        there = np.isfinite(value)
-        order = np.argsort(omega[there])
-        omega, value = omega[there][order], value[there][order]
-        # L may cross the axis and come back between two frequencies: finer where it turns, and near the negative axis
-        near = np.abs(np.angle(-value)) < NEAR_AXIS
-        gap = np.diff(omega) / omega[1:]
-        coarse = (gap > COARSE) & (near[1:] | near[:-1] | (np.abs(np.angle(value[1:] / value[:-1])) > TURN))
-        new = (omega[1:] + omega[:-1])[coarse] / 2
-        if not len(new):
-            break
-    return omega, value
+def _sizes(matrices):
+    """Logarithm of the sizes of eigenvalues, ascending, within FAR of 0, shape (f, k, k) -> (f, k)."""
+    found = np.full(matrices.shape[:-1], -FAR)
+    large = np.sqrt((np.abs(matrices) ** 2).sum(axis=(-2, -1))) > np.exp(-FAR)  # no eigenvalue is larger than this
+    found[large] = _logarithm(np.sort(np.abs(eigenvalues(matrices[large])), axis=1))
+    return found
 
 
-def frequencies(plant, poles):
-    """Frequencies at which a loop gain is evaluated: all decades, and beside poles and notch. [rad/s]"""
-    if plant.notch is not None:
-        poles = np.concatenate([poles, plant.notch.corners])
-    poles = poles[np.abs(poles) > 0]
-    centre = np.abs(poles)
-    low, high = 1e-4 * centre.min(), 1e3 * centre.max()
-    width = np.maximum(np.abs(poles.real), 1e-9 * centre)[:, None] * ASIDE
-    centre = centre[:, None]
-    width = np.where(width < BESIDE * centre, width, 0.0)
-    decades = np.geomspace(low, high, 2 + int(PER_DECADE * np.log10(high / low)))
-    return np.unique(np.concatenate([decades, (centre + width).ravel(), (centre - width).ravel()]))
+def _logarithm(value):
+    return np.clip(np.log(np.maximum(value, np.finfo(float).tiny)), -FAR, FAR)
 
 
-def gain_crossovers(loop):
-    """Frequencies at which |L| = 1 [rad/s], and the angle from -1 to L there, -180 to 180 [deg], each of shape (k,)."""
-    omega = _zeros(loop, lambda value: np.abs(value) - 1, lambda size: size[:-1] * size[1:] < 0)
-    return omega, np.degrees(np.angle(-loop.unit_gain(1j * omega)))
+def sensitivity(matrices):
+    """(I + L)^-1, shape (f, k, k); not a number where it is singular."""
+    whole = np.eye(matrices.shape[-1]) + matrices
+    if matrices.shape[-1] == 1:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return 1 / whole
+    return np.linalg.inv(whole)
 
 
-def phase_margin(phase):
-    """The least angle of the `gain_crossovers`; None where there is none. [deg]"""
-    return float(np.abs(phase).min()) if len(phase) else None
-
-
-def phase_margin_frequency(omega, phase):
-    """The frequency of the phase margin; None where there is none. [Hz]"""
-    return float(omega[np.argmin(np.abs(phase))] / (2 * np.pi)) if len(omega) else None
-
-
-def delay_margin(omega, phase):
-    """The least delay that turns L into -1 at one of the `gain_crossovers`; None where there is none. [s]"""
-    return float((np.radians(phase % 360) / omega).min()) if len(omega) else None
-
-
-def sensitivity_peak(loop):
-    """Largest |S| over all frequencies [-], and the frequency of the peak [rad/s]: 1 and None where none is above."""
-
-    def size(omega):
-        with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode |L| is infinite
-            value = np.abs(1 / (1 + loop.gain * loop.unit_gain(1j * omega)))
-        return np.nan_to_num(value, nan=0.0, posinf=0.0)
-
-    peak, omega = highest_of(size, response_frequencies(loop))
-    return (peak, omega) if peak > 1 else (1.0, None)
+def largest(matrices):
+    """Largest singular value, shape (f, k, k) -> (f,)."""
+    if matrices.shape[-1] == 1:
+        return np.abs(matrices[:, 0, 0])
+    return np.linalg.norm(matrices, ord=2, axis=(-2, -1))
 
 
 def gain_of_peak(unit_gain, omega, peak, most):
@@ -187,12 +235,12 @@ def gain_of_peak(unit_gain, omega, peak, most):
         def inverse(omega, gain=most):
             return _next_below(_finite(unit_gain(1j * omega)), peak, gain)
 
-        height, place = highest_of(size, omega)
+        height, place = highest(size, omega)
         if height <= peak * (1 + REACHED):
             break
         omega = np.union1d(omega, place)
-        highest, found = highest_of(inverse, omega)
-        most = 1 / max(highest, (1 + REACHED) / most)  # rounding may hide the next gain, all but reached
+        least, found = highest(inverse, omega)
+        most = 1 / max(least, (1 + REACHED) / most)  # rounding may hide the next gain, all but reached
     else:
         raise NoSolutionError(f"no gain with a sensitivity of at most {peak:g} was found in {STEPS} steps")
     return most, found
@@ -235,71 +283,3 @@ def _next_below(value, peak, gain):
     least = np.where(there, inverse.real, np.inf).min(axis=1, initial=np.inf)
     found[higher] = np.where(np.isfinite(least), least, 0.0)
     return found
-
-
-def highest_of(function, omega):
-    """The largest value of a function of frequency, shape (f,) -> (f,), and the frequency where it is. [rad/s]
-
-    Parameters
-    ----------
-    function : callable
-    omega : ndarray, shape (f,)
-        Ascending; the highest values among them are refined. [rad/s]
-    """
-    value = function(omega)
-    slope = np.diff(value, prepend=-np.inf, append=-np.inf)
-    tops = np.flatnonzero((slope[:-1] >= 0) & (slope[1:] <= 0))
-    tops = tops[np.argsort(value[tops])[-PEAKS:]]
-    low, top, high = omega[np.maximum(tops - 1, 0)], omega[tops], omega[np.minimum(tops + 1, len(omega) - 1)]
-    rows, half = np.arange(len(tops)), POINTS // 2
-    for _ in range(ZOOMS):  # the highest value so far stays among them, however narrow its peak is
-        below, above = np.linspace(low, top, half, False, axis=1), np.linspace(top, high, half + 1, axis=1)
-        omega = np.concatenate([below, above], axis=1)
-        value = function(omega.ravel()).reshape(omega.shape)
-        place = value.argmax(axis=1)
-        low, top = omega[rows, np.maximum(place - 1, 0)], omega[rows, place]
-        high = omega[rows, np.minimum(place + 1, POINTS - 1)]
-    best = int(value.max(axis=1).argmax())
-    return float(value[best].max()), float(omega[best, place[best]])
-
-
-def response_frequencies(loop):
-    """All decades, and frequencies beside the resonances of open and closed loop. [rad/s]"""
-    plant = loop.plant
-    return frequencies(plant, np.concatenate([plant.open_poles, plant.responding.poles, loop.closed_poles]))
-
-
-def bandwidth(loop):
-    """Where the closed loop L/(1 + L) first falls to 1/sqrt(2); None when it never does. [Hz]"""
-
-    def first(size):
-        falls = (size[:-1] > 0) & (size[1:] <= 0)
-        return falls & (np.cumsum(falls) == 1)
-
-    omega = _zeros(loop, lambda value: np.abs(value / (1 + value)) - np.sqrt(0.5), first)
-    return float(omega[0] / (2 * np.pi)) if len(omega) else None
-
-
-def _zeros(loop, size, chosen):
-    """Frequencies at which a real function of the loop gain is zero, by bisection. [rad/s]"""
-    plant = loop.plant
-    omega = frequencies(plant, np.concatenate([plant.open_poles, plant.responding.poles, [-loop.gain]]))
-    with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode
-        value = loop.gain * plant.unit_gain(1j * omega)
-    there = np.isfinite(value)
-    omega, value = omega[there], size(value[there])
-    where = np.flatnonzero(chosen(value))
-    if not len(where):
-        return np.zeros(0)
-    low, high = _bisected(lambda w: size(loop.gain * plant.unit_gain(1j * w)), omega, value, where, STEPS)
-    return (low + high) / 2
-
-
-def _bisected(function, omega, value, where, steps):
-    """Narrow brackets of the zeros of a function that follow the places `where` of a grid with known values."""
-    low, high, sign = omega[where], omega[where + 1], np.sign(value[where])
-    for _ in range(steps):
-        middle = (low + high) / 2
-        same = np.sign(function(middle)) == sign
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return low, high

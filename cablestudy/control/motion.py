@@ -16,8 +16,8 @@ import numpy as np
 
 from cablestudy.control.pose_equations import equations
 from cablestudy.control.residues import eigen, residues
-from cablestudy.control.second_order import SecondOrderSystem, polynomial
 from cablestudy.system.damping import ritz
+from cablestudy.system.linear import LinearSystem
 from cablestudy.system.rigid import cross_matrix
 
 
@@ -83,46 +83,21 @@ class ActuatorFeedback:
 
 
 @dataclass(frozen=True)
-class Motion:
+class Motion(LinearSystem):
     """The model of the module's docstring; m coordinates, the last ones the strokes of reaction masses.
+
+    Inputs are the lengths v that winches reel in.
 
     Attributes
     ----------
     unit : ndarray, shape (m,)
         About the frequency of each coordinate, by which it is weighted as a state. [rad/s]
-    mass, damping, stiffness : ndarray, shape (m, m)
-    driven : tuple of 3 ndarray, shape (m, i)
-        B0, B1, B2.
-    moved, follow : tuple of 3 ndarray, shapes (o, m) and (o, i)
-        Outputs by z, z', z'' and by v, v', v''.
-    feedback : tuple of ActuatorFeedback
     shapes : ndarray, shape (n, m - strokes)
         The coordinates in terms of those of the suspension; strokes have none.
     """
 
-    unit: np.ndarray
-    mass: np.ndarray
-    damping: np.ndarray
-    stiffness: np.ndarray
-    driven: tuple
-    moved: tuple
-    follow: tuple
-    feedback: tuple
-    shapes: np.ndarray
-
-    def __len__(self):
-        return len(self.unit)
-
-    def dynamic_stiffness(self, s):
-        """D: forces per displacement of the coordinates, shape (f, m, m), winches at rest."""
-        powers = np.asarray(s, dtype=complex)[:, None] ** np.arange(3)
-        parts = np.stack([self.stiffness, self.damping, self.mass]).reshape(3, -1)
-        value = np.empty((len(powers), len(self), len(self)), dtype=complex)
-        value.real, value.imag = ((part @ parts).reshape(value.shape) for part in (powers.real, powers.imag))
-        s = powers[:, 1, None, None]
-        for one in self.feedback:
-            value = value - one.gain(s) * np.outer(one.acts, one.measured)
-        return value
+    unit: np.ndarray = None
+    shapes: np.ndarray = None
 
     @cached_property
     def eigen(self):
@@ -137,29 +112,10 @@ class Motion:
         forced[len(self) : 2 * len(self)] = inverse
         return residues(self.eigen, forced, found.places, np.zeros_like(inverse))
 
-    def pulled(self, s):
-        """Forces on the coordinates per length that winches reel in, shape (f, m, i)."""
-        return polynomial(self.driven, s)
-
     def within(self, space):
-        """The same in a space of its coordinates.
-
-        Parameters
-        ----------
-        space : ndarray, shape (m, r)
-            Independent columns.
-        """
-        mass, damping, stiffness = (space.T @ part @ space for part in (self.mass, self.damping, self.stiffness))
-        return replace(
-            self,
-            unit=np.sqrt(np.diagonal(stiffness) / np.diagonal(mass)),
-            mass=mass,
-            damping=damping,
-            stiffness=stiffness,
-            driven=tuple(space.T @ part for part in self.driven),
-            moved=tuple(part @ space for part in self.moved),
-            feedback=tuple(replace(one, measured=one.measured @ space, acts=one.acts @ space) for one in self.feedback),
-        )
+        """The motion in a space of its coordinates, shape (m, r): see `LinearSystem.within`."""
+        found = super().within(space)
+        return replace(found, unit=np.sqrt(np.diagonal(found.stiffness.real) / np.diagonal(found.mass)))
 
 
 def basis(modes, loads):
@@ -184,13 +140,13 @@ def basis(modes, loads):
     return np.concatenate([solution.omega, more[order]]), np.concatenate([modes.shapes, added[:, order]], axis=1)
 
 
-def motion(layout, whole: SecondOrderSystem, omega, shapes, winches, actuators=(), damping=None):
+def motion(layout, whole: LinearSystem, omega, shapes, winches, actuators=(), damping=None):
     """The `Motion` of a suspension.
 
     Parameters
     ----------
     layout : Layout
-    whole : SecondOrderSystem
+    whole : LinearSystem
         See `control.suspension.second_order`.
     omega, shapes : ndarray
         See `basis`.
@@ -203,9 +159,12 @@ def motion(layout, whole: SecondOrderSystem, omega, shapes, winches, actuators=(
     strokes = [one for one in actuators if not one.wheel]
     count, size = len(omega), len(omega) + len(strokes)
     mass, damping_matrix, stiffness = np.zeros((3, size, size))
+    stiffness = stiffness.astype(whole.stiffness.dtype)
     kept = slice(count)
     damping = np.zeros((count, count)) if damping is None else damping
     mass[kept, kept], stiffness[kept, kept] = np.eye(count), np.diag(omega**2)
+    if np.iscomplexobj(stiffness):
+        stiffness.imag[kept, kept] = shapes.T @ whole.stiffness.imag @ shapes
     damping_matrix[kept, kept] = shapes.T @ whole.damping @ shapes + damping[:count]
     feedback, place = [], count
     for one in actuators:
@@ -231,15 +190,15 @@ def motion(layout, whole: SecondOrderSystem, omega, shapes, winches, actuators=(
     moved = [part @ shapes for part in whole.moved]
     moved[1][len(moved[1]) - len(damping) + count :] += damping[count:]
     return Motion(
-        np.concatenate([omega, [one.omega for one in strokes]]),
         mass,
         damping_matrix,
         stiffness,
         tuple(widened((shapes.T @ part[:, :winches]).T).T for part in whole.driven),
-        tuple(widened(part) for part in moved),
-        tuple(part[:, :winches] for part in whole.follow),
-        tuple(feedback),
-        shapes,
+        moved=tuple(widened(part) for part in moved),
+        follow=tuple(part[:, :winches] for part in whole.follow),
+        unit=np.concatenate([omega, [one.omega for one in strokes]]),
+        feedback=tuple(feedback),
+        shapes=shapes,
     )
 
 

@@ -17,6 +17,8 @@ import numpy as np
 
 from cablestudy.control.gondola import gondola_mode
 from cablestudy.control.law import INTEGRATOR, Law, series
+from cablestudy.control.margins_grid import frequencies
+from cablestudy.control.pose_equations import Allocation, equations
 from cablestudy.control.stability import UNDAMPED, Limit, judge, largest_gain, limit_near
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.linear import assemble, upper
@@ -26,6 +28,7 @@ POLES = 1e-5, 1e-9  # error of the poles by modes that are left out, and varianc
 CANCELLED = 0.1  # distance of a pole from a zero, over its width, up to which they cancel
 APART = 0.3  # relative distance of the gondola's pole from all others, so that it needs no eigenvector to be found
 LARGE = 0.3  # of the largest share in the gondola's static compliance
+NO_DAMPING = 1e-12  # damping ratio of a mode at least, where the wind on the cable shakes it
 NEWTON_STEPS = 30
 NEAR = 20  # times the gondola's frequency: beyond it resonances need no breakpoints of their own
 
@@ -202,12 +205,16 @@ class Plant:
 
     def closed_of(self, cable, highest=None):
         """A of the closed loop with a model of the cable, as A0 + gain A1; see `filter_to` for `highest`."""
-        return self._feedback(self.system_of(cable), highest)
+        return self.feedback(self.system_of(cable), highest)
 
-    def _feedback(self, system, highest=None):
-        measured = np.array([[1.0 if self.location == "gondola" else -1.0]])
+    def feedback(self, system, highest=None):
+        """The same of a `LinearSystem` of gondola and cable."""
+        measured = np.zeros((1, len(system)))
+        measured[0, -1] = 1.0 if self.location == "gondola" else -1.0
         highest = self.right_up_to(np.zeros(0)) if highest is None else highest
-        return system.feedback(measured, self.filter_to(highest)[0])
+        law, _ = self.law.state_space(highest)
+        found = equations(system, Allocation(measured, np.array([[-1.0]])), (self.notch,), law)
+        return found.fixed, found.scaled[0]
 
     def balance_of(self, cable, s, gain):
         """M s^2 + c s + k_xx + C k_xu, with the sign of the loop, which is zero at its poles, shape (m,). [N/m]"""
@@ -218,6 +225,15 @@ class Plant:
         """L for a gain of 1 rad/s with a model of the cable, shape (m,). [-]"""
         own, driven = self.stiffness_of(cable, s)
         return self.controller(s) * driven / self.alone(s, own)
+
+    @np.errstate(divide="ignore", invalid="ignore")  # on the pole of an undamped mode it is infinite
+    def unit_matrix(self, cable, s):
+        """The same as matrices, shape (m, 1, 1)."""
+        return self.unit_gain_of(cable, s)[:, None, None]
+
+    def frequencies(self, poles):
+        """`margins_grid.frequencies` of some poles with this notch and law. [rad/s]"""
+        return frequencies(poles, (self.notch,), self.law)
 
     def alone(self, s, own):
         """M s^2 + c s + k_xx, k_xx being `own`, shape (m,). [N/m]"""
@@ -284,7 +300,7 @@ class Plant:
         frequency, share = self.coupled
         return float(2 * np.pi * frequency[gondola_mode(share)])
 
-    def needed(self, cable, shift, variance, about=None):
+    def needed(self, cable, shift, variance, about=None, raised=None):
         """Modes of a cable that change the gondola's motion.
 
         Parameters
@@ -296,6 +312,8 @@ class Plant:
             Share of the variance in the wind that the others may have at their resonances.
         about : float
             Another frequency than the gondola's. [rad/s]
+        raised : callable, optional
+            By which factors the variance is weighted at frequencies [Hz], over that at the gondola's. [-]
 
         Returns
         -------
@@ -316,19 +334,39 @@ class Plant:
             change = change + loss**2 * (coupled.max(axis=1, initial=0.0) * near + held**2)
             change = change + loss * held * own * near * main / np.sqrt(static)
         # at its resonance the mode moves the gondola by phi, and the gondola's stiffness damps it
-        moved = own * omega**2 / np.maximum(np.abs(static - self.mass * omega**2), 0.03 * static)
+        moved = self._moved(cable)
         decay = decay + moved**2 * loss * static / (2 * omega)
         whole = max(float(loss), 1e-3) * main / 2 + self.damping / (2 * self.mass)
         ratio = np.where(decay > 0, whole / np.where(decay > 0, decay, 1.0), np.inf)
         finite = np.where(np.isfinite(ratio), ratio, 1e12)
         resonant = np.where(moved > 0, (moved * np.sqrt(self.mass)) ** 4, 0.0) * finite
         resonant = resonant * np.where(omega > main, 1.0, (main / omega) ** 3)
-        return np.union1d(_largest(change, shift), _largest(resonant, variance))
+        if raised is not None:
+            resonant = resonant * raised(omega / (2 * np.pi))
+        return np.union1d(largest(change, shift), largest(resonant, variance))
+
+    def shaken(self, cable, force):
+        """About the variance of the gondola's motion by each mode of a cable at its resonance, shape (n,). [m^2]
+
+        Parameters
+        ----------
+        cable : Superelement
+        force : ndarray, shape (n,)
+            Spectrum of the modal force at the frequency of each mode. [N^2/(kg Hz)]
+        """
+        size = self._moved(cable) ** 2 * force / (8 * cable.omega**2)
+        return np.where(size > 0, size / np.maximum(cable.decay, NO_DAMPING * cable.omega), 0.0)
+
+    def _moved(self, cable):
+        """About by how much each mode of a cable at its resonance moves the gondola, shape (n,). [1/sqrt(kg)]"""
+        static, omega = float(cable.stiffness[GONDOLA, GONDOLA]), cable.omega
+        force = np.abs(cable.coupling[:, GONDOLA]) * omega**2
+        return force / np.maximum(np.abs(static - self.mass * omega**2), 0.03 * static)
 
     @cached_property
     def closed(self):
         """A of the closed loop as A0 + gain A1, with the modes that matter for where poles are."""
-        return self._feedback(self._pole_system)
+        return self.feedback(self._pole_system)
 
     @cached_property
     def _closed_poles(self):
@@ -345,11 +383,6 @@ class Plant:
     def open_poles(self):
         """Poles of gondola and cable without control, upper half plane and real axis, shape (k,). [rad/s]"""
         return self._pole_system.poles
-
-    @cached_property
-    def every_pole(self):
-        """About where all poles without control are. [rad/s]"""
-        return np.concatenate([self.open_poles, self.excited.poles])
 
     @cached_property
     def gondola_pole(self):
@@ -403,7 +436,7 @@ class Plant:
             )
 
 
-def _largest(sizes, allowed):
+def largest(sizes, allowed):
     """Numbers of the largest of some sizes, so many that the sum of the others is at most `allowed`."""
     order = np.argsort(sizes, kind="stable")
     omitted = np.searchsorted(np.cumsum(sizes[order]), allowed, side="right")

@@ -18,13 +18,32 @@ DEPENDENT = 1e-3  # singular value of the static gain over the largest, below wh
 
 
 @dataclass(frozen=True)
+class Allocation:
+    """What is measured, and how an error is shared among the winches.
+
+    Attributes
+    ----------
+    measured : ndarray, shape (k, m)
+        What is measured, by the coordinates of the motion.
+    shares : ndarray, shape (i, k)
+        A. [-], [m/rad]
+    static_gain : ndarray, shape (k, i), optional
+        G. [-], [rad/m]
+    """
+
+    measured: np.ndarray
+    shares: np.ndarray
+    static_gain: np.ndarray = None
+
+
+@dataclass(frozen=True)
 class Equations:
     """The equations of the module's docstring, N states, p inputs, w = N, or N + 3 p with inputs.
 
     Attributes
     ----------
     fixed : ndarray, shape (N, w)
-        A0, B0, B1, B2.
+        A0, B0, B1, B2; complex with a complex stiffness, as the next.
     scaled : ndarray, shape (k, N, w)
         A_j, and what belongs to the gain in the others, for each measured coordinate.
     places, speeds : ndarray, shape (m, w)
@@ -48,7 +67,7 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
 
     Parameters
     ----------
-    motion : Motion
+    motion : LinearSystem
     allocation : Allocation, optional
         Without it there is no loop.
     notches : tuple of (Notch or None)
@@ -75,7 +94,8 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
     inputs = 0 if forces is None else driving + forces.shape[1]
     places, speeds = np.zeros((2, m, size + 3 * inputs))
     places[:, :m], speeds[:, m : 2 * m] = np.diag(1 / unit), np.eye(m)
-    fixed, scaled = np.zeros((size, size + 3 * inputs)), np.zeros((len(notches), size, size + 3 * inputs))
+    width, entries = size + 3 * inputs, motion.stiffness.dtype
+    fixed, scaled = np.zeros((size, width), entries), np.zeros((len(notches), size, width), entries)
     fixed[:m, m : 2 * m] = np.diag(unit)
     force = -motion.stiffness @ places - motion.damping @ speeds
     feedback = _feedback(motion, places, speeds, fixed)
@@ -115,7 +135,7 @@ def _feedback(motion, places, speeds, fixed):
         if one.corner:  # h(s) x = x - l, l' = w_h (x - l)
             moved[begin] -= 1.0
             fixed[begin] = one.corner * moved
-            moving -= fixed[begin]
+            moving -= fixed[begin].real
             begin += 1
         found.append((moved, moving))
     return found
@@ -139,14 +159,19 @@ def _notched(notches, moved, moving, fixed, begin):
         states = slice(begin, begin + 2)
         fixed[states, states] = a
         fixed[states] += np.outer(b, moved[place])
-        moving[place] = d * moving[place] + c @ fixed[states]
+        moving[place] = d * moving[place] + c @ fixed[states].real
         moved[place] *= d
         moved[place, states] += c
         begin += 2
 
 
 def _independent(shares):
-    """A as the product of independent movements of the winches, shape (i, r), and their rates, shape (r, k)."""
+    """A as the product of independent movements of the winches, shape (i, r), and their rates, shape (r, k).
+
+    In each movement the winch that moves most reels in.
+    """
     left, values, right = np.linalg.svd(shares, full_matrices=False)
     kept = values > DEPENDENT * values.max(initial=0.0)
-    return left[:, kept], values[kept, None] * right[kept]
+    left, right = left[:, kept], values[kept, None] * right[kept]
+    sign = np.sign(np.take_along_axis(left, np.abs(left).argmax(axis=0)[None], axis=0))[0]
+    return left * sign, right * sign[:, None]

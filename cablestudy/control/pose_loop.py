@@ -17,37 +17,20 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.law import INTEGRATOR, REACH, SMALL, Law
+from cablestudy.control.margins import Margins, sensitivity
+from cablestudy.control.margins_grid import AT_ONCE, curve, eigenvalues, frequencies
 from cablestudy.control.motion import Motion
-from cablestudy.control.pose_equations import DEPENDENT, equations
-from cablestudy.control.pose_frequencies import CLOSER, beside, eigenvalues, resolved
-from cablestudy.control.residues import eigen, eigen_apart
+from cablestudy.control.pose_equations import DEPENDENT, Allocation, equations
+from cablestudy.control.residues import eigen, eigen_apart, poles_of
 from cablestudy.errors import NoSolutionError
 
 STILL = 1e-3  # static gain of a coordinate over the largest, below which winches do not move it
 GROWING = 1e-9  # growth over frequency that is called instability, as for one cable
 ROUNDING = 1e-12  # of a pole over the largest one
+ZERO = 1e-9  # size of a pole over that of the largest, below which it is that of an integral, zero
 FAINT = 1e-3  # loop gain down to which a delay is right in a response,
 NEAR = 20  # up to so many times the lowest frequency
 SLIGHT = 5e-3  # turn by a delay that is left out of poles and state space: its approximant would spoil them [rad]
-
-
-@dataclass(frozen=True)
-class Allocation:
-    """What is measured, and how an error is shared among the winches.
-
-    Attributes
-    ----------
-    measured : ndarray, shape (k, m)
-        Coordinates of the pose by those of the motion.
-    shares : ndarray, shape (i, k)
-        A. [-], [m/rad]
-    static_gain : ndarray, shape (k, i)
-        G. [-], [rad/m]
-    """
-
-    measured: np.ndarray
-    shares: np.ndarray
-    static_gain: np.ndarray
 
 
 def moved_by_winches(motion, measured, sizes):
@@ -60,7 +43,7 @@ def moved_by_winches(motion, measured, sizes):
     sizes : ndarray, shape (k,)
         Length that makes a rotation comparable with a displacement; 1 for these. [m]
     """
-    gain = measured @ np.linalg.solve(motion.dynamic_stiffness(np.zeros(1))[0].real, motion.driven[0])
+    gain = measured @ np.linalg.solve(motion.dynamic_stiffness(np.zeros(1))[0].real, motion.driven[0].real)
     largest = np.abs(gain * sizes[:, None]).max(axis=1, initial=0.0)
     return largest > STILL * largest.max(initial=0.0), gain
 
@@ -153,7 +136,7 @@ class PoseLoop:
     @np.errstate(divide="ignore", invalid="ignore")  # at a pole it is infinite
     def unit_gain(self, s):
         """L over the gain at the measured coordinates, shape (f, k, k)."""
-        fractions = 1 / (s[:, None] - self.motion.eigen.poles)
+        fractions = 1 / (s[:, None] - self.motion.eigen.values)
         response = sum(s[:, None] ** order * (fractions @ part) for order, part in enumerate(self._unit_residues))
         return response.reshape(len(s), *[len(self.notches)] * 2) * self.controller(s)[:, None, :]
 
@@ -165,28 +148,46 @@ class PoseLoop:
 
     def sensitivity(self, s):
         """(I + L)^-1 at the measured coordinates, shape (f, k, k)."""
-        return np.linalg.inv(np.eye(len(self.notches)) + self.gain * self.unit_gain(s))
+        return sensitivity(self.gain * self.unit_gain(s))
 
     @cached_property
-    def _curve(self):
-        """Frequencies [rad/s], and L over the gain there, shape (f, k, k)."""
-        notches = [notch.corners for notch in self.notches if notch is not None]
-        return resolved(self.unit_gain, beside(np.concatenate([self.open_poles, *notches]), CLOSER, self.law))
+    def margins(self):
+        """`Margins` of a stable loop."""
+        return Margins(lambda s: self.gain * self.unit_gain(s), self.response_frequencies)
+
+    @property
+    def response_frequencies(self):
+        """All decades, and frequencies beside the poles with and without control, shape (f,). [rad/s]"""
+        return self._frequencies(np.concatenate([self.open_poles, self.poles, [-self.gain]]))
+
+    def _frequencies(self, poles):
+        """`margins_grid.frequencies` of some poles, without those that are zero but for rounding."""
+        size = np.abs(poles)
+        return frequencies(poles[size > ZERO * size.max()], self.notches, self.law)
+
+    @cached_property
+    def curve(self):
+        """Frequencies that show where eigenvalues of L cross the negative real axis, and L over the gain there.
+
+        Returns
+        -------
+        omega : ndarray, shape (f,)
+            [rad/s]
+        matrices : ndarray, shape (f, k, k)
+        values : ndarray, shape (f, k)
+            Eigenvalues of these.
+        """
+        return curve(self.unit_gain, self._frequencies(self.open_poles), upto=self.law.judged_up_to)
 
     @property
     def frequencies(self):
-        """At which eigenvalues of the loop gain are told apart. [rad/s]"""
-        return self._curve[0]
+        """Those of the `curve`. [rad/s]"""
+        return self.curve[0]
 
     @property
-    def _unit_gains(self):
-        """L over the gain at these, shape (f, k, k)."""
-        return self._curve[1]
-
-    @cached_property
     def unit_eigenvalues(self):
-        """Its eigenvalues, not a number where it is infinite, shape (f, k)."""
-        return eigenvalues(self._unit_gains)
+        """Eigenvalues of L over the gain at these frequencies, shape (f, k)."""
+        return self.curve[2]
 
     def large_up_to(self, size, gains=None):
         """Frequency above which no eigenvalue of the loop gain is larger than a size. [rad/s]
@@ -197,15 +198,20 @@ class PoseLoop:
         gains : ndarray, shape (k,), optional
             Of each measured coordinate; without them that of the loop. [rad/s]
         """
+        omega, matrices, values = self.curve
         if gains is None or (gains == gains[0]).all():
-            values = (self.gain if gains is None else gains[0]) * self.unit_eigenvalues
-        else:
-            values = eigenvalues(self._unit_gains * gains)
-        large = ~(np.abs(values).max(axis=1) < size)
-        return float(self.frequencies[large].max(initial=0.0))
+            large = (self.gain if gains is None else gains[0]) * np.abs(values).max(axis=1) >= size
+            return float(omega[large].max(initial=0.0))
+        matrices = matrices * gains
+        place = np.flatnonzero(np.sqrt((np.abs(matrices) ** 2).sum(axis=(-2, -1))) >= size)  # others are smaller
+        for part in np.array_split(place[::-1], 1 + len(place) // AT_ONCE):
+            large = np.abs(eigenvalues(matrices[part])).max(axis=1) >= size
+            if large.any():
+                return float(omega[part[np.argmax(large)]])
+        return 0.0
 
     def poles_with(self, gains):
-        """Eigenvalues of the closed loop with a gain of each measured coordinate, shape (k,). [rad/s]
+        """Poles of the closed loop with a gain of each measured coordinate, shape (k,). [rad/s]
 
         Raises
         ------
@@ -217,7 +223,7 @@ class PoseLoop:
             highest = self.large_up_to(SMALL, gains)
             self.law.check_reach(highest, gains.max())
         fixed, scaled = self._matrices(self._approximants(highest))
-        return np.linalg.eigvals(fixed + np.tensordot(gains, scaled, axes=1))
+        return poles_of(fixed + np.tensordot(gains, scaled, axes=1))
 
     def _approximants(self, highest):
         """How many approximants of the delay make it right up to a frequency [rad/s]; 0 where it is slight."""
@@ -302,7 +308,7 @@ class PoseLoop:
 
     @property
     def poles(self):
-        """Eigenvalues of the closed loop. [rad/s]"""
+        """Poles of the closed loop. [rad/s]"""
         return self.eigen.poles
 
     @property

@@ -126,7 +126,8 @@ class ExactResponse:
         """`Residues` of the outputs with the winches at rest."""
         count = len(self._loop.notches)
         given, direct = (parts[0][..., self._winches :] for parts in (self._given, self._direct))
-        return Residues(self._loop.motion.eigen.poles, given, self._shown[:-count], direct[:-count])
+        own = self._loop.motion.eigen
+        return Residues(own.values, given, self._shown[:-count], direct[:-count], own.one_sided)
 
     @property
     def hardly_moved(self):
@@ -140,7 +141,7 @@ class ExactResponse:
 
     def _solved(self, s):
         loop, count = self._loop, len(self._loop.notches)
-        fractions = self._shown / (s[:, None] - loop.motion.eigen.poles)[:, None, :]
+        fractions = self._shown / (s[:, None] - loop.motion.eigen.values)[:, None, :]
         given = zip(self._given, self._direct, strict=True)
         by_forces = fractions @ self._given[0][:, self._winches :] + self._direct[0][:, self._winches :]
         by_winches = sum(

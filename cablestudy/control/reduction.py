@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from cablestudy.system.linear import shares
+
 
 def truncated(model, chosen):
     """The model with some modes and without the static part and the inertia of the others, as the paper truncates it.
@@ -64,12 +66,6 @@ def inertia_share(model, force, displacement):
     """
     mass = np.abs(model.coupling)
     return shares(mass[:, force] * mass[:, displacement])
-
-
-def shares(parts):
-    """Parts over their sum, zeros where that is zero, shape (n,). [-]"""
-    total = parts.sum()
-    return parts / (total if total > 0 else 1.0)
 
 
 def fewest(share, allowed):

@@ -5,7 +5,7 @@ y = [D + sum c_a b_a/(s - l_a)] u      c_a the columns of C V, b_a the rows of V
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,11 +17,33 @@ NUDGE = 1e-9  # change of its entries then, over the smaller one of the sizes of
 
 @dataclass(frozen=True)
 class Eigen:
-    """Eigenvalues, complex, shape (N,), and right and left eigenvectors V and V^-1, shape (N, N), of A."""
+    """Eigenvalues and eigenvectors of A.
 
-    poles: np.ndarray
+    Attributes
+    ----------
+    values : ndarray, complex, shape (N,)
+        [rad/s]
+    right, left : ndarray, shape (N, N)
+        V and V^-1.
+    one_sided : bool
+        Whether A is complex: its response holds for Im s > 0 alone.
+    """
+
+    values: np.ndarray
     right: np.ndarray
     left: np.ndarray
+    one_sided: bool = False
+
+    @property
+    def poles(self):
+        """All eigenvalues of a real A, those of the upper half plane and the real axis of a complex one."""
+        return self.values[self.values.imag >= 0] if self.one_sided else self.values
+
+
+def poles_of(a):
+    """`Eigen.poles` of a matrix, without its eigenvectors."""
+    values = np.linalg.eigvals(a)
+    return values[values.imag >= 0] if np.iscomplexobj(a) else values
 
 
 def eigen(a):
@@ -46,7 +68,7 @@ def eigen(a):
         noise = np.random.default_rng(0).normal(size=a.shape)
         poles, right = np.linalg.eig(a + NUDGE * np.minimum.outer(size[order], size[order]) * noise)
         left = np.linalg.inv(right)
-    return Eigen(poles + 0j, right[back], left[:, back])
+    return Eigen(poles + 0j, right[back], left[:, back], np.iscomplexobj(a))
 
 
 def eigen_apart(a):
@@ -61,7 +83,7 @@ def eigen_apart(a):
     poles, left, right = eig(a[np.ix_(order, order)], left=True, right=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         left = left.conj().T / (left.conj() * right).sum(axis=0)[:, None]
-    return Eigen(poles + 0j, right[back], left[:, back])
+    return Eigen(poles + 0j, right[back], left[:, back], np.iscomplexobj(a))
 
 
 @dataclass(frozen=True)
@@ -78,12 +100,15 @@ class Residues:
         c_a.
     direct : ndarray, shape (o, i)
         D.
+    one_sided : bool
+        Whether the sum is the response for Im s > 0 alone, as of a complex stiffness: its poles are then no pairs.
     """
 
     poles: np.ndarray
     given: np.ndarray
     shown: np.ndarray
     direct: np.ndarray
+    one_sided: bool = False
 
     def response(self, s):
         """Outputs per input, shape (f, o, i), for s of shape (f,); not finite at a pole."""
@@ -91,13 +116,12 @@ class Residues:
 
     def some(self, chosen):
         """The same with some of its poles, an array of bool."""
-        return Residues(self.poles[chosen], self.given[chosen], self.shown[:, chosen], self.direct)
+        return replace(self, poles=self.poles[chosen], given=self.given[chosen], shown=self.shown[:, chosen])
 
     def statically(self, fast):
         """The same with some poles, an array of bool, replaced by their static response -c_a b_a/l_a."""
         follow = (self.shown[:, fast] / -self.poles[fast]) @ self.given[fast]
-        rest = self.some(~fast)
-        return Residues(rest.poles, rest.given, rest.shown, self.direct + follow.real)
+        return replace(self.some(~fast), direct=self.direct + (follow if self.one_sided else follow.real))
 
 
 @dataclass(frozen=True)
@@ -135,14 +159,14 @@ def beside(response, slow, fast, highest):
     slow, fast = slow.some(np.abs(slow.poles) <= apart), fast.some(np.abs(fast.poles) > apart)
     poles, given = np.concatenate([slow.poles, fast.poles]), np.concatenate([slow.given, fast.given])
     shown = np.concatenate([slow.shown, fast.shown], axis=1)
-    return Beside(response, Residues(poles, given, shown, np.zeros_like(slow.direct)))
+    return Beside(response, replace(slow, poles=poles, given=given, shown=shown, direct=np.zeros_like(slow.direct)))
 
 
 def _sharp(system):
-    size = np.abs(system.poles)
-    return system.some((np.abs(system.poles.real) < SHARP * size) & (system.poles.imag != 0))
+    size, imag = np.abs(system.poles), system.poles.imag
+    return system.some((np.abs(system.poles.real) < SHARP * size) & ((imag > 0) if system.one_sided else (imag != 0)))
 
 
 def residues(eigen, b, c, d):
     """`Residues` of a state space from the `Eigen` of A, and B, C, D of shapes (N, i), (o, N) and (o, i)."""
-    return Residues(eigen.poles, eigen.left @ b, c @ eigen.right, d)
+    return Residues(eigen.values, eigen.left @ b, c @ eigen.right, d, eigen.one_sided)

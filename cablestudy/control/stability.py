@@ -30,7 +30,9 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.law import SMALL
-from cablestudy.control.margins import crossing_gains, crossing_near, curve, frequencies, gain_of_peak
+from cablestudy.control.margins import gain_of_peak
+from cablestudy.control.margins_crossings import crossing_near, crossings, refined
+from cablestudy.control.margins_grid import by_parts, curve
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.linear import upper
 
@@ -51,6 +53,7 @@ TAKEN, FEW = 0.5, 8  # a pole that lost this share of its damping is recomputed 
 LEAST, MOST = 1e-4, 1e9  # range of gains, relative to the gondola's frequency
 WIDER, NARROWER = 4, 3  # factors from one range of gains to the next, upwards and downwards
 BEYOND = 0.03  # a gain this much above a crossing is judged, since the crossing lacks modes that hardly matter
+FARTHER = 2.0  # crossings that values between two frequencies show up to so many times a gain may lie below it
 CLOSE = 1e-4  # a gain this much below a crossing is judged, since another pole may have crossed before
 STEPS, SETTLED = 60, 1e-12  # most steps of the secant method, and the relative step that ends it
 HALF_WIDTHS, BESIDE_POLE, BESIDE_GAIN = 3, 1e-5, 0.1  # distance of a crossing from its pole and from the gain
@@ -242,9 +245,8 @@ class ResolvedLoop:
         plant = self.plant
         if not plant.law.delay:
             return 0.0
-        omega = frequencies(plant, np.concatenate([self.open_poles, self.cable.poles]))
-        with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode
-            value = self.gain * np.abs(plant.unit_gain_of(self.cable, 1j * omega))
+        omega = plant.frequencies(np.concatenate([self.open_poles, self.cable.poles]))
+        value = self.gain * np.abs(by_parts(self.unit_gain, omega)[:, 0, 0])
         large = omega[~(value < SMALL)]
         highest = float(large[-1]) if len(large) else plant.main
         plant.law.check_reach(highest, self.gain)
@@ -254,6 +256,32 @@ class ResolvedLoop:
     def open_poles(self):
         """Poles without control, upper half plane and real axis. [rad/s]"""
         return self.plant.system_of(self.cable).poles if self._own else self.plant.open_poles
+
+    def unit_gain(self, s):
+        """L over the gain, shape (f, 1, 1)."""
+        return self.plant.unit_matrix(self.cable, s)
+
+    @cached_property
+    def curve(self):
+        """Frequencies that show how L passes the negative real axis [rad/s], and L over the gain there."""
+        omega = self.plant.frequencies(np.concatenate([self.open_poles, self.cable.poles]))
+        return curve(self.unit_gain, omega, upto=self.plant.law.judged_up_to)
+
+    @cached_property
+    def _crossings(self):
+        """`Crossings` of the curve, as far as its values show them."""
+        omega, _, values = self.curve
+        return crossings(omega[None], values[None])
+
+    def crossing_gains(self, most):
+        """Gains up to about another one at which a pole crosses the imaginary axis, ascending, shape (c,). [rad/s]"""
+        found = self._crossings
+        return refined(self.unit_gain, found.take(found.factor <= FARTHER * most)).factor
+
+    @property
+    def first_crossing_gain(self):
+        """The least of them; infinite where there is none. [rad/s]"""
+        return float(self.crossing_gains(self._crossings.factor.min(initial=np.inf)).min(initial=np.inf))
 
     def exact(self, pole):
         """The cable with every mode that matters for a pole."""
@@ -344,8 +372,9 @@ def largest_gain(plant):
     low, gain = 0.0, _first_guess(plant)
     while low < MOST * plant.main:
         found = _resolved(plant, low, gain)
-        gain, crossings = found.gain, crossing_gains(plant, found.cable, found.open_poles)
-        tried = [crossing for crossing in (1 + BEYOND) * crossings if low < crossing < gain]
+        gain = found.gain
+        crossed = found.crossing_gains(gain)
+        tried = [crossing for crossing in (1 + BEYOND) * crossed if low < crossing < gain]
         for higher in [*tried, gain]:
             if growing := found.growing(higher):
                 return _smallest(found, higher, growing)
@@ -387,8 +416,8 @@ def _resolved(plant, low, gain):
 def _first_guess(plant):
     """A gain a little above the least crossing of the imaginary axis, with the modes that hardly any gain needs."""
     found = _resolved(plant, 0.0, 1e-3 * plant.main)
-    crossings = crossing_gains(plant, found.cable, found.open_poles)
-    return float(np.clip(1.2 * crossings.min(initial=plant.main), 1e-3 * plant.main, 1e3 * plant.main))
+    least = min(found.first_crossing_gain, plant.main)
+    return float(np.clip(1.2 * least, 1e-3 * plant.main, 1e3 * plant.main))
 
 
 def limit_near(plant, known):
@@ -471,8 +500,7 @@ def sensitive_gain(plant, peak, most):
     if peak == np.inf:
         return most
     found = _resolved(plant, 0.0, MOST * plant.main if most is None else most)
-    frequency, _ = curve(plant, found.cable, found.open_poles)
-    gain, omega = gain_of_peak(_matrix_of(plant, found.cable), frequency, peak, found.gain)
+    gain, omega = gain_of_peak(found.unit_gain, found.curve[0], peak, found.gain)
     if omega is None:
         return most
     pole = complex(found.open_poles[np.argmin(np.abs(found.open_poles - 1j * omega))])
@@ -481,17 +509,8 @@ def sensitive_gain(plant, peak, most):
         raise undamped(pole, ratio, f"no gain with a sensitivity of at most {peak:g}: at {said} ")
     around = omega + min(abs(pole.real), BESIDE_GAIN * omega) * AROUND  # with every mode that matters there
     most = min(found.gain, (1 + BEYOND) * gain)
-    return gain_of_peak(_matrix_of(plant, found.exact(1j * omega)), around, peak, most)[0]
-
-
-def _matrix_of(plant, cable):
-    """L over the gain with a model of the cable, as a function of s, shape (f,) -> (f, 1, 1)."""
-
-    def unit_gain(s):
-        with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode
-            return plant.unit_gain_of(cable, s)[:, None, None]
-
-    return unit_gain
+    exact = found.exact(1j * omega)
+    return gain_of_peak(lambda s: plant.unit_matrix(exact, s), around, peak, most)[0]
 
 
 def undamped(pole, ratio, begin=""):

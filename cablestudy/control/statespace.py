@@ -27,6 +27,7 @@ import numpy as np
 
 from cablestudy.control.reduction import truncated
 from cablestudy.errors import NoSolutionError, SceneError
+from cablestudy.system.linear import MODAL, LinearSystem
 from cablestudy.system.superelement import GONDOLA, GROUND, NAMES
 
 if TYPE_CHECKING:
@@ -35,21 +36,10 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 ENDS = len(NAMES)
-MODAL = "sqrt(kg) m"  # unit of a modal amplitude
 
 
 Labels = tuple[tuple[str, str], ...]  # name and unit of each
 FEW = 4  # names that a representation lists all
-
-
-@dataclass(frozen=True)
-class SecondOrder:
-    """M x'' + C x' + K x = forces."""
-
-    mass: NDArray[np.float64]
-    damping: NDArray[np.float64]
-    stiffness: NDArray[np.float64]
-    coordinates: Labels  # name and unit of each
 
 
 @dataclass(frozen=True)
@@ -64,7 +54,7 @@ class StateSpace:
     inputs: Labels
     outputs: Labels
     derivatives: tuple[NDArray[np.float64], NDArray[np.float64]]  # D1 and D2, each of shape (o, i)
-    second_order: SecondOrder | None = None  # the same cable with its ends free; None for a closed loop
+    second_order: LinearSystem | None = None  # M, C and K of the same cable with its ends free; None for a closed loop
 
     def __repr__(self) -> str:
         pairs = (
@@ -473,6 +463,43 @@ def first_order(matrices, given, acceleration, scale, moved, imposed, held):
     return a, b, output, d, tuple(np.concatenate([rows, np.zeros_like(held)], axis=1) for rows in (first, second))
 
 
+@np.errstate(all="ignore")  # StateSpace refuses what overflows
+def state_space_of(system, whole=None):
+    """`StateSpace` of a `LinearSystem` with real matrices and labels.
+
+    States are z, times W of modal amplitudes, and z', each less a multiple of the inputs.
+
+    Parameters
+    ----------
+    system : LinearSystem
+    whole : LinearSystem, optional
+        Its M, C and K before any modes were left out.
+
+    Raises
+    ------
+    NoSolutionError
+        Something that moves has no mass, or entries overflow.
+    """
+    n, i = len(system), len(system.inputs)
+    try:
+        solved = np.linalg.solve(
+            system.mass, np.concatenate([system.stiffness, system.damping, *system.driven], axis=1)
+        )
+    except np.linalg.LinAlgError:
+        raise NoSolutionError("the state space needs a mass of everything that moves") from None
+    matrices, given = (solved[:, :n], solved[:, n : 2 * n]), np.split(solved[:, 2 * n :], [i, 2 * i], axis=1)
+    modal = np.array([unit == MODAL for _, unit in system.coordinates], dtype=bool)
+    scale = np.where(modal, np.sqrt(np.diagonal(system.stiffness)), 1.0)
+    # forces are inputs like the others, only without effect of their derivatives
+    forces = np.zeros((n, 0)), np.zeros((len(system.outputs), 0))
+    a, b, c, d, derivatives = first_order(matrices, given, forces[0], scale, system.moved, system.follow, forces[1])
+    placed = [
+        (f"{name}_amplitude", f"{unit}/s") if unit == MODAL else (name, unit) for name, unit in system.coordinates
+    ]
+    states = *placed, *((f"{name}_velocity", f"{unit}/s") for name, unit in system.coordinates)
+    return StateSpace(a, b, c, d, states, system.inputs, system.outputs, derivatives, whole or system)
+
+
 def _labels(model, inputs, gondola):
     """Name and unit of each state, input and output."""
     position = [(f"{name}_amplitude", f"{MODAL}/s") for name in model.names]
@@ -486,10 +513,10 @@ def _labels(model, inputs, gondola):
 
 
 def _free_cable(model, damping, gondola, viscous):
-    """`SecondOrder` of the cable with free ends and the gondola, damped by the air, on end 2."""
+    """`LinearSystem` of the cable with free ends and the gondola, damped by the air, on end 2."""
     mass, damping, end = model.mass.copy(), damping.copy(), len(model.names) + GONDOLA
     if gondola is not None:
         mass[end, end] += gondola
         damping[end, end] += viscous
     names = (*((name, MODAL) for name in model.names), *((name, "m") for name in NAMES))
-    return SecondOrder(mass, damping, model.stiffness, names)
+    return LinearSystem(mass, damping, model.stiffness, coordinates=names)

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cablestudy.control.second_order import SecondOrderSystem
-from cablestudy.control.statespace import MODAL, SecondOrder
+from cablestudy.control.statespace import state_space_of
 from cablestudy.errors import NoSolutionError
+from cablestudy.system.linear import MODAL, LinearSystem
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import AXES, outward
 
@@ -64,7 +64,7 @@ def reeled(equilibrium, winches):
     return moved.reshape(6 * len(direction), len(winches))
 
 
-def _lifted(equilibrium, winches):
+def load_off_ends(equilibrium, winches):
     """Forces on the ends of all cables by the load that each winch takes off its own end, shape (6 c, i). [N/m]"""
     span = equilibrium.catenary.span
     lifted = np.zeros((len(span.chord), 2, 3, len(winches)))
@@ -75,8 +75,8 @@ def _lifted(equilibrium, winches):
 
 
 def state_space(layout, kept, winches=(), markers=()):
-    """`StateSpace` of `second_order` with all its coordinates."""
-    return second_order(layout, kept, winches, markers).state_space()
+    """`StateSpace` of `second_order` with all its coordinates; hysteretic damping is viscous there."""
+    return state_space_of(second_order(layout, kept, winches, markers).viscous())
 
 
 def second_order(layout, kept, winches=(), markers=()):
@@ -92,7 +92,7 @@ def second_order(layout, kept, winches=(), markers=()):
 
     Returns
     -------
-    SecondOrderSystem
+    LinearSystem
         Inputs: `winch.CABLE` (m reeled in), then `BODY.force_x` to `BODY.moment_z` of all free displacements, at the
         reference point. Outputs: those displacements, `BODY.MARKER.x` and so on, `CABLE.tension_from`,
         `CABLE.tension_to`. Displacements need no derivatives of inputs in the state space; tensions at moved ends do.
@@ -102,10 +102,6 @@ def second_order(layout, kept, winches=(), markers=()):
     NoSolutionError
         There are too many coordinates.
 
-    Notes
-    -----
-    Hysteretic damping has no state space: each undamped mode gets the viscous damping that dissipates as much energy
-    per cycle; tensions are then without their damped part.
     """
     equilibrium = layout.equilibrium
     free, modal = len(layout.free), sum(len(one.element.omega) for one in kept)
@@ -116,30 +112,24 @@ def second_order(layout, kept, winches=(), markers=()):
     imposed = reeled(equilibrium, winches)
     system = layout.system([one.element for one in kept], imposed)
     mass, damping, stiffness = (_dense(part) for part in (system.mass, system.damping, system.stiffness))
-    if np.iscomplexobj(stiffness):
-        damping, stiffness = damping + _equivalent_viscous(mass, stiffness), stiffness.real
-    lifted = _lifted(equilibrium, winches)
+    lifted = load_off_ends(equilibrium, winches)
     driven = _winch_forces(layout, system, modal, lifted)
     loads = np.eye(free + modal)[:, modal:]
     driven = [np.concatenate([part, loads * (order == 0)], axis=1) for order, part in enumerate(driven)]
     moved, follow = outputs(layout, kept, imposed, lifted, markers)
     inputs, names = labels(layout, winches, markers)
-    coordinates = _coordinates(layout, kept)
-    amplitudes = [(f"{name}_amplitude", f"{unit}/s") for name, unit in coordinates[:modal]]
-    rates = [(f"{name}_velocity", f"{unit}/s") for name, unit in coordinates]
     held = np.zeros((len(names), free))
-    return SecondOrderSystem(
+    return LinearSystem(
         mass,
         damping,
         stiffness,
         tuple(driven),
+        free,
         moved,
         tuple(np.concatenate([part, held], axis=1) for part in follow),
-        np.concatenate([*(one.element.omega for one in kept), np.ones(free)]),
-        (*amplitudes, *coordinates[modal:], *rates),
+        _coordinates(layout, kept),
         inputs,
         names,
-        SecondOrder(mass, damping, stiffness, coordinates),
     )
 
 
@@ -157,32 +147,18 @@ def winch_forces(layout, kept, winches):
     """
     modal = sum(len(one.element.omega) for one in kept)
     system = layout.system([one.element for one in kept], reeled(layout.equilibrium, winches))
-    return tuple(_winch_forces(layout, system, modal, _lifted(layout.equilibrium, winches)))
+    return tuple(_winch_forces(layout, system, modal, load_off_ends(layout.equilibrium, winches)))
 
 
 def _winch_forces(layout, system, modal, lifted):
-    driven = [-_dense(part).real for part in system.driven]
-    driven[0][modal:] += layout.moved.T @ lifted
-    return driven
+    static, *moving = (_dense(part) for part in system.driven)
+    static = static.copy()
+    static[modal:] += layout.moved.T @ lifted
+    return [static, *(part.real for part in moving)]
 
 
 def _dense(matrix):
     return matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
-
-
-def _equivalent_viscous(mass, stiffness):
-    """Viscous damping that gives each mode the energy loss per cycle of a complex stiffness."""
-    try:
-        lower = np.linalg.cholesky(mass)
-    except np.linalg.LinAlgError:
-        raise NoSolutionError("the state space needs a mass of everything that moves") from None
-    half = np.linalg.solve(lower, stiffness.real)
-    square, vectors = np.linalg.eigh(np.linalg.solve(lower, half.T))
-    shapes = np.linalg.solve(lower.T, vectors)
-    omega = np.sqrt(np.maximum(square, 0.0))
-    rate = (shapes * (stiffness.imag @ shapes)).sum(axis=0) / np.where(omega > 0, omega, 1.0)
-    weighted = lower @ vectors
-    return weighted * rate @ weighted.T
 
 
 def _of_bodies(layout, words, units):
@@ -219,12 +195,12 @@ def outputs(layout, kept, imposed, lifted, markers):
     layout, kept, markers
         As for `state_space`.
     imposed, lifted : ndarray, shape (6 c, i)
-        See `reeled` and `_lifted`.
+        See `reeled` and `load_off_ends`.
 
     Returns
     -------
     moved, follow : tuple of 3 ndarray, shapes (o, n) and (o, i)
-        By the coordinates, and by the winches.
+        By the coordinates, and by the winches; the first of each is complex where damping is hysteretic.
     """
     suspension, free = layout.equilibrium.suspension, len(layout.free)
     modal = sum(len(one.element.omega) for one in kept)
@@ -247,18 +223,20 @@ def _tensions(layout, kept, imposed, lifted, modal):
     """Changes of tension at the ends: parts by z, z' and z'', each with that by v, v' and v''."""
     direction, _ = outward(layout.equilibrium)
     ends = _dense(layout.moved)
-    moved, follow = np.zeros((3, 2 * len(kept), modal + ends.shape[1])), np.zeros((3, 2 * len(kept), imposed.shape[1]))
+    matrices = [one.element.matrices() for one in kept]
+    kinds = [np.result_type(float, *(parts[2] for parts in matrices)), float, float]
+    moved = [np.zeros((2 * len(kept), modal + ends.shape[1]), kind) for kind in kinds]
+    follow = [np.zeros((2 * len(kept), imposed.shape[1]), kind) for kind in kinds]
     begin = 0
-    for cable, one in enumerate(kept):
+    for cable, (one, (mass, damping, stiffness)) in enumerate(zip(kept, matrices, strict=True)):
         n, own = len(one.element.omega), slice(6 * cable, 6 * cable + 6)
-        mass, damping, stiffness = one.element.matrices()
         pulled = np.zeros((2, 6))
         pulled[0, :3], pulled[1, 3:] = direction[cable]
-        for order, matrix in enumerate((stiffness.real, damping, mass)):
+        for order, matrix in enumerate((stiffness, damping, mass)):
             force, rows = pulled @ matrix[n:], slice(2 * cable, 2 * cable + 2)
-            moved[order, rows, begin : begin + n] = force[:, :n]
-            moved[order, rows, modal:] = force[:, n:] @ ends[own]
-            follow[order, rows] = force[:, n:] @ imposed[own]
-        follow[0, rows] -= pulled @ lifted[own]
+            moved[order][rows, begin : begin + n] = force[:, :n]
+            moved[order][rows, modal:] = force[:, n:] @ ends[own]
+            follow[order][rows] = force[:, n:] @ imposed[own]
+        follow[0][rows] -= pulled @ lifted[own]
         begin += n
     return list(zip(moved, follow, strict=True))

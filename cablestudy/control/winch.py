@@ -5,14 +5,14 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control import margins, stability
+from cablestudy.control import stability
 from cablestudy.control.law import INTEGRATOR, Law
+from cablestudy.control.margins import Margins
 from cablestudy.control.plant import Notch, Plant
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.superelement import Superelement
 
 __all__ = ["Loop", "Notch", "Plant"]
-REMEMBERED, ARRAYS = 5000, 12  # frequencies of an array, and arrays, whose response is kept for the next wind
 
 
 @dataclass(frozen=True)
@@ -102,23 +102,6 @@ class Loop:
         alone = self.plant.alone(s, own)
         return 1 / alone, 1 / (alone + self.gain * self.controller(s) * driven)
 
-    def squares(self, frequency):
-        """|x/F|^2 without and with control at frequencies [Hz], each of shape (m,). [m^2/N^2]"""
-        few, key = len(frequency) <= REMEMBERED, frequency.tobytes()
-        if key not in self._squares:
-            without, controlled = self.compliances(2j * np.pi * frequency)
-            found = tuple(value.real**2 + value.imag**2 for value in (without, controlled))
-            if not few:
-                return found
-            while len(self._squares) >= ARRAYS:
-                del self._squares[next(iter(self._squares))]
-            self._squares[key] = found
-        return self._squares[key]
-
-    @cached_property
-    def _squares(self):
-        return {}
-
     @property
     def closed_poles(self):
         """Poles with control, upper half plane and real axis, shape (k,). [rad/s]"""
@@ -171,50 +154,35 @@ class Loop:
         return self.plant.limit_frequency if self.gain and self.largest_gain else None
 
     @cached_property
-    def _crossovers(self):
-        """See `margins.gain_crossovers`."""
-        self.check_damped()
-        return margins.gain_crossovers(self.whole)
-
-    @property
-    def phase_margin(self):
-        """Least angle between L and -1 where |L| = 1, over all such places; None when there is none. [deg]"""
-        return margins.phase_margin(self._crossovers[1])
-
-    @property
-    def gain_crossover(self):
-        """Frequency at which |L| = 1 with the phase margin; None when there is none. [Hz]"""
-        return margins.phase_margin_frequency(*self._crossovers)
-
-    @property
-    def delay_margin(self):
-        """Least delay in the loop that makes it unstable; None when |L| = 1 nowhere. [s]"""
-        return margins.delay_margin(*self._crossovers)
-
-    @cached_property
-    def sensitivity_peak(self):
-        """Largest |1/(1 + L)| over all frequencies [-], and where it is [Hz]; None where it is 1, at infinity.
+    def margins(self):
+        """`Margins` of a stable loop, with every mode in its response.
 
         Raises
         ------
         NoSolutionError
-            Of a stable loop: the peak is that of a mode as good as undamped.
+            The gondola is not damped; of a peak: it is that of a mode as good as undamped.
         """
         self.check_damped()
-        peak, omega = margins.sensitivity_peak(self.whole)
-        if omega is None:
-            return peak, None
-        poles = np.concatenate([self.closed_poles, self.plant.excited.poles])
-        pole = complex(poles[np.argmin(np.abs(poles - 1j * omega))])
-        if peak > 1 and -pole.real < stability.UNDAMPED * abs(pole):
-            raise stability.undamped(pole, max(-pole.real / abs(pole), 0.0), "no peak of the sensitivity: ")
-        return peak, omega / (2 * np.pi)
+        whole = self.whole.plant
+        return Margins(
+            lambda s: self.gain * whole.unit_matrix(whole.responding, s),
+            self.whole.response_frequencies,
+            self._check_peak,
+        )
 
     @property
-    def bandwidth(self):
-        """Where the closed loop L/(1 + L) first falls to 1/sqrt(2); None when it never does. [Hz]"""
-        self.check_damped()
-        return margins.bandwidth(self.whole)
+    def response_frequencies(self):
+        """All decades, and frequencies beside the poles with and without control, shape (f,). [rad/s]"""
+        plant = self.plant
+        poles = plant.open_poles, plant.responding.poles, self.closed_poles, [-self.gain]
+        return plant.frequencies(np.concatenate(poles))
+
+    def _check_peak(self, omega):
+        """Refuse a peak of the sensitivity [rad/s] of a mode as good as undamped."""
+        poles = np.concatenate([self.closed_poles, self.plant.excited.poles])
+        pole = complex(poles[np.argmin(np.abs(poles - 1j * omega))])
+        if -pole.real < stability.UNDAMPED * abs(pole):
+            raise stability.undamped(pole, max(-pole.real / abs(pole), 0.0), "no peak of the sensitivity: ")
 
     @cached_property
     def verdict(self):

@@ -12,9 +12,8 @@ def compare_models(
     repeats: Runs = 5,
     out: File | None = None,
     shown: bool = False,
-    progress=None,
 ):
-    """`out`: a folder for its tables; `progress`: called with the number of runs done and of all."""
+    """`out`: a folder for its tables."""
     from cablestudy.study import trade
     from cablestudy.study.table import TableFiles
 
@@ -22,8 +21,7 @@ def compare_models(
     place = None if out is None else TableFiles(out, trade.file_name(scene.path))
     if place:
         place.check_writable()
-    total = (repeats + 1) * len(trade.models_of(scene.model, compared))
-    found = trade.compare(scene.model, compared, repeats, progress=lambda done: progress and progress(done, total))
+    found = trade.compare(scene.model, compared, repeats)
     title = shlex.join([scene.path, *(word for change in scene.changes for word in ("--set", change))])
     if place:
         trade.write(found, place, title)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Set
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
+from cablestudy.activity import Shown
 from cablestudy.errors import NoSolutionError, SceneError, shorten
 from cablestudy.interface.answer import Answer
 from cablestudy.interface.arguments import call, checked
@@ -318,8 +319,13 @@ class Scene:
             What to compare; in text separated by commas.
         repeats : int
             Of each timing.
+
+        Notes
+        -----
+        Where it takes long standard error says how far it is, unless CABLESTUDY_PROGRESS is `off`.
         """
-        return self.compute("trade", columns=columns, repeats=repeats).frame()
+        with Shown("trade"):
+            return self.compute("trade", columns=columns, repeats=repeats).frame()
 
     @checked
     def freeze(self) -> str:

@@ -93,7 +93,9 @@ class Cable(CableProperties):
         None, description="Mean tension, or its share of the breaking force (instead of unstretched_length or sag)"
     )
     tension: TensionAt | None = Field(None, description="Tension at a named place (instead of preload)")
-    reference: Reference = Field(Reference(), description="The state in which preload, tension and sag hold")
+    reference: Reference = Field(
+        Reference.model_construct(), description="The state in which preload, tension and sag hold"
+    )
     sag: Annotated[float, Quantity("m", 1e-18, 1e9)] | None = Field(
         None, description="Vertical distance from chord to cable at mid-span (instead of unstretched_length or preload)"
     )

@@ -57,7 +57,9 @@ class Controller(Table):
     gain: Annotated[float | AutoGain, QuantityOrTable("rad/s", 0, 1e12, table=AutoGain)] = Field(
         description="Integral gain, or {auto: 6 dB}: the largest with this gain margin and a sensitivity of at most 2"
     )
-    notch: Annotated[Notch | None, BeforeValidator(_none_word)] = Field(Notch(), description="Notch filter, or none")
+    notch: Annotated[Notch | None, BeforeValidator(_none_word)] = Field(
+        Notch.model_construct(), description="Notch filter, or none"
+    )
     proportional_gain: Annotated[float, Quantity("", 0, 1e9)] = Field(
         0.0, description="Movement of the winch per displacement that is measured; needs bandwidth of the winch"
     )

@@ -233,6 +233,9 @@ def _first_keys(groups):
 class Table(BaseModel):
     """A mapping of the file. Subclasses say in `relations` what its keys must be to each other.
 
+    The validators of pydantic are built when the first one is read: building all of them would take an eighth of the
+    start of a command. A default that is a table of plain defaults is written `model_construct()`, which builds none.
+
     Attributes
     ----------
     table : str
@@ -241,7 +244,7 @@ class Table(BaseModel):
         Whether none of a group may be given.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", revalidate_instances="never")
+    model_config = ConfigDict(frozen=True, extra="forbid", revalidate_instances="never", defer_build=True)
     table: ClassVar[str] = ""
     optional_groups: ClassVar[bool] = False
 

@@ -149,8 +149,10 @@ class EndMoves(Table):
 class LoadCase(CommonLoadCase):
     """One of the days of a scene of one cable."""
 
-    forces: EndForces = Field(EndForces(), description="Forces on the gondola, with the lengths of the reference state")
-    moves: EndMoves = Field(EndMoves(), description="Displacements of the ends, with the same lengths")
+    forces: EndForces = Field(
+        EndForces.model_construct(), description="Forces on the gondola, with the lengths of the reference state"
+    )
+    moves: EndMoves = Field(EndMoves.model_construct(), description="Displacements of the ends, with the same lengths")
 
     loads: tuple[Load, ...] = Field((), max_length=MAX_LOADS, description="Point loads beside those of the cable")
 

@@ -113,7 +113,7 @@ class Scene(Table):
         return found
 
 
-NO_CASE = LoadCase()
+NO_CASE = LoadCase.model_construct()
 
 
 # Where each mapping of the file lies ("*": any index) and which model reads it.

@@ -47,14 +47,14 @@ INSTEAD = {
     **{(key,): "that of all winches is under control" for key in ("controller", *Drive.model_fields)},
 }
 OF_CABLES = ("cable",), ("cables",), ("cases",), ("winches",)  # tables with keys of one cable
-NO_CASE = SuspensionCase()
+NO_CASE = SuspensionCase.model_construct()
 
 
 class SuspensionScene(Table):
     """All that the file of a suspension says. Each cable holds its own keys and those of `cable` that it lacks."""
 
     gravity: Annotated[float, Quantity("m/s^2", 0, 1e6)] = Field(9.81, description="Acceleration of gravity, along -z")
-    cable: SharedCable = Field(SharedCable(), description="What all cables share")
+    cable: SharedCable = Field(SharedCable.model_construct(), description="What all cables share")
     points: dict[Name, PointOrPlace] = Field({}, description="Name -> place, or a mapping for a free point")
     bodies: dict[Name, Body] = Field({}, description="Name -> rigid body")
     cables: dict[Name, SuspendedCable] = Field(min_length=1, description="Name -> cable, over the table cable")

@@ -194,7 +194,9 @@ class _Stated(CableProperties):
     )
     tension: TensionAt | None = Field(None, description="Tension at a named place (instead of unstretched_length)")
     force_density: ForceDensity | None = Field(None, description="Tension over length, for form finding")
-    reference: Reference = Field(Reference(), description="The state in which lengths, tensions and sags hold")
+    reference: Reference = Field(
+        Reference.model_construct(), description="The state in which lengths, tensions and sags hold"
+    )
     loads: tuple[Load, ...] = Field((), max_length=MAX_LOADS, description="Point loads on the cable")
 
 

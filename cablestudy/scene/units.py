@@ -71,7 +71,6 @@ _QUANTITY = re.compile(
 )
 # Names with small powers, joined by * / and brackets: nothing in it can grow, and nothing is ever evaluated.
 _NAME = r"[A-Za-zµμΩ°%][A-Za-z0-9_]*"
-_FRACTION = re.compile(r"([0-9]{1,9}(?:\.[0-9]{1,9})?)/([0-9]{1,9}(?:\.[0-9]{1,9})?)")
 _UNIT = re.compile(rf"(?:{_NAME}(?:\s*(?:\^|\*\*)\s*[-+]?[0-9]{{1,2}})?|1(?=\s*/)|[*/()· ])+")
 
 
@@ -237,13 +236,6 @@ def common_factor(name, other):
         nouns = _dimension_name(dimension), _dimension_name(expected)
         raise ValueError(f'"{name}" ({nouns[0]}) and "{other}" ({nouns[1]}) do not fit each other')
     return ratio / scale
-
-
-def fraction_hint(text):
-    """The end of a message about text with a fraction of two numbers, which is no number; else empty."""
-    found = _FRACTION.search(text)
-    is_fraction = found is not None and float(found[2]) > 0
-    return f" (write {float(found[1]) / float(found[2]):.6g} for {found[0]})" if is_fraction else ""
 
 
 @cache

@@ -21,15 +21,17 @@ import numpy as np
 
 from cablestudy.cable.element import basis, lagrange
 from cablestudy.control.plant import NEAR
+from cablestudy.control.residues import Residues
 from cablestudy.control.stability import UNDAMPED
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.cable_wind import AT_ONCE, DIRECTIONS, STILL, at_points, blowing, drag_loads
-from cablestudy.study.windrms import below_range, panels, scaling, tolerance_of
+from cablestudy.study.cable_wind import DIRECTIONS, STILL, at_points, blowing, drag_loads
+from cablestudy.study.windrms import QUADRATURE, frequency_range, scaling
 from cablestudy.system.linear import upper
-from cablestudy.wind import rms
+from cablestudy.wind.cable_gusts import INTERPOLATED, CableGusts
 from cablestudy.wind.coherence import ratio_of, rod
 from cablestudy.wind.drag import cable_damping, drag_matrices
 from cablestudy.wind.spectrum import speed_spectrum
+from cablestudy.wind.variance import Panels, frequency_edges, smooth_on, variances
 
 MOST_MODES = 160  # of one plane: static displacements by the others fall with the cube of their number, 1e-7
 NOTHING = 100  # times the floor of a spectrum: a variance below it is none
@@ -48,7 +50,7 @@ class CableMotion:
     tension : float
         At the end, and in the wind, for which it is largest. [N]
     error : float
-        Largest estimated relative error of a variance by integration. [-]
+        Estimated relative error of a variance by quadrature and interpolation. [-]
     """
 
     midspan: float
@@ -88,18 +90,15 @@ def cable_motion_of(case):
     ------
     NoSolutionError
         The case has a gondola, a mode is not damped, or a number is too large for one.
-    ConvergenceError
-        The integral does not settle.
     """
     if case.scene.gondola is not None:
         raise NoSolutionError("the motion of a cable in the wind is computed for fixed ends: leave out the gondola")
     moving, wind = _Cable(case), case.scene.wind
-    found = [moving.variances(part, direction) for part in moving.parts for direction in DIRECTIONS]
+    variance = [moving.variances(part, direction) for part in moving.parts for direction in DIRECTIONS]
     scale = wind.air_density, wind.cable_drag_coefficient, case.scene.wind_diameter
     times = scaling(*scale, moving.length, wind.speed, wind.turbulence)
-    largest = np.sqrt(np.max([variance for variance, _ in found], axis=0))
-    error = max(error for _, error in found)
-    return CableMotion(times(float(largest[:3].max())), times(float(largest[3:].max())), error)
+    largest = np.sqrt(np.max(variance, axis=0))
+    return CableMotion(times(float(largest[:3].max())), times(float(largest[3:].max())), QUADRATURE + INTERPOLATED)
 
 
 class _Cable:
@@ -139,58 +138,55 @@ class _Cable:
         self._aside = aside
 
     def variances(self, part, direction):
-        """Variances of the place of mid-span along the chord frame and of the tensions, and the error of the largest.
+        """Variances of the place of mid-span along the chord frame and of the tensions.
 
         Over the square of rho C_d d v sigma length, shape (5,). `part` are modes that move together, `direction` is
         that of the mean wind.
         """
-        spectra, poles = self.spectra(part, direction)
-        if spectra is None:
-            return np.zeros(5), 0.0
-        wind, main = self._wind, float(np.abs(poles).min()) / (2 * np.pi)
-        _check_damped(poles[np.abs(poles) < 2 * np.pi * NEAR * main])
-        edges = panels(main, wind.speed / wind.length_scale, poles, NEAR * main, what="the cable")
-        found = rms.integrate(spectra, edges, tolerance_of(self._case.scene))
-        variance = found.value + below_range(found)
-        if not np.isfinite(variance).all():
+        moved, outputs, gusts_on = self.response(part, direction)
+        if gusts_on is None:
+            return np.zeros(5)
+        wind, size = self._wind, np.abs(upper(outputs.poles))
+        main = float(size.min()) / (2 * np.pi)
+        _check_damped(upper(outputs.poles)[size < 2 * np.pi * NEAR * main])
+        span = frequency_range(main, wind.speed / wind.length_scale, what="the cable")
+        gusts = gusts_on(span)
+        panels = Panels(smooth_on(frequency_edges(*span), [gusts.spectrum]))
+        noise, found = gusts.noise(panels.frequency), np.zeros(5)
+        found[moved] = variances(outputs, panels, noise, np.ones((1, len(panels.frequency))))[0]
+        if not np.isfinite(found).all():
             raise NoSolutionError("the wind's force on the cable is too large for a number")
-        variance[variance <= NOTHING * STILL**2 * np.array([*[variance[:3].max()] * 3, 1.0, 1.0])] = 0.0
-        return variance, float((found.error / np.where(variance > 0, variance, 1.0)).max())
+        return np.where(found > NOTHING * STILL**2 * np.array([*[found[:3].max()] * 3, 1.0, 1.0]), found, 0.0)
 
-    def spectra(self, part, direction):
-        """What `variances` integrates, a function of frequencies, shape (m,) -> (5, m), and poles [rad/s].
+    def response(self, part, direction):
+        """How the wind on some modes that move together moves the cable.
 
-        None where the wind does not act on these modes. A floor is added, so that what is nothing but rounding is not
-        integrated to a relative error.
+        Returns
+        -------
+        moved : list of int
+            Of mid-span along the chord frame and the tensions at both ends those that move.
+        outputs : Residues
+            Of these, by the drag on the two static shapes and on the modes.
+        gusts_on : callable or None
+            Range as of `frequency_range` [Hz] -> the drag, `CableGusts`; None without any.
         """
         matrices = drag_matrices(self._tangent, self._blowing[direction])
         shapes = np.concatenate([self._held, self._shapes[..., part]], axis=-1)
         loads = drag_loads(self._rod, shapes, matrices)
         loads[np.abs(loads) < STILL * np.abs(shapes).max(axis=(0, 1, 2))[:, None]] = 0.0
         if not loads[:, 2:].any():
-            return None, None
+            return None, None, None
         drag = self._damping(shapes, matrices)
-        system = _System(*self._matrices(part, drag))
         moved, outputs = self._outputs(part, drag)
         wind, ratio = self._wind, ratio_of(self._wind, self.length)
-        driven = system.inputs @ loads[:, 2:]
 
-        def spectra(frequency):
-            pieces = np.split(frequency, range(AT_ONCE, len(frequency), AT_ONCE))
-            return np.concatenate([some(piece) for piece in pieces], axis=1)
+        def turbulence(frequency):
+            return speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
 
-        def some(frequency):
-            turbulence = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
-            weights = system.weights(outputs, 2j * np.pi * frequency)
-            rows = np.zeros((5, len(frequency)))
-            for row, weight, static in zip(moved, weights, outputs.static, strict=True):
-                load = (static @ loads[:, :2])[:, None] + weight @ driven
-                rows[row] = self._rod.variance(load, ratio(frequency))
-            rows[:3] += STILL**2 * rows[:3].sum(axis=0)
-            rows[3:] += STILL**2
-            return turbulence * rows
+        def gusts_on(span):
+            return CableGusts(self._rod, loads, ratio, turbulence, span)
 
-        return spectra, upper(system.poles)
+        return moved, _System(*self._matrices(part, drag)).residues(outputs), gusts_on
 
     def _damping(self, shapes, matrices):
         """C_a of static shapes and modes, shape (2 + n, 2 + n). [1/s]"""
@@ -257,6 +253,7 @@ class _System:
     """
 
     def __init__(self, omega, damping, more):
+        self._one_sided = np.iscomplexobj(more)
         n, slowness = len(omega), np.diag(1 / omega)
         try:
             with np.errstate(all="ignore"):  # what is not finite is not trusted
@@ -281,14 +278,15 @@ class _System:
             errors.append(np.abs(wrong).max() / np.abs(exact).max())
         return np.max(errors)
 
-    def weights(self, outputs, s):
-        """Of the poles' motion in each output: complex, shape (o, m, 2 n), for s of shape (m,)."""
+    def residues(self, outputs):
+        """`Residues` of `_Outputs` by the drag on static shapes and on the modes."""
         place, rate, acceleration = (
             part @ self._shapes for part in (outputs.place, outputs.rate, outputs.acceleration)
         )
-        s = s[:, None]
-        whole = place[:, None] + s * rate[:, None] + s**2 * acceleration[:, None]
-        return whole / (s - self.poles)
+        shown = place + self.poles * (rate + self.poles * acceleration)
+        given = np.concatenate([np.zeros((len(self.poles), outputs.static.shape[1])), self.inputs], axis=1)
+        direct = np.concatenate([outputs.static, outputs.acceleration], axis=1)
+        return Residues(self.poles, given, shown, direct, self._one_sided)
 
 
 def _at(mesh, place, shapes):

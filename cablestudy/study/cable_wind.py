@@ -13,6 +13,7 @@ from cablestudy.cable.element import basis, lagrange
 from cablestudy.control.force_transmission import modal_force_transmission
 from cablestudy.study.loops import with_viscous
 from cablestudy.system.superelement import GONDOLA, GROUND
+from cablestudy.wind.cable_gusts import CableGusts
 from cablestudy.wind.coherence import ratio_of, rod
 from cablestudy.wind.drag import drag_matrices
 from cablestudy.wind.spectrum import speed_spectrum
@@ -31,7 +32,7 @@ class CableWind:
         state, self._wind = case.state, case.scene.wind
         observable = np.abs(model.participation[:, [GONDOLA, GROUND]]).max(axis=1, initial=0.0)
         observable = np.flatnonzero(observable > 1e-9 * observable.max(initial=0.0))  # as the loop has them
-        self._model = model.select(observable)
+        self.model = model.select(observable)
         self._rod = rod(state.mesh, state.stretch)
         self.length = self._rod.length * float(span.unstretched_length)
         shapes = np.zeros((state.mesh.nodes, 3, len(observable) + 1))
@@ -51,6 +52,19 @@ class CableWind:
         """
         return drag_loads(self._rod, self._shapes, drag_matrices(self._tangent, self._blowing[direction]))
 
+    def moves(self, direction):
+        """Whether a mean wind in a direction exerts a force on the gondola."""
+        return len(self.loads(direction)) > 0
+
+    def gusts(self, direction, span):
+        """`CableGusts` on the modes and then the gondola, over rho C_d d v sigma length."""
+        wind, loads = self._wind, self.loads(direction)
+
+        def turbulence(frequency):
+            return speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
+
+        return CableGusts(self._rod, np.roll(loads, -1, axis=1), ratio_of(wind, self.length), turbulence, span)
+
     def spectrum(self, direction):
         """Spectrum of the force on the gondola over (rho C_d d v sigma length)^2, a function.
 
@@ -61,7 +75,7 @@ class CableWind:
             return None
 
         def part(frequency):
-            shares = modal_force_transmission(self._model, 2j * np.pi * frequency)
+            shares = modal_force_transmission(self.model, 2j * np.pi * frequency)
             load = loads[:, :1] + shares @ loads[:, 1:]
             turbulence = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
             return turbulence * self._rod.variance(load, ratio(frequency))

@@ -24,9 +24,10 @@ OF_EXCITED = ("coupled", "end_inertia", "end_model_along_x", "loop")  # results 
 # modes above GONDOLA_MODES times the gondola's frequency, or more for high accuracies, are not summed one by one; the
 # error falls with the sixth power of that number n, as (OMITTED/n)^6, measured on random scenes
 GONDOLA_MODES, OMITTED = 20, 1.5
-# columns that depend on a frequency of the loop: whether it is that of the peak of the sensitivity, or where |L| = 1
-MARGINS = {"phase_margin": False, "gain_crossover": False, "delay_margin": False,
-           "sensitivity_peak": True, "sensitivity_frequency": True}  # fmt: skip
+# columns of the loop that depend on its modes at a frequency -> which of its `Margins` that is
+MARGINS = dict.fromkeys(("phase_margin", "gain_crossover", "delay_margin"), "gain_crossover")
+MARGINS |= dict.fromkeys(("sensitivity_peak", "sensitivity_frequency"), "sensitivity_frequency")
+MARGINS |= dict.fromkeys(("disk_margin", "disk_gain_margin", "disk_phase_margin"), "disk_frequency")
 SPARE = 1.2  # times as many modes as are expected below an axial one are computed at first
 # what the statics and undamped motion of the cable depend on, beside gravity and model
 CABLE = ("ends", "chord", "inclination", "section_axial_stiffness", "section_mass", "section_diameter",
@@ -367,10 +368,10 @@ class Case:
     def margin_frequency(self, names):
         """The highest frequency on which some columns of the loop depend; 0 where they cannot be had. [Hz]"""
         found = [0.0]
-        for name, of_peak in MARGINS.items():
+        for name, frequency in MARGINS.items():
             try:
                 if name in names and self.loop.stable:
-                    found.append((self.loop.sensitivity_peak[1] if of_peak else self.loop.gain_crossover) or 0.0)
+                    found.append(getattr(self.loop.margins, frequency) or 0.0)
             except CablestudyError:  # which the column says
                 continue
         return max(found)

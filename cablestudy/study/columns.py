@@ -16,7 +16,7 @@ import numpy as np
 
 from cablestudy.cable import taut
 from cablestudy.cable.geometry import chord_angles, clearance, load_sag, lowest_point, sag_and_swing
-from cablestudy.errors import NoSolutionError
+from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.load_cases import wind_direction
 from cablestudy.study.table import Field, header
 from cablestudy.wind.drag import shedding_frequencies
@@ -33,6 +33,19 @@ DRAG = "gondola.area, gondola.drag_coefficient, wind"
 STEADY = "gondola.area, gondola.drag_coefficient, wind|load_case.wind"
 BODY = f"gondola.mass, {DRAG}"
 ON_CABLE = f"gondola.mass, wind, {DIAMETER}"
+# numbers of `control.margins.Margins` of one loop and of several -> unit, meaning
+SENSITIVITY = {
+    "sensitivity_peak": ("", "largest singular value of the sensitivity S = (I + L)^-1 over frequency; |1/(1 + L)| of "
+                         "one loop"),
+    "sensitivity_frequency": ("Hz", "frequency of the largest sensitivity"),
+    "bandwidth": ("Hz", "first frequency at which the largest singular value of T = L (I + L)^-1 falls below "
+                  "1/sqrt(2); empty where it never does"),
+    "disk_margin": ("", "alpha: stable with each factor (1 + d/2)/(1 - d/2) of the loop gain, |d| < alpha; at most 2. "
+                    "Of several loops a lower bound: with such factors of all, coupled ones too"),
+    "disk_gain_margin": ("dB", "gains may grow or fall by less than this, those of several loops independently; empty "
+                         "where by any factor"),
+    "disk_phase_margin": ("deg", "phases may turn by less than this, those of several loops independently"),
+}  # fmt: skip
 # what a cross-section computes -> the key to give where it cannot
 WRITTEN = {
     "section_area": "area", "section_diameter": "diameter", "section_breaking_force": "breaking_force",
@@ -218,7 +231,7 @@ def goes_slack(case):
     known = "cable_motion" if case.scene.gondola is None else "response"
     try:
         return known in case.__dict__ and tensions_at_peak(case)[0] < 0
-    except NoSolutionError:  # a winch that would be too fast
+    except CablestudyError:  # a winch that would be too fast, for example: the columns of the wind say why
         return False
 
 
@@ -255,6 +268,16 @@ def _stable_loop(case):
     if not case.loop.stable:
         case.loop.check_stable()
     return case.loop
+
+
+def _margin_columns():
+    """Yield the columns of the sensitivity, the bandwidth and the disk margin of the winch loop."""
+    for name, (unit, meaning) in SENSITIVITY.items():
+
+        def compute(case, name=name):
+            return getattr(_stable_loop(case).margins, name)
+
+        yield Column(name, unit, meaning, "loop", compute, WINCH)
 
 
 def _frequency(name, meaning, number, kind, symmetry=None):
@@ -362,17 +385,12 @@ COLUMNS = (
     Column("phase_crossover", "Hz", "frequency at which the largest gain puts a pole of the loop on the axis: "
            "that of the gain margin", "loop", lambda c: c.loop.phase_crossover, WINCH),
     Column("phase_margin", "deg", "least angle to instability where the loop gain is one", "loop",
-           lambda c: _stable_loop(c).phase_margin, WINCH),
+           lambda c: _stable_loop(c).margins.phase_margin, WINCH),
     Column("gain_crossover", "Hz", "frequency at which the loop gain is one: that of the phase margin", "loop",
-           lambda c: _stable_loop(c).gain_crossover, WINCH),
+           lambda c: _stable_loop(c).margins.gain_crossover, WINCH),
     Column("delay_margin", "s", "least further delay in the loop that makes it unstable", "loop",
-           lambda c: _stable_loop(c).delay_margin, WINCH),
-    Column("sensitivity_peak", "", "largest value of the sensitivity |1/(1 + L)| of the loop over frequency", "loop",
-           lambda c: _stable_loop(c).sensitivity_peak[0], WINCH),
-    Column("sensitivity_frequency", "Hz", "frequency of the largest sensitivity", "loop",
-           lambda c: _stable_loop(c).sensitivity_peak[1], WINCH),
-    Column("bandwidth", "Hz", "frequency at which the closed loop first falls to 1/sqrt(2)", "loop",
-           lambda c: _stable_loop(c).bandwidth, WINCH),
+           lambda c: _stable_loop(c).margins.delay_margin, WINCH),
+    *_margin_columns(),
     *_rms("", "in the wind", ("response",)),
     *_rms("_cable_wind", "by the wind on the cable alone", ("cable_response",)),
     *_rms("_all_wind", "by the wind on gondola and cable together, which damps the cable too, so that it can be less "

@@ -173,7 +173,7 @@ def _effort(goal, scene):
     model, size = scene.model, abs(goal.value)
     if isinstance(scene, SuspensionScene) or goal.column.needs not in CLOSED or goal.column.each:
         noise = CLOSE if model.elements is not None or goal.column.needs in CLOSED else model.accuracy
-        return Effort(8, 10, 1e-3 * noise, COSTLY_REACH, noise * size, size)
+        return Effort(8, 10, 1e-3 * noise, COSTLY_REACH, noise * size, size, parts=8, costly=True)
     if model.elements is not None:
         return Effort(25, 20, 1e-3 * CLOSE, COSTLY_REACH, CLOSE * size, size)
     return Effort(40, 40, scale=size)

@@ -11,7 +11,7 @@ from cablestudy.control.step_response import step_response
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_positive
-from cablestudy.study.ssm import number_of
+from cablestudy.study.ssm import has_loss_factor, number_of
 from cablestudy.study.table import Field, Table
 
 INPUTS = ("winch", "reference", "gust", "wind")  # of one cable
@@ -248,15 +248,19 @@ def time_case(document, case, options):
     loop, winch = case.loop, scene.winch
     found = loop_response.loop_response(loop, place, asked.components, options.times).times(factor * asked.size)
     right = loop.plant.right_up_to(loop.plant.responding.omega)
-    return TimeCase(options, asked, found, loop.integral_gain, remarks=remarks_of(winch, right, found))
+    return TimeCase(
+        options, asked, found, loop.integral_gain, remarks=remarks_of(winch, right, found, [scene.cable.damping])
+    )
 
 
-def remarks_of(drive, right, found):
+def remarks_of(drive, right, found, dampings):
     """Lines on what a `Drive` does to a `TimeResponse` whose delay is right up to a frequency [rad/s]: tuple of str.
 
-    That frequency is zero where no delay is approximated.
+    That frequency is zero where no delay is approximated. `dampings` are those of all cables.
     """
     remarks, speed = [], np.abs(found.winch_speed).max()
+    if has_loss_factor(dampings):
+        remarks.append("damping: hysteretic, viscous in time, with the same loss of each mode at its frequency")
     if right:
         remarks.append(f"delay: Padé approximants, whose phase is right up to {right / (2 * np.pi):.4g} Hz")
     if drive.max_speed is not None and speed > drive.max_speed:

@@ -2,17 +2,16 @@
 
 import numpy as np
 
-from cablestudy.control import margins
 from cablestudy.control.response import Phase
 from cablestudy.errors import CablestudyError
 from cablestudy.scene.scene import missing
-from cablestudy.study.columns import STATUS
+from cablestudy.study.columns import SENSITIVITY, STATUS
 from cablestudy.study.row import evaluate_named
 from cablestudy.study.table import Field, Table
 
 COLUMNS = (
     "gain", "largest_gain", "gain_margin", "phase_crossover", "phase_margin", "gain_crossover", "delay_margin",
-    "sensitivity_peak", "sensitivity_frequency", "bandwidth",
+    *SENSITIVITY,
 )  # fmt: skip
 CURVES = ("open_loop", "sensitivity", "complementary_sensitivity")  # names of columns: L, S, T
 BESIDE = np.array([0.0, 0.5, 1.0, 2.0, 4.0])  # frequencies beside a pole that a table has too, in its half-widths
@@ -84,7 +83,7 @@ def drawn_frequencies(loop, span):
     describes near each pole. [Hz]"""
     low, high, _ = span
     around = around_poles(np.concatenate([loop.open_poles, loop.closed_poles]), CIRCLE)
-    close = np.concatenate([margins.response_frequencies(loop), around]) / (2 * np.pi)
+    close = np.concatenate([loop.response_frequencies, around]) / (2 * np.pi)
     return np.unique(np.concatenate([frequencies_of(loop, span), close[(close > low) & (close < high)]]))
 
 

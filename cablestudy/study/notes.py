@@ -154,8 +154,6 @@ def reference_without_loads(scene):
 
     Returns a tuple of str.
     """
-    if hasattr(scene, "cables"):  # of a suspension, which had none before
-        return ()
     cable = scene.cable
     stated = [key for key in ("preload", "sag", "tension") if getattr(cable, key, None) is not None]
     if not (stated and getattr(cable, "loads", ()) and "loads" not in cable.reference.model_fields_set):

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
-from math import isnan, log10
+from math import ceil, isnan, log2, log10
 
 import numpy as np
 
@@ -12,6 +12,7 @@ SMALLEST = 1e-9  # of a range that begins at zero: its smallest positive point, 
 EDGE = 1e-6  # width to which the end of what has a value is found, relative
 CONSTANT = 1e-12  # spread of values that are equal but for rounding, relative
 JUMP = 1e-6  # of the change over a bracket: what is left at a zero of a continuous function is less
+BENDS = 4.0  # times its last change a costly function may change where its values end
 ROUNDS = 6  # of refinement: each ends where a value was missing within a bracket
 
 
@@ -24,7 +25,7 @@ class Effort:
     points : int
         On each side in a range of about a decade.
     steps : int
-        Of each bisection between what has a value and what has none, and of each search for an extremum.
+        Halvings of each gap between what has a value and what has none, and steps of each search for an extremum.
     rtol : float
         To which a zero is found, relative.
     reach : float
@@ -33,6 +34,10 @@ class Effort:
         Error of the function where it should be zero: a zero leaves no more than that.
     scale : float
         Size of the numbers whose difference the function is: what differs less than its rounding is equal.
+    parts : int
+        Into which the gap between what has a value and what has none is divided at once.
+    costly : bool
+        Whether such gaps are left alone where the function is far from zero.
     """
 
     points: int
@@ -41,6 +46,8 @@ class Effort:
     reach: float = np.inf
     noise: float = 0.0
     scale: float = 0.0
+    parts: int = 2
+    costly: bool = False
 
     def equal(self, values):
         """Whether values of the function are equal but for rounding; of fewer than two nothing is known."""
@@ -236,13 +243,28 @@ class _Scan:
         return [], []
 
     def _refine_edges(self):
-        """Bisect between each place that has a value and a neighbour that has none."""
-        for _ in range(self._effort.steps):
-            pairs = pairwise(sorted(self.tried.items()))
-            wide = [(a, b) for (a, f), (b, g) in pairs if isnan(f) != isnan(g) and b - a > EDGE * max(abs(a), abs(b))]
+        """Divide each gap between a place that has a value and a neighbour that has none."""
+        parts = self._effort.parts
+        for _ in range(ceil(self._effort.steps / log2(parts))):
+            known = sorted(self.tried.items())
+            edges = [k for k, ((_, f), (_, g)) in enumerate(pairwise(known)) if isnan(f) != isnan(g)]
+            gaps = [(known[k][0], known[k + 1][0]) for k in edges if self._may_cross(known, k)]
+            wide = [(a, b) for a, b in gaps if b - a > EDGE * max(abs(a), abs(b))]
             if not wide:
                 return
-            self.evaluate([_way(a, b)(0.5) for a, b in wide])
+            self.evaluate([_way(a, b)(part / parts) for a, b in wide for part in range(1, parts)])
+
+    def _may_cross(self, known, k):
+        """Whether a zero may lie between places k and k + 1 of `known`, one of which has no value.
+
+        Of a costly function that is so where its last change, carried on, comes near to zero in this gap.
+        """
+        last, before = (k, k - 1) if isnan(known[k + 1][1]) else (k + 1, k + 2)
+        if not (self._effort.costly and 0 <= before < len(known)) or isnan(known[before][1]):
+            return True
+        (place, value), (other, earlier) = known[last], known[before]
+        carried = (value - earlier) * (known[k + 1][0] - known[k][0]) / abs(place - other)
+        return value * carried <= 0 and abs(value) <= BENDS * abs(carried)
 
     def _refine_extrema(self):
         """Where the function comes closest to zero between its neighbours there may be two zeros, or one."""

@@ -261,6 +261,11 @@ class Choice:
         return warnings
 
 
+def has_loss_factor(dampings):
+    """Whether any of some `Damping` is hysteretic."""
+    return any(damping.model == "hysteretic" and damping.loss_factor for damping in dampings)
+
+
 def viscous_note(dampings):
     """That hysteretic damping is viscous in A, at most one line.
 
@@ -269,7 +274,7 @@ def viscous_note(dampings):
     dampings : sequence of scene.cable_table.Damping
         Of all cables.
     """
-    if any(damping.model == "hysteretic" and damping.loss_factor for damping in dampings):
+    if has_loss_factor(dampings):
         yield (
             "note: hysteretic damping is viscous in A, B, C, D, with the same loss of each mode at its frequency: "
             "margins and RMS of this model differ a little from those of 'cablestudy loop' and 'windrms'"

@@ -3,7 +3,10 @@
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.closed_form import evaluate_table
 from cablestudy.study.columns import ROUNDING
+from cablestudy.study.notes import reference_without_loads
 from cablestudy.study.row import evaluate_cases
+from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.study.suspension.notes import moved_note
 from cablestudy.study.suspension.rows import evaluate_suspensions
 
 
@@ -50,3 +53,14 @@ def _by_arrays(table, columns):
 def _beyond_rounding(errors):
     """Those estimated errors that are above rounding, or not known."""
     return {name: error for name, error in errors.items() if error is None or error > ROUNDING}
+
+
+def notes_on_stated(scene):
+    """Notes, at most one, on what the tensions and sags that a scene states mean: a tuple of str.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        A suspension has no stable equilibrium.
+    """
+    return moved_note(SuspensionCase(scene)) if isinstance(scene, SuspensionScene) else reference_without_loads(scene)

@@ -206,23 +206,33 @@ def write_whole(path, text):
     """Write a file atomically: a reader finds the old file or the complete new one.
 
     `text` is a str, bytes, or an iterable of str, written piece by piece; SceneError where the file cannot be written.
+    A link to a file stays, and so do devices and pipes such as /dev/stdout, which are written into.
     """
-    pieces = [text] if isinstance(text, str | bytes) else text
+    target = os.path.realpath(path) if os.path.isfile(path) else path
     temporary = None
     try:
-        handle, temporary = tempfile.mkstemp(dir=os.path.dirname(path) or ".", prefix=leftovers(path))
+        if os.path.exists(target) and not (os.path.isfile(target) or os.path.isdir(target)):
+            with open(target, "wb") as stream:
+                _write(stream, text)
+            return
+        handle, temporary = tempfile.mkstemp(dir=os.path.dirname(target) or ".", prefix=leftovers(target))
         with os.fdopen(handle, "wb", buffering=1 << 20) as file:
-            for piece in pieces:  # a file name in it may be no valid text
-                file.write(piece if isinstance(piece, bytes) else piece.encode(errors="backslashreplace"))
+            _write(file, text)
         mask = os.umask(0)
         os.umask(mask)
         os.chmod(temporary, 0o666 & ~mask)  # the permissions of an ordinary file
-        os.replace(temporary, path)
+        os.replace(temporary, target)
     except OSError as error:
         raise SceneError(f"{path}: cannot be written ({error.strerror or error})") from None
     finally:
         if temporary and os.path.exists(temporary):
             os.unlink(temporary)
+
+
+def _write(file, text):
+    """Write a str, bytes, or an iterable of str to an open file; a file name in it may be no valid text."""
+    for piece in [text] if isinstance(text, str | bytes) else text:
+        file.write(piece if isinstance(piece, bytes) else piece.encode(errors="backslashreplace"))
 
 
 def leftovers(path):

@@ -14,6 +14,7 @@ from importlib.metadata import version
 
 import numpy as np
 
+from cablestudy.activity import doing
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.scene.suspension import SuspensionScene
@@ -307,7 +308,7 @@ def pareto(times, errors):
     ]
 
 
-def compare(scene, columns, repeats=5, models=None, progress=lambda _: None):
+def compare(scene, columns, repeats=5, models=None):
     """`Trade` of models.
 
     Parameters
@@ -318,8 +319,6 @@ def compare(scene, columns, repeats=5, models=None, progress=lambda _: None):
         Timings of each model, after one run to warm up; fewer of slow models. [-]
     models : list of Model, optional
         Default: `models_of(scene, columns)`.
-    progress : callable, optional
-        Called with 1 after each of `repeats + 1` runs of each model.
 
     Raises
     ------
@@ -330,14 +329,15 @@ def compare(scene, columns, repeats=5, models=None, progress=lambda _: None):
     known = [column for column in columns if column.name in reference.values]
     if not known:
         raise ConvergenceError("; ".join(f"{name}: {why}" for name, why in reference.failures.items()))
-    entries = []
-    for model in models_of(scene, known) if models is None else models:
+    models = models_of(scene, known) if models is None else models
+    entries, runs = [], (repeats + 1) * len(models)
+    for model in models:
+        doing(f"run {len(entries) + 1} of {runs}: {model.name}")
         entries.append(Measurement(model, scene, known, reference))
-        progress(1)
-    for _ in range(repeats):  # in rounds, so that a disturbance does not fall on one model alone
-        for entry in entries:
+    for number in range(1, repeats + 1):  # in rounds, so that a disturbance does not fall on one model alone
+        for place, entry in enumerate(entries):
+            doing(f"run {number * len(models) + place + 1} of {runs}: {entry.name}")
             entry.repeat()
-            progress(1)
     return Trade(known, reference, entries)
 
 

@@ -1,24 +1,34 @@
 """Command `windrms`: what the wind does to the gondola, with and without the winch loop."""
 
 from dataclasses import dataclass, field, replace
-from math import ceil, frexp, hypot, inf, ldexp, log, prod
+from functools import partial
+from math import frexp, hypot, inf, ldexp, prod
 
 import numpy as np
 
-from cablestudy.control.plant import NEAR
+from cablestudy.control.gondola_residues import NEGLIGIBLE, at_rest, closed, damped
+from cablestudy.control.plant import largest
+from cablestudy.control.residues import Residues
 from cablestudy.errors import NoSolutionError
-from cablestudy.wind import rms
+from cablestudy.wind.cable_gusts import INTERPOLATED, BodyGusts
 from cablestudy.wind.imaging import correction_weight, exposure_weight
 from cablestudy.wind.peak import peak_factor
 from cablestudy.wind.spectrum import admittance, force_spectrum, speed_spectrum
+from cablestudy.wind.variance import Panels, frequency_edges, mixed_variances, smooth_on, variances
 
 TOLERANCE = 1e-6  # relative, of each variance
 BELOW = (0.1, 1.0, 10.0)  # frequencies up to which the share of the variance is given [Hz]
-SLOW, FAST = 1e-2, 3e3  # range over the slowest and fastest of gondola and wind in which much may happen,
-SLOWER = np.array([1e-6, 1e-4, 1e-2])  # and boundaries below it, over its lower end
-STEP = 10  # by which that range is widened at once
+SLOW, FAST = 1e-2, 30.0  # range over the slowest and fastest of gondola, wind and loop in which most happens,
+HIGHEST = 3e3  # and the highest frequency of all
+SLOWEST_GAIN = 1e-6  # of a loop, over gondola and wind: a slower one holds nothing that the wind moves
 FASTEST = 1e6  # wind, over the gondola's frequency, beyond which it is white for all that moves
 FAR = 1e100  # wind over gondola and gondola over wind beyond which squares are no numbers
+SHIFT, RESONANT = 1e-5, 1e-9  # as `plant.POLES`: for the modes that are kept, before vectors stand for the others
+LEFT, TRUE = 0.01, 30.0  # of the tolerance: resonances left out that the wind on the cable shakes; factor of safety
+ORDERS = 1, 2, 3, 4, 6  # of these vectors
+QUADRATURE = 1e-10  # error of the variances by the rule on the panels: that of Davenport's spectrum is 4e-11
+UNDAMPED = 1e-9  # damping ratio below which a gondola in the wind is not bounded, as a suspension
+EXCITED = 1e-6  # share of a variance by a motion that is as good as undamped, from which it is refused
 NUMBERS = ("displacement", "velocity", "open_displacement", "open_velocity")
 
 
@@ -36,8 +46,6 @@ class GondolaResponse:
         Largest estimated relative error of the four by integration. [-]
     shares : tuple of float
         Of the variance of the displacement below each of BELOW. [-]
-    evaluations : int
-        Frequencies that it took. [-]
     imaged : dict
         What a telescope sees of the displacement, by the names of `weights_of`. [m]
     """
@@ -48,7 +56,6 @@ class GondolaResponse:
     open_velocity: float
     error: float
     shares: tuple
-    evaluations: int
     imaged: dict = field(default_factory=dict)
 
 
@@ -70,16 +77,6 @@ def weights_of(scene):
     return weights
 
 
-def mirror_poles(correction):
-    """Pole of the correcting mirror that is nearest to zero, s + 2 pi bandwidth exp(-s delay) = 0: a list. [rad/s]"""
-    from scipy.special import lambertw
-
-    if correction is None:
-        return []
-    fastest, delay = 2 * np.pi * correction.bandwidth, correction.delay
-    return [complex(lambertw(-fastest * delay) / delay if delay else -fastest)]
-
-
 def spectra_of(loop, force, weights=()):
     """Spectra of the gondola: displacement and velocity with control, displacement and velocity without.
 
@@ -98,7 +95,7 @@ def spectra_of(loop, force, weights=()):
     """
 
     def spectra(frequency):
-        alone, held = loop.squares(frequency)
+        alone, held = (value.real**2 + value.imag**2 for value in loop.compliances(2j * np.pi * frequency))
         driven = force(frequency)
         result = np.empty((4 + len(weights), len(frequency)))
         np.multiply(held, driven, out=result[0])
@@ -152,26 +149,23 @@ def tolerance_of(scene):
     return min(TOLERANCE, (scene.model.accuracy or 1.0) / 10)
 
 
-def respond(loop, force, corner, tolerance=TOLERANCE, cable=False, weights=None, mirror=()):
-    """RMS of the gondola under a force spectrum.
+def respond(loop, force, corner, tolerance=TOLERANCE, weights=None, winch=False):
+    """RMS of the gondola under a force on it, by the poles of its response.
 
     Parameters
     ----------
     loop : Loop
         Stable.
     force : callable
-        Frequencies [Hz] -> spectrum of the force on the gondola [N^2/Hz].
+        Frequencies [Hz] -> spectrum of the force on the gondola [N^2/Hz], smooth.
     corner : float
         Where the force spectrum begins to fall. [Hz]
     tolerance : float
-        Relative, of each variance.
-    cable : bool
-        Whether every mode of the cable may stand in the spectrum, since the force comes along the cable, or since
-        weights raise what is fast.
+        Relative, of each variance: error by vectors that stand for modes of the cable.
     weights : dict, optional
         Of `weights_of`.
-    mirror : sequence of complex
-        Poles of the mirror in these. [rad/s]
+    winch : bool
+        Whether `winch_speed` [m/s] and `winch_acceleration` [m/s^2] are wanted among what is `imaged`.
 
     Returns
     -------
@@ -180,28 +174,62 @@ def respond(loop, force, corner, tolerance=TOLERANCE, cable=False, weights=None,
     Raises
     ------
     NoSolutionError
-        Wind and gondola are too far apart, or the variance is no number.
+        Wind and gondola are too far apart, the variance is no number, or a motion is as good as undamped.
     """
-    main = float(np.abs(loop.gondola_pole)) / (2 * np.pi)
-    weights = weights or {}
-    spectra = spectra_of(loop, force, weights.values())
-    poles = np.concatenate([loop.plant.every_pole if cable else [], loop.observable_poles, mirror])
-    fastest = NEAR * max(main, loop.excited.omega.min(initial=np.inf) / (2 * np.pi) if cable else 0.0)
-    edges = panels(main, corner, poles, fastest, FASTEST * main if weights else 0.0)
-    found = rms.integrate(spectra, edges, tolerance)
-    # a loop without gain is flat below the range
-    variance = found.value + below_range(found) * np.array([not loop.gain, 0, 1, 0] + [0] * len(weights))
-    if not (np.isfinite(variance) & (variance > 0)).all():
-        raise NoSolutionError("the wind's force on the gondola is too small or too large for a number")
-    below = np.cumsum(found.panels[:, 0]) / found.value[0]
-    shares = tuple(np.interp(BELOW, found.edges[1:], below).tolist())
-    numbers = np.sqrt(variance).tolist()
-    error, imaged = float((found.error / variance).max()), dict(zip(weights, numbers[4:], strict=True))
-    return GondolaResponse(*numbers[:4], error, shares, found.evaluations, imaged)
+    weights, plant = weights or {}, loop.plant
+    span = frequency_range(gondola_frequency(loop), corner, loop.gain, bool(weights) or winch)
+    integrals = _Integrals(loop, force, span, weights, winch, UNDAMPED)
+    kept = plant.needed(plant.excited, SHIFT, min(RESONANT, tolerance), raised=integrals.raised)
+    return _respond(integrals, BodyGusts(force), plant.system_of(plant.excited), kept, tolerance)
 
 
-def panels(main, corner, poles, fastest, high=0.0, what="the gondola"):
-    """Boundaries of the panels over which a response to the wind is integrated.
+def respond_along(loop, cable, gusts_on, corner, tolerance=TOLERANCE):
+    """As `respond`, under forces along the cable.
+
+    Parameters
+    ----------
+    loop : Loop
+    cable : Superelement
+        With all modes that the gondola or the winch moves.
+    gusts_on : callable
+        See `frequency_range` [Hz] -> `CableGusts` on these modes and the gondola.
+    corner, tolerance
+        As for `respond`.
+    """
+    plant, span = loop.plant, frequency_range(gondola_frequency(loop), corner, loop.gain)
+    gusts, system = gusts_on(span), plant.system_of(cable)
+    integrals = _Integrals(loop, gusts.spectrum, span, {}, False, NEGLIGIBLE)
+    kept = plant.needed(cable, SHIFT, min(RESONANT, tolerance))
+    few = system.few(kept, ORDERS[0])
+    whole = integrals.variances(gusts.within(few), system.within(few))
+    shaken = plant.shaken(cable, gusts.own(np.append(cable.omega, plant.main) / (2 * np.pi))[:-1])
+    share = np.maximum(shaken / whole[[0, 2]].min(), shaken * cable.omega**2 / whole[[1, 3]].min())
+    found = _respond(integrals, gusts, system, np.union1d(kept, largest(share, LEFT * tolerance)), tolerance)
+    return replace(found, error=found.error + TRUE * LEFT * tolerance + INTERPOLATED)
+
+
+def _respond(integrals, gusts, system, kept, tolerance):
+    """`GondolaResponse` with some modal coordinates of a `LinearSystem`, and as many vectors as the tolerance takes."""
+    found, error = None, np.inf
+    for orders in ORDERS:
+        before, space = found, system.few(kept, orders)
+        found = integrals.variances(gusts.within(space), system.within(space))
+        if len(space) == space.shape[1]:
+            error = 0.0
+        elif before is not None:
+            error = (np.abs(found - before)[found > 0] / found[found > 0]).max(initial=0.0)
+        if error <= tolerance:
+            return integrals.response(found, error)
+    return integrals.response(integrals.variances(gusts, system), 0.0)
+
+
+def gondola_frequency(loop):
+    """Of the gondola's pole, the winch at rest. [Hz]"""
+    return float(np.abs(loop.gondola_pole)) / (2 * np.pi)
+
+
+def frequency_range(main, corner, gain=0.0, fast=False, what="the gondola"):
+    """Range of a response to the wind in which most happens, and the highest frequency of integrals over it. [Hz]
 
     Parameters
     ----------
@@ -209,19 +237,12 @@ def panels(main, corner, poles, fastest, high=0.0, what="the gondola"):
         Frequency of what moves most. [Hz]
     corner : float
         Where the force spectrum begins to fall. [Hz]
-    poles : ndarray, shape (k,)
-        [rad/s]
-    fastest : float
-        Below it each pole has boundaries of its own around it. [Hz]
-    high : float
-        Up to where the range goes at least. [Hz]
+    gain : float
+        Of the loop. [rad/s]
+    fast : bool
+        Whether weights raise what is fast.
     what : str
         Moves, for the message.
-
-    Returns
-    -------
-    ndarray
-        Ascending. [Hz]
 
     Raises
     ------
@@ -230,21 +251,122 @@ def panels(main, corner, poles, fastest, high=0.0, what="the gondola"):
     """
     if not main / FAR < corner < main * FAR:
         raise NoSolutionError(f"wind of {corner:.3g} Hz (speed/length_scale) is too far from {what}'s {main:.3g} Hz")
-    centre, width = np.abs(poles) / (2 * np.pi), np.abs(poles.real) / (2 * np.pi)
-    near = centre < fastest
-    # in steps, and not at the wind's corner, so that loops in different winds are evaluated at the same frequencies
-    calm = SLOW * main / STEP ** max(0, ceil(log(main / corner, STEP)))
-    high = max(high, FAST * main * STEP ** max(0, ceil(log(min(corner / main, FASTEST), STEP))))
-    marks = np.concatenate([BELOW, centre[~near]])
-    edges = rms.breakpoints(calm, high, centre[near], width[near], marks[(calm < marks) & (marks < high)], main)
-    slow = [mark for mark in BELOW if calm * SLOWER[0] < mark < calm * (1 - 1e-9)]
-    return np.concatenate([np.sort([*(calm * SLOWER), *slow]), edges])
+    slowest = min(main, corner)
+    slow = min(slowest, max(gain / (2 * np.pi), SLOWEST_GAIN * slowest)) if gain else slowest
+    fastest = max(main, min(corner, FASTEST * main))
+    return SLOW * slow, FAST * fastest, max(HIGHEST * fastest, FASTEST * main if fast else 0.0)
 
 
-def below_range(found):
-    """Integrals below the range of an `Integral`, of spectra that are flat there as in its lowest panel."""
-    first, second = found.edges[:2]
-    return found.panels[0] * (first / (second - first))
+class _Integrals:
+    """Integrals of spectra of the gondola over frequency.
+
+    Parameters
+    ----------
+    loop : Loop
+    spectrum : callable
+        Frequencies [Hz] -> what the integrals have in common, smooth.
+    span : tuple of 3 float
+        See `frequency_range`. [Hz]
+    weights : dict
+        Of `weights_of`.
+    winch : bool
+        Whether the winch matters too.
+    least : float
+        Damping ratio up to which a motion counts as not damped. [-]
+    """
+
+    def __init__(self, loop, spectrum, span, weights, winch, least):
+        self._least = least
+        self._loop, self._spectrum, self._weights, self._winch = loop, spectrum, weights, winch
+        self._highest = 2 * np.pi * span[-1]
+        delay = loop.plant.law.delay if loop.gain else 0.0
+        self._panels = Panels(smooth_on(frequency_edges(*span, BELOW, delay), [spectrum, *weights.values()]))
+        frequency = self._panels.frequency
+        square = (2 * np.pi * frequency) ** 2
+        rows = [np.ones_like(frequency), square, *(frequency < limit for limit in BELOW)]
+        rows += [weight(frequency) for weight in weights.values()]
+        self._rows = np.stack([*rows, square**2] if winch else rows)
+
+    def raised(self, frequency):
+        """By which factor the variances count resonances at frequencies [Hz] more than that of the gondola. [-]
+
+        As `Plant.needed` takes it: over that of the velocity in white noise.
+        """
+        loop, main = self._loop, np.array([gondola_frequency(self._loop)])
+        factors = [lambda f: f**2, *self._weights.values()]
+        if self._winch:
+            factors += [lambda f, k=k: np.abs(loop.controller(2j * np.pi * f) * f**k) ** 2 for k in (1, 2)]
+        found = np.max([weight(frequency) / weight(main) for weight in factors], axis=0)
+        return found * (main / frequency) ** 2 * self._spectrum(frequency) / self._spectrum(main)
+
+    def variances(self, gusts, system):
+        """Displacement and velocity with the loop, then without, shares below BELOW, imaged, speed, acceleration.
+
+        Parameters
+        ----------
+        gusts : BodyGusts or CableGusts
+        system : LinearSystem
+            In the same coordinates.
+
+        Returns
+        -------
+        ndarray
+        """
+        count, inputs = len(self._rows) - self._winch, gusts.inputs(len(system.mass))
+        alone, noise = at_rest(system, inputs), gusts.noise(self._panels.frequency)
+        if not self._loop.gain:
+            held = self._of(alone, gusts, noise, self._rows[:count])[:, 0]
+            return np.concatenate([np.insert(held, 2, held[:2]), np.zeros(2 * self._winch)])
+        found = self._of(closed(self._loop, system, inputs), gusts, noise, self._rows)
+        held = np.insert(found[:count, 0], 2, self._of(alone, gusts, noise, self._rows[:2])[:, 0])
+        return np.concatenate([held, found[[1, -1], 1]]) if self._winch else held
+
+    def response(self, found, error):
+        """`GondolaResponse` of such variances with some relative error."""
+        if not (np.isfinite(found) & (found > 0)).all():
+            raise NoSolutionError("the wind's force on the gondola is too small or too large for a number")
+        below = np.s_[4 : 4 + len(BELOW)]
+        shares, numbers = found[below] / found[0], np.sqrt(np.delete(found, below)).tolist()
+        names = [*self._weights, *(("winch_speed", "winch_acceleration") if self._winch else ())]
+        imaged = dict(zip(names, numbers[4:], strict=True))
+        return GondolaResponse(*numbers[:4], float(error) + QUADRATURE, tuple(shares.tolist()), imaged)
+
+    def _of(self, response, gusts, noise, weights):
+        """Variances of the outputs of `Residues` or `Beside`, shape (w, o)."""
+        if isinstance(response, Residues):
+            damped = self._damped(response, gusts, noise)
+            return variances(damped, self._panels, noise, weights)
+        sharp = response.sharp.some(np.abs(response.sharp.poles) <= self._highest)
+        sharp = self._damped(sharp, gusts, noise)
+
+        def smooth(frequency):
+            s = 2j * np.pi * frequency
+            return response.response(s) - sharp.response(s)
+
+        return mixed_variances(sharp, smooth, gusts.matrix_times, self._panels, noise, weights)
+
+    def _damped(self, residues, gusts, noise):
+        """The `Residues` without poles that nothing damps.
+
+        Raises
+        ------
+        NoSolutionError
+            The wind excites one of these.
+        """
+        chosen = damped(residues, self._least)
+        left, damped_ones = residues.some(~chosen & (residues.poles != 0)), residues.some(chosen)
+        if not len(left.poles):
+            return damped_ones
+        size, given = np.abs(left.poles), left.given[:, :, None]
+        force = (left.given * gusts.matrix_times(size / (2 * np.pi), given.conj())[..., 0]).sum(axis=1).real
+        own = np.abs(left.shown[0]) ** 2 * force / (2 * self._least * size)  # at most
+        if own.max() > EXCITED * variances(damped_ones, self._panels, noise, self._rows[:1])[0, 0]:
+            worst = left.poles[np.argmax(own)]
+            raise NoSolutionError(
+                f"undamped: the wind moves the gondola at {abs(worst) / (2 * np.pi):.4g} Hz, where the damping ratio "
+                f"is {abs(worst.real) / abs(worst):.1e}, so that no RMS is finite (cable.damping)"
+            )
+        return damped_ones
 
 
 def response_of(case, loop, tolerance=None):
@@ -269,30 +391,16 @@ def response_of(case, loop, tolerance=None):
         The integral does not settle.
     """
     loop.check_stable()
-    scene, (unit, corner, factors) = case.scene, unit_force(case)
-    tolerance, weights = tolerance or tolerance_of(scene), weights_of(scene)
-    if weights:  # they raise motion that is faster than the gondola's, and modes that hardly matter without them
-        found = respond(loop.whole, unit, corner, tolerance, True, weights, mirror_poles(scene.correction))
-    else:
-        found = respond(loop, unit, corner, tolerance)
-    return _scaled(found, *factors)
+    unit, corner, factors = unit_force(case)
+    tolerance = tolerance or tolerance_of(case.scene)
+    return _scaled(respond(loop, unit, corner, tolerance, weights_of(case.scene)), *factors)
 
 
 def winch_response_of(case, loop):
-    """As `response_of`, with `winch_speed` [m/s] and `winch_acceleration` [m/s^2] of a winch on which the loop acts.
-
-    Both are factors of the spectrum of the displacement: |s C|^2 and |s^2 C|^2.
-    """
+    """As `response_of`, with `winch_speed` [m/s] and `winch_acceleration` [m/s^2] of a winch on which the loop acts."""
     loop.check_stable()
-
-    def weight(order):
-        return lambda frequency: np.abs(
-            loop.gain * loop.controller(2j * np.pi * frequency) * (2j * np.pi * frequency) ** order
-        ) ** 2  # fmt: skip
-
-    weights = {"winch_speed": weight(1), "winch_acceleration": weight(2)}
     force, corner, factors = unit_force(case)
-    return _scaled(respond(loop.whole, force, corner, tolerance_of(case.scene), True, weights), *factors)
+    return _scaled(respond(loop, force, corner, tolerance_of(case.scene), winch=True), *factors)
 
 
 def winch_speed_of(response, wind):
@@ -340,19 +448,14 @@ def cable_response_of(case, loop):
 
     loop.check_stable()
     wind, on_cable = case.scene.wind, CableWind(case)
-    spectra = filter(None, [on_cable.spectrum(direction) for direction in DIRECTIONS])
+    every = [partial(on_cable.gusts, direction) for direction in DIRECTIONS if on_cable.moves(direction)]
     corner, tolerance = wind.speed / wind.length_scale, tolerance_of(case.scene)
-    # the wind on the cable shakes modes that a force on the gondola hardly does
-    found = [respond(loop.whole, spectrum, corner, tolerance, cable=True) for spectrum in spectra]
+    found = [respond_along(loop, on_cable.model, gusts_on, corner, tolerance) for gusts_on in every]
     if not found:  # a straight cable without weight does not pass on what is normal to it
-        return GondolaResponse(0.0, 0.0, 0.0, 0.0, 0.0, (0.0,) * len(BELOW), 0)
+        return GondolaResponse(0.0, 0.0, 0.0, 0.0, 0.0, (0.0,) * len(BELOW))
     worst = max(found, key=lambda response: response.displacement)
-    worst = replace(
-        worst,
-        error=max(response.error for response in found),
-        evaluations=sum(response.evaluations for response in found),
-        **{name: max(getattr(response, name) for response in found) for name in NUMBERS},
-    )
+    numbers = {name: max(getattr(response, name) for response in found) for name in NUMBERS}
+    worst = replace(worst, error=max(response.error for response in found), **numbers)
     size = wind.air_density, wind.cable_drag_coefficient, case.scene.wind_diameter, on_cable.length
     return _scaled(worst, *size, wind.speed, wind.turbulence)
 
@@ -378,7 +481,6 @@ def combine(first, second):
         **numbers,
         error=max(first.error, second.error),
         shares=shares,
-        evaluations=first.evaluations + second.evaluations,
     )
 
 

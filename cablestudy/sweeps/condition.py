@@ -1,6 +1,6 @@
 """The condition of --where: comparisons joined by and, or, not; text -> function of a pandas.DataFrame.
 
-    operand = column | varied key | number [unit] | "text" | 'text'
+    operand = column | varied key | number[/number] [unit] | "text" | 'text'
 
 Python's parser reads the condition with `x` in the place of each operand. Its syntax tree is translated node by node;
 all nodes except and, or, not and comparisons of operands are refused. Nothing is evaluated as code.
@@ -20,7 +20,7 @@ from typing import NamedTuple
 import pandas
 
 from cablestudy.errors import SceneError
-from cablestudy.scene.units import common_factor, fraction_hint, show, split
+from cablestudy.scene.units import common_factor, show, split
 from cablestudy.sweeps.variable import Variable, variable
 
 MAX_DEPTH = 50
@@ -36,7 +36,7 @@ OPERAND_KINDS = ("number", "name", "text")
 _UNIT = r"(?!(?:and|or|not)\b)[A-Za-zµμΩ°%][A-Za-z0-9µμΩ°%]*(?:[*/·][A-Za-zµμΩ°%][A-Za-z0-9µμΩ°%]*|\^-?[0-9]{1,2})*"
 _TOKEN = re.compile(
     rf"""\s*(?:
-    (?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\s*(?:{_UNIT})?)
+    (?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?(?:/[0-9]{{1,9}}(?![0-9.]))?\s*(?:{_UNIT})?)
     |(?P<word>(?:and|or|not)(?![\w.-]))
     |(?P<name>[^\W\d]\w*(?:[.-]\w+)*)
     |(?P<text>"[^"]*"|'[^']*')
@@ -85,7 +85,7 @@ def _tokens(text):
         match = _TOKEN.match(text, place)
         if match is None:
             place = end - len(text[place:end].lstrip())
-            _refuse(place + 1, f"unexpected {text[place]!r}{fraction_hint(text)}")
+            _refuse(place + 1, f"unexpected {text[place]!r}")
         kind = match.lastgroup
         token = Token(kind, match[kind].strip(), match.start(kind) + 1)
         if token.text in INSTEAD:

@@ -12,12 +12,12 @@ from datetime import UTC, datetime
 from functools import partial
 from itertools import islice
 
-from cablestudy.errors import NoSolutionError, SceneError
+from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.interrupts import Interrupts
 from cablestudy.scene.words import counted, first_of
-from cablestudy.study.notes import reference_without_loads
 from cablestudy.study.prepare import prepare
 from cablestudy.study.status import OVER_STRENGTH, SLACK
+from cablestudy.study.study_rows import notes_on_stated
 from cablestudy.study.table import write_whole
 from cablestudy.sweeps.chunks import Chunks
 from cablestudy.sweeps.driver import compute_here
@@ -231,8 +231,8 @@ class Run:
     def warnings(self):
         """List of lines: what a stated tension means in the first case, the rows whose numbers are doubtful."""
         found = []
-        with suppress(SceneError):
-            found += reference_without_loads(self.study.case(0)[1])
+        with suppress(CablestudyError):
+            found += notes_on_stated(self.study.case(0)[1])
         for doubt, words in DOUBTS:
             rows = [str(case + 1) for case in self.store.doubtful(doubt)]
             if rows:

@@ -28,7 +28,7 @@ class Kept:
     element : Superelement
         In these coordinates.
     modes : int
-        Modes with fixed ends that are kept, the lowest ones.
+        Modes with fixed ends that are kept.
     shapes : ndarray, shape (n, k)
         The coordinates in terms of all modes of the model: those kept, then residual vectors.
     """
@@ -58,11 +58,13 @@ class MeshGroup:
         rows = slice(begin, end)
         return MeshGroup(self.places[rows] - first, self.ends.take(rows)) if end > begin else None
 
-    def coordinates(self, limits):
-        """The coordinates of these cables, `GroupCoordinates`, for limits of all cables (see `Models.coordinates`)."""
+    def coordinates(self, limits, chosen=None):
+        """The coordinates of these cables, `GroupCoordinates`, for all cables as `Models.coordinates` takes them."""
         limit = limits[self.places, None]
         omega, coupling = self.ends.omega, self.ends.coupling
         left = omega >= limit
+        if chosen is not None:
+            left &= ~np.stack([chosen[place] for place in self.places.tolist()])
         shapes = residual_vectors(omega, coupling, left & (limit > 0))
         square, backward = omega[..., None] ** 2, shapes.swapaxes(-1, -2)
         there = (shapes != 0).any(axis=-2)
@@ -128,11 +130,12 @@ class Coordinates:
     ----------
     models : Models
     limits : ndarray, shape (c,)
+    chosen : list of (ndarray of bool, shape (n,)), optional
     """
 
-    def __init__(self, models, limits):
+    def __init__(self, models, limits, chosen=None):
         self.models, self.limits = models, limits
-        self.parts = [group.coordinates(limits) for group in models.groups]
+        self.parts = [group.coordinates(limits, chosen) for group in models.groups]
 
     @cached_property
     def _numbered(self):
@@ -185,7 +188,7 @@ class Coordinates:
             for place, cable in enumerate(part.group.places.tolist()):
                 used, element = part.used[place], elements[cable]
                 kept = int(np.count_nonzero(used[:n]))
-                shapes = np.concatenate([unit[:, :kept], part.vectors[place][:, used[n:]]], axis=1)
+                shapes = np.concatenate([unit[:, used[:n]], part.vectors[place][:, used[n:]]], axis=1)
                 found[cable] = Kept(element if kept == n else element.combine(shapes), kept, shapes)
         return found
 

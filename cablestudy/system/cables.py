@@ -183,7 +183,7 @@ class Models:
     """
 
     def __init__(self, cables, meshes, fixed=False, most=MAX_MODES):
-        self.cables, self.meshes, self._fixed, self._most = cables, meshes, fixed, min(most, MAX_MODES)
+        self.cables, self.meshes, self._fixed, self._most = cables, meshes, fixed, most
 
     def take(self, cables, first):
         """Those of `cables`, which are those from number `first` on."""
@@ -251,15 +251,17 @@ class Models:
             found[group.places] = group.ends.omega.min(axis=-1, initial=np.inf)
         return found
 
-    def coordinates(self, limits):
+    def coordinates(self, limits, chosen=None):
         """The `Coordinates` of all cables.
 
         Parameters
         ----------
         limits : ndarray, shape (c,)
             Angular frequency up to which modes are kept; zero for none, nor a residual; infinite for all. [rad/s]
+        chosen : list of (ndarray of bool, shape (n,)), optional
+            Modes of each cable that are kept in any case.
         """
-        return Coordinates(self, limits)
+        return Coordinates(self, limits, chosen)
 
     def keep(self, limits):
         """The same with the superelement of each cable: list of Kept."""

@@ -110,7 +110,7 @@ class Layout:
         -------
         LinearSystem
         """
-        stiffness, mass = self._own
+        stiffness, mass = self.own
         return assemble(elements, self.moved, mass, imposed, stiffness)
 
     def reduced(self, coordinates):
@@ -120,12 +120,12 @@ class Layout:
 
     def without_modes(self, stiffness, inertia):
         """`ReducedSystem` of bodies on cables without modes, from matrices of their six ends, shape (c, 6, 6)."""
-        own_stiffness, own_mass = self._own
+        own_stiffness, own_mass = self.own
         stiffness, inertia = self._of_cables(stiffness) + own_stiffness, self._of_cables(inertia) + own_mass
         return ReducedSystem(np.zeros(0), np.zeros((0, len(self.free))), inertia, stiffness)
 
     @cached_property
-    def _own(self):
+    def own(self):
         """Stiffness and mass matrix of the bodies without cables, for the free displacements, shape (d, d) both."""
         return self.of_bodies(self.geometric_stiffness), self.of_bodies(self.mass)
 

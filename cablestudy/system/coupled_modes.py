@@ -5,6 +5,7 @@ of each cable leaves out (`cables.Models.unresolved`), and what the coordinates 
 mass (`cables.Models.omitted`). Cables whose mesh is too coarse are refined.
 """
 
+from dataclasses import replace
 from functools import cached_property, partial
 from math import ceil
 
@@ -106,13 +107,36 @@ class Search:
             f"accuracy {self.accuracy:g} of the coupled modes cannot be had: finer meshes of the cables do not help"
         )
 
+    def with_chosen(self, models, limits, chosen):
+        """`CoupledModes` of all coordinates of the cables: modes up to a limit, and chosen ones far above.
+
+        Parameters
+        ----------
+        models : Models
+        limits, chosen
+            As for `Models.coordinates`.
+
+        Returns
+        -------
+        CoupledModes
+            Their errors are those by the meshes.
+
+        Raises
+        ------
+        NoSolutionError
+            The equilibrium is not stable.
+        """
+        solution = self._modes(models, limits, chosen)
+        found = self._finished(solution, np.full(len(solution.omega), NOISE))
+        return replace(found, error=np.maximum(solution.unresolved.sum(axis=0) / 2, NOISE))
+
     def _of_elements(self, most):
         """`CoupledModes` of an exact choice of elements, with some modes of each cable.
 
         Modal damping is that of all modes, which are computed where damping is asked for.
         """
         cables = self.cables
-        models = Models(cables, fixed_meshes(cables, self._model), fixed=True, most=most)
+        models = Models(cables, fixed_meshes(cables, self._model), fixed=True, most=min(most, MAX_MODES))
         solution = self._modes(models, np.where(cables.heavy, np.inf, 0.0))
         modal = any(one.model == "modal" and one.ratio for one in cables.damping)
         finer = partial(self._of_elements, MAX_MODES) if modal and most < MAX_MODES and not models.complete else None
@@ -154,7 +178,10 @@ class Search:
 
     def _orders(self, highest):
         """Sum of orders along each cable from which waves up to a frequency are resolved to the accuracy."""
-        waves = highest * self.cables.travel_time / np.pi
+        return self.orders_of(highest * self.cables.travel_time / np.pi)
+
+    def orders_of(self, waves):
+        """Sum of orders along each cable from which some half-waves are resolved to the accuracy, shape (c,)."""
         orders = PER_WAVE * waves - PER_DIGIT * np.log10(self.accuracy)
         steps = STEPS[np.minimum(np.searchsorted(STEPS, orders), len(STEPS) - 1)]
         return np.where(orders <= STEPS[-1], steps, 8 * np.ceil(orders / 8))
@@ -189,8 +216,8 @@ class Search:
             f"accuracy {self.accuracy:g} of the coupled modes cannot be had: too many modes of cables"
         )
 
-    def _modes(self, models, limits):
-        coordinates = models.coordinates(limits)
+    def _modes(self, models, limits, chosen=None):
+        coordinates = models.coordinates(limits, chosen)
         reduced = self.layout.reduced(coordinates)
         try:
             omega, shapes = reduced.lowest(self.count)

@@ -65,9 +65,14 @@ class StrainDamping:
         self.omega, self.coupling = element.omega, element.coupling
         self.stiffness, self.inertia = element.stiffness, element.inertia
 
+    @property
+    def spoilt(self):
+        """Whether so much strain is damped that rounding spoils what is left."""
+        return len(self.omega) > 0 and bool(np.abs(self.strain.factor(1j * self.omega.min())) > MOST_DAMPED)
+
     def check(self):
         """Refuse so much damped strain that rounding spoils what is left."""
-        if np.abs(self.strain.factor(1j * self.omega.min(initial=np.inf))) > MOST_DAMPED and len(self.omega):
+        if self.spoilt:
             raise NoSolutionError(
                 f"the strain is damped so much ({self.strain.law}, {self.strain.amount:g}) that rounding spoils the "
                 f"response: cable.damping must be less"

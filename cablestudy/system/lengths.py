@@ -1,14 +1,15 @@
 """Unstretched lengths with which bodies stand where they shall be: from tensions that balance their loads (`solve`)."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cablestudy.cable import catenary
 from cablestudy.errors import NoSolutionError
-from cablestudy.system import descent, stated, tangent
+from cablestudy.system import descent, rounding, stated, tangent
 from cablestudy.system.descent import (
     CONVERGED,
+    ROUNDED,
     TINY,
     TOO_MANY,
     UNHELD,
@@ -29,12 +30,12 @@ MAX_STEPS = 40
 LARGEST, GROWING = 0.3, 10.0  # steps that turn more [rad] or grow more are damped,
 SHRINKING, SLOW = 0.7, 0.3  # and those that go back and shrink less; damping is eased where others shrink less
 DAMPED, MOST_DAMPED = 0.05, 1e3  # with weights from the first to the second
-SETTLED = 1e-9  # relative change of the tensions in a step at which they are found,
-BALANCED = 1e-11  # and net force over the sum of forces
-STALLED = 1e-8  # both, where rounding stops the iteration
+# A search can go no further where so many steps in a row leave more than this share of the changes, or of the tensions
+# beyond the bounds
+PATIENCE, SLOW_APPROACH = 4, 0.9
 ROUGH = 1e-3  # relative change up to which balanced tensions are an answer: the best ones but for its stated error
-# steps in a row in which no tensions hold the loads, a cable would have to push, or its weight needs more than allowed
-INFEASIBLE_STEPS = 6
+INFEASIBLE_STEPS = 6  # in a row that leave no tensions within the bounds, and come no closer
+GOING_ON = -1  # in place of a reason
 SLOWEST = 0.1  # least share of a tension that a step leaves of it
 LEVEL_LEAST = 0.508  # least tension of a level cable that does not stretch, over the weight of its chord
 # Least tensions over those that a cable has at least by its own weight, tried in turn: near these its length hardly
@@ -173,19 +174,12 @@ def first_tensions(suspension, state, which, low, high):
     return np.where(tension > 0, tension, 1e-6 * suspension.axial_stiffness[:, which])
 
 
-def linearised(suspension, state, which, found):
-    """Net forces and their changes with the mean tensions of some cables and with some degrees of freedom.
+@dataclass(frozen=True)
+class Linear:
+    """Net forces, and their changes with the mean tensions of some cables and with some degrees of freedom; n cases.
 
-    Parameters
+    Attributes
     ----------
-    suspension : Suspension
-        With cases of shape (n,); what each cable states is kept while the bodies move.
-    state : PoseState
-    which : ndarray of int, shape (m,)
-    found : ndarray of bool, shape (b, 6)
-
-    Returns
-    -------
     net : ndarray, shape (n, d)
         Moments over the size of the body. [N]
     by_tension : ndarray, shape (n, d, m)
@@ -194,6 +188,31 @@ def linearised(suspension, state, which, found):
         [N/m], by rotations times the size of the body.
     imbalance : ndarray, shape (n,)
         Largest net force over the sum of forces. [-]
+    least, most : ndarray, shape (n,)
+        Largest net force over its `rounding.Bounds`. [-]
+    rounding : ndarray, shape (n,)
+        Of the tensions by that of lengths and places, the largest relative one. [-]
+    """
+
+    net: np.ndarray
+    by_tension: np.ndarray
+    by_place: np.ndarray
+    imbalance: np.ndarray
+    least: np.ndarray
+    most: np.ndarray
+    rounding: np.ndarray
+
+
+def linearised(suspension, state, which, found):
+    """`Linear` of a state.
+
+    Parameters
+    ----------
+    suspension : Suspension
+        With cases of shape (n,); what each cable states is kept while the bodies move.
+    state : PoseState
+    which : ndarray of int, shape (m,)
+    found : ndarray of bool, shape (b, 6)
     """
     cables = catenary.solve(spans(suspension, state))
     rates = stated.rates(cables, suspension.given)
@@ -207,15 +226,20 @@ def linearised(suspension, state, which, found):
     own = rates.by_length[..., None]
     pulled = pulled / np.where(own != 0, own, np.inf)  # by what is stated
     stiffness = tangent.dense(blocks, suspension) + np.swapaxes(pulled, -1, -2) @ turned
-    free = suspension.free
-    sizes = np.ones((*state.position.shape[:-1], 6))
-    sizes[..., 3:] = tangent.body_sizes(suspension)[..., None]
-    sizes = tangent.free_values(suspension, sizes)
+    free, units = suspension.free, body_units(suspension)
+    sizes = tangent.free_values(suspension, units)
     # in this memory order for any number of cases: the sums of a product of matrices follow it
     by_tension = np.ascontiguousarray(np.swapaxes(pulled[:, which], -1, -2) / sizes[..., None])
     by_place = np.ascontiguousarray(-(stiffness / (sizes[:, :, None] * sizes[:, None, :]))[..., found[free]])
-    worst = np.abs(np.where(free, net / body_units(suspension), 0.0)).max(axis=-1) / np.maximum(scale, TINY)
-    return tangent.free_values(suspension, net) / sizes, by_tension, by_place, worst.max(axis=-1)
+    worst = np.abs(np.where(free, net / units, 0.0)).max(axis=-1) / np.maximum(scale, TINY)
+    ends = suspension.ends(state.position, state.rotation)
+    limits = rounding.bounds(suspension, state.rotation, state.arms, ends, state.strain, cables, cables.max_tension)
+    of_tensions = rounding.of_values(ends, state.strain, cables, suspension.given, suspension.value).most[:, which]
+    return Linear(
+        tangent.free_values(suspension, net) / sizes, by_tension, by_place, worst.max(axis=-1, initial=0.0),
+        rounding.over(suspension, net, limits.least), rounding.over(suspension, net, limits.most),
+        of_tensions.max(axis=-1),
+    )  # fmt: skip
 
 
 def body_units(suspension):
@@ -223,6 +247,41 @@ def body_units(suspension):
     sizes = np.ones((*suspension.position.shape[:-1], 6))
     sizes[..., 3:] = tangent.body_sizes(suspension)[..., None]
     return sizes
+
+
+@dataclass(frozen=True)
+class Iterates:
+    """Cases whose tensions are still searched for; arrays of k cases.
+
+    Attributes
+    ----------
+    index : ndarray of int, shape (k,)
+        Their places among all.
+    tension, possible : ndarray, shape (k, m)
+        Mean tensions, and what they are at least (`possible_tensions`). [N]
+    direction : ndarray, shape (k, m)
+        The last changes of the tensions, relative. [-]
+    damping, least_damping : ndarray, shape (k,)
+        See `damped`.
+    change, least_change : ndarray, shape (k,)
+        Size of the last step, and the smallest one so far. [-]
+    outside : ndarray, shape (k,)
+        Sum of the tensions beyond their bounds, the smallest so far. [N]
+    stalled, infeasible : ndarray of int, shape (k,)
+        Steps in a row that were hardly smaller than those before, and that left no tensions within the bounds.
+    """
+
+    index: np.ndarray
+    tension: np.ndarray
+    possible: np.ndarray
+    direction: np.ndarray
+    damping: np.ndarray
+    least_damping: np.ndarray
+    change: np.ndarray
+    least_change: np.ndarray
+    outside: np.ndarray
+    stalled: np.ndarray
+    infeasible: np.ndarray
 
 
 def search(suspension, which, found, method, low, high, reference, above):
@@ -246,67 +305,148 @@ def search(suspension, which, found, method, low, high, reference, above):
     PoseState
     Record
     problems : ndarray of str, shape (n,)
+
+    Notes
+    -----
+    A search ends where the net forces are the rounding of their sums, and the tensions asked for differ from those that
+    there are by the rounding of lengths; or where steps get no smaller and the net forces are the rounding of lengths
+    (`rounding.Bounds`). It has no answer where several steps in a row leave no tensions within the bounds, as far from
+    them as before.
     """
+    part, state, going = begun(suspension, which, low, high, above)
+    cases = len(going.index)
+    whole, possible, answers = copied(state), going.possible.copy(), np.full(cases, None, dtype=object)
+    record = Record(
+        np.zeros(cases, dtype=int), np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
+    )  # fmt: skip
+    for number in range(MAX_STEPS + 1):
+        index, linear = going.index, linearised(part, state, which, found)
+        solutions = distributions(linear, going, method, reference[index], high[index])
+        answers[index] = solutions
+        step, asked, wide = limited(part, state, going, solutions, found)
+        change = sizes_of(step, asked, going)
+        going = with_infeasible(going, solutions, high[index], above)
+        going, reason = judged(going, linear, solutions, change, last=number == MAX_STEPS)
+        put(record, index, Record(np.full(len(index), number), linear.imbalance, change, reason))
+        put(whole, index, state)
+        possible[index] = going.possible
+        rest = np.flatnonzero(reason == GOING_ON)
+        if not len(rest):
+            break
+        going = eased(going, asked, change, wide, number)
+        going, part, fresh = some(going, rest), part.take(rest), some(state, rest)
+        fresh = moved(part, fresh, step[rest])
+        part, going = with_tensions(part, fresh, going, which, asked[rest], low[going.index], high[going.index], above)
+        state = fitted(part, fresh)
+    words = [
+        describe(suspension, which, *case) for case in zip(answers, record.converged, low, possible, high, strict=True)
+    ]
+    return whole, record, np.array(words, dtype=object)
+
+
+def begun(suspension, which, low, high, above):
+    """Suspension whose cables state the first tensions, its state, and `Iterates` of all cases."""
     given = tuple(kind or "preload" for kind in suspension.given)
     value = np.array(suspension.value)
-    arms_state = start(replace(suspension, given=("unstretched_length",) * len(given), value=np.ones_like(value)))
-    value[:, which] = tension = first_tensions(suspension, arms_state, which, low, high)
+    cut = replace(suspension, given=("unstretched_length",) * len(given), value=np.ones_like(value))
+    value[:, which] = tension = first_tensions(suspension, start(cut), which, low, high)
     part = replace(suspension, given=given, value=value)
-    state, cases = start(part), len(value)
-    state = fitted(part, state)
-    answers, infeasible = np.full(cases, None, dtype=object), np.zeros(cases, dtype=int)
-    steps, settled = np.zeros(cases, dtype=int), np.zeros(cases, dtype=bool)
-    damping, least_damping = np.zeros(cases), np.zeros(cases)
+    state = fitted(part, start(part))
+    cases = len(value)
+    infinite, none = np.full(cases, np.inf), np.zeros(cases, dtype=int)
     possible = possible_tensions(part, state, which, low, tension, above)
-    last, ended = np.full(cases, np.inf), settled.copy()
-    final, change, direction = last.copy(), last.copy(), np.zeros_like(tension)
-    for _ in range(MAX_STEPS):
-        net, by_tension, by_place, worst = linearised(part, state, which, found)
-        step, asked = np.zeros((*state.position.shape[:-1], 6)), tension.copy()
-        for case in np.flatnonzero(~ended):
-            right = by_tension[case] @ tension[case] - net[case]
-            limits = reference[case], possible[case], high[case], damping[case], tension[case]
-            answer = distribute(by_tension[case], by_place[case], right, method, *limits)
-            answers[case] = answer
-            heavy = (possible[case] > above * high[case]).any()
-            pushes = not answer.held or (not answer.within and (heavy or answer.tension.min() < 0))
-            infeasible[case] = infeasible[case] + 1 if pushes else 0
-            asked[case], step[case, found] = answer.tension, answer.unbounded
-        step = step / body_units(part)
-        wide = np.abs(step[..., 3:]).max(axis=(-1, -2))
-        share = allowed_share(part, state, step)
-        step, asked = step * share[:, None, None], tension + share[:, None] * (asked - tension)
-        asked = np.where(ended[:, None], tension, np.maximum(asked, SLOWEST * tension))
-        change = np.abs(asked - tension).max(axis=-1) / tension.max(axis=-1) + np.abs(step).max(axis=(-1, -2))
-        change = change * (1 + damping**2)  # what is left without damping, about
-        final = np.where(ended, final, change)
-        done = (worst < BALANCED) & (change < SETTLED) | (worst < STALLED) & (change < STALLED) & (change >= last / 2)
-        settled |= done
-        ended = settled | (infeasible >= INFEASIBLE_STEPS)
-        if ended.all():
-            break
-        moving = ~ended
-        steps += moving
-        before, direction = direction, (asked - tension) / tension
-        back = (before * direction).sum(axis=-1) < 0
-        diverging = (wide > LARGEST) | ((change > SHRINKING * last) & back & (steps > 3)) | (change > GROWING * last)
-        damping, least_damping = damped(damping, least_damping, diverging, change > SLOW * last)
-        tension = np.where(moving[:, None], asked, tension)
-        last = np.where(moving, change, last)
-        fresh = moved(part, state, step)
-        lowest = possible_tensions(part, fresh, which, low, tension, above)
-        possible = np.where(moving[:, None], lowest, possible)
-        tension = np.where(moving[:, None], np.maximum(tension, np.minimum(possible, high)), tension)
-        value = np.array(part.value)
-        value[:, which] = tension
-        part = replace(part, value=value)
-        state = copied(state)  # a case that has ended stays as it is
-        put(state, moving, some(fitted(part, fresh), moving))
-    settled |= (worst < STALLED) & (final < ROUGH)
-    good = np.array([answer.held and answer.within for answer in answers], dtype=bool)
-    reasons = np.where(good, np.where(settled, CONVERGED, TOO_MANY), UNHELD)
-    words = [describe(suspension, which, *case) for case in zip(answers, settled, low, possible, high, strict=True)]
-    return state, Record(steps, worst, final, reasons), np.array(words, dtype=object)
+    return part, state, Iterates(
+        np.arange(cases), tension, possible, np.zeros_like(tension), np.zeros(cases), np.zeros(cases), infinite,
+        infinite, infinite, none, none,
+    )  # fmt: skip
+
+
+def distributions(linear, going, method, reference, high):
+    """`Distribution` of each case: tensions that solve its linear problem."""
+    found = []
+    for k, tension in enumerate(going.tension):
+        right = linear.by_tension[k] @ tension - linear.net[k]
+        limits = reference[k], going.possible[k], high[k], going.damping[k], tension
+        found.append(distribute(linear.by_tension[k], linear.by_place[k], right, method, *limits))
+    return found
+
+
+def limited(suspension, state, going, solutions, found):
+    """Steps of the bodies, no longer than a search allows, tensions after them, and largest turns asked for [rad]."""
+    step = np.zeros((*state.position.shape[:-1], 6))
+    step[:, found] = [answer.unbounded for answer in solutions]
+    step = step / body_units(suspension)
+    wide = np.abs(step[..., 3:]).max(axis=(-1, -2))
+    share = allowed_share(suspension, state, step)
+    asked = np.array([answer.tension for answer in solutions])
+    asked = going.tension + share[:, None] * (asked - going.tension)
+    return step * share[:, None, None], np.maximum(asked, SLOWEST * going.tension), wide
+
+
+def sizes_of(step, asked, going):
+    """Sizes of steps of tensions, over the largest one, and bodies, about as if undamped, shape (k,). [-]"""
+    change = np.abs(asked - going.tension).max(axis=-1) / going.tension.max(axis=-1)
+    return (change + np.abs(step).max(axis=(-1, -2))) * (1 + going.damping**2)
+
+
+def with_infeasible(going, solutions, high, above):
+    """`Iterates` with the steps counted that leave no tensions within the bounds.
+
+    A step counts where nothing holds the loads, where cables would have to push or are too heavy for their bounds, and
+    where it comes no closer to the bounds than those before.
+    """
+    tension = np.array([answer.tension for answer in solutions])
+    held = np.array([answer.held for answer in solutions])
+    within = np.array([answer.within for answer in solutions])
+    outside = np.maximum(np.maximum(going.possible - tension, tension - high), 0.0).sum(axis=-1)
+    heavy = (going.possible > above * high).any(axis=-1)
+    farther = outside >= SLOW_APPROACH * going.outside
+    hopeless = ~held | (~within & (heavy | (tension.min(axis=-1) < 0) | farther))
+    return replace(
+        going,
+        infeasible=np.where(hopeless, going.infeasible + 1, 0),
+        outside=np.where(within, np.inf, np.minimum(outside, going.outside)),
+    )
+
+
+def judged(going, linear, solutions, change, last):
+    """`Iterates` with their smallest change, and why each of them ends: place in REASONS, or GOING_ON."""
+    falling = change < SLOW_APPROACH * going.least_change
+    going = replace(
+        going,
+        stalled=np.where(falling, 0, going.stalled + 1),
+        least_change=np.minimum(change, going.least_change),
+    )
+    good = np.array([answer.held and answer.within for answer in solutions])
+    fine = change <= linear.rounding
+    found = (linear.least <= 1) & fine
+    stuck = (going.stalled >= np.where(fine, 1, PATIENCE)) | last
+    rounded = stuck & (linear.most <= 1) & (change < ROUGH)
+    ended = found | rounded | (going.infeasible >= INFEASIBLE_STEPS) | last
+    why = np.where(good, np.where(found, CONVERGED, np.where(rounded, ROUNDED, TOO_MANY)), UNHELD)
+    return going, np.where(ended, why, GOING_ON)
+
+
+def eased(going, asked, change, wide, number):
+    """`Iterates` with the damping of the next step, after the changes of this one."""
+    direction = (asked - going.tension) / going.tension
+    back = (going.direction * direction).sum(axis=-1) < 0
+    diverging = (
+        (wide > LARGEST)
+        | ((change > SHRINKING * going.change) & back & (number > 2))
+        | (change > GROWING * going.change)
+    )
+    damping, least = damped(going.damping, going.least_damping, diverging, change > SLOW * going.change)
+    return replace(going, direction=direction, damping=damping, least_damping=least, change=change)
+
+
+def with_tensions(suspension, state, going, which, asked, low, high, above):
+    """Suspension and `Iterates` with the tensions asked for, raised to what is possible where the bodies are."""
+    possible = possible_tensions(suspension, state, which, low, asked, above)
+    tension = np.maximum(asked, np.minimum(possible, high))
+    value = np.array(suspension.value)
+    value[:, which] = tension
+    return replace(suspension, value=value), replace(going, tension=tension, possible=possible)
 
 
 def damped(damping, least, diverging, slow):

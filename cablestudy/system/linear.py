@@ -1,13 +1,16 @@
-"""Cables, bodies and winches as one linear system of second order.
+"""Cables, bodies and winches as one linear system of second order with inputs u and outputs y.
 
-    M z'' + C z' + K z = f - (K1 v + C1 v' + M1 v'')
+    M z'' + C z' + K z = B0 u + B1 u' + B2 u'',      y = C0 z + C1 z' + C2 z'' + D0 u + D1 u' + D2 u''
 
-z are the modal amplitudes of all cables and then the displacements of the bodies; f forces on them; v the
-displacements that winches impose. The ends of cable i move by u_i = G_i x + H_i v, x being the displacements of the
-bodies: G_i and H_i say where it is attached, and the matrices of the system are sums over the superelements.
+M and K are symmetric and positive definite. K is complex where damping is hysteretic, and with it B0, C0 and D0: the
+model then holds for Im s > 0, and `LinearSystem.viscous` makes a real one of it.
+
+As `assemble` makes it, z are the modal amplitudes of all cables and then the displacements of the bodies, and u what
+winches impose. The ends of cable i move by u_i = G_i x + H_i u, x being the displacements of the bodies: G_i and H_i
+say where it is attached, and the matrices of the system are sums over the superelements.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,8 +18,11 @@ import numpy as np
 from cablestudy.errors import ConvergenceError, NoSolutionError
 
 DENSE_LIMIT = 300  # coordinates up to which a full eigen-solution costs less than Lanczos iteration
+DEPENDENT = 1e-10  # size of a vector over the largest, below which rounding determines it
 MASSLESS = 1e-28  # compliance over the largest, below which a motion has no mass
 UNSTABLE = "the equilibrium is not stable: it has no modes"
+MODAL = "sqrt(kg) m"  # unit of a modal amplitude
+ENTRIES = 4_000_000  # of the matrices that are solved at once for a frequency response: 64 MB
 
 
 @dataclass(frozen=True)
@@ -40,23 +46,40 @@ class Modes:
 
 @dataclass(frozen=True)
 class LinearSystem:
-    """The matrices above.
+    """The system of the module's docstring: n coordinates, i inputs, o outputs.
 
     Attributes
     ----------
     mass, damping, stiffness : ndarray or sparse array, shape (n, n)
-        The stiffness is complex where damping is hysteretic, which holds for Im s > 0. Sparse matrices serve `lowest`.
+        M, C and K. Sparse matrices serve `lowest`.
     driven : tuple of 3 ndarray, shape (n, i)
-        K1, C1 and M1.
+        B0, B1, B2.
     bodies : int
         How many of the coordinates, the last ones, are displacements of bodies.
+    moved : tuple of 3 ndarray, shape (o, n)
+        C0, C1, C2.
+    follow : tuple of 3 ndarray, shape (o, i)
+        D0, D1, D2.
+    coordinates, inputs, outputs : tuple of (str, str)
+        Name and unit of each.
+    feedback : tuple of ActuatorFeedback
+        Forces f = gain(s) acts measured z of actuators, see `control.motion`.
     """
 
     mass: np.ndarray
     damping: np.ndarray
     stiffness: np.ndarray
-    driven: tuple
+    driven: tuple = ()
     bodies: int = 1
+    moved: tuple = ()
+    follow: tuple = ()
+    coordinates: tuple = ()
+    inputs: tuple = ()
+    outputs: tuple = ()
+    feedback: tuple = ()
+
+    def __len__(self):
+        return self.mass.shape[0]
 
     @cached_property
     def modes(self):
@@ -135,12 +158,58 @@ class LinearSystem:
         The upper halves are zero.
         """
         n, unit = len(self.mass), self.unit
-        right = np.concatenate([self.stiffness / unit, self.damping, *self.driven], axis=1)
-        solved = -np.linalg.solve(self.mass, right)
+        solved = np.linalg.solve(self.mass, np.concatenate([self.stiffness / unit, self.damping, *self.driven], axis=1))
         a = np.zeros((2 * n, 2 * n), dtype=solved.dtype)
         a[np.arange(n), n + np.arange(n)] = unit
-        a[n:] = solved[:, : 2 * n]
+        a[n:] = -solved[:, : 2 * n]
         return a, tuple(np.split(solved[:, 2 * n :], 3, axis=1))
+
+    def few(self, kept, orders):
+        """A space for `within`: some of the modal coordinates, vectors that stand for all others, and the bodies.
+
+        Parameters
+        ----------
+        kept : ndarray of int
+            Modal coordinates that stay as they are.
+        orders : int
+            How many times the others answer: statically to all that acts on them, to the inertia of that, and so on.
+
+        Returns
+        -------
+        ndarray, shape (n, r)
+
+        Notes
+        -----
+        A Krylov space, in which Galerkin's method matches derivatives of the response at s = 0 and keeps M, C and K
+        symmetric (Bai, Krylov subspace techniques for reduced-order modeling of large-scale dynamical systems, Applied
+        Numerical Mathematics 43, 2002).
+        """
+        n = len(self.mass) - self.bodies
+        others = np.delete(np.arange(n), kept)
+        vectors = self._answers(others, orders) if orders and len(others) else np.zeros((len(others), 0))
+        if vectors.shape[1] >= len(others):
+            return np.eye(len(self.mass))
+        shapes = np.zeros((len(self.mass), len(kept) + vectors.shape[1] + self.bodies))
+        shapes[kept, np.arange(len(kept))] = 1.0
+        shapes[others, len(kept) : len(kept) + vectors.shape[1]] = vectors
+        shapes[n:, shapes.shape[1] - self.bodies :] = np.eye(self.bodies)
+        return shapes
+
+    def _answers(self, others, orders):
+        """Orthonormal vectors of some modal coordinates, shape (o, v), that span their answers; see `few`."""
+        bodies, (place, speed, acceleration) = slice(len(self.mass) - self.bodies, None), self.driven
+        acting = [part[others, bodies] for part in (self.mass, self.damping, self.stiffness.imag)]
+        acting += [part[others] for part in (acceleration.real, speed.real, place.imag)]
+        answer = np.concatenate(acting, axis=1)
+        square = np.diagonal(self.stiffness).real[others, None]
+        found = []
+        for _ in range(orders):
+            answer = answer[:, answer.any(axis=0)] / square
+            answer = answer / np.sqrt((answer**2).sum(axis=0))
+            found.append(answer)
+        vectors, size, _ = np.linalg.svd(np.concatenate(found, axis=1), full_matrices=False)
+        vectors = vectors[:, size > DEPENDENT * size.max(initial=0.0)]
+        return vectors @ np.linalg.eigh(vectors.T @ (square * vectors))[1]
 
     @cached_property
     def poles(self):
@@ -162,46 +231,197 @@ class LinearSystem:
         above = values.imag >= 0
         return values[above], shares[:, above]
 
-    def feedback(self, measured, filtering):
-        """A of the closed loop as A0 + gain A1, winches integrating what the bodies do: v' = gain N(s) x.
+    def dynamic_stiffness(self, s):
+        """Forces per displacement of the coordinates, D = s^2 M + s C + K, shape (f, n, n), inputs at rest.
 
         Parameters
         ----------
-        measured : ndarray, shape (i, b)
-            What each winch integrates of the bodies' displacements, signs included. [-]
-        filtering : tuple of 4 ndarray
-            N as a state space: a (k, k), b (k,), c (k,), and the direct part d, the same for each winch.
+        s : array_like, shape (f,)
+            With Im s > 0 where the stiffness is complex. [rad/s]
+        """
+        powers = np.asarray(s, dtype=complex)[:, None] ** np.arange(3)
+        parts = np.stack([self.stiffness.real, self.damping, self.mass]).reshape(3, -1)
+        value = np.empty((len(powers), *self.mass.shape), dtype=complex)
+        value.real, value.imag = ((part @ parts).reshape(value.shape) for part in (powers.real, powers.imag))
+        if np.iscomplexobj(self.stiffness):
+            value.imag += self.stiffness.imag
+        s = powers[:, 1, None, None]
+        for one in self.feedback:
+            value = value - one.gain(s) * np.outer(one.acts, one.measured)
+        return value
+
+    def pulled(self, s):
+        """Forces on the coordinates per input, B0 + s B1 + s^2 B2, shape (f, n, i)."""
+        return polynomial(self.driven, s)
+
+    def within(self, space):
+        """The system in a space of its coordinates.
+
+        Parameters
+        ----------
+        space : ndarray, shape (n, r)
+            Independent columns.
+        """
+        mass, damping, stiffness = (space.T @ part @ space for part in (self.mass, self.damping, self.stiffness))
+        return replace(
+            self,
+            mass=mass,
+            damping=damping,
+            stiffness=stiffness,
+            driven=tuple(space.T @ part for part in self.driven),
+            moved=tuple(part @ space for part in self.moved),
+            feedback=tuple(replace(one, measured=one.measured @ space, acts=one.acts @ space) for one in self.feedback),
+        )
+
+    def viscous(self):
+        """The system with viscous damping in place of a complex stiffness: the same where there is none.
 
         Returns
         -------
-        A0, A1 : ndarray, shape (2 n + i k + i, 2 n + i k + i)
-            States: w z, z', the filter of each winch, v.
+        LinearSystem
+            Each undamped mode has the viscous damping that dissipates as much energy per cycle; outputs are without
+            their damped part.
+
+        Raises
+        ------
+        NoSolutionError
+            Something that moves has no mass.
+        """
+        if not np.iscomplexobj(self.stiffness):
+            return self
+        stiffness, damping = self.stiffness.real, self.damping + _equivalent_viscous(self.mass, self.stiffness)
+        driven, moved, follow = (tuple(part.real for part in parts) for parts in (self.driven, self.moved, self.follow))
+        return replace(self, damping=damping, stiffness=stiffness, driven=driven, moved=moved, follow=follow)
+
+    @cached_property
+    def strain_modes(self):
+        """Undamped modes: 1/W^2, descending, shape (n,), and shapes of unit strain energy v^T K v, shape (n, n).
+
+        So the lowest modes have all digits, and coordinates without mass have modes too, with 1/W^2 = 0.
+
+        Raises
+        ------
+        NoSolutionError
+            The equilibrium is not stable.
+        """
+        from scipy.linalg import LinAlgError, eigh
+
+        try:
+            values, shapes = eigh(self.mass, self.stiffness)
+        except LinAlgError:
+            raise NoSolutionError(UNSTABLE) from None
+        return np.maximum(values[::-1], 0.0), shapes[:, ::-1]
+
+    def inertia_share(self, output, input_):
+        """Share of each mode in the inertia between an input and an output, shape (n,), by their numbers. [-]
+
+        About the static displacements K^-1 B0 u a mode moves by w^2 m/(W^2 - w^2) with m = Phi^T (B0/W^2 - B2), and at
+        its frequency the output is W^2 (C0/W^2 - C2) Phi of it. The share is that of |(C0/W^2 - C2) Phi m|, for two
+        ends of a cable as in `reduction.inertia_share`.
+        """
+        compliance, shapes = self.strain_modes
+        inertia = compliance * (shapes.T @ self.driven[0][:, input_]) - shapes.T @ self.driven[2][:, input_]
+        observed = compliance * (self.moved[0][output] @ shapes) - self.moved[2][output] @ shapes
+        square = np.where(
+            compliance > 0, 1 / np.where(compliance > 0, compliance, 1.0), 0.0
+        )  # of mass-normalised shapes
+        return shares(np.abs(observed * inertia) * square)
+
+    def keep(self, chosen):
+        """The system in some of its modes, the static part of the others kept.
+
+        Parameters
+        ----------
+        chosen : ndarray of int
+            Modes to keep, from 0.
+
+        Returns
+        -------
+        LinearSystem
+            Its coordinates are modal amplitudes.
 
         Notes
         -----
-        v' = gain (d y + c n) and v'' = gain (d y' + c n') are sums of states: no derivative of the input is left.
+        Of the modes left out the static part stays (mode acceleration method: Williams, Quarterly of Mechanics and
+        Applied Mathematics 2, 1949): z = Phi q + S u with S = K^-1 B0 - Phi Omega^-2 Phi^T B0.
         """
-        a, b, c, d = filtering
-        n, winches, states = len(self.mass), len(measured), len(a)
-        plant, (first, second, third) = self.first_order
-        size = 2 * n + winches * (states + 1)
-        body = slice(n - self.bodies, n)
-        seen, speed = np.zeros((2, winches, size))
-        seen[:, body], speed[:, n - self.bodies + n : 2 * n] = measured / self.unit[body], measured
-        fixed = np.zeros((size, size), dtype=plant.dtype)
-        fixed[: 2 * n, : 2 * n] = plant
-        fixed[n : 2 * n, size - winches :] = first
-        rate, acceleration = d * seen, d * speed
-        for winch in range(winches):
-            rows = slice(2 * n + winch * states, 2 * n + (winch + 1) * states)
-            fixed[rows, rows] = a
-            fixed[rows] += np.outer(b, seen[winch])
-            rate[winch, rows] += c
-            acceleration[winch] += c @ fixed[rows].real
-        scaled = np.zeros_like(fixed)
-        scaled[size - winches :] = rate
-        scaled[n : 2 * n] = second @ rate + third @ acceleration
-        return fixed, scaled
+        compliance, shapes = self.strain_modes
+        omega = 1 / np.sqrt(compliance[chosen])
+        kept, others = shapes[:, chosen] * omega, np.delete(shapes, chosen, axis=1)
+        static = others @ (others.T @ self.driven[0])
+        driven = [kept.T @ part for part in self.driven]
+        driven[1] -= kept.T @ (self.damping @ static)
+        return replace(
+            self,
+            mass=np.eye(len(omega)),
+            damping=kept.T @ self.damping @ kept,
+            stiffness=np.diag(omega**2),
+            driven=tuple(driven),
+            moved=tuple(part @ kept for part in self.moved),
+            follow=tuple(direct + part @ static for direct, part in zip(self.follow, self.moved, strict=True)),
+            bodies=0,
+            coordinates=tuple((f"mode_{k + 1}", MODAL) for k in np.asarray(chosen).tolist()),
+        )
+
+    @np.errstate(all="ignore")
+    def response(self, output, input_, frequency):
+        """One output for a unit input, complex, shape (m,), by their numbers; not finite at an undamped pole.
+
+        Parameters
+        ----------
+        output, input_ : int
+        frequency : ndarray, shape (m,)
+            [Hz]
+        """
+        at_once = max(1, ENTRIES // max(1, len(self.mass)) ** 2)
+        pieces = np.split(frequency, range(at_once, len(frequency), at_once))
+        return np.concatenate([self._response(output, input_, 2j * np.pi * piece) for piece in pieces])
+
+    def _response(self, output, input_, s):
+        dynamic = polynomial((self.stiffness, self.damping, self.mass), s)
+        right = polynomial([part[:, input_] for part in self.driven], s)
+        observed = polynomial([part[output] for part in self.moved], s)
+        direct = polynomial([part[output, input_] for part in self.follow], s)
+        return (observed * solved(dynamic, right[..., None])[..., 0]).sum(axis=-1) + direct
+
+
+def _equivalent_viscous(mass, stiffness):
+    """Viscous damping that gives each mode the energy loss per cycle of a complex stiffness."""
+    try:
+        lower = np.linalg.cholesky(mass)
+    except np.linalg.LinAlgError:
+        raise NoSolutionError("the state space needs a mass of everything that moves") from None
+    half = np.linalg.solve(lower, stiffness.real)
+    square, vectors = np.linalg.eigh(np.linalg.solve(lower, half.T))
+    shapes = np.linalg.solve(lower.T, vectors)
+    omega = np.sqrt(np.maximum(square, 0.0))
+    rate = (shapes * (stiffness.imag @ shapes)).sum(axis=0) / np.where(omega > 0, omega, 1.0)
+    weighted = lower @ vectors
+    return weighted * rate @ weighted.T
+
+
+def polynomial(parts, s):
+    """a + s b + s^2 c of three arrays of one shape (...), for each s of shape (f,): shape (f, ...)."""
+    zeroth, first, second = parts
+    s = np.reshape(s, (-1, *[1] * np.ndim(zeroth)))
+    return zeroth + s * first + s**2 * second
+
+
+def solved(matrices, right):
+    """Solutions of linear systems, not a number where one is singular, shapes (m, n, n) and (m, n, 1)."""
+    try:
+        return np.linalg.solve(matrices, right)
+    except np.linalg.LinAlgError:
+        if len(matrices) == 1:
+            return np.full(right.shape, np.nan, dtype=complex)
+        half = len(matrices) // 2
+        return np.concatenate([solved(matrices[:half], right[:half]), solved(matrices[half:], right[half:])])
+
+
+def shares(parts):
+    """Parts over their sum, zeros where that is zero, shape (n,). [-]"""
+    total = parts.sum()
+    return parts / (total if total > 0 else 1.0)
 
 
 def _normalised(shapes, compliance):
@@ -341,7 +561,7 @@ def assemble(cables, moved, bodies, imposed=None, stiffness=0.0):
             outer[body] += moved[ends].T @ matrix[n:, n:] @ imposed[ends]
         begin += n
     mass, damping, total = whole
-    return LinearSystem(mass.real, damping.real, total, tuple(driven[::-1]), b)
+    return LinearSystem(mass.real, damping.real, total, tuple(-driven[::-1]), b)
 
 
 def _assemble_sparse(cables, matrices, moved, bodies, imposed, stiffness):
@@ -375,7 +595,7 @@ def _assemble_sparse(cables, matrices, moved, bodies, imposed, stiffness):
         whole[-1].sum_duplicates()  # sorted: who sorts a copy that shares its numbers would spoil them
         driven.append(follow.T @ (matrix @ imposed_by_winches))
     mass, damping, total = whole
-    return LinearSystem(mass.real, damping.real, total, tuple(driven[::-1]), bodies.shape[0])
+    return LinearSystem(mass.real, damping.real, total, tuple(-part for part in driven[::-1]), bodies.shape[0])
 
 
 def _dense(matrix):

@@ -20,9 +20,10 @@ import numpy as np
 from cablestudy.cable import catenary, initial_length
 from cablestudy.cable.span import Span
 from cablestudy.system.rigid import size
+from cablestudy.system.rounding import SUMS, UNIT
 
 MAX_STEPS = 60
-EXACT = 1e-13  # relative error of a stated value at which its length is found,
+EXACT = SUMS * UNIT  # relative error of a stated value at which its length is found: rounding of its sum,
 STALLED = 1e-9  # and at which it is where rounding stops the iteration
 FALLING, STALLED_STEPS = 0.9, 8  # a cable whose error does not fall to this share in so many steps has no such length
 DIFFERENCE = 1e-5  # relative step for the derivatives of a sag, which are good to its square

@@ -253,6 +253,11 @@ class Superelement:
         modal = [self._modal(s[i : i + BLOCK], products) for i in range(0, len(s), BLOCK)]
         return value + np.concatenate(modal or [products[:0]]).reshape(value.shape)
 
+    @property
+    def spoilt(self):
+        """Whether so much strain is damped that rounding spoils the response: `dynamic_stiffness` refuses it."""
+        return self.strain is not None and self._strain_damping.spoilt
+
     def held_by_modes(self, s, ends):
         """See `UnevenDamping.held_by_modes`."""
         return self._uneven_damping.held_by_modes(s, ends)

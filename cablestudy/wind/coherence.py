@@ -52,8 +52,34 @@ class Rod:
             Sum over the c loads, the cable's length counted as 1.
         """
         ratio = np.maximum(ratio, SMALLEST)[:, None]
+        inner, (left, f, g), others, (by_constant, first, second, mixed) = self._parts(load, ratio)
+        by_constant = np.abs(left) ** 2 * by_constant
+        by_ends = second * np.abs(f) ** 2 + first * np.abs(g) ** 2 - 2 * mixed * (f.conj() * g).real
+        by_others = (np.abs(others) ** 2 * inner).sum(axis=-1) - by_ends
+        return 2 * (by_constant + np.maximum(by_others, 0.0)).sum(axis=0)
+
+    def covariance(self, loads, ratio):
+        """I between pairs of real loads, shape (m, i, i), as `variance`; `loads` of shape (c, i, r)."""
+        ratio = np.maximum(ratio, SMALLEST)[:, None]
+        found = np.zeros((len(ratio), loads.shape[1], loads.shape[1]))
+        for load in loads:
+            inner, (left, f, g), others, weights = self._parts(load[:, None], ratio)
+            by_constant, first, second, mixed = weights
+            found += np.einsum("im,jm,m->mij", left, left, by_constant)
+            found += (others[:, 0] * inner[:, None]) @ others[:, 0].T
+            across = np.einsum("im,jm,m->mij", f, g, mixed)
+            found -= np.einsum("im,jm,m->mij", f, f, second) + np.einsum("im,jm,m->mij", g, g, first)
+            found += across + np.swapaxes(across, 1, 2)
+        return 2 * found
+
+    def _parts(self, load, ratio):
+        """Of loads, shape (c, m, r), for `ratio` of shape (m, 1): what `variance` is a sum of.
+
+        The rod's inverse without its ends, (m, r - 1); three sums of each load, (c, m); the load but for its constant;
+        weights of squares and product of these sums, (m,).
+        """
         constant, others = load[..., 0], load[..., 1:]
-        inner = 1 / (self.square[1:] / ratio + ratio)  # the rod's inverse without its ends
+        inner = 1 / (self.square[1:] / ratio + ratio)
         near, far = self.ends[1:].T
         even, odd = (near + far) / np.sqrt(2), (near - far) / np.sqrt(2)
         # the ends by Woodbury's formula; the constant apart, since only the ends restrain it
@@ -61,10 +87,8 @@ class Rod:
         determinant, end = first * second - mixed**2, self.ends[0, 0]
         f, g = (others * inner) @ even, (others * inner) @ odd
         left = constant - end * np.sqrt(2) * (second * f - mixed * g) / determinant
-        by_constant = np.abs(left) ** 2 / (ratio[:, 0] + 2 * end**2 * second / determinant)
-        by_ends = second * np.abs(f) ** 2 + first * np.abs(g) ** 2 - 2 * mixed * (f.conj() * g).real
-        by_others = (np.abs(others) ** 2 * inner).sum(axis=-1) - by_ends / determinant
-        return 2 * (by_constant + np.maximum(by_others, 0.0)).sum(axis=0)
+        by_constant = 1 / (ratio[:, 0] + 2 * end**2 * second / determinant)
+        return inner, (left, f, g), others, (by_constant, *(part / determinant for part in (first, second, mixed)))
 
 
 def rod(mesh, stretch):

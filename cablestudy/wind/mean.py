@@ -16,11 +16,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.system import statics
-from cablestudy.system.descent import DISAGREED
+from cablestudy.system.descent import DISAGREED, ROUNDED
 from cablestudy.system.rigid import size
+from cablestudy.system.rounding import SUMS, UNIT
+from cablestudy.system.tangent import GROUND
 
 MOST = 40  # equilibria until forces and attitude agree
-SETTLED = 1e-12  # change of the place of any cable end between two of them, over the longest chord
+SLOW = 0.9  # an equilibrium that changes places by more than this share of the smallest change comes no closer
 
 
 @dataclass(frozen=True)
@@ -103,6 +105,12 @@ def equilibrium_in_wind(calm, drag):
     -------
     Equilibrium
         Where the search from the calm one fails for a case, or forces and attitude do not agree, its record says so.
+
+    Notes
+    -----
+    Forces and attitude agree where a new equilibrium has its cable ends where the last one had them, but for the
+    rounding of places; or where they come no closer, and are within what rounding leaves of the places
+    (`uncertainty.judge`).
     """
     lengths = np.asarray(calm.lengths)
     suspension = replace(
@@ -112,8 +120,9 @@ def equilibrium_in_wind(calm, drag):
         position=calm.position,
         rotation=calm.rotation,
     )
-    found, longest = calm, np.asarray(calm.catenary.span.chord).max(axis=-1)
-    loads, ended = None, np.zeros(np.shape(longest), dtype=bool)
+    found, shape = calm, np.shape(calm.record.converged)
+    loads, ended = None, np.zeros(shape, dtype=bool)
+    least, reason = np.full(shape, np.inf), np.full(shape, DISAGREED)
     for _ in range(MOST):
         force, arm = body_forces(drag, found.rotation)
         fresh = {
@@ -126,12 +135,25 @@ def equilibrium_in_wind(calm, drag):
         # a case that has ended keeps its digits while others go on
         loads = {name: _kept(ended, loads[name], new) for name, new in fresh.items()} if ended.any() else fresh
         before, found = found, statics.pose(replace(suspension, **loads))
-        moved = size(
-            suspension.ends(found.position, found.rotation) - suspension.ends(before.position, before.rotation)
-        )
+        change = size(found.ends - before.ends).max(axis=(-1, -2))
+        agreed = change <= SUMS * UNIT * np.abs(found.ends).max(axis=(-1, -2, -3))
+        rounded = ~agreed & (change >= SLOW * least)
+        least = np.minimum(least, change)
+        if (rounded & ~ended).any():
+            rounded &= change <= _unknown(found)
         failed = ~np.asarray(found.record.converged)
-        ended = ended | (moved.max(axis=(-1, -2)) <= SETTLED * longest) | failed
+        why = np.where(rounded & ~failed, ROUNDED, found.record.reason)
+        reason = np.where(~ended & (agreed | rounded | failed), why, reason)
+        ended = ended | agreed | rounded | failed
         if ended.all():
-            return found
-    reason = np.where(ended, found.record.reason, DISAGREED)
-    return replace(found, record=replace(found.record, reason=reason))
+            break
+    return replace(found, record=replace(found.record, reason=reason[()]))
+
+
+def _unknown(found):
+    """How far rounding leaves the ends of cables undetermined, at most, of each case. [m]"""
+    place = found.uncertainty.place
+    if not place.size:
+        return np.zeros(np.shape(found.record.converged))
+    arms = np.where(found.suspension.owner != GROUND, size(found.arms), 0.0).max(axis=(-1, -2))
+    return np.sqrt(3) * (place[..., :3].max(axis=(-1, -2)) + place[..., 3:].max(axis=(-1, -2)) * arms)

@@ -8,12 +8,19 @@ covariance X of the amplitudes of the poles solves Lyapunov's equation with colo
 
 since (i w - l_a)^-1 (-i w - conj(l_b))^-1 is a sum of two fractions. S is smooth: it is a sum of matrices times
 functions of frequency. What is narrow is in r_a alone, and Gauss's rule of each panel is corrected for its pole.
+
+A complex stiffness has a response for positive frequencies alone, and its poles are no pairs: r_a is then
+2/(i w - l_a), the sums run over all poles, and the real part is the variance.
 """
 
 from dataclasses import dataclass
+from math import ceil, log10
 
 import numpy as np
 
+PER_DECADE, FLAT = 8, 1e-5  # panels, and range over the slowest below which all is flat
+STEP, TURNS = 2.0, 40  # of a delay in a panel [rad], and how many panels are made for it
+CLOSE = 1e-3  # least relative distance of their edges from others
 POINTS = 8  # of each panel
 NEAR = 4.0  # distance of a pole from the middle of a panel, in its half-widths, up to which the rule is corrected
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
@@ -42,6 +49,43 @@ class Noise:
     matrices: np.ndarray
     parts: list
     functions: list
+
+
+def frequency_edges(slow, fast, high, marks=(), delay=0.0):
+    """Edges of panels on which the response to the wind is resolved, poles near the real axis left out.
+
+    Parameters
+    ----------
+    slow, fast : float
+        Range in which spectra bend and poles matter most. [Hz]
+    high : float
+        End of the range, at `fast` or above. [Hz]
+    marks : sequence of float
+        Further edges, where a function jumps. [Hz]
+    delay : float
+        Among the functions. [s]
+
+    Returns
+    -------
+    ndarray
+        Ascending, from FLAT times `slow`. [Hz]
+    """
+    parts = (FLAT * slow, slow, 1.0), (slow, fast, PER_DECADE), (fast, high, PER_DECADE / 2)
+    parts = [np.geomspace(low, end, 1 + ceil(count * log10(end / low))) for low, end, count in parts if end > low]
+    edges = np.unique(np.concatenate(parts))
+    marks = [mark for mark in marks if edges[0] < mark < edges[-1]]
+    inner = edges[1:-1]
+    near = np.abs(np.log(inner[:, None] / np.array(marks)[None])).min(axis=1, initial=np.inf) < CLOSE
+    return with_turns(np.sort(np.concatenate([edges[[0, -1]], inner[~near], marks])), delay)
+
+
+def with_turns(edges, delay):
+    """Edges, and further ones between which the phase of a delay [s] turns by STEP."""
+    if not delay:
+        return edges
+    turns = STEP * np.arange(1, TURNS) / (2 * np.pi * delay)
+    turns = turns[(turns > edges[0]) & (turns < edges[-1])]
+    return np.sort(np.concatenate([edges, turns[np.abs(np.log(turns / edges[:, None])).min(axis=0) > CLOSE]]))
 
 
 def smooth_on(edges, functions):
@@ -84,16 +128,22 @@ class Panels:
         self.frequency = np.append(inner.ravel(), edges[0])
         self.weights = np.append((self._half[:, None] * WEIGHTS * inner).ravel(), edges[0])
 
-    def resolvents(self, poles):
+    def resolvents(self, poles, one_sided=False):
         """r_a times the weights, shape (N, n), so that sums of them with a smooth function are integrals over f.
 
         Parameters
         ----------
         poles : ndarray, complex, shape (N,)
-            Of the upper half plane and the real axis. [rad/s]
+            Of the upper half plane and the real axis; any of a response for positive frequencies alone. [rad/s]
+        one_sided : bool
+            Whether they are those of such a response.
         """
         omega = 2 * np.pi * self.frequency
-        return -2 * poles[:, None] / (omega**2 + poles[:, None] ** 2) * self.weights_for(poles)
+        if one_sided:
+            fractions = 2 / (1j * omega - poles[:, None])
+        else:
+            fractions = -2 * poles[:, None] / (omega**2 + poles[:, None] ** 2)
+        return fractions * self.weights_for(poles)
 
     def weights_for(self, poles):
         """Weights, shape (N, n), for functions with a simple pole each at i w = l_a; `poles` as for `resolvents`.
@@ -137,14 +187,16 @@ def variances(residues, panels, noise, weights):
     -------
     ndarray, shape (w, o)
     """
-    upper = residues.poles.imag >= 0
+    upper = (residues.poles.imag >= 0) | residues.one_sided
     poles, given, shown = residues.poles[upper], residues.given[upper], residues.shown[:, upper]
-    shown = shown * np.where(poles.imag > 0, 2.0, 1.0)
-    forced, direct = _forced(given, panels, noise, weights, panels.resolvents(poles))
+    if not residues.one_sided:
+        shown = shown * np.where(poles.imag > 0, 2.0, 1.0)
+    forced, direct = _forced(given, panels, noise, weights, panels.resolvents(poles, residues.one_sided))
     sums = poles[:, None] + residues.poles.conj()
     covariance = forced @ residues.given.conj().T / -sums
-    seen = covariance @ residues.shown.conj().T + forced @ residues.direct.T
-    found = (shown.T * seen).sum(axis=1).real + ((residues.direct @ direct) * residues.direct).sum(axis=-1)
+    seen = covariance @ residues.shown.conj().T + forced @ residues.direct.conj().T
+    directly = ((residues.direct @ direct) * residues.direct.conj()).sum(axis=-1).real
+    found = (shown.T * seen).sum(axis=1).real + directly
     # by Schwarz's inequality no sum over the poles is larger than that of the sizes of its terms
     own = np.maximum(2 * covariance[:, np.arange(len(poles)), np.flatnonzero(upper)].real, 0.0)
     return np.where(found > ROUNDING * (np.sqrt(own) @ np.abs(shown.T)) ** 2, found, 0.0)

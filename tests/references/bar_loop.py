@@ -9,23 +9,11 @@ in moves out along its tangent by (1 + T/EA) v, and takes the weight of what it 
 """
 
 import numpy as np
-import scipy.linalg
 
 from . import bar_suspension
 
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 TURN = 2 * np.pi
-
-
-def cable_damping(damping, k, mass, elastic, per_length):
-    """C of the nodes of one cable, which weighs `per_length` [kg/m]: modal, Kelvin-Voigt and viscous per length."""
-    found = damping.get("time", 0.0) * elastic + damping.get("viscous", 0.0) / per_length * mass
-    inner = slice(3, -3)
-    if ratio := damping.get("ratio", 0.0):  # of each mode between fixed ends, on absolute motion
-        square, shapes = scipy.linalg.eigh(k[inner, inner], mass[inner, inner])
-        weighted = mass[inner, inner] @ shapes
-        found[inner, inner] += weighted * (2 * ratio * np.sqrt(square)) @ weighted.T
-    return found
 
 
 class BarLoop:
@@ -34,28 +22,26 @@ class BarLoop:
     def __init__(self, scene, equilibrium, n):
         self.scene, self.bars = scene, bar_suspension.dense(equilibrium, n)
         size, winches = len(self.bars.K), scene["winches"]
-        per_length = equilibrium.catenary.span.mass
-        own = [
-            cable_damping(scene["cable"]["damping"], *matrices, float(mass))
-            for matrices, mass in zip(self.bars.cables, per_length, strict=True)
-        ]
-        self.C = sum(turn.T @ part @ turn for turn, part in zip(self.bars.maps, own, strict=True))
-        self.forces = np.zeros((3, size, len(winches)))
+        per_length, loss = equilibrium.catenary.span.mass, scene["cable"]["damping"].get("loss_factor", 0.0)
+        self.K = self.bars.K + 1j * loss * self.bars.elastic if loss else self.bars.K
+        own, self.C = self.bars.damping(scene["cable"]["damping"], per_length)
+        self.forces = np.zeros((3, size, len(winches)), self.K.dtype)
         pull = equilibrium.end_forces
         tension = np.linalg.norm(pull, axis=-1)
         stretch = 1 + tension / equilibrium.catenary.span.axial_stiffness[:, None]
         for place, (name, winch) in enumerate(winches.items()):
             cable = equilibrium.suspension.cable_names.index(name)
             end, rows = (1, slice(-3, None)) if winch.get("end") == "to" else (0, slice(0, 3))
-            k, mass, _ = self.bars.cables[cable]
-            moved, lifted = np.zeros((2, len(k)))
+            k, mass, elastic = self.bars.cables[cable]
+            k = k + 1j * loss * elastic if loss else k
+            moved, lifted = np.zeros((2, len(mass)))
             moved[rows] = -pull[cable, end] / tension[cable, end] * stretch[cable, end]
             lifted[rows] = 0, 0, per_length[cable] * scene["gravity"]
             on_nodes = lifted - k @ moved, -own[cable] @ moved, -mass @ moved
             self.forces[:, :, place] = [self.bars.maps[cable].T @ force for force in on_nodes]
         free = scene["bodies"]["b"]["free"]
         self.measured = np.eye(size)[[size - len(free) + free.index(axis) for axis in scene["control"]["measured"]]]
-        static = self.measured @ np.linalg.solve(self.bars.K, self.forces[0])
+        static = self.measured @ np.linalg.solve(self.bars.K, self.forces[0].real)
         self.allocation = np.linalg.pinv(static, rcond=1e-3)  # what winches hardly move is not corrected
 
     def matrices(self):
@@ -64,7 +50,7 @@ class BarLoop:
         notch = self.scene["control"]["notch"]
         states = 0 if notch == "none" else 2 * k
         unit = np.eye(2 * n + states + k)
-        fixed, scaled = np.zeros_like(unit), np.zeros_like(unit)
+        fixed, scaled = np.zeros((2, *unit.shape), self.K.dtype)
         z, rate, integral = unit[:n], unit[n : 2 * n], unit[2 * n + states :]
         passed, change = self.measured @ z, self.measured @ rate
         fixed[:n] = rate
@@ -78,7 +64,7 @@ class BarLoop:
             passed = (w2 / w1) ** 2 * (bend + d1 * slope + w1**2 * low)
             change = (w2 / w1) ** 2 * (jerk + d1 * bend + w1**2 * slope)
         fixed[2 * n + states :] = passed
-        fixed[n : 2 * n] = -np.linalg.solve(M, self.bars.K @ z + self.C @ rate)
+        fixed[n : 2 * n] = -np.linalg.solve(M, self.K @ z + self.C @ rate)
         first, second, third = np.linalg.solve(M, self.forces) @ self.allocation
         scaled[n : 2 * n] = -(first @ integral + second @ passed + third @ change)
         return fixed, scaled
@@ -86,9 +72,18 @@ class BarLoop:
     def growth(self, gain):
         """Largest growth of a pole over its frequency, positive where one grows. [-]
 
-        Poles at zero are left out: integrals of what the winches do not correct.
+        Poles at zero are left out: integrals of what the winches do not correct. With a loss factor the equations hold
+        for Im s >= 0.
         """
         fixed, scaled = self.matrices()
         poles = np.linalg.eigvals(fixed + gain * scaled)
+        poles = poles[poles.imag >= 0]
         poles = poles[np.abs(poles) > 1e-9 * np.abs(poles).max()]
         return float((poles.real / np.abs(poles)).max())
+
+    def displacements(self, s, gain, force):
+        """z, complex, shape (f, n), by a unit of some force, shape (n,), at s with the loop closed; without a notch."""
+        s = np.asarray(s)[:, None, None]
+        by_winches = self.forces[0] + s * self.forces[1] + s**2 * self.forces[2]
+        dynamic = s**2 * self.bars.M + s * self.C + self.K + gain / s * by_winches @ self.allocation @ self.measured
+        return np.linalg.solve(dynamic, np.broadcast_to(force[:, None], (len(s), len(force), 1)))[..., 0]

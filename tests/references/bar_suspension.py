@@ -43,6 +43,24 @@ class Dense:
         value, vector = scipy.linalg.eigh(self.K, self.M)
         return np.sqrt(value) / (2 * np.pi), vector
 
+    def damping(self, law, per_length):
+        """C of the nodes of each cable, a list, and C of the whole, shape (n, n); `law` as of `cable_damping`."""
+        own = [
+            cable_damping(law, *matrices, float(mass)) for matrices, mass in zip(self.cables, per_length, strict=True)
+        ]
+        return own, sum(turn.T @ part @ turn for turn, part in zip(self.maps, own, strict=True))
+
+
+def cable_damping(damping, k, mass, elastic, per_length):
+    """C of the nodes of one cable, which weighs `per_length` [kg/m]: modal, Kelvin-Voigt and viscous per length."""
+    found = damping.get("time", 0.0) * elastic + damping.get("viscous", 0.0) / per_length * mass
+    inner = slice(3, -3)
+    if ratio := damping.get("ratio", 0.0):  # of each mode between fixed ends, on absolute motion
+        square, shapes = scipy.linalg.eigh(k[inner, inner], mass[inner, inner])
+        weighted = mass[inner, inner] @ shapes
+        found[inner, inner] += weighted * (2 * ratio * np.sqrt(square)) @ weighted.T
+    return found
+
 
 def dense(equilibrium, n):
     """The suspension in its equilibrium with n bars for each cable.

@@ -32,26 +32,25 @@ class BarsInWind:
         Drag coefficient times diameter of each. [m]
     bodies : dict
         Body -> drag areas C_d A along its axes, areas without C_d, and centre of pressure, body axes.
-    rate : sequence of float
-        Viscous damping of each cable over its mass. [1/s]
+    damping : mapping
+        Of the cables, as in a scene. [-], [s], [kg/(m s)]
     admitted : bool
         With Vickery's admittance of the bodies.
     """
 
-    def __init__(self, equilibrium, n, wind, cables=None, bodies=None, rate=None, admitted=True):
+    def __init__(self, equilibrium, n, wind, cables=None, bodies=None, damping=None, admitted=True):
         self.wind, state = wind, equilibrium
         dense = bar_suspension.dense(state, n)
-        self.M, self.K, size = dense.M, dense.K, len(dense.K)
+        loss = (damping or {}).get("loss_factor", 0.0)
+        self.M, self.K, size = dense.M, dense.K + 1j * loss * dense.elastic, len(dense.K)
         along = np.array([np.cos(wind["direction"]), np.sin(wind["direction"]), 0.0])
         self.directions = np.array([along, [-along[1], along[0], 0.0], [0, 0, 1.0]])
         count = len(dense.cables)
-        rate, cables = np.zeros(count) if rate is None else rate, np.zeros(count) if cables is None else cables
-        self.C = np.zeros((size, size))
+        cables = np.zeros(count) if cables is None else cables
+        damped, self.C = dense.damping(damping or {}, state.catenary.span.mass)
         places, moves, drags, areas = [], [], [], []  # of the nodes, then of the bodies
         ends = state.suspension.ends(state.position, state.rotation)
-        for cable, ((_, inert, _), move) in enumerate(zip(dense.cables, dense.maps, strict=True)):
-            self.C += rate[cable] * move.T @ inert @ move
-            chain = dense.chains[cable]
+        for cable, (chain, move) in enumerate(zip(dense.chains, dense.maps, strict=True)):
             unit = chain.vectors / np.linalg.norm(chain.vectors, axis=1)[:, None]
             span = state.catenary.span
             strain = float(state.catenary.mean_tension[cable] / span.axial_stiffness[cable])
@@ -84,9 +83,9 @@ class BarsInWind:
         self.areas = areas if admitted else [0.0] * len(areas)
         drag = np.einsum("kin,kij,kjm->nm", self.moves, self.drags, self.moves)
         self.C += drag
-        self._rows(dense, state, n, rate)
+        self._rows(dense, state, n, damped, loss)
 
-    def _rows(self, dense, state, n, rate):
+    def _rows(self, dense, state, n, of_cables, loss):
         """Outputs by z, z', z'' and by the force on each place: displacements of bodies, tensions at both ends."""
         size, sites = len(self.K), len(self.places)
         suspension = state.suspension
@@ -95,14 +94,15 @@ class BarsInWind:
         still, unmoved, places = np.zeros(size), np.zeros((sites, 3)), np.eye(size)[size - len(free) :]
         outputs = {name: (row, still, still, unmoved) for name, row in zip(names, places, strict=True)}
         forces = state.end_forces
-        for cable, ((k, m, _), move) in enumerate(zip(dense.cables, dense.maps, strict=True)):
+        for cable, ((k, m, elastic), move) in enumerate(zip(dense.cables, dense.maps, strict=True)):
+            k = k + 1j * loss * elastic
             for end, node, rows in (("from", 0, slice(0, 3)), ("to", n, slice(-3, None))):
                 tangent = -forces[cable, 0 if end == "from" else 1]
                 tangent = tangent / np.linalg.norm(tangent)
                 site = cable * (n + 1) + node
                 direct = np.zeros((sites, 3))
                 direct[site] = -tangent
-                damped = tangent @ (rate[cable] * m[rows] @ move + self.drags[site] @ self.moves[site])
+                damped = tangent @ (of_cables[cable][rows] @ move + self.drags[site] @ self.moves[site])
                 name = f"{suspension.cable_names[cable]}.tension_{end}"
                 outputs[name] = (tangent @ k[rows] @ move, damped, tangent @ m[rows] @ move, direct)
         self.names = list(outputs)

@@ -233,7 +233,7 @@ def sag_loaded(force0, L, EA, w, loads=()):
         F = tension_vector(force0, s, L, w, loads)
         T = mp.norm(mp.matrix(F))
         new = s - (x - a / 2) / ((1 / mp.mpf(EA) + 1 / T) * F[0])
-        new = new if low < new < high else (low + high) / 2
+        new = new if low <= new <= high else (low + high) / 2  # at the root itself it stays
         if abs(new - s) < mp.mpf(10) ** -(DIGITS + 5) * L:
             break
         s = new

@@ -98,10 +98,14 @@ def _magnitude(axes, loop, frequency, value):
                                                                    "shrinkA": 0, "shrinkB": 0})  # fmt: skip
         axes.plot(place, -margin, "o", color=RED, ms=4, zorder=5,
                   label=with_minus(f"gain margin {margin:.4g} dB at {place:.4g} Hz"))  # fmt: skip
-    if loop.gain_crossover:
-        axes.plot(loop.gain_crossover, 0, "s", color=GREEN, ms=4, zorder=5,
-                  label=f"|L| = 1 at {loop.gain_crossover:.4g} Hz")  # fmt: skip
+    if loop.margins.gain_crossover:
+        axes.plot(loop.margins.gain_crossover, 0, "s", color=GREEN, ms=4, zorder=5,
+                  label=f"|L| = 1 at {loop.margins.gain_crossover:.4g} Hz")  # fmt: skip
     axes.legend(loc="lower left", **BOX)
+
+
+def _phase_label(loop):
+    return f"phase margin {loop.margins.phase_margin:.4g}°"
 
 
 BOX = {"fontsize": 8, "frameon": True, "edgecolor": "none", "framealpha": 0.85}
@@ -116,14 +120,16 @@ def _phase(axes, loop, frequency, value):
         axes.axhline(-180 + 360 * turn, color=GREY, lw=0.8, ls="--")
     axes.set_ylim(min(low, -180) - 20, max(high, low + 90) + 20)
     axes.set_ylabel("phase of L [deg]")
-    if loop.stable and loop.gain_crossover and frequency[0] < loop.gain_crossover < frequency[-1]:
-        place = loop.gain_crossover
+    if loop.stable and loop.margins.gain_crossover and frequency[0] < loop.margins.gain_crossover < frequency[-1]:
+        place = loop.margins.gain_crossover
         # the phase there without a turn, and the nearest -180 degrees
         found = np.interp(np.log(place), np.log(frequency), phase)
         nearest = 360 * np.round((found + 180) / 360) - 180
         axes.annotate("", (place, nearest), (place, found), arrowprops={"arrowstyle": "<->", "color": GREEN, "lw": 1.2,
                                                                         "shrinkA": 0, "shrinkB": 0})  # fmt: skip
-        axes.plot(place, found, "s", color=GREEN, ms=4, zorder=5, label=f"phase margin {loop.phase_margin:.4g}°")
+        axes.plot(
+            place, found, "s", color=GREEN, ms=4, zorder=5, label=f"phase margin {loop.margins.phase_margin:.4g}°"
+        )
         axes.legend(loc="lower left", **BOX)
 
 
@@ -133,7 +139,7 @@ def _sensitivity(axes, loop, frequency, sensitivity, complementary):
     axes.axhline(0.0, color=GREY, lw=0.8)
     top = decibels(sensitivity).max()
     if loop.stable:
-        peak, place = loop.sensitivity_peak
+        peak, place = loop.margins.sensitivity_peak, loop.margins.sensitivity_frequency
         top = max(top, float(decibels(peak)))
         axes.plot(place, decibels(peak), "o", color=RED, ms=4, zorder=5,
                   label=with_minus(f"peak {peak:.4g} = {decibels(peak):.4g} dB at {place:.4g} Hz"))  # fmt: skip
@@ -154,13 +160,19 @@ def _nyquist(axes, loop, value):
     axes.plot(shown.real, -shown.imag, color=BLUE, lw=0.6, alpha=0.5, zorder=3)
     axes.plot(-1, 0, "+", color=RED, ms=10, mew=2, zorder=6, label="−1")
     if loop.stable:
-        near = 1 / loop.sensitivity_peak[0]
+        near = 1 / loop.margins.sensitivity_peak
         around = -1 + near * circle
         axes.plot(around.real, around.imag, color=RED, lw=0.8, ls=":", label=f"nearest to −1: {near:.4g}")
-    if loop.stable and loop.gain_crossover:
-        here = loop.gain * complex(loop.unit_gain(np.array([2j * np.pi * loop.gain_crossover]))[0])
+    if loop.stable and loop.margins.gain_crossover:
+        here = loop.gain * complex(loop.unit_gain(np.array([2j * np.pi * loop.margins.gain_crossover]))[0])
         axes.plot(
-            here.real, here.imag, "s", color=GREEN, ms=4, zorder=5, label=f"phase margin {loop.phase_margin:.4g}°"
+            here.real,
+            here.imag,
+            "s",
+            color=GREEN,
+            ms=4,
+            zorder=5,
+            label=f"phase margin {loop.margins.phase_margin:.4g}°",
         )
     if _has_limit(loop):
         axes.plot(-loop.gain / loop.largest_gain, 0, "o", color=RED, ms=4, zorder=5,
@@ -184,10 +196,13 @@ def _numbers(axes, loop):
     if not loop.stable:
         lines.append(("loop", "unstable"))
     else:
-        if loop.phase_margin is not None:
-            lines += [("phase margin", f"{loop.phase_margin:.4g}°"), ("delay margin", f"{loop.delay_margin:.4g} s")]
-        lines += [("peak of S", f"{loop.sensitivity_peak[0]:.4g}")]
-        lines += [("bandwidth", f"{loop.bandwidth:.4g} Hz")] if loop.bandwidth else []
+        if loop.margins.phase_margin is not None:
+            lines += [
+                ("phase margin", f"{loop.margins.phase_margin:.4g}°"),
+                ("delay margin", f"{loop.margins.delay_margin:.4g} s"),
+            ]
+        lines += [("peak of S", f"{loop.margins.sensitivity_peak:.4g}")]
+        lines += [("bandwidth", f"{loop.margins.bandwidth:.4g} Hz")] if loop.margins.bandwidth else []
     for place, (name, number) in enumerate(lines):
         height = 0.97 - LINE * place
         axes.text(0.02, height, name, transform=axes.transAxes, fontsize=8)

@@ -3,7 +3,6 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from cablestudy.control.pose_margins import grid
 from cablestudy.study.loop_report import around_poles
 from cablestudy.study.plots.style import BLUE, GREY, LIGHT, RED, SERIES, WIDTH, heading, plain, styled
 from cablestudy.study.plots.words import number, quantity_text
@@ -37,7 +36,7 @@ def suspension_loop(movement):
     upper = figure.add_subplot(grid_[0, :])
     middle = figure.add_subplot(grid_[1, :], sharex=upper)
     _singular_values(upper, omega / TURN, gain, loop.gain)
-    _sensitivity(middle, omega / TURN, gain, movement.margins.sensitivity_peak)
+    _sensitivity(middle, omega / TURN, gain, loop.margins)
     _determinant(figure.add_subplot(grid_[2, 0]), gain)
     _characteristic(figure.add_subplot(grid_[2, 1]), gain, movement)
     figure.align_ylabels([upper, middle])
@@ -53,7 +52,7 @@ def _gains(loop):
 
     From where its integrators alone make it SHOWN[1] to where it falls below SHOWN[0].
     """
-    known = grid(loop)
+    known = loop.response_frequencies
     low = loop.gain / SHOWN[1]
     decades = np.geomspace(low, max(known[-1], 10 * low), POINTS)
     omega = np.unique(np.concatenate([decades, known, around_poles(loop.open_poles, CIRCLE)]))
@@ -84,13 +83,13 @@ def _singular_values(axes, frequency, gain, slope):
     axes.tick_params(labelbottom=False)
 
 
-def _sensitivity(axes, frequency, gain, peak):
+def _sensitivity(axes, frequency, gain, margins):
     sensitivity = np.linalg.norm(np.linalg.inv(np.eye(gain.shape[-1]) + gain), ord=2, axis=(-2, -1))
     axes.loglog(frequency, sensitivity, color=BLUE, label="largest singular value")
     axes.axhline(1.0, color=GREY, lw=0.8)
-    place = int(np.argmax(sensitivity))
-    text = f"peak {number(peak)} at {quantity_text(frequency[place], 'Hz')}"
-    axes.plot(frequency[place], peak, "o", color=RED, ms=5, zorder=5, label=text)
+    peak, place = margins.sensitivity_peak, margins.sensitivity_frequency or frequency[-1]
+    text = f"peak {number(peak)} at {quantity_text(place, 'Hz')}"
+    axes.plot(place, peak, "o", color=RED, ms=5, zorder=5, label=text)
     axes.set_ylim(min(0.1, sensitivity.min() / 1.5), 2 * peak)
     axes.set_ylabel("sensitivity [-]")
     axes.set_xlabel("frequency [Hz]")

@@ -1,50 +1,29 @@
-"""Modes above those of a model that the loop of the winches could drive: they decide whether a gain is stable.
+"""Modes of a suspension, far above those of a model, that the loop of its winches could drive: with them it is judged.
 
-A mode of frequency W and damping force c per velocity meets, by itself, s^2 + c s + W^2 + (gain/s) X = 0 with
-X = b A N p: p what is measured of it, A N what the winches make of that, b their force on it. Near i W its pole moves
-by
-
-    gain X/(2 W^2) - c/2,
-
-so that it grows from the gain c W^2/Re X on, where Re X is positive; of modes that nearly coincide X is a matrix, and
-its eigenvalues count. The modes with the least such gains are taken into the model beside the lowest ones; eigenvalues
-of the closed loop then decide.
-
-How high modes are looked at follows from waves along the cables, which winches drive most. A wave that runs to and fro
-along a cable, of modal mass 1, has the force F with F^2 = 2 W^2 Z/t on both of its ends (Z = sqrt(EA m) its impedance,
-t its travel time). Far above the frequencies of the body it moves the body by M^-1 w F/W^2 (M the body's inertia, w the
-wrench of a unit tension), so that
-
-    X_ij = sqrt(2 Z_i/t_i) sqrt(2 Z_j/t_j) A_i N M^-1 w_j
-
-between cables whose waves have the same frequency, and |X| bounds the real part of its eigenvalues.
-
-Another law than an integrator may make the loop gain large far above the frequencies of the body. All modes are then in
-the model up to where the loop gain of waves that do not return, of tension Z v', is below BROAD, as for one cable.
+They are found among the modes of single cables (`driven_cables`), and added to the coupled ones of the model.
 """
 
 from dataclasses import dataclass
+from math import ceil, log2
 
 import numpy as np
 
-from cablestudy.activity import doing
+from cablestudy.control.gain_limits import limit_near
 from cablestudy.control.pose_loop import growing
-from cablestudy.control.pose_margins import limit_near
-from cablestudy.control.stability import BROAD, too_many
 from cablestudy.control.suspension import winch_forces
-from cablestudy.scene.suspension_tables import MOTIONS
+from cablestudy.study.suspension.driven_cables import DrivenCables
 from cablestudy.study.suspension.movement import Movement
+from cablestudy.system.coupled_modes import Search
 from cablestudy.system.coupled_solution import CoupledModes
 from cablestudy.wind.strips import strips
 
-BAND = 3.0  # frequencies that are looked at, over the highest of notch, roll-off and gain
-MOST = 1200  # modes that are looked at
-HARMONICS = 60  # of the waves along a cable
-TAKEN = 60  # that are added to a model at most
-MOST_BROAD = 300  # modes with a law that is no integrator; more are refused
-WIDE = np.geomspace(1.0, 1e5, 501)  # frequencies that are looked at with such a law, over the lowest of the modes
-BESIDE = 0.05  # frequencies that are looked at beyond the highest wave
+UNLIMITED = 1e3  # gain up to which a loop that seems to have no limit is examined, over its lowest frequency
+MOST_ELEMENTS = 400  # modes of an exact choice of elements that are all in the model; of more, those that a gain drives
+WIDER = 1.5  # frequency up to which modes of exact elements are kept, over that of the model
+FEW, TAKEN = 250, 60  # modes that are all in a model; of more those that are added to the lowest at most
 CLOSE = 5e-3  # relative distance of modes that nearly coincide
+SAFETY = 4.0  # on the change of the largest gain by the highest modes, where those left out are many
+BEYOND, MOST_LOWEST = 1.6, 1200  # coupled modes are sought up to so many times the frequency of a pole that crosses
 RISK = 3.0  # gain from which a mode alone would grow, over that of the loop and over its largest gain
 
 
@@ -61,152 +40,126 @@ def with_driven_modes(movement):
     Raises
     ------
     NoSolutionError, ConvergenceError
-        Of a law that is no integrator: it could drive too many modes.
+        The loop could drive too many modes.
     """
     if growing(movement.open_poles) is not None:
         return movement
-    loop, lowest, exact = movement.loop, len(movement.modes), movement.linear.model is not None
-    corners = [max(notch.omega, notch.rolloff_omega) for notch in movement.notches if notch is not None]
-    limit = max(loop.gain, movement.largest_gain or 0.0)
-    broad = _broad_up_to(movement, movement.largest_gain or loop.gain)
-    highest = max(BAND * max([*corners, loop.gain]), _driven_along(movement, RISK * limit), broad)
-    cables = movement.modes.solution.models.cables
-    count = int(2 * highest / np.pi * cables.travel_time[cables.heavy].sum()) + len(movement.layout.free)
-    if not exact and (movement.modes.solution.omega[-1] >= highest or count <= lowest):
-        return movement
-    linear, count = movement.linear, MOST if exact else min(count, MOST)
-    if count not in linear.candidates:
-        linear.candidates[count] = _candidates(linear, count)
-    found = linear.candidates[count]
-    gains = _gains(movement, found)
-    order, below = np.argsort(gains), int((found.modes.solution.omega < broad).sum())
-    if below > MOST_BROAD and movement.stable:
-        raise too_many(loop.law.said(loop.gain, 4), below, broad)
-    lowest = max(lowest, min(below, MOST_BROAD))
-    risky = [mode for mode in order[:TAKEN].tolist() if mode >= lowest and gains[mode] < RISK * limit]
-    if len(found.modes) <= lowest + TAKEN:
-        lowest, risky = len(found.modes), []
-    if not (risky or exact) and lowest == len(movement.modes):
-        return movement
-    return Movement(movement.scene, linear.with_modes(found.modes, [*range(lowest), *sorted(risky)], len(risky)))
+    loop, linear, own = movement.loop, movement.linear, movement.limit_of_model
+    limit = max(loop.gain, own.factor if own else 0.0)
+    examined = limit if own else max(limit, UNLIMITED * movement.modes.solution.omega[0])
+    key = ceil(log2(examined)), movement.loop_key  # gains that are alike share them
+    if key not in linear.candidates:
+        cables = DrivenCables(movement, 2.0 ** key[0])
+        linear.candidates[key] = cables, _candidates(movement, cables)
+    cables, candidates = linear.candidates[key]
+    if candidates is not None:
+        linear = _with_candidates(movement, candidates, cables.broad, RISK * limit)
+    exact = (cables.limit, cables.errors) if cables.exact else None
+    if exact or linear is not movement.linear:
+        return _with_all_below(Movement(movement.scene, linear, exact, own), movement)
+    return movement
 
 
-def _driven_along(movement, gain):
-    """Frequency up to which a gain could drive waves along the cables; 0 where it drives none. [rad/s]
+def _with_all_below(found, movement):
+    """The movement with all coupled modes up to the frequency of the pole that crosses first, where those decide."""
+    limit, base = found.limit_of_model, movement.modes.solution
+    if found.limit_errors is not None or movement.linear.model is not None or limit is None:
+        return found
+    cables = base.models.cables
+    highest, time = BEYOND * limit.omega, cables.travel_time[cables.heavy].sum()
+    count = int(2 * highest / np.pi * time) + len(movement.layout.free)
+    if limit.omega <= base.omega[-1]:
+        return found
+    known, count = movement.linear.candidates, min(count, MOST_LOWEST)
+    if count not in known:
+        known[count] = _candidates_of(movement.linear, movement.linear.lowest(count))
+    linear = _with_candidates(movement, known[count], 0.0, RISK * max(movement.loop.gain, limit.factor))
+    return Movement(movement.scene, linear, coarse=limit)
 
-    Of a cable that ends at a junction the body is taken to be at the end of its line of action.
+
+def _with_candidates(movement, candidates, broad, gain):
+    """The `LinearMotion` of a movement with those `Candidates` that alone grow with a gain [rad/s], or are few.
+
+    With all of them up to a frequency. [rad/s]
     """
-    cables = movement.modes.solution.models.cables
-    span, reeled = cables.catenary.span, np.array([winch.cable for winch in movement.winches], dtype=int)
-    if not len(reeled) or not cables.heavy[reeled].all():
-        return 0.0
-    stiffness, mass = (values[reeled] for values in (span.axial_stiffness, span.mass))
-    time = span.unstretched_length[reeled] * np.sqrt(mass / stiffness)
-    size = np.sqrt(2 * np.sqrt(stiffness * mass) / time)
-    moved = _moved_by_tensions(movement, reeled) * size
-    omega = np.pi * np.arange(1, HARMONICS + 1) / time.max()
-    shares = size[:, None] * movement.allocation.shares * _filtered(movement, omega)[:, None, :]
-    driven = np.abs(np.linalg.eigvals(shares @ moved)).max(axis=1)
-    needed = _lost_along(movement, reeled, omega) * omega**2
-    return float(omega[driven * gain > needed].max(initial=0.0)) * (1 + BESIDE)
-
-
-def _broad_up_to(movement, gain):
-    """Frequency up to which all modes are needed with a gain of a law that is no integrator; 0 of one. [rad/s]"""
-    cables, loop = movement.modes.solution.models.cables, movement.loop
-    reeled = np.array([winch.cable for winch in movement.winches], dtype=int)
-    if loop.law.integrates_only or not len(reeled):
-        return 0.0
-    span, omega = cables.catenary.span, WIDE * movement.modes.solution.omega[0]
-    impedance = np.sqrt(span.axial_stiffness * span.mass)[reeled] * cables.heavy[reeled]
-    shares = movement.allocation.shares * loop.controller(1j * omega)[:, None, :]
-    passed = np.abs(np.linalg.eigvals(shares @ _moved_by_tensions(movement, reeled) * impedance)).max(axis=1)
-    return float(omega[gain * passed > BROAD * omega].max(initial=0.0))
-
-
-def _filtered(movement, omega):
-    """What the winches integrate of each measured coordinate, over the gain: s C1 N, shape (f, k)."""
-    s = 1j * omega
-    return s[:, None] * movement.loop.controller(s)
-
-
-def _moved_by_tensions(movement, reeled):
-    """What is measured of a body without cables, per tension of each cable and over -s^2: shape (k, i)."""
-    equilibrium, body = movement.equilibrium, movement.body
-    suspension = equilibrium.suspension
-    force = equilibrium.end_forces[reeled]
-    there = suspension.owner[reeled] == body
-    end = np.where(there.any(axis=1), there.argmax(axis=1), 1)
-    rows = np.arange(len(reeled))
-    along = force[rows, end] / np.linalg.norm(force[rows, end], axis=-1, keepdims=True)
-    arms = np.where(there.any(axis=1)[:, None], equilibrium.arms[reeled][rows, end], 0.0)
-    wrenches = np.concatenate([along, np.cross(arms, along)], axis=-1)
-    free = np.flatnonzero(suspension.free[body])
-    moved = np.zeros((6, len(reeled)))
-    moved[free] = np.linalg.solve(movement.layout.mass[body][np.ix_(free, free)], wrenches[:, free].T)
-    return moved[[MOTIONS.index(name) for name in movement.measured]]
-
-
-def _lost_along(movement, reeled, omega):
-    """Least damping force per velocity of waves along some cables, of modal mass 1, shape (f,). [1/s]"""
-    cables, least = movement.modes.solution.models.cables, np.full(len(omega), np.inf)
-    for cable in reeled.tolist():
-        damping = cables.damping[cable]
-        lost = {
-            "modal": lambda d=damping: 2 * d.ratio * omega,
-            "hysteretic": lambda d=damping: d.loss_factor * omega,
-            "kelvin_voigt": lambda d=damping: d.time * omega**2,
-        }[damping.model]()
-        least = np.minimum(least, lost + damping.viscous / cables.catenary.span.mass[cable])
-    return least
+    linear, gains = movement.linear, _gains(movement, candidates)
+    lowest = max(len(movement.modes), int((candidates.modes.solution.omega < broad).sum()))
+    chosen = [mode for mode in np.argsort(gains)[:TAKEN].tolist() if mode >= lowest and gains[mode] < gain]
+    if len(candidates.modes) <= FEW:
+        lowest, chosen = len(candidates.modes), []
+    if not chosen and linear.model is None and lowest == len(movement.modes):
+        return linear
+    return linear.with_modes(candidates.modes, [*range(lowest), *sorted(chosen)], len(chosen))
 
 
 @dataclass(frozen=True)
 class Candidates:
-    """Modes that are looked at.
+    """Coupled modes from which those of a model are chosen.
 
     Attributes
     ----------
     modes : CoupledModes
-    driven : tuple of 3 ndarray, shape (k, i)
+    forces : tuple of 3 ndarray, shape (k, i)
         Force on each mode per length that each winch reels in, its first and its second derivative.
     lost : ndarray, shape (k,)
         Damping force of each mode per velocity. [1/s]
     """
 
     modes: CoupledModes
-    driven: tuple
+    forces: tuple
     lost: np.ndarray
 
 
-def _candidates(linear, count):
-    doing(f"modes that the winches could drive are sought among the lowest {count}")
-    modes, layout = linear.lowest(count), linear.layout
-    omega, shapes = modes.solution.omega, modes.shapes
-    driven = tuple(shapes.T @ part for part in winch_forces(layout, modes.solution.kept, linear.winches))
-    system = modes.system
+def _candidates(movement, cables):
+    """`Candidates` with the modes of `DrivenCables`; None where the model has them all."""
+    linear, base, models = movement.linear, movement.modes.solution, cables.models
+    every, limits = sum(len(element.omega) for element in models.elements), base.coordinates.limits
+    if linear.model is None:
+        highest = [one.omega[own].max(initial=0.0) for one, own in zip(models.elements, cables.chosen, strict=True)]
+        if max(highest) <= base.omega[-1]:
+            return None
+    elif every > MOST_ELEMENTS:
+        limits = np.where(limits > 0, WIDER * base.omega[-1], 0.0)
+    search = Search(linear.equilibrium, every + len(movement.layout.free), linear.accuracy, cables=models.cables)
+    return _candidates_of(linear, search.with_chosen(models, limits, cables.chosen))
+
+
+def _candidates_of(linear, modes):
+    """`Candidates` with some `CoupledModes`."""
+    forces = winch_forces(linear.layout, modes.solution.kept, linear.winches)
+    return Candidates(modes, tuple(modes.shapes.T @ part for part in forces), _lost(linear, modes))
+
+
+def _lost(linear, modes):
+    """Damping force of each mode per velocity, the least of those that nearly coincide, shape (k,). [1/s]"""
+    omega, shapes, system = modes.solution.omega, modes.shapes, modes.system
     lost = (shapes * (system.damping @ shapes)).sum(axis=0)
     lost = lost + (shapes * (system.stiffness.imag @ shapes)).sum(axis=0) / omega
     if linear.drag is not None and linear.scene.wind.aerodynamic_damping:
-        for strip in strips(modes.solution, layout, shapes, linear.drag):
+        for strip in strips(modes.solution, linear.layout, shapes, linear.drag):
             lost = lost + (np.moveaxis(strip.forces, 0, 1)[..., :-2] * strip.shapes).sum(axis=(0, 1))
     for begin, end in _clusters(omega):
         lost[begin:end] = lost[begin:end].min()
-    return Candidates(modes, driven, lost)
+    return lost
 
 
 def gain_error(movement):
     """Estimated relative error of the largest gain; not a number where it is not known. [-]
 
-    By leaving out the highest of the lowest modes; where modes were chosen among more, by what the others change.
+    Where the exact loop gain does not decide: by leaving out the highest of the lowest modes, or by the model with
+    fewer modes; where modes were chosen among more, by what the others change.
     """
     limit = movement.limit
     if movement.loop is None or limit is None:
         return np.nan
+    if movement.limit_errors is not None:
+        return movement.limit_errors[0]
     if movement.linear.wide is not None:
         return np.nan if movement.limit_change is None else movement.limit_change
     found = limit_near(movement.fewer_loop, limit)
-    return np.nan if found is None else abs(found.factor / limit.factor - 1)
+    if found is not None:
+        return SAFETY * abs(found.factor / limit.factor - 1)
+    return abs(movement.coarse.factor / limit.factor - 1) if movement.coarse else np.nan
 
 
 def _gains(movement, candidates):
@@ -216,16 +169,16 @@ def _gains(movement, candidates):
     """
     omega = candidates.modes.solution.omega
     s = 1j * omega[:, None]
-    pulled = sum(s**order * part for order, part in enumerate(candidates.driven))
+    pulled = sum(s**order * part for order, part in enumerate(candidates.forces))
     measured = movement.measured_of(candidates.modes.shapes)
-    shares = movement.allocation.shares[None] * _filtered(movement, omega)[:, None, :]
+    shares = movement.allocation.shares[None] * (s * movement.loop.controller(s[:, 0]))[:, None, :]
     made = (shares @ measured.T[..., None])[..., 0]  # of the winches by each mode
-    driven, bounded = np.zeros(len(omega)), not isinstance(movement.scene.control.gain, int | float)
+    pushed, bounded = np.zeros(len(omega)), not isinstance(movement.scene.control.gain, int | float)
     for begin, end in _clusters(omega):
         own = slice(begin, end)
         values = np.linalg.eigvals(pulled[own] @ made[own].T)
-        driven[own] = (np.abs(values) if bounded else values.real).max()
-    return np.where(driven > 0, candidates.lost * omega**2 / np.where(driven > 0, driven, 1.0), np.inf)
+        pushed[own] = (np.abs(values) if bounded else values.real).max()
+    return np.where(pushed > 0, candidates.lost * omega**2 / np.where(pushed > 0, pushed, 1.0), np.inf)
 
 
 def _clusters(omega):

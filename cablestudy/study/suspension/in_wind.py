@@ -14,7 +14,9 @@ from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Respons
 from cablestudy.wind.peak import peak_factor
 
 COUNTS = (64, 100, 160)  # modes of the models that are tried
+ELEMENTS = (250,)  # of a model with an exact choice of elements
 SAFETY = 2.0  # on the change of a margin by fewer modes
+PEAKS = ("sensitivity_peak", "sensitivity_frequency", "disk_margin", "disk_gain_margin", "disk_phase_margin")
 ROUNDING = 1e-14  # of a displacement by the mean wind over the longest chord: what is less is shown as zero
 
 
@@ -66,7 +68,7 @@ class InWind:
 
     def _settled(self):
         """Movement with as many modes as needed, and its response to the wind; raises as `response`."""
-        for count in COUNTS:
+        for count in COUNTS if self._model is None else ELEMENTS:
             movement = self.movement_of(count)
             response = Response(movement, self.scene) if self._drag is not None else None
             if response is None or len(movement.modes) < count:
@@ -77,7 +79,8 @@ class InWind:
             if movement not in self._known:
                 self._known[movement] = with_driven_modes(movement)
             wider = self._known[movement]
-            response = response and (response if wider is movement else Response(wider, self.scene))
+            same = wider.linear is movement.linear and wider.loop.gain == movement.loop.gain
+            response = response and (response if same else Response(wider, self.scene))
             movement = wider
         movement.check_stable()
         return movement, response
@@ -132,12 +135,12 @@ class InWind:
 
     def margin(self, name):
         """A number of `Margins` by its name, and its estimated relative error by what fewer modes change in it."""
-        found = getattr(self.movement.margins, name)
+        found = getattr(self.movement.loop.margins, name)
         if self._model is not None:
             return found, np.nan
         try:
-            error = SAFETY * relative(found, getattr(self.movement.fewer_margins, name))
-            chosen = name == "sensitivity_peak" and self.movement.linear.wide is not None
+            error = SAFETY * relative(found, getattr(self.movement.fewer_loop.margins, name))
+            chosen = name in PEAKS and self.movement.linear.wide is not None
             return found, max(error, self.loop_error) if chosen else error  # modes far above may raise the peak too
         except NoSolutionError:  # with fewer modes it cannot be judged
             return found, np.nan
@@ -158,6 +161,22 @@ class InWind:
             return None, self.loop_error
         found = float(20 * np.log10(limit / gain))
         return found, 20 * np.log10(1 + self.loop_error) / abs(found) if found else self.loop_error
+
+    @property
+    def phase_crossover(self):
+        """Frequency of the pole that the largest gain puts on the axis [Hz], None where there is no limit; its error.
+
+        Estimated as that of the largest gain; relative.
+        """
+        limit = self.movement.limit if self.movement.loop.gain else None
+        if limit is None:
+            return None, self.loop_error
+        found = limit.omega
+        if self.movement.limit_errors is not None:
+            return found / (2 * np.pi), self.movement.limit_errors[1] if self._model is None else np.nan
+        other = self.movement.limit_with_other_modes
+        error = np.nan if other is None or self._model is not None else SAFETY * relative(found, other.omega)
+        return found / (2 * np.pi), error
 
     def rms(self, names, variance, open_loop):
         """Root of the sum of variances of some outputs, and its estimated relative error; 0 of what is held.

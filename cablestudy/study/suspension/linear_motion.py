@@ -145,18 +145,18 @@ class LinearMotion:
 
     def __init__(self, scene, equilibrium, drag, modes, accuracy=1e-4, model=None, driven=0, wide=None):
         self.scene, self.equilibrium, self.drag, self.accuracy, self.model = scene, equilibrium, drag, accuracy, model
-        self._damping = [cable.damping for cable in scene.cables.values()]
+        self.damping = [cable.damping for cable in scene.cables.values()]
         self.modes = self.lowest(modes).damped if isinstance(modes, int) else modes
         self.driven, self.wide = driven, wide
         self.layout = Layout(equilibrium)
         suspension = equilibrium.suspension
         self.winches, self.markers = winches_of(scene, suspension.cable_names), markers_of(scene)
         self.actuators = actuators_of(scene)
-        self.limits, self.candidates, self._extended = {}, {}, {}  # by loop, by number, by modes
+        self.limits, self.candidates, self._extended = {}, {}, {}  # by loop, by loop and gain, by modes
 
     def lowest(self, count):
         """The lowest `CoupledModes`; raises as `coupled_modes`."""
-        return coupled_modes(self.equilibrium, count, self.accuracy, self._damping, self.model)
+        return coupled_modes(self.equilibrium, count, self.accuracy, self.damping, self.model)
 
     def with_modes(self, modes, chosen, driven):
         """The same with some modes of other `CoupledModes`, the last ones of which the loop could drive.
@@ -168,14 +168,12 @@ class LinearMotion:
             Numbers from 0.
         driven : int
         """
-        key = tuple(chosen)
+        key = id(modes), *chosen
         if key not in self._extended:
             some = modes_among(modes, np.array(chosen))
             wide = modes if len(chosen) < len(modes) else None
             known = self.scene, self.equilibrium, self.drag
-            extended = LinearMotion(*known, some, self.accuracy, self.model, driven, wide)
-            extended.candidates = self.candidates
-            self._extended[key] = extended
+            self._extended[key] = LinearMotion(*known, some, self.accuracy, self.model, driven, wide)
         return self._extended[key]
 
     @cached_property
@@ -193,7 +191,7 @@ class LinearMotion:
         """Forces on the coordinates of the suspension by winches and by loads on bodies."""
         winches, bodies = len(self.winches), 6 * self.equilibrium.suspension.bodies
         of_bodies = winches + np.flatnonzero(self.layout.free < bodies)
-        return self._whole.driven[0][:, [*range(winches), *of_bodies.tolist()]]
+        return self._whole.driven[0].real[:, [*range(winches), *of_bodies.tolist()]]
 
     @cached_property
     def _basis(self):
@@ -299,6 +297,15 @@ class LinearMotion:
     @cached_property
     def motion(self):
         """`Motion`."""
+        return self._motion_of(self._whole)
+
+    @cached_property
+    def viscous_motion(self):
+        """`Motion` for a state space: with viscous damping in place of hysteretic, see `LinearSystem.viscous`."""
+        whole = self._whole.viscous()
+        return self.motion if whole is self._whole else self._motion_of(whole)
+
+    def _motion_of(self, whole):
         omega, shapes = self._basis
         winches = len(self.winches)
-        return motion(self.layout, self._whole, omega, shapes, winches, self.actuators, self._blown[1])
+        return motion(self.layout, whole, omega, shapes, winches, self.actuators, self._blown[1])

@@ -104,14 +104,16 @@ def time_case(document, case, options):
         asked, place = options.step(f"the {kind} moves", unit), (loop_response.REFERENCE, number)
     else:
         asked, place = options.step(f"{kind} reels in"), (loop_response.WINCH, winches.index(kind))
+    whole = movement.linear.viscous_motion
     found = [
         _responses(movement, motion, space, shown, place, asked.components, options.times)
-        for motion, space in ((movement.motion, None), (movement.linear.fewer_motion, movement.linear.fewer))
+        for motion, space in ((whole, None), (whole.within(movement.linear.fewer), movement.linear.fewer))
     ]
     found = loop_response.compared(*found).times(asked.size)
     unit = f"m{_unit(movement.measured[shown])}"
     loop = movement.loop
-    remarks = remarks_of(scene.control, 0.0 if loop.slight_delay else loop.right_up_to, found)
+    dampings = [cable.damping for cable in scene.cables.values()]
+    remarks = remarks_of(scene.control, 0.0 if loop.slight_delay else loop.right_up_to, found, dampings)
     return TimeCase(options, asked, found, movement.loop.gain, outputs[shown], unit, tuple(winches), remarks)
 
 

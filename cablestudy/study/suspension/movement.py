@@ -5,15 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.control.gain_limits import largest_gain, limit_near, sensitive_gain, single_limits
 from cablestudy.control.plant import Notch
 from cablestudy.control.pose_loop import PoseLoop, allocate, growing, moved_by_winches
-from cablestudy.control.pose_margins import (
-    Margins,
-    largest_gain,
-    limit_near,
-    sensitive_gain,
-    single_limits,
-)
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.loops import law_from
@@ -30,10 +24,14 @@ class Movement:
     scene : SuspensionScene
     linear : LinearMotion
         Of this scene, or of one that differs in the loop, the exposure or the correction.
+    exact : (Limit or None, tuple of 2 float), optional
+        The largest gain with all modes of the cables, and the relative errors of it and of its frequency.
+    coarse : Limit, optional
+        The largest gain of a model with fewer modes.
     """
 
-    def __init__(self, scene, linear):
-        self.scene, self.linear, self.modes = scene, linear, linear.modes
+    def __init__(self, scene, linear, exact=None, coarse=None):
+        self.scene, self.linear, self.modes, self._exact, self.coarse = scene, linear, linear.modes, exact, coarse
         self.equilibrium, self.drag, self.layout = linear.equilibrium, linear.drag, linear.layout
         self.winches, self.markers, self.actuators = linear.winches, linear.markers, linear.actuators
 
@@ -203,14 +201,26 @@ class Movement:
         given = LITTLE * self.modes.solution.omega[0] if gain is None else gain
         return PoseLoop(self.motion, self.allocation, given, self.notches, law)
 
-    @cached_property
+    @property
     def limit(self):
-        """`Limit` of the gain, or None: that of all loops that differ in the gain alone.
+        """`Limit` of the gain, or None: that of all loops that differ in the gain alone."""
+        return self.limit_of_model if self._exact is None else self._exact[0]
 
-        Where modes were chosen it is that with all from which they were.
-        """
+    @property
+    def limit_of_model(self):
+        """The same with the modes of the model, and those from which they were chosen."""
         chosen, wide = self._limits
         return wide or chosen
+
+    @property
+    def limit_errors(self):
+        """Estimated relative errors of its gain and frequency where all modes of the cables decide, else None. [-]"""
+        return None if self._exact is None else self._exact[1]
+
+    @property
+    def loop_key(self):
+        """All of the loop but its gain, by which loops share what does not depend on that: str."""
+        return repr((self.scene.control.model_copy(update={"gain": None}), self._given_loop.law))
 
     @property
     def limit_change(self):
@@ -221,11 +231,16 @@ class Movement:
         chosen, wide = self._limits
         return wide and abs(wide.factor / chosen.factor - 1)
 
+    @property
+    def limit_with_other_modes(self):
+        """`Limit`, or None, of the modes that were chosen, or of the highest left out where none were: for errors."""
+        chosen, wide = self._limits
+        return chosen if wide else limit_near(self.fewer_loop, chosen) or self.coarse
+
     @cached_property
     def _limits(self):
         """`Limit`, or None, with the modes of the model, and with those from which they were chosen."""
-        key = repr((self.scene.control.model_copy(update={"gain": None}), self._given_loop.law))
-        limits = self.linear.limits
+        key, limits = self.loop_key, self.linear.limits
         if key not in limits:
             found = largest_gain(self._given_loop)
             wide = found and self.linear.wide and limit_near(self._wide_loop, found)
@@ -244,25 +259,25 @@ class Movement:
         return self.limit and self.limit.factor
 
     @cached_property
-    def margins(self):
-        """`Margins` of the loop."""
-        return Margins(self.loop)
-
-    @cached_property
-    def fewer_margins(self):
-        """The same in the space `LinearMotion.fewer`."""
-        return Margins(self.fewer_loop)
-
-    @cached_property
     def single_limits(self):
-        """See `pose_margins.single_limits`, by the name of the measured coordinate: dict."""
+        """`gain_limits.single_limits`, by the name of the measured coordinate: dict."""
         return dict(zip(self.measured, single_limits(self.loop).tolist(), strict=True))
 
     @property
     def stable(self):
         """Whether no motion grows, with the winches at rest and with the loop."""
         loop = self.loop
-        return growing(self.open_poles) is None and (loop is None or not loop.gain or loop.growing is None)
+        if growing(self.open_poles) is not None:
+            return False
+        return loop is None or not loop.gain or (loop.growing is None and not self._beyond_model)
+
+    @property
+    def _beyond_model(self):
+        """Whether the gain is above its limit by a mode that the model of the motion has not."""
+        if self._exact is None or self._exact[0] is None or self.loop.gain <= self._exact[0].factor:
+            return False
+        own = self.limit_of_model
+        return own is None or self.loop.gain < own.factor
 
     @property
     def open_poles(self):
@@ -281,12 +296,14 @@ class Movement:
         if (pole := growing(self.open_poles)) is not None:
             cause = "actuators" if self.actuators else "aerodynamic damping"
             raise NoSolutionError(f"unstable without winches ({cause}): {self._named(pole, self.motion)}")
-        if loop is not None and loop.gain and (pole := loop.growing) is not None:
+        if not self.stable:
+            pole = loop.growing
+            moving = self._named(pole, loop) if pole else f"a motion of {self.limit.omega / TURN:.4g} Hz grows"
             limit = self.largest_gain
             below = f"{limit:.4g} rad/s" if loop.law.integrates_only else f"{limit / loop.gain:.4g} times these gains"
             stable = f"; stable below {below}" if limit else ""
             said = loop.law.said(loop.gain, 4).removeprefix("a gain of ")
-            raise NoSolutionError(f"the loop is unstable at {said}: {self._named(pole, loop)}{stable}")
+            raise NoSolutionError(f"the loop is unstable at {said}: {moving}{stable}")
 
     def mode_name(self, place):
         """Number of a coordinate, what it moves and its frequency, in words."""

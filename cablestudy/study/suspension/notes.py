@@ -70,10 +70,13 @@ def moved_note(case):
     The lengths follow from what is stated with all forces on, so that a force beside those that are always there cuts
     the cables anew. What moves less than the longest stretch of its cables may as well have been pulled there.
     """
-    scene, reference = case.scene, case.group.reference
+    scene = case.scene
+    if scene.solve_for != "pose" or all(cable.unstretched_length is not None for cable in scene.cables.values()):
+        return ()
+    reference = case.group.reference
     suspension = reference.suspension
     stating = np.array([kind != "unstretched_length" for kind in suspension.given])
-    if scene.solve_for != "pose" or not stating.any() or suspension.force_density is not None:
+    if suspension.force_density is not None:
         return ()
     catenary, place = reference.catenary, case.place
     stretch = np.asarray(catenary.stretched_length - catenary.span.unstretched_length)[place]

@@ -5,7 +5,7 @@ forces by all places together, its spectrum is Y S Y^H. Its integral follows fro
 loop closed and with the winches at rest.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +14,7 @@ from cablestudy.control.pose_state_space import by_forces
 from cablestudy.control.residues import Residues
 from cablestudy.errors import NoSolutionError
 from cablestudy.wind.imaging import correction_weight, exposure_weight
-from cablestudy.wind.variance import Panels, mixed_variances, smooth_on, variances
+from cablestudy.wind.variance import Panels, mixed_variances, smooth_on, variances, with_turns
 
 TURN = 2 * np.pi
 LOWEST, HIGHEST = 1e-4, 1e3  # range over the slowest and fastest of wind, loop and lowest mode
@@ -27,8 +27,6 @@ TENSION = 6.0  # what modes left out add to a tension over what the highest ones
 ABOVE = 1e-3  # of the variance of a tension: by waves along the cables, far above the modes of the model
 ROUNDING = 1e-16  # of the energy of an output over the largest of all: what is less is shown as zero
 DELAYED = 4.0  # largest relative error of a variance by a pole that lacks the right delay, over the loop gain there
-STEP, TURNS = 2.0, 40  # of a delay in a panel [rad], and how many panels are made for it
-CLOSE = 1e-3  # least relative distance of their edges from others
 AT_ONCE = 500_000  # entries of the responses that are computed at once
 CLOSED, OPEN = 0, 1
 
@@ -137,11 +135,7 @@ class Response:
         """`Panels`, `Noise` on them, and the weights there, shape (w, n)."""
         gusts, weights = self.movement.gusts, list(self.weights.values())
         edges, delay = gusts.edges(*self.range), self.loop.law.delay if self.loop else 0.0
-        if delay:
-            turns = STEP * np.arange(1, TURNS) / (TURN * delay)
-            turns = turns[(turns > edges[0]) & (turns < edges[-1])]
-            edges = np.concatenate([edges, turns[np.abs(np.log(turns / edges[:, None])).min(axis=0) > CLOSE]])
-        panels = Panels(smooth_on(np.sort(edges), weights))
+        panels = Panels(smooth_on(with_turns(edges, delay), weights))
         return panels, gusts.noise(panels.frequency), np.stack([weight(panels.frequency) for weight in weights])
 
     @cached_property
@@ -156,7 +150,7 @@ class Response:
     def _integrated(self, systems, weights=None):
         """Variances of the outputs of some `Residues`, shape (w, len(systems), o), with other weights than `weights`.
 
-        Poles above the range follow statically. A pole within it that nothing damps is left out: `check_damped` refuses
+        A pole that nothing damps is left out: `check_damped` refuses
         it where the wind excites it.
         """
         weights = self._wind[2] if weights is None else weights
@@ -166,15 +160,14 @@ class Response:
         """Variances of the outputs of one `Residues` or `Beside`, shape (w, o)."""
         (panels, noise, _), gusts = self._wind, self.movement.gusts
         if isinstance(system, Residues):
-            system = system.statically(np.abs(system.poles) > TURN * self.range[1])
-            return variances(system.some(_damped(system)), panels, noise, weights)
+            return variances(_bounded(system), panels, noise, weights)
         sharp = system.sharp.some(np.abs(system.sharp.poles) <= TURN * self.range[1])
 
         def smooth(frequency):
             s = 2j * np.pi * frequency
             return system.response(s) - sharp.response(s)
 
-        return mixed_variances(sharp.some(_damped(sharp)), smooth, gusts.matrix_times, panels, noise, weights)
+        return mixed_variances(_bounded(sharp), smooth, gusts.matrix_times, panels, noise, weights)
 
     def check_damped(self):
         """Refuse a resonance that the wind excites and nothing bounds.
@@ -189,10 +182,11 @@ class Response:
         if not len(poles):
             return
         motion, count = self.movement.motion, len(self.movement.gusts.into)
-        unit, damping = motion.unit[:count], np.diagonal(motion.damping)[:count]
+        unit = motion.unit[:count]
+        damping = np.diagonal(motion.damping)[:count] + np.diagonal(motion.stiffness).imag[:count] / unit
         # variance by each coordinate as if it were alone, about
         force = self.movement.gusts.own(unit / TURN)
-        alone = motion.moved[0][:, :count] ** 2 * force / (4 * np.maximum(damping, UNDAMPED * unit) * unit**2)
+        alone = np.abs(motion.moved[0][:, :count]) ** 2 * force / (4 * np.maximum(damping, UNDAMPED * unit) * unit**2)
         whole = alone.sum(axis=1)
         energy = whole * self.stiffness[: len(whole)]
         moved = energy > ROUNDING * energy.max(initial=0.0)  # the others the wind does not move
@@ -259,15 +253,24 @@ class Response:
         """Energy per square of each output, about, by which different outputs are compared, shape (o,)."""
         motion = self.movement.motion
         count = len(motion)
-        rows = by_forces(motion, np.zeros((count, 0)), None, self.movement.actuators)[1][:, : 2 * count] ** 2
-        places = rows[:, :count] * motion.unit**2 / np.diagonal(motion.stiffness)
+        rows = np.abs(by_forces(motion, np.zeros((count, 0)), None, self.movement.actuators)[1][:, : 2 * count]) ** 2
+        places = rows[:, :count] * motion.unit**2 / np.diagonal(motion.stiffness.real)
         compliance = (places + rows[:, count:] / np.diagonal(motion.mass)).sum(axis=1)
         return 1 / np.maximum(compliance, np.finfo(float).tiny)
 
 
-def _damped(system):
-    """Which poles of `Residues` are damped."""
-    return -system.poles.real >= UNDAMPED * np.abs(system.poles)
+def _bounded(system):
+    """`Residues` without the poles that nothing damps.
+
+    Those below the real axis of a one-sided response are no resonances: they stay, a little off the imaginary axis.
+    """
+    poles, size = system.poles, np.abs(system.poles)
+    damped = -poles.real >= UNDAMPED * size
+    if not system.one_sided:
+        return system.some(damped)
+    below = poles.imag < 0
+    still = below & (np.abs(poles.real) < UNDAMPED * size)
+    return replace(system, poles=np.where(still, poles - UNDAMPED * size, poles)).some(damped | below)
 
 
 def _of_tensions(value, added, tension):

@@ -85,8 +85,16 @@ def _cells(case, columns):
         except CablestudyError as error:
             failures[column.header] = error
     if any(column.needs == "wind" for column in columns) and not failures:
-        failures.update((name, NoSolutionError(text)) for name, text in limits_passed(case).items())
+        failures.update(_exceeded(case))
     return cells, errors, failures
+
+
+def _exceeded(case):
+    """Limits that are exceeded in the wind, or why that is not known: dict of CablestudyError."""
+    try:
+        return {name: NoSolutionError(text) for name, text in limits_passed(case).items()}
+    except CablestudyError as error:
+        return {"limits": error}
 
 
 def value(case, column):

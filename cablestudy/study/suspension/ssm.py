@@ -5,6 +5,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import labels, second_order
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.study.ssm import DEFAULT_MODES, fewest_modes
@@ -29,7 +30,7 @@ class SuspensionChoice:
     case : SuspensionCase
     found : CoupledModes
         The lowest modes.
-    whole : SecondOrderSystem
+    whole : LinearSystem
         In the coordinates of cables and bodies.
     chosen : ndarray of int
         Modes to keep, from 0.
@@ -48,8 +49,8 @@ class SuspensionChoice:
 
     @property
     def modes(self):
-        """1/W^2 of all modes of the linear model, see `SecondOrderSystem.modes`. [s^2]"""
-        return self.whole.modes[0]
+        """1/W^2 of all modes of the linear model, see `LinearSystem.strain_modes`. [s^2]"""
+        return self.whole.strain_modes[0]
 
     @property
     def inputs(self):
@@ -77,12 +78,12 @@ class SuspensionChoice:
 
     @cached_property
     def kept(self):
-        """`SecondOrderSystem` of the chosen modes."""
+        """`LinearSystem` of the chosen modes."""
         return self.whole.keep(self.chosen)
 
     def system(self):
         """The `StateSpace`; NoSolutionError where it overflows."""
-        return self.kept.state_space()
+        return state_space_of(self.kept, self.whole)
 
     @property
     def notes(self):
@@ -203,7 +204,9 @@ def _winches_and_markers(case):
 
 
 def linear_model(case, found):
-    """`SecondOrderSystem` from the winches of the scene and forces on its bodies to displacements and tensions.
+    """`LinearSystem` from the winches of the scene and forces on its bodies to displacements and tensions.
+
+    Hysteretic damping is viscous in it, as a state space needs.
 
     Parameters
     ----------
@@ -211,7 +214,7 @@ def linear_model(case, found):
     found : CoupledModes
         Of which it has the coordinates.
     """
-    return second_order(found.layout, found.solution.kept, *_winches_and_markers(case))
+    return second_order(found.layout, found.solution.kept, *_winches_and_markers(case)).viscous()
 
 
 def mode_table(choice):

@@ -7,7 +7,6 @@ import numpy as np
 
 from cablestudy.control.pose_loop import growing
 from cablestudy.control.pose_state_space import Labels, names, state_space
-from cablestudy.control.second_order import solved
 from cablestudy.control.statespace import MODAL
 from cablestudy.control.suspension import labels
 from cablestudy.errors import NoSolutionError, SceneError
@@ -16,6 +15,7 @@ from cablestudy.study.ssm import number_of
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.in_wind import COUNTS
 from cablestudy.study.suspension.notes import damping_notes, law_notes, notes_of, strength_warning
+from cablestudy.system.linear import solved
 
 MOST = 160  # modes beyond which a response does not ask for more by itself
 AT_ONCE = 1_000_000  # entries of the matrices that are solved at once for a response
@@ -76,7 +76,7 @@ class ControlledChoice:
 
     @cached_property
     def _system(self):
-        movement, motion = self.movement, self.movement.motion
+        movement, motion = self.movement, self.movement.linear.viscous_motion
         forces = np.zeros((len(motion), len(movement.layout.free)))
         forces[: motion.shapes.shape[1]] = movement.layout.bodies(motion.shapes).T
         return state_space(motion, forces, _labels(movement, bool(self.loop)), self.loop, movement.actuators)
@@ -209,7 +209,7 @@ def choose_controlled(document, scene, options, highest=None):
     loop = None
     if options.attached == "loop":
         allocation = replace(whole.allocation, measured=movement.allocation.measured)
-        loop = replace(whole.loop, motion=movement.motion, allocation=allocation)
+        loop = replace(whole.loop, motion=movement.linear.viscous_motion, allocation=allocation)
     pairs = pairs_of(options, *_names(movement, bool(loop)))
     return ControlledChoice(case, whole, movement, loop, pairs, highest)
 

@@ -6,7 +6,7 @@
 import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError
-from cablestudy.study.columns import Column
+from cablestudy.study.columns import SENSITIVITY, Column
 from cablestudy.wind.peak import peak_factor
 
 TURN = 2 * np.pi
@@ -253,9 +253,11 @@ LOOP = (
              lambda w: (w.movement.largest_gain, w.loop_error)),
     _of_loop("gain_margin", "dB", "largest stable gain over the gain, of all winches together; empty when there is no "
              "limit", lambda w: w.gain_margin),
+    _of_loop("phase_crossover", "Hz", "frequency at which the largest gain puts a pole of the loop on the axis: that "
+             "of the gain margin", lambda w: w.phase_crossover),
     _of_loop("phase_margin", "deg", "least angle between -1 and an eigenvalue of the loop gain of size 1, over all "
              "frequencies"),
     _of_loop("gain_crossover", "Hz", "frequency at which that eigenvalue has the size 1"),
     _of_loop("delay_margin", "s", "least further delay in the loop of all winches that makes it unstable"),
-    _of_loop("sensitivity_peak", "", "largest singular value of the sensitivity of the loop over frequency"),
+    *(_of_loop(name, unit, meaning) for name, (unit, meaning) in SENSITIVITY.items()),
 )  # fmt: skip

@@ -10,6 +10,7 @@ from cablestudy.scene.scene import missing
 from cablestudy.scene.words import first_of
 from cablestudy.study.columns import lacks
 from cablestudy.study.notes import beyond_linear, larger_by_loop
+from cablestudy.study.status import SLACK
 from cablestudy.study.suspension.columns import cable_columns, has_key, linear_ranges
 from cablestudy.study.suspension.notes import LISTED, warnings_of
 from cablestudy.study.suspension.report import listed
@@ -149,7 +150,7 @@ def remarks_of(case, tables):
     found = [*warnings_of(case)]
     found += [f"warning: {text}: the linear numbers do not hold" for text in limits_passed(case).values()]
     if slack := slackened(case):
-        found.append(f"warning: {first_of(slack, LISTED)} would go slack: the linear numbers do not hold")
+        found.append(f"warning: {SLACK}: {first_of(slack, LISTED)}: the linear numbers do not hold")
     if tried := case.in_wind.short_of_accuracy:
         found.append(f"note: motion in the wind: {tried}")
     if "motion" in tables:

@@ -1,0 +1,169 @@
+"""Gains at which a pole of a loop of k coordinates crosses the imaginary axis; that of one cable has k = 1.
+
+A pole of the closed loop lies at i w for the gain g where an eigenvalue l of the loop gain L(i w) over the gain is real
+and negative, g = -1/l. With l(s(g)) = -1/g along the pole, ds/dg = 1/(g^2 l'(s)), so that it crosses to the right where
+the imaginary part of l grows with w, to the left where it falls.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cablestudy.control.margins_grid import by_parts, eigenvalues, paired
+
+STEPS = 60  # of the search for one crossing
+SMALL = 1e-11  # size of an eigenvalue over that of the largest, below which it is rounding of zero
+POINTS, ZOOMS = 15, 2  # by which crossings between two frequencies are told apart, and how often
+SECANT, SETTLED = 12, 1e-9  # steps of the secant method, and the one that ends it over the distance of frequencies
+ROUNDING = 1e-14  # least such step, over the frequency
+REAL = 1e-6  # imaginary part over size of an eigenvalue that crosses: others were taken for one that does
+SAME = 1e-9  # relative distance of crossings that are one
+
+
+@dataclass(frozen=True)
+class Crossings:
+    """Pairs of frequencies between which an eigenvalue of the loop gain crosses the negative real axis.
+
+    Attributes
+    ----------
+    omega : ndarray, shape (c, 2)
+        [rad/s]
+    values : ndarray, shape (c, 2)
+        The eigenvalue there, complex.
+    """
+
+    omega: np.ndarray
+    values: np.ndarray
+
+    def __len__(self):
+        return len(self.omega)
+
+    def take(self, chosen):
+        """Some of them."""
+        return Crossings(self.omega[chosen], self.values[chosen])
+
+    @property
+    def slope(self):
+        """Change of the eigenvalue with frequency, shape (c,). [s]"""
+        return (self.values[:, 1] - self.values[:, 0]) / (self.omega[:, 1] - self.omega[:, 0])
+
+    @property
+    def place(self):
+        """Frequency of each crossing, interpolated, shape (c,). [rad/s]"""
+        change = np.diff(self.values.imag)[:, 0]
+        share = -self.values[:, 0].imag / np.where(change, change, 1.0)
+        return self.omega[:, 0] + share * np.diff(self.omega)[:, 0]
+
+    @property
+    def factor(self):
+        """Of the gain, that each needs, interpolated, shape (c,)."""
+        return -1 / (self.values[:, 0] + self.slope * (self.place - self.omega[:, 0])).real
+
+    @property
+    def outward(self):
+        """Whether the pole crosses to the right with more gain, shape (c,)."""
+        return self.slope.imag > 0
+
+    def sorted(self):
+        """By ascending factor, those once that are found twice."""
+        order = np.argsort(self.factor, kind="stable")
+        own = self.take(order)
+        factor, place = own.factor, own.place
+        again = (np.diff(factor) <= SAME * factor[1:]) & (np.abs(np.diff(place)) <= SAME * place[1:])
+        return own.take(np.append(True, ~again)) if len(own) else own
+
+
+def crossings(omega, values):
+    """`Crossings` of each eigenvalue of the loop gain.
+
+    Parameters
+    ----------
+    omega : ndarray, shape (m, f)
+        Ascending along the second axis. [rad/s]
+    values : ndarray, shape (m, f, k)
+        Eigenvalues of the loop gain; not a number where it is infinite.
+    """
+    before, after = paired(values)
+    least = SMALL * np.abs(values).max(axis=-1)[:, :-1, None]
+    crosses = (before.imag * after.imag <= 0) & (before.imag != after.imag)
+    row, place, which = np.nonzero(crosses & (np.minimum(before.real, after.real) < 0) & (np.abs(before) > least))
+    omega = np.stack([omega[row, place], omega[row, place + 1]], axis=1)
+    found = Crossings(omega, np.stack([before[row, place, which], after[row, place, which]], axis=1))
+    with np.errstate(divide="ignore"):
+        return found.take(found.factor > 0)
+
+
+def refined(function, found):
+    """`Crossings` to rounding, by ascending factor; those that lie between the same frequencies are told apart.
+
+    Those that values between their frequencies do not show are none: two eigenvalues were taken for one.
+
+    Parameters
+    ----------
+    function : callable
+        The loop gain: s, shape (f,) -> shape (f, k, k).
+    found : Crossings
+    """
+
+    def at(omega):
+        return eigenvalues(by_parts(function, omega.ravel()))
+
+    for _ in range(ZOOMS if len(found) else 0):
+        low, high = found.omega.T
+        omega = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, POINTS)
+        found = crossings(omega, at(omega).reshape(*omega.shape, -1)).sorted()
+        if not len(found):
+            break
+    return _by_secant(at, found).sorted() if len(found) else found
+
+
+def _by_secant(at, bracket):
+    """`Crossings` to rounding, from brackets with one each; `at`: frequencies [rad/s] -> eigenvalues, shape (f, k)."""
+    found, (low, high) = bracket, bracket.omega.T
+    least = np.maximum(SETTLED * (high - low), ROUNDING * high)
+    for _ in range(SECANT):
+        place = np.clip(found.place, low, high)
+        moved = np.abs(place - found.omega[:, 1]) > least
+        if not moved.any():
+            break
+        expected = found.values[:, 1] + found.slope * (place - found.omega[:, 1])
+        values = at(place[moved])
+        nearest = np.abs(values - expected[moved, None]).argmin(axis=1)
+        omega, own = found.omega.copy(), found.values.copy()
+        omega[moved] = np.stack([found.omega[moved, 1], place[moved]], axis=1)
+        own[moved] = np.stack([found.values[moved, 1], values[np.arange(len(values)), nearest]], axis=1)
+        found = Crossings(omega, own)
+    # with the slope of the bracket, which has the sign of the crossing: that of the last two values may be rounding
+    last, value, width = found.omega[:, 1], found.values[:, 1], high - low
+    found = Crossings(np.stack([last, last + width], axis=1), np.stack([value, value + bracket.slope * width], axis=1))
+    return found.take(np.abs(value.imag) <= REAL * np.abs(value))
+
+
+def crossing_near(needed_gain, begin, step, farthest, settled):
+    """Gain and frequency at which a pole crosses the imaginary axis near a frequency [rad/s]; None if not found.
+
+    Parameters
+    ----------
+    needed_gain : callable
+        Frequency [rad/s] -> -1/L of a gain of 1 rad/s, complex: where it is real it is that gain.
+    begin, step, farthest : float
+        First frequency, distance of the second one, and largest distance of the crossing. [rad/s]
+    settled : float
+        Step that ends the search. [rad/s]
+
+    Notes
+    -----
+    The imaginary part is about linear in the frequency, so that the secant method needs few steps.
+    """
+    before, here, last = begin, begin + step, needed_gain(begin).imag
+    for _ in range(STEPS):
+        found = needed_gain(here)
+        if found.imag == last:
+            return None
+        change = found.imag * (here - before) / (found.imag - last)
+        if abs(change) <= settled:
+            return found.real, here
+        before, last, here = here, found.imag, here - change
+        if not abs(here - begin) <= farthest:
+            return None
+    return None

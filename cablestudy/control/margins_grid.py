@@ -1,0 +1,250 @@
+"""Frequencies at which a loop gain of k coordinates is evaluated, and its extrema and zeros between them.
+
+A loop gain is a function of s, shape (f,) [rad/s], with values of shape (f, k, k); that of one cable has k = 1.
+"""
+
+import numpy as np
+
+from cablestudy.control.law import INTEGRATOR
+
+PER_DECADE = 40
+RANGE = 1e-4, 1e3  # frequencies that are evaluated, over the least and largest of the poles
+ASIDE = np.array([0.3, 0.7, 1.2, 2.0, 3.5, 6.0, 12.0])  # distances from a pole, in its half-widths
+BROAD = 0.12  # largest such distance, relative to the frequency of the pole: beyond it the decades are as close
+UNDAMPED = 1e-9  # damping ratio below which the loop gain at the pole itself is as good as infinite
+TURN = 0.1  # of a delay from one frequency to the next [rad]
+AT_ONCE = 100  # frequencies of one call
+# Between two frequencies more are taken where an eigenvalue turns so far, or where one near the negative real axis
+# changes so much (its angle over that to the axis, the logarithm of its size) that it may cross and come back.
+FAR_TURN, NEAR_AXIS, SHARE, GROWTH = 0.5, 0.8, 0.25, 0.3
+COARSE, HALVINGS = 1e-3, 7  # relative distance of two frequencies that are close enough, and how often it is halved
+REACH = 2.0  # a peak between frequencies is at most so many times its visible height above the highest of them
+FLAT = 0.02  # peaks so much, relative, below the highest are refined too
+PLACED, SETTLED = 1e-7, 1e-14  # of an extremum: its place over the distance of frequencies, its relative value
+STENCIL = 1e-3  # distance of the values by which its place is found at last, over that of frequencies
+
+
+def frequencies(poles, notches=(), law=INTEGRATOR):
+    """Frequencies of all decades, beside poles and corners, and of the turns of a delay that can be approximated.
+
+    Parameters
+    ----------
+    poles : ndarray
+        Those in the lower half plane do not count. [rad/s]
+    notches : iterable of (Notch or None)
+    law : Law
+
+    Returns
+    -------
+    ndarray, shape (f,)
+        Ascending. [rad/s]
+    """
+    poles = np.concatenate([poles, *(one.corners for one in notches if one is not None), law.corners])
+    poles = poles[(poles.imag >= 0) & (np.abs(poles) > 0)]
+    centre = np.abs(poles)
+    low, high = RANGE[0] * centre.min(), RANGE[1] * centre.max()
+    decades = np.geomspace(low, high, 2 + int(PER_DECADE * np.log10(high / low)))
+    turns = TURN / law.delay * np.arange(1, law.reach * law.delay / TURN) if law.delay else np.zeros(0)
+    step = np.maximum(np.abs(poles.real), UNDAMPED * centre)[:, None] * np.concatenate([-ASIDE, ASIDE])
+    aside = (centre[:, None] + step)[np.abs(step) < BROAD * centre[:, None]]
+    at = centre[np.abs(poles.real) > UNDAMPED * centre]
+    return np.unique(np.concatenate([decades, turns[turns < high], aside, at]))
+
+
+def by_parts(function, omega):
+    """Values of a function of s at frequencies [rad/s], few at a time, whose matrices stay in the processor's cache."""
+    if len(omega) <= AT_ONCE:
+        return function(1j * omega)
+    return np.concatenate([function(1j * omega[i : i + AT_ONCE]) for i in range(0, len(omega), AT_ONCE)])
+
+
+def eigenvalues(matrices):
+    """Eigenvalues of matrices, shape (f, k, k) -> (f, k); not a number where a matrix is not finite."""
+    if matrices.shape[-1] == 1:
+        return np.where(np.isfinite(matrices), matrices, np.nan)[..., 0]
+    finite = np.isfinite(matrices).all(axis=(-2, -1))
+    found = np.full(matrices.shape[:-1], np.nan, dtype=complex)
+    found[finite] = np.linalg.eigvals(matrices[finite])
+    return found
+
+
+def paired(values):
+    """Eigenvalues at neighbouring frequencies that belong together: before and after, shape (..., f - 1, 2 k) both.
+
+    Each with the nearest one at the next frequency, and each of these with the nearest one before; shape (..., f - 1,
+    k) of k = 1. `values` has the shape (..., f, k).
+    """
+    first, second = values[..., :-1, :], values[..., 1:, :]
+    if values.shape[-1] == 1:
+        return first, second
+    apart = np.abs(first[..., :, None] - second[..., None, :])
+    before = np.concatenate([first, np.take_along_axis(first, apart.argmin(axis=-2), axis=-1)], axis=-1)
+    after = np.concatenate([np.take_along_axis(second, apart.argmin(axis=-1), axis=-1), second], axis=-1)
+    return before, after
+
+
+def curve(function, omega, matrices=None, upto=np.inf):
+    """Frequencies that show where eigenvalues of a loop gain cross the negative real axis, and the loop gain there.
+
+    Parameters
+    ----------
+    function : callable
+        The loop gain.
+    omega : ndarray, shape (f,)
+        Ascending frequencies to begin with. [rad/s]
+    matrices : ndarray, shape (f, k, k), optional
+        The loop gain there.
+    upto : float
+        Frequency above which no more are taken. [rad/s]
+
+    Returns
+    -------
+    omega : ndarray, shape (g,)
+        Ascending; those at which the loop gain is infinite are left out. [rad/s]
+    matrices : ndarray, shape (g, k, k)
+    values : ndarray, shape (g, k)
+        Its eigenvalues.
+    """
+    omega, matrices = finite(omega, by_parts(function, omega) if matrices is None else matrices)
+    values = eigenvalues(matrices)
+    for _ in range(HALVINGS):
+        wide = _unsure(values) & (np.diff(omega) > COARSE * omega[1:]) & (omega[1:] < upto)
+        if not wide.any():
+            break
+        between = (omega[1:] + omega[:-1])[wide] / 2
+        between, added = finite(between, by_parts(function, between))
+        place = np.searchsorted(omega, between)
+        omega, matrices = np.insert(omega, place, between), np.insert(matrices, place, added, axis=0)
+        values = np.insert(values, place, eigenvalues(added), axis=0)
+    return omega, matrices, values
+
+
+def _unsure(values):
+    """Whether an eigenvalue may cross the negative real axis and come back after each frequency but the last."""
+    before, after = paired(values)
+    turn = np.abs(np.angle(after * before.conj()))
+    to_axis = np.minimum(np.abs(np.angle(-before)), np.abs(np.angle(-after)))
+    with np.errstate(divide="ignore", invalid="ignore"):  # an eigenvalue of zero
+        growth = np.abs(np.log(np.abs(after / before)))
+    changes = (turn > SHARE * to_axis) | ~(growth < GROWTH)
+    return ((turn > FAR_TURN) | ((to_axis < NEAR_AXIS) & changes)).any(axis=1)
+
+
+def finite(omega, matrices):
+    """Those frequencies, and the matrices there, at which all of a matrix is finite."""
+    there = np.isfinite(matrices).all(axis=(-2, -1))
+    return omega[there], matrices[there]
+
+
+def highest(function, omega, value=None):
+    """The largest value of a function of frequency, shape (f,) -> (f,), and the frequency where it is [rad/s].
+
+    Parameters
+    ----------
+    function : callable
+    omega : ndarray, shape (f,)
+        Ascending, as close as the function changes: each peak that may be the highest is refined. [rad/s]
+    value : ndarray, shape (f,), optional
+        Of the function there.
+    """
+    value = function(omega) if value is None else value
+    best = int(np.argmax(value))
+    reach = np.maximum(FLAT * np.abs(value[best]), REACH * _height(value))
+    low, top, high = _peaks(omega, value, value + reach >= value[best])
+    if not len(top):
+        return float(value[best]), float(omega[best])
+    place, height = maxima(function, low, top, high)
+    one = int(np.argmax(height))
+    if not height[one] >= value[best]:  # at the end of the range
+        return float(value[best]), float(omega[best])
+    return float(height[one]), _placed(function, float(place[one]), float(high[one] - low[one]))
+
+
+def _height(value):
+    """Visible height of each value above the lower one of its neighbours, shape (f,)."""
+    return value - np.minimum(np.append(value[1:], value[-1]), np.append(value[0], value[:-1]))
+
+
+def _peaks(omega, value, chosen):
+    """Frequencies before, at and after those of the chosen values that are local maxima, each of shape (p,)."""
+    inner = (value[1:-1] >= value[:-2]) & (value[1:-1] >= value[2:]) & (value[1:-1] > np.minimum(value[:-2], value[2:]))
+    place = 1 + np.flatnonzero(inner & chosen[1:-1])
+    return omega[place - 1], omega[place], omega[place + 1]
+
+
+def maxima(function, low, top, high, *which):
+    """Local maxima of a function between frequencies: places [rad/s] and values, each of shape (p,).
+
+    Parameters
+    ----------
+    function : callable
+        Frequencies, shape (q,), and `which` of these maxima they belong to -> values, shape (q,).
+    low, top, high : ndarray, shape (p,)
+        Ascending; the value at `top` is the highest of the three. [rad/s]
+    which : ndarray, shape (p,)
+        Further arguments of the function.
+    """
+    from scipy.optimize import elementwise
+
+    # in steps of the distance of the frequencies: a peak may be a billionth of its frequency wide
+    found = elementwise.find_minimum(
+        lambda step, top, width, *which: -function(top + step * width, *which),
+        ((low - top) / (high - low), np.zeros(len(top)), (high - top) / (high - low)),
+        args=(top, high - low, *which),
+        tolerances={"xatol": PLACED, "xrtol": 0.0, "frtol": SETTLED},
+    )
+    return top + found.x * (high - low), np.nan_to_num(-found.f_x, nan=-np.inf)
+
+
+def _placed(function, omega, width):
+    """Where the derivative of a function is zero near a maximum that is known to the root of rounding. [rad/s]"""
+    step = STENCIL * width
+    value = function(omega + step * np.arange(-2, 3))
+    slope, curvature = np.array([1, -8, 0, 8, -1]) @ value / 12, np.array([-1, 16, -30, 16, -1]) @ value / 12
+    shift = -slope / curvature if curvature < 0 else 0.0
+    return float(omega + step * shift) if abs(shift) < 1 else omega
+
+
+def passages(function, omega, value):
+    """Frequencies at which functions of frequency are zero, shape (z,) [rad/s], and which of them, shape (z,).
+
+    Parameters
+    ----------
+    function : callable
+        Frequencies, shape (f,) -> values, shape (f, k).
+    omega : ndarray, shape (f,)
+        Ascending, as close as the functions change. A function that passes zero and comes back between two of them is
+        seen where its values show that it may. [rad/s]
+    value : ndarray, shape (f, k)
+    """
+    from scipy.optimize import elementwise
+
+    def one(omega, which):
+        return np.take_along_axis(function(omega), which[:, None], axis=1)[:, 0]
+
+    turning = _turning(one, omega, value)
+    if len(turning):
+        omega, value = np.append(omega, turning), np.concatenate([value, function(turning)])
+        order = np.argsort(omega)
+        omega, value = omega[order], value[order]
+    place, which = np.nonzero((value[:-1] < 0) != (value[1:] < 0))
+    if not len(place):
+        return np.zeros(0), which
+    found = elementwise.find_root(one, (omega[place], omega[place + 1]), args=(which,))
+    order = np.argsort(found.x)
+    return found.x[order], which[order]
+
+
+def _turning(function, omega, value):
+    """Extrema at which a function has another sign than at the frequencies around it, shape (t,). [rad/s]"""
+    brackets = []
+    for which, own in enumerate(value.T):
+        for sign in (1.0, -1.0):
+            side = sign * own
+            bracket = _peaks(omega, side, (side < 0) & (side + REACH * _height(side) > 0))
+            brackets.append((*bracket, np.full(len(bracket[0]), which), np.full(len(bracket[0]), sign)))
+    low, top, high, which, sign = (np.concatenate(parts) for parts in zip(*brackets, strict=True))
+    if not len(top):
+        return np.zeros(0)
+    place, height = maxima(lambda omega, which, sign: sign * function(omega, which), low, top, high, which, sign)
+    return np.unique(place[height > 0])

@@ -1,0 +1,129 @@
+"""The command `cablestudy` without its start: an interpreter that has imported everything forks a process for each.
+
+For tests of what commands print, in shells too. How a command starts is tested where it is begun as users begin it.
+"""
+
+import gc
+import json
+import os
+import pkgutil
+import socket
+import subprocess
+import sys
+import tempfile
+from contextlib import contextmanager
+from importlib import import_module
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+SCENES = ("carlina.yaml", "suspensions/fast.yaml")  # to be read once: the validators of pydantic
+USED_LATER = ("matplotlib.backends.backend_svg", "pandas", "pint", "scipy.optimize", "scipy.sparse.linalg")
+LONGEST = 1 << 20  # bytes of a command line with its environment
+# Hands over its arguments and its standard streams, and ends as the command does; python starts fast without `site`.
+CLIENT = """#!{python} -IS
+import json, os, socket, sys
+server = socket.socket(socket.AF_UNIX)
+server.connect({address!r})
+request = json.dumps([sys.argv[1:], os.getcwd(), dict(os.environ)]).encode()
+socket.send_fds(server, [request], [0, 1, 2])
+server.shutdown(socket.SHUT_WR)
+for stream in (0, 1, 2):
+    os.close(stream)
+os._exit(int(server.recv(8) or b"70"))
+"""
+
+
+@contextmanager
+def served():
+    """A folder for PATH, in which `cablestudy` is a command that a server runs."""
+    with tempfile.TemporaryDirectory(prefix="cablestudy-commands-") as folder:
+        program, address = Path(folder, "bin", "cablestudy"), str(Path(folder, "socket"))
+        program.parent.mkdir()
+        program.write_text(CLIENT.format(python=sys.executable, address=address), encoding="utf-8")
+        program.chmod(0o755)
+        with subprocess.Popen([sys.executable, __file__, address], stdout=subprocess.PIPE) as server:
+            server.stdout.readline()  # it listens
+            yield program.parent
+            server.terminate()
+
+
+def listen(address):
+    """Import the program, then run each command that comes in a process of its own."""
+    import cablestudy
+
+    for module in pkgutil.walk_packages(cablestudy.__path__, "cablestudy."):
+        if module.name != "cablestudy.__main__":
+            import_module(module.name)
+    for name in USED_LATER:
+        import_module(name)
+    for name in SCENES:
+        cablestudy.load(str(ROOT / "configs" / name))
+    gc.collect()
+    gc.freeze()  # a collection in a fork would copy all of it
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind(address)
+        server.listen(100)
+        os.write(1, b"listening\n")
+        while True:
+            client, _ = server.accept()
+            with client:
+                request, streams, _, _ = socket.recv_fds(client, LONGEST, 3)
+                while part := client.recv(LONGEST):
+                    request += part
+                if os.fork() == 0:
+                    server.close()
+                    _handle(client, streams, *json.loads(request))
+            for stream in streams:
+                os.close(stream)
+            _reap()
+
+
+def _reap():
+    """Take leave of the processes that have ended."""
+    try:
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            pass
+    except ChildProcessError:
+        pass
+
+
+def _handle(client, streams, arguments, folder, environment):
+    """In a process of its own: run a command, tell the client its exit code, and end."""
+    for place, stream in enumerate(streams):
+        os.dup2(stream, place)
+        os.close(stream)
+    os.environ.clear()
+    os.environ.update(environment)
+    os.chdir(folder)
+    sys.argv = ["cablestudy", *arguments]
+    sys.stdin = open(0, encoding="utf-8", closefd=False)  # noqa: SIM115
+    sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115
+    sys.stderr = open(2, "w", buffering=1, encoding="utf-8", errors="backslashreplace", closefd=False)  # noqa: SIM115
+    code = _run()
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            code = code or 120  # as at the end of an interpreter
+    for place in range(3):  # who reads them waits for no more
+        os.close(place)
+    client.sendall(str(code).encode())
+    os._exit(code)
+
+
+def _run():
+    """Run the command of `sys.argv`: its exit code."""
+    from cablestudy.__main__ import main
+
+    try:
+        main()
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else int(end.code is not None)
+    except BaseException:
+        sys.excepthook(*sys.exc_info())
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    listen(sys.argv[1])

@@ -1,0 +1,76 @@
+"""The loop gain from the dynamic stiffness of the cables, against dense bars of an assembly of their own."""
+
+import numpy as np
+import pytest
+from references.bar_loop import BarLoop
+from test_suspension_loop_bars import scene_of
+
+from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.study.suspension.driven_cables import DrivenCables
+
+BARS, TURN = 6, 2 * np.pi
+
+
+def both(seed):
+    """`LoopGain` of a scene with all modes of its bars, and the dense bars."""
+    data = scene_of(seed)
+    case = SuspensionCase(
+        SuspensionScene.model_validate({**data, "model": {"elements": BARS, "order": 1, "mass": "lumped"}})
+    )
+    movement = case.in_wind.movement_of(250)
+    bars = BarLoop(data, SuspensionCase(SuspensionScene.model_validate(data)).equilibrium, BARS)
+    return DrivenCables(movement, movement.loop.gain).loop_gain, bars
+
+
+def dense_gain(bars, s):
+    """P (s^2 M + s C + K)^-1 F(s) A N(s)/s."""
+    forces = sum(s**order * part for order, part in enumerate(bars.forces))
+    moved = bars.measured @ np.linalg.solve(s**2 * bars.bars.M + s * bars.C + bars.bars.K, forces) @ bars.allocation
+    notch, passed = bars.scene["control"]["notch"], 1.0
+    if notch != "none":
+        zero, pole = s / (TURN * notch["frequency"]), s / (TURN * notch["rolloff_frequency"])
+        passed = (zero**2 + 2 * notch["damping_ratio"] * zero + 1) / (
+            pole**2 + 2 * notch["rolloff_damping_ratio"] * pole + 1
+        )
+    return moved * passed / s
+
+
+@pytest.mark.parametrize("seed", [0, 2, 14, 23, 58])  # modal, viscous and Kelvin-Voigt damping, with and without notch
+def test_it_is_that_of_dense_bars_from_below_the_first_mode_to_the_highest(seed):
+    found, bars = both(seed)
+    highest = max(element.omega.max() for element in found.elements)  # above it both are differences that cancel
+    omega = np.geomspace(0.1, highest, 41)
+    value = found(1j * omega)
+    for place, one in enumerate(omega):
+        expected = dense_gain(bars, 1j * one)
+        assert value[place] == pytest.approx(expected, rel=1e-6, abs=1e-7 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("seed", [2, 58])
+def test_the_pole_of_a_mode_of_one_cable_with_the_bodies_free(seed):
+    """Close to an eigenvalue of the dense bars, much closer than the frequency between fixed ends."""
+    found, bars = both(seed)
+    n = len(bars.bars.M)
+    a = np.block(
+        [
+            [np.zeros((n, n)), np.eye(n)],
+            [-np.linalg.solve(bars.bars.M, bars.bars.K), -np.linalg.solve(bars.bars.M, bars.C)],
+        ]
+    )
+    poles = np.linalg.eigvals(a)
+    modes = np.arange(len(found.elements[0].omega))[-3:]
+    for pole in found.poles_of(0, modes)[0]:
+        assert np.abs(poles - pole).min() < 1e-3 * abs(pole)
+
+
+@pytest.mark.parametrize("seed", [2, 58])
+def test_the_shift_of_a_pole_by_the_gain(seed):
+    """That of the nearest eigenvalue of the dense bars with a small gain."""
+    found, bars = both(seed)
+    fixed, scaled = bars.matrices()
+    before, vectors = np.linalg.eig(fixed)
+    change = np.diagonal(np.linalg.solve(vectors, scaled @ vectors))
+    poles, shifts = found.poles_of(0, np.arange(len(found.elements[0].omega))[-3:])
+    for pole, shift in zip(poles, shifts, strict=True):
+        assert change[np.argmin(np.abs(before - pole))] == pytest.approx(shift, rel=0.05)
