@@ -1,0 +1,23 @@
+"""The loop gain of a suspension from the residues of many of its coupled modes, beside that of its bodies."""
+
+import numpy as np
+
+from cablestudy.control.gain_limits import StableGains
+
+
+def gains_of_modes(movement):
+    """`StableGains` of a `Movement` by the modes of its model: poles and residues of one eigen-solution."""
+    loop = movement.given_loop
+    compliance, shares = loop.motion.compliance, loop.allocation.shares
+    seen = (loop.allocation.measured @ compliance.shown).T
+    pulled = [compliance.given @ part @ shares for part in loop.motion.driven]
+    residues = [seen[:, :, None] * part[:, None, :] for part in pulled]
+    size = len(loop.notches)
+
+    @np.errstate(divide="ignore", invalid="ignore")  # at a pole
+    def loop_gain(s):
+        fractions = 1 / (s[:, None] - loop.motion.eigen.values)
+        parts = (s[:, None] ** order * (fractions @ part.reshape(-1, size**2)) for order, part in enumerate(residues))
+        return sum(parts).reshape(-1, size, size) * loop.controller(s)[:, None, :]
+
+    return StableGains(loop_gain, movement.open_poles, loop.notches, loop.law)
