@@ -20,9 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.cable.element import basis, lagrange
+from cablestudy.control.gain_limits import UNDAMPED
 from cablestudy.control.plant import NEAR
 from cablestudy.control.residues import Residues
-from cablestudy.control.stability import UNDAMPED
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.cable_wind import DIRECTIONS, STILL, at_points, blowing, drag_loads
 from cablestudy.study.windrms import QUADRATURE, frequency_range, scaling
