@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cablestudy.control.margins import sensitivity
 from cablestudy.control.pose_equations import equations
 from cablestudy.control.residues import Residues
 from cablestudy.control.statespace import StateSpace
@@ -148,7 +149,7 @@ class ExactResponse:
             s[:, None, None] ** order * (fractions @ b[:, : self._winches] + d[:, : self._winches])
             for order, (b, d) in enumerate(given)
         )
-        error = loop.controller(s)[:, :, None] * (loop.sensitivity(s) @ by_forces[:, -count:])
+        error = loop.controller(s)[:, :, None] * (sensitivity(loop.gain * loop.unit_gain(s)) @ by_forces[:, -count:])
         reeled = -loop.gain * loop.allocation.shares @ error
         return by_forces[:, :-count] + by_winches[:, :-count] @ reeled, reeled
 
