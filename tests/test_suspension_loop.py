@@ -424,14 +424,14 @@ def test_the_loop_is_judged_with_the_modes_that_it_drives():
     limit, error = found.movement.limit, found.loop_error
     assert limit.omega / TURN > 18 > found.movement.modes.frequency[-1]
     assert error < 0.03
-    assert_limit_of_modes(found.movement_of(250), limit, error)
+    assert_limit_of_modes(found.movement_of(250), limit)
 
 
-def assert_limit_of_modes(movement, limit, error):
-    """A model with many coupled modes has a limit, within its error."""
+def assert_limit_of_modes(movement, limit):
+    """Near that of a model with many coupled modes, which lacks those of the cables not far above it."""
     truth = gains_of_modes(movement).limit
-    assert limit.factor == pytest.approx(truth.factor, rel=error)
-    assert limit.omega == pytest.approx(truth.omega, rel=1e-2)
+    assert limit.factor == pytest.approx(truth.factor, rel=3e-3)
+    assert limit.omega == pytest.approx(truth.omega, rel=1e-4)
 
 
 def test_waves_along_the_cables_far_above_the_roll_off_are_found():
@@ -441,7 +441,7 @@ def test_waves_along_the_cables_far_above_the_roll_off_are_found():
     limit = found.movement.limit
     assert 37 < limit.omega / TURN < 39
     assert found.loop_error < 0.1
-    assert_limit_of_modes(found.movement_of(550), limit, found.loop_error)
+    assert_limit_of_modes(found.movement_of(550), limit)
 
 
 class Bars:
@@ -505,7 +505,10 @@ def test_exact_elements_are_judged_with_all_of_their_modes(elements):
 
 
 def test_each_column_of_the_loop_states_its_own_error():
-    """A gain that is given has none; the others are held against the loop gain of 400 coupled modes."""
+    """A gain that is given has none; the others are held against the loop gain of 400 coupled modes.
+
+    Whose own errors are about their distances from those of 300.
+    """
     limits = "gain", "largest_gain", "gain_margin", "phase_crossover"
     margins = "phase_margin", "gain_crossover", "delay_margin", *SENSITIVITY
     names = *limits, *margins
@@ -513,19 +516,22 @@ def test_each_column_of_the_loop_states_its_own_error():
     path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
     case = SuspensionCase(load_scene(path, [*winches, "control.gain=2"])[1])
     found = {name: find(name).compute(case) for name in names}
-    wide = case.in_wind.movement_of(400)
-    modal = gains_of_modes(wide)
-    own = modal.margins(2.0)
-    truth = {name: getattr(own, name) for name in margins} | {"gain": 2.0, "largest_gain": modal.limit.factor}
-    truth |= {"gain_margin": 20 * np.log10(modal.limit.factor / 2), "phase_crossover": modal.limit.omega / TURN}
+    truth, coarse = (_numbers(gains_of_modes(case.in_wind.movement_of(count)), margins) for count in (400, 300))
     assert found["gain"] == (2.0, 0.0)
     for name in names[1:]:
         value, error = found[name]
-        assert abs(value / truth[name] - 1) <= max(error, 1e-9), name
+        assert abs(value / truth[name] - 1) <= max(error, abs(coarse[name] / truth[name] - 1), 1e-9), name
     errors = {name: error for name, (_, error) in found.items()}
     assert errors["phase_margin"] < 0.1 * errors["largest_gain"]
     limit, margin = errors["largest_gain"], found["gain_margin"][0]
     assert errors["gain_margin"] == pytest.approx(20 * np.log10(1 + limit) / margin, rel=1e-9)
+
+
+def _numbers(gains, names):
+    """Margins of a gain of 2 rad/s by their names, and the numbers of the limit: dict."""
+    margins, limit = gains.margins(2.0), gains.limit
+    found = {name: getattr(margins, name) for name in names} | {"largest_gain": limit.factor}
+    return found | {"gain_margin": 20 * np.log10(limit.factor / 2), "phase_crossover": limit.omega / TURN}
 
 
 def test_the_error_of_an_automatic_gain_is_that_of_what_it_follows_from():

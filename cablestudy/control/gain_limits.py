@@ -6,7 +6,7 @@ crossed to the right more often than to the left, and the least gain of a crossi
 one. So stability follows from the curve of L over frequency alone, with all modes that L has.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,7 @@ from cablestudy.control.margins_grid import beside, by_parts, curve, eigenvalues
 
 UNDAMPED = 1e-8  # damping ratio below which a mode counts as undamped
 NEGLIGIBLE = 1e-9  # growth over frequency, of such a mode, that is not called instability: twofold in 1e8 oscillations
+ASIDE = np.geomspace(0.05, 1e4, 80)  # distances from such a mode, over its width, at which its growth is looked for
 TOGETHER = 2.0  # factors up to so many times the least one are refined at once
 BESIDE = 0.03  # relative distance of a gain from a crossing up to which that is polished
 SIMILAR = 0.1  # relative distance of two frequencies up to which they belong to one crossing
@@ -26,6 +27,7 @@ FIRST_STEP = 1e-6  # relative, of the search for a crossing near another one
 SETTLED = 1e-12  # relative, of a frequency that is found
 HIGHEST = 1e3  # gain up to which the sensitivity of a loop without limit is looked at, over its highest pole
 ZERO = 1e-9  # size of a pole over that of the largest, below which it is that of an integral, zero
+FARTHEST = 1e9  # gain up to which stability is judged, over the lowest pole
 CLOSED = 3.0  # gains between which poles of the closed loop follow from a crossing, over its gain
 
 
@@ -39,18 +41,37 @@ class Limit:
         Of a gain; for all winches together the gain itself. [-], [rad/s]
     omega : float
         There the pole is. [rad/s]
-    open_ratio : float
-        Damping ratio without control of the mode that it belongs to. [-]
+    rate : float
+        Its growth over frequency per relative change of the gain: about the damping ratio of a mode without control
+        that the gain takes away. [-]
     """
 
     factor: float
     omega: float
-    open_ratio: float = 1.0
+    rate: float = 1.0
 
     @property
     def undamped(self):
         """Whether that mode is as good as undamped."""
-        return self.open_ratio < UNDAMPED
+        return self.rate < UNDAMPED
+
+    def of(self, loop_gain):
+        """The same of a similar loop gain; of a mode as good as undamped where it grows by NEGLIGIBLE, if it ever does.
+
+        Its factor is infinite where it does not.
+        """
+        if not self.undamped:
+            found = limit_near(loop_gain, self)
+            return replace(found, rate=self.rate) if found else self
+
+        def damped(s):
+            return loop_gain(s + NEGLIGIBLE * np.abs(s))
+
+        step = max(self.rate, NEGLIGIBLE) * self.omega * ASIDE
+        omega = self.omega + np.concatenate([-step[::-1], [0.0], step])
+        found = crossings(omega[None], eigenvalues(by_parts(damped, omega))[None])
+        found = refined(damped, found.take(found.outward))
+        return replace(self, factor=float(found.factor.min(initial=np.inf)) if len(found) else np.inf)
 
 
 class StableGains:
@@ -107,20 +128,21 @@ class StableGains:
         rest, found = self._crossings, []
         while len(rest) and (not found or rest.factor[0] < found[0].factor):
             near, rest = _least(self.loop_gain, rest)
-            found += [one for one, outward in self._described(near) if outward]
+            found += [one for one, outward in self._described(near) if outward and one.factor < self._farthest]
             found.sort(key=lambda one: one.factor)
         return found
 
+    @property
+    def _farthest(self):
+        """Gain beyond which rounding decides. [rad/s]"""
+        return FARTHEST * np.abs(self.poles).min(initial=np.inf)
+
     def _described(self, crossings):
         """Each as a `Limit`, and whether the pole crosses to the right: list of pairs."""
-        growth = (1j / (crossings.factor * crossings.slope)).real
-        share, found = NEGLIGIBLE * crossings.place / np.abs(growth), []
-        for number, outward in enumerate(crossings.outward.tolist()):
-            omega = float(crossings.place[number])
-            ratio = self.open_ratio(omega)
-            later = 1 + share[number] if outward and ratio < UNDAMPED else 1.0
-            found.append((Limit(float(crossings.factor[number]) * float(later), omega, ratio), outward))
-        return found
+        rate = np.abs((1j / (crossings.factor * crossings.slope)).real) / crossings.place
+        numbers = np.stack([crossings.factor, crossings.place, rate], axis=1).tolist()
+        found = [(Limit(*one), outward) for one, outward in zip(numbers, crossings.outward.tolist(), strict=True)]
+        return [(one.of(self.loop_gain) if outward and one.undamped else one, outward) for one, outward in found]
 
     def open_ratio(self, omega):
         """Damping ratio without control of the mode whose pole is nearest to a frequency. [-]"""
@@ -274,7 +296,7 @@ def limit_near(loop_gain, known):
     omega = known.omega
     needed = -1 / eigenvalues(loop_gain(np.array([1j * omega])))[0]
     near = needed[np.abs(needed - known.factor) < NEAR * known.factor]
-    span = FIRST_STEP * omega, SIMILAR * omega, SETTLED * omega
+    span = min(FIRST_STEP, known.rate) * omega, SIMILAR * omega, SETTLED * omega
     found = [crossing_near(_followed(loop_gain, one), omega, *span) for one in near]
     found = [Limit(*map(float, one)) for one in found if one and one[0] > 0]
     return min(found, key=lambda one: one.factor, default=None)

@@ -24,7 +24,7 @@ import numpy as np
 from cablestudy.system.linear import LinearSystem
 
 AT_ONCE = 200  # modes, so that matrices stay in the processor's cache
-STRAINED, BRAKED = 100, 40  # modes of a cable that damping of the strain, or by the air, may couple: those with most
+COUPLED = 100  # modes of a cable that damping of the strain, or by the air, may couple: those with most of it
 ASIDE = 5.0  # distance from the frequency of a mode, in its half-widths, at which Z is computed for its pole
 NARROWEST = 1e-9  # half-width that is taken at least, over the frequency
 
@@ -68,6 +68,11 @@ class LoopGain:
         bodies, pulled = self._at(s)
         moved = self.measured @ np.linalg.solve(bodies, pulled @ self.shares)
         return moved * self.controller(s)[:, None, :]
+
+    @property
+    def spoilt(self):
+        """Whether so much strain is damped that rounding spoils the response of a cable."""
+        return any(part.element.spoilt for part in self._parts)
 
     def _at(self, s):
         """Z, shape (f, d, d), and F, shape (f, d, i)."""
@@ -165,10 +170,10 @@ def _divided(element):
     if element.strain is not None:
         strained = np.abs(element.strain.coupling).max(axis=1, initial=0.0) / element.omega
         strained = (strained + np.sqrt(np.abs(np.diagonal(element.strain.modes)))) / element.omega
-        coupled[np.argsort(-strained, kind="stable")[:STRAINED]] = True
+        coupled[np.argsort(-strained, kind="stable")[:COUPLED]] = True
     if element.air is not None:
         braked = np.diagonal(element.air)[:count] / element.omega
-        coupled[np.argsort(-braked, kind="stable")[:BRAKED]] = True
+        coupled[np.argsort(-braked, kind="stable")[:COUPLED]] = True
     if coupled.all() or not coupled.any():
         return element, None
     return element.select(coupled), element.select(~coupled)

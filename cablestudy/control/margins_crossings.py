@@ -136,7 +136,8 @@ def _by_secant(at, bracket):
     # with the slope of the bracket, which has the sign of the crossing: that of the last two values may be rounding
     last, value, width = found.omega[:, 1], found.values[:, 1], high - low
     found = Crossings(np.stack([last, last + width], axis=1), np.stack([value, value + bracket.slope * width], axis=1))
-    return found.take(np.abs(value.imag) <= REAL * np.abs(value))
+    rounding = 2 * least * np.abs(bracket.slope)
+    return found.take(np.abs(value.imag) <= REAL * np.abs(value) + rounding)
 
 
 def crossing_near(needed_gain, begin, step, farthest, settled):

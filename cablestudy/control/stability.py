@@ -24,12 +24,12 @@ not called instability: no material is known to be that undamped. A mode whose d
 UNDAMPED and which the gain drives by more is refused by name: cable.damping.viscous decides then, and not the strain.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
-from cablestudy.control.gain_limits import NEGLIGIBLE, UNDAMPED, StableGains, limit_near
+from cablestudy.control.gain_limits import NEGLIGIBLE, UNDAMPED, StableGains
 from cablestudy.control.law import SMALL
 from cablestudy.control.margins import gain_of_peak
 from cablestudy.errors import NoSolutionError
@@ -177,10 +177,7 @@ class ResolvedLoop:
 
     def polished(self, limit):
         """A `Limit` with every mode that matters for it."""
-        if limit.undamped:
-            return limit
-        found = limit_near(partial(self.plant.unit_matrix, self.exact(limit.omega)), limit)
-        return replace(limit, factor=found.factor, omega=found.omega) if found else limit
+        return limit.of(partial(self.plant.unit_matrix, self.exact(limit.omega)))
 
     @property
     def limit(self):
@@ -240,7 +237,8 @@ def largest_gain(plant):
         if (limit := found.limit) and limit.factor <= found.gain:
             if limit.undamped:
                 said = plant.said((1 + BEYOND) * limit.factor, 4).removeprefix("a gain of ")
-                raise undamped(1j * limit.omega, limit.open_ratio, f"no largest gain: at {said} ")
+                ratio = found.gains.open_ratio(limit.omega)
+                raise undamped(1j * limit.omega, ratio, f"no largest gain: at {said} ")
             return limit
         low, gain = found.gain, WIDER * found.gain
     return None

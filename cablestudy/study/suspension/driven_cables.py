@@ -89,6 +89,10 @@ class DrivenCables:
                 break
             resolved_to = min(BEYOND * limit.omega, self._farthest)
 
+    @property
+    def _spoilt(self):
+        return not isinstance(self.loop_gain, LoopGain)
+
     @cached_property
     def broad(self):
         """Frequency up to which all modes are needed; 0 of an integrator. [rad/s]"""
@@ -140,9 +144,6 @@ class DrivenCables:
         air = linear.air_on(self.models)
         elements = [replace(one, air=air.get(cable)) for cable, one in enumerate(self.models.elements)]
         damping = damping_of_bodies(linear.drag, layout, np.eye(len(mass))) if linear.braked else np.zeros_like(mass)
-        self._spoilt = any(element.spoilt for element in elements)
-        if self._spoilt:
-            return movement.given_loop.unit_gain
         *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, movement.actuators)
         bodies = LinearSystem(*matrices, feedback=feedback)
 
@@ -152,7 +153,8 @@ class DrivenCables:
         off = dense(layout.moved).T @ load_off_ends(movement.equilibrium, movement.winches)
         places = widened(effects.moved), effects.reeled, widened(off.T).T, widened(effects.measured)
         shares, controller = movement.allocation.shares, movement.given_loop.controller
-        return LoopGain(bodies, elements, *places, shares, controller)
+        found = LoopGain(bodies, elements, *places, shares, controller)
+        return movement.given_loop.unit_gain if found.spoilt else found
 
     def _poles(self):
         """Those of the model, and about where those of modes above it are that the gain could drive. [rad/s]"""

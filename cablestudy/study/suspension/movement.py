@@ -240,7 +240,7 @@ class Movement:
         limit = self.gains.limit
         if limit and limit.undamped:
             said = self.given_loop.law.said((1 + BEYOND) * limit.factor, 4).removeprefix("a gain of ")
-            raise undamped(1j * limit.omega, limit.open_ratio, f"no largest gain: at {said} ")
+            raise undamped(1j * limit.omega, self.gains.open_ratio(limit.omega), f"no largest gain: at {said} ")
         return limit
 
     @property
