@@ -289,8 +289,8 @@ class Plant:
     @property
     def coupled(self):
         """Undamped frequencies of gondola and cable [Hz], and their shares in the gondola's static compliance."""
-        modes = self.system_of(self.excited).modes
-        return modes.omega / (2 * np.pi), modes.shares[0]
+        omega, shares = self.system_of(self.excited).modes
+        return omega / (2 * np.pi), shares[0]
 
     @cached_property
     def main(self):

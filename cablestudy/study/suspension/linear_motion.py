@@ -145,7 +145,7 @@ class LinearMotion:
 
     def __init__(self, scene, equilibrium, drag, modes, accuracy=1e-4, model=None, driven=0, wide=None):
         self.scene, self.equilibrium, self.drag, self.accuracy, self.model = scene, equilibrium, drag, accuracy, model
-        self.damping = [cable.damping for cable in scene.cables.values()]
+        self._damping = [cable.damping for cable in scene.cables.values()]
         self.modes = self.lowest(modes).damped if isinstance(modes, int) else modes
         self.driven, self.wide = driven, wide
         self.layout = Layout(equilibrium)
@@ -156,7 +156,7 @@ class LinearMotion:
 
     def lowest(self, count):
         """The lowest `CoupledModes`; raises as `coupled_modes`."""
-        return coupled_modes(self.equilibrium, count, self.accuracy, self.damping, self.model)
+        return coupled_modes(self.equilibrium, count, self.accuracy, self._damping, self.model)
 
     def with_modes(self, modes, chosen, driven):
         """The same with some modes of other `CoupledModes`, the last ones of which the loop could drive.
