@@ -1,10 +1,6 @@
 """A suspension with its actuators, and with the loop of its winches, as a state space.
 
-The equations are those of `pose_equations`. Without derivatives of the inputs on the states: with x = q + G1 u + G2 u',
-G2 = B2 and G1 = B1 + A B2,
-
-    q' = A q + (B0 + A G1) u,      y = C x + E0 u + E1 u' + E2 u'' = C q + (E0 + C G1) u + (E1 + C G2) u' + E2 u''.
-
+The equations are those of `pose_equations`, without derivatives of the inputs on the states (`without_derivatives`).
 A state on which derivatives of an input act is its quantity less a multiple of that input; outputs are never shifted.
 """
 
@@ -14,7 +10,7 @@ import numpy as np
 
 from cablestudy.control.pose_equations import equations
 from cablestudy.control.residues import Residues
-from cablestudy.control.statespace import StateSpace
+from cablestudy.control.statespace import StateSpace, without_derivatives
 
 
 @dataclass(frozen=True)
@@ -73,11 +69,8 @@ def state_space(motion, forces, labels, loop=None, actuators=()):
     states = _states(labels, loop, actuators, found.winches.shape[1])
     a, *given = np.split(whole, [size, size + inputs, size + 2 * inputs], axis=1)
     c, *direct = np.split(shown, [size, size + inputs, size + 2 * inputs], axis=1)
-    first = given[1] + a @ given[2]
-    derivatives = direct[1] + c @ given[2], direct[2]
-    return StateSpace(
-        a, given[0] + a @ first, c, direct[0] + c @ first, states, *names(labels, bool(loop), actuators), derivatives
-    )
+    b, d, derivatives = without_derivatives(a, given, c, direct)
+    return StateSpace(a, b, c, d, states, *names(labels, bool(loop), actuators), derivatives)
 
 
 def by_forces(motion, forces, loop=None, actuators=(), direct=None):

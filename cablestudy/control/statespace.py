@@ -20,14 +20,14 @@ an input act on a state, the state is its quantity less a multiple of the input;
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cablestudy.control.reduction import truncated
 from cablestudy.errors import NoSolutionError, SceneError
-from cablestudy.system.linear import MODAL, LinearSystem
+from cablestudy.system.linear import MASSLESS_MOTION, MODAL, LinearSystem, equivalent_viscous
 from cablestudy.system.superelement import GONDOLA, GROUND, NAMES
 
 if TYPE_CHECKING:
@@ -195,9 +195,9 @@ def cable(model, chosen=None, residual=True, forces=None):
         truncated as in the paper, with D = K11 of the whole model.
     forces : Forces, optional
     """
-    second_order = _second_order(model, chosen, residual, forces)
-    n = len(second_order.names)
-    return _first_order(second_order, np.arange(n), n + np.arange(ENDS), [(name, "m") for name in NAMES])
+    system = _free_cable(model, chosen, residual, forces)
+    n = len(system) - ENDS
+    return _state_space(system, np.arange(n), n + np.arange(ENDS), [(name, "m") for name in NAMES])
 
 
 @np.errstate(all="ignore")
@@ -221,11 +221,10 @@ def coupled(model, mass, location="ground", chosen=None, residual=True, forces=N
         Inputs: winch u, force on the gondola, then `forces`. Outputs: position and velocity of the gondola, forces at
         the ends. The gondola's position needs no `derivatives`.
     """
-    second_order = _second_order(model, chosen, residual, forces)
-    n = len(second_order.names)
+    system = _free_cable(model, chosen, residual, forces)
+    n = len(system) - ENDS
     end = GONDOLA if location == "gondola" else GROUND
-    free, inputs = np.append(np.arange(n), n + GONDOLA), [("winch", "m")]
-    return _first_order(second_order, free, [n + end], inputs, mass, damping)
+    return _state_space(system, np.append(np.arange(n), n + GONDOLA), [n + end], [("winch", "m")], (mass, damping))
 
 
 @np.errstate(all="ignore")
@@ -323,22 +322,11 @@ def feedback(plant, measured, filters, shares):
     return Feedback(a, b, (observed, at_once))
 
 
-@dataclass(frozen=True)
-class _Model:
-    """The second-order model of the module's docstring, for n kept modes; matrices of shape (n + 6, n + 6)."""
+def _free_cable(model, chosen, residual, forces):
+    """`LinearSystem` of a superelement with free ends: absolute amplitudes of n kept modes, then the ends.
 
-    mass: np.ndarray
-    damping: np.ndarray
-    stiffness: np.ndarray
-    hysteretic: np.ndarray | None  # loss factor times elastic stiffness
-    omega: np.ndarray  # shape (n,) [rad/s]
-    names: tuple  # of the modes, by their number in the model
-    forces: np.ndarray  # shape (n + 6, j): generalised force of each force along the cable on each coordinate
-    labels: tuple  # name and unit of these forces
-
-
-def _second_order(model, chosen, residual, forces):
-    """`_Model` of a superelement; omitted modes contribute to D and Mr, or to nothing without `residual`."""
+    Inputs are forces along the cable. Omitted modes contribute to D and Mr, or to nothing without `residual`.
+    """
     chosen = np.arange(len(model.omega)) if chosen is None else np.asarray(chosen, dtype=int)
     source = model.condense(chosen) if residual else truncated(model, chosen)
     n = len(chosen)
@@ -346,7 +334,7 @@ def _second_order(model, chosen, residual, forces):
     mass[n:, n:] = source.residual_inertia
     participation = source.participation
     stiffness = np.block([[np.diag(source.omega**2), participation], [participation.T, source.feedthrough]])
-    damping, hysteretic, absolute = source.viscous * mass, None, np.eye(n + ENDS)
+    damping, absolute = source.viscous * mass, np.eye(n + ENDS)
     absolute[:n, n:] = -source.coupling  # amplitudes about the static shapes: q = y - m u
     if source.uneven:
         carried = source.carried @ absolute
@@ -359,15 +347,16 @@ def _second_order(model, chosen, residual, forces):
         if source.strain.law == "kelvin_voigt":
             damping = damping + elastic
         else:
-            hysteretic = elastic
+            stiffness = stiffness + 1j * elastic
     labels, generalised = (), np.zeros((n + ENDS, 0))
     if forces is not None:
         # y is the absolute movement: the kept modes bring their part of the static forces at the ends
         kept = chosen if residual else np.arange(len(model.omega))
         rest = forces.static_transfer - model.coupling[kept].T @ forces.modal[kept]
         labels, generalised = tuple(forces.labels), np.concatenate([forces.modal[chosen], rest])
-    names = tuple(f"mode_{k + 1}" for k in chosen)
-    return _Model(mass, damping, stiffness, hysteretic, source.omega, names, generalised, labels)
+    names = (*((f"mode_{k + 1}", MODAL) for k in chosen), *((name, "m") for name in NAMES))
+    driven = generalised, 0 * generalised, 0 * generalised
+    return LinearSystem(mass, damping, stiffness, driven, coordinates=names, inputs=labels)
 
 
 def _check_finite(**matrices):
@@ -377,90 +366,49 @@ def _check_finite(**matrices):
         raise NoSolutionError(f"the state space overflows: {', '.join(wrong)} would have entries that are not finite")
 
 
-def _equivalent_viscous(mass, elastic, stiffness):
-    """Viscous damping that gives each mode of (mass, stiffness) the energy loss per cycle of hysteretic damping.
+def _state_space(cable, free, imposed, inputs, gondola=None):
+    """`StateSpace` of a `_free_cable` whose coordinates `free` move while `imposed` are inputs.
 
-    Its damping ratio is then half of the loss factor times the elastic share of its stiffness.
+    On the last free one is a gondola of some mass [kg] and viscous damping [N s/m], where these are given.
     """
-    root = np.sqrt(mass)
-    scaled = stiffness / np.outer(root, root)
-    _check_finite(stiffness=scaled)
-    square, vector = np.linalg.eigh(scaled)
-    omega = np.sqrt(np.maximum(square, 0.0))
-    shapes = vector / root[:, None]
-    rate = np.einsum("ik,ij,jk->k", shapes, elastic, shapes) / np.where(omega > 0, omega, 1.0)
-    weighted = mass[:, None] * shapes
-    return weighted * rate @ weighted.T
-
-
-def _first_order(model, free, driven, inputs, gondola=None, viscous=0.0):
-    """StateSpace whose coordinates `free` move and `driven` are inputs.
-
-    A gondola [kg], damped by the air [N s/m], is on the last free one.
-    """
-    n, moving = len(model.names), len(free)
-    within, across = np.ix_(free, free), np.ix_(free, driven)
-    mass, damping = np.diagonal(model.mass)[free].copy(), model.damping.copy()
+    n, within, whole = len(cable) - ENDS, np.ix_(free, free), cable
     if gondola is not None:
-        mass[-1] += gondola
-    if model.hysteretic is not None:
-        damping[within] += _equivalent_viscous(mass, model.hysteretic[within], model.stiffness[within])
-    matrices = model.stiffness, damping, model.mass
-    k, c = (matrix[within] / mass[:, None] for matrix in matrices[:2])
+        there = np.zeros(cable.mass.shape)
+        there[free[-1], free[-1]] = 1.0
+        mass, damping = gondola
+        whole = replace(cable, mass=cable.mass + mass * there, damping=cable.damping + damping * there)
+    if np.iscomplexobj(cable.stiffness):
+        loss = np.zeros(cable.mass.shape)
+        loss[within] = equivalent_viscous(whole.mass[within], whole.stiffness[within])
+        cable, whole = (
+            replace(one, damping=one.damping + loss, stiffness=one.stiffness.real) for one in (cable, whole)
+        )
+    parts, outputs = (cable.stiffness, cable.damping, cable.mass), [(f"force_{name}", "N") for name in NAMES]
+    # what is imposed, then forces: on the coordinates, and on the ends
+    pairs = tuple(zip(parts, cable.driven, strict=True))
+    driven = [np.concatenate([-part[np.ix_(free, imposed)], force[free]], axis=1) for part, force in pairs]
+    follow = [np.concatenate([part[n:, imposed], -force[n:]], axis=1) for part, force in pairs]
+    moved = [part[n:, free] for part in parts]
+    inputs, coordinates = [*inputs, *cable.inputs], [cable.coordinates[place] for place in free]
     if gondola is not None:
-        c[-1, -1] += viscous / mass[-1]
-    given = [-matrix[across] / mass[:, None] for matrix in matrices]
-    body = np.eye(moving)[:, moving - (gondola is not None) :]
-    acceleration = np.concatenate([body, model.forces[free]], axis=1) / mass[:, None]
-    scale = np.concatenate([model.omega, np.ones(moving - n)])
-    # outputs: position and velocity of the gondola, then the forces at the ends
-    held = np.concatenate([np.zeros((ENDS, body.shape[1])), -model.forces[n:]], axis=1)
-    rows = [held, *(matrix[n:, free] for matrix in matrices), *(matrix[n:, driven] for matrix in matrices)]
-    if gondola is not None:
-        rows = [np.pad(block, ((2, 0), (0, 0))) for block in rows]
-        rows[1][0, -1] = rows[2][1, -1] = 1.0
-    a, b, output, d, derivatives = first_order((k, c), given, acceleration, scale, rows[1:4], rows[4:], rows[0])
-    return StateSpace(
-        a, b, output, d, *_labels(model, inputs, gondola), derivatives, _free_cable(model, damping, gondola, viscous)
+        place, coordinates[-1] = len(imposed), ("gondola_position", "m")
+        inputs.insert(place, ("force_gondola", "N"))
+        outputs = [("gondola_position", "m"), ("gondola_velocity", "m/s"), *outputs]
+        driven, follow = ([np.insert(part, place, 0.0, axis=1) for part in parts] for parts in (driven, follow))
+        moved, follow = ([np.pad(part, ((2, 0), (0, 0))) for part in parts] for parts in (moved, follow))
+        driven[0][-1, place] = moved[0][0, -1] = moved[1][1, -1] = 1.0
+    kept = LinearSystem(
+        whole.mass[within],
+        whole.damping[within],
+        whole.stiffness[within],
+        tuple(driven),
+        moved=tuple(moved),
+        follow=tuple(follow),
+        coordinates=tuple(coordinates),
+        inputs=tuple(inputs),
+        outputs=tuple(outputs),
     )
-
-
-def first_order(matrices, given, acceleration, scale, moved, imposed, held):
-    """A, B, C, D and D1, D2 of z'' = -k z - c z' + g0 v + g1 v' + g2 v'' + acceleration f.
-
-    Parameters
-    ----------
-    matrices : tuple of 2 ndarray, shape (n, n)
-        k and c.
-    given : tuple of 3 ndarray, shape (n, i)
-        g0, g1 and g2.
-    acceleration : ndarray, shape (n, j)
-        By forces f.
-    scale : ndarray, shape (n,)
-        States are scale times z, and z', each less a multiple of v.
-    moved, imposed : tuple of 3 ndarray, shapes (o, n) and (o, i)
-        Outputs by z, z', z'' and by v, v', v''.
-    held : ndarray, shape (o, j)
-        Outputs by forces.
-
-    Returns
-    -------
-    a, b, c, d : ndarray
-    derivatives : tuple of 2 ndarray
-        Inputs are v, then f.
-    """
-    k, c = matrices
-    n, (r0, r1, r2), (s0, s1, s2) = len(k), moved, imposed
-    # with z = y + b2 v and z' = y' + b1 v + b2 v' no derivative of v is left in the equations
-    b2 = given[2]
-    b1 = given[1] - c @ b2
-    b0 = given[0] - k @ b2 - c @ b1
-    a = np.block([[np.zeros((n, n)), np.diag(scale)], [-k / scale, -c]])
-    b = np.block([[scale[:, None] * b1, np.zeros_like(acceleration)], [b0, acceleration]])
-    output = np.concatenate([r0 / scale, r1], axis=1) + r2 @ a[n:]
-    d = np.concatenate([r0 @ b2 + r1 @ b1 + r2 @ b0 + s0, r2 @ acceleration + held], axis=1)
-    first, second = r1 @ b2 + r2 @ b1 + s1, r2 @ b2 + s2
-    return a, b, output, d, tuple(np.concatenate([rows, np.zeros_like(held)], axis=1) for rows in (first, second))
+    return state_space_of(kept, whole)
 
 
 @np.errstate(all="ignore")  # StateSpace refuses what overflows
@@ -480,43 +428,37 @@ def state_space_of(system, whole=None):
     NoSolutionError
         Something that moves has no mass, or entries overflow.
     """
-    n, i = len(system), len(system.inputs)
-    try:
-        solved = np.linalg.solve(
-            system.mass, np.concatenate([system.stiffness, system.damping, *system.driven], axis=1)
-        )
-    except np.linalg.LinAlgError:
-        raise NoSolutionError("the state space needs a mass of everything that moves") from None
-    matrices, given = (solved[:, :n], solved[:, n : 2 * n]), np.split(solved[:, 2 * n :], [i, 2 * i], axis=1)
     modal = np.array([unit == MODAL for _, unit in system.coordinates], dtype=bool)
     scale = np.where(modal, np.sqrt(np.diagonal(system.stiffness)), 1.0)
-    # forces are inputs like the others, only without effect of their derivatives
-    forces = np.zeros((n, 0)), np.zeros((len(system.outputs), 0))
-    a, b, c, d, derivatives = first_order(matrices, given, forces[0], scale, system.moved, system.follow, forces[1])
+    try:
+        a, lower = replace(system, scale=scale).first_order
+    except np.linalg.LinAlgError:
+        raise NoSolutionError(MASSLESS_MOTION) from None
+    n = len(system)
+    given = [np.concatenate([np.zeros_like(part), part]) for part in lower]
+    place, speed, acceleration = system.moved
+    c = np.concatenate([place / scale, speed], axis=1) + acceleration @ a[n:]
+    direct = [own + acceleration @ part for own, part in zip(system.follow, lower, strict=True)]
     placed = [
         (f"{name}_amplitude", f"{unit}/s") if unit == MODAL else (name, unit) for name, unit in system.coordinates
     ]
-    states = *placed, *((f"{name}_velocity", f"{unit}/s") for name, unit in system.coordinates)
-    return StateSpace(a, b, c, d, states, system.inputs, system.outputs, derivatives, whole or system)
+    moving = [(f"{name.removesuffix('_position')}_velocity", f"{unit}/s") for name, unit in system.coordinates]
+    b, d, derivatives = without_derivatives(a, given, c, direct)
+    return StateSpace(a, b, c, d, (*placed, *moving), system.inputs, system.outputs, derivatives, whole or system)
 
 
-def _labels(model, inputs, gondola):
-    """Name and unit of each state, input and output."""
-    position = [(f"{name}_amplitude", f"{MODAL}/s") for name in model.names]
-    velocity = [(f"{name}_velocity", f"{MODAL}/s") for name in model.names]
-    outputs, inputs = [(f"force_{name}", "N") for name in NAMES], list(inputs)
-    if gondola is not None:
-        moved = [("gondola_position", "m"), ("gondola_velocity", "m/s")]
-        position, velocity, outputs = [*position, moved[0]], [*velocity, moved[1]], [*moved, *outputs]
-        inputs.append(("force_gondola", "N"))
-    return (*position, *velocity), (*inputs, *model.labels), tuple(outputs)
+def without_derivatives(a, given, c, direct):
+    """B, D and (D1, D2) of x' = A x + B0 u + B1 u' + B2 u'', y = C x + E0 u + E1 u' + E2 u''.
 
+    States become x less a multiple of u and u': with x = q + G1 u + G2 u', G2 = B2 and G1 = B1 + A B2,
 
-def _free_cable(model, damping, gondola, viscous):
-    """`LinearSystem` of the cable with free ends and the gondola, damped by the air, on end 2."""
-    mass, damping, end = model.mass.copy(), damping.copy(), len(model.names) + GONDOLA
-    if gondola is not None:
-        mass[end, end] += gondola
-        damping[end, end] += viscous
-    names = (*((name, MODAL) for name in model.names), *((name, "m") for name in NAMES))
-    return LinearSystem(mass, damping, model.stiffness, coordinates=names)
+        q' = A q + (B0 + A G1) u,      y = C q + (E0 + C G1) u + (E1 + C G2) u' + E2 u''.
+
+    Parameters
+    ----------
+    a, c : ndarray, shapes (n, n) and (o, n)
+    given, direct : sequence of 3 ndarray, shapes (n, i) and (o, i)
+        B0, B1, B2, and E0, E1, E2.
+    """
+    first = given[1] + a @ given[2]
+    return given[0] + a @ first, direct[0] + c @ first, (direct[1] + c @ given[2], direct[2])

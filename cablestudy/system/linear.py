@@ -46,6 +46,8 @@ class LinearSystem:
         Name and unit of each.
     feedback : tuple of ActuatorFeedback
         Forces f = gain(s) acts measured z of actuators, see `control.motion`.
+    scale : ndarray, shape (n,), optional
+        By what each displacement is weighted as a state; without it by about its frequency alone. [rad/s]
     """
 
     mass: np.ndarray
@@ -59,6 +61,7 @@ class LinearSystem:
     inputs: tuple = ()
     outputs: tuple = ()
     feedback: tuple = ()
+    scale: np.ndarray | None = None
 
     def __len__(self):
         return self.mass.shape[0]
@@ -141,7 +144,9 @@ class LinearSystem:
 
     @cached_property
     def unit(self):
-        """About the frequency of each coordinate alone, by which its displacement is weighted as a state. [rad/s]"""
+        """By what each displacement is weighted as a state: `scale`, or about its frequency alone. [rad/s]"""
+        if self.scale is not None:
+            return self.scale
         stiffness, mass = np.diagonal(self.stiffness).real, np.diagonal(self.mass)
         return np.sqrt(np.where(stiffness > 0, stiffness, mass) / mass)
 
@@ -265,6 +270,7 @@ class LinearSystem:
             driven=tuple(space.T @ part for part in self.driven),
             moved=tuple(part @ space for part in self.moved),
             feedback=tuple(replace(one, measured=one.measured @ space, acts=one.acts @ space) for one in self.feedback),
+            scale=None,
         )
 
     def viscous(self):
