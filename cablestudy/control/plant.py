@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.gondola import gondola_mode
-from cablestudy.control.law import INTEGRATOR, Law, series
+from cablestudy.control.law import INTEGRATOR, Law
 from cablestudy.control.margins_grid import frequencies
 from cablestudy.control.pose_equations import Allocation, equations
 from cablestudy.control.stability import UNDAMPED, Limit, judge, largest_gain, limit_near
@@ -157,25 +157,6 @@ class Plant:
             return (1 / s) if self.notch is None else self.notch(s) / s
         return self.law(s) if self.notch is None else self.law(s) * self.notch(s)
 
-    def filter_to(self, highest):
-        """s C over its gain as a state space, and the names of its states.
-
-        Parameters
-        ----------
-        highest : float
-            Up to where the delay is right. [rad/s]
-
-        Returns
-        -------
-        filtering : tuple of 4 ndarray
-            a, b, c, d.
-        names : list of str
-        """
-        own, names = self.law.state_space(highest)
-        if self.notch is None:
-            return own, names
-        return series(self.notch.state_space, own), ["notch_1", "notch_2", *names]
-
     @cached_property
     def _integrator(self):
         return self.law == INTEGRATOR
@@ -204,7 +185,7 @@ class Plant:
         return replace(system, damping=damping)
 
     def closed_of(self, cable, highest=None):
-        """A of the closed loop with a model of the cable, as A0 + gain A1; see `filter_to` for `highest`."""
+        """A of the closed loop with a model of the cable, as A0 + gain A1; a delay is right up to `highest` [rad/s]."""
         return self.feedback(self.system_of(cable), highest)
 
     def feedback(self, system, highest=None):

@@ -25,6 +25,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from cablestudy.control.pose_equations import Allocation, Control, rows
+from cablestudy.control.proper import channels
 from cablestudy.control.reduction import truncated
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.system.linear import MASSLESS_MOTION, MODAL, LinearSystem, equivalent_viscous
@@ -197,7 +199,7 @@ def cable(model, chosen=None, residual=True, forces=None):
     """
     system = _free_cable(model, chosen, residual, forces)
     n = len(system) - ENDS
-    return _state_space(system, np.arange(n), n + np.arange(ENDS), [(name, "m") for name in NAMES])
+    return state_space_of(*_moving(system, np.arange(n), n + np.arange(ENDS), [(name, "m") for name in NAMES]))
 
 
 @np.errstate(all="ignore")
@@ -221,10 +223,15 @@ def coupled(model, mass, location="ground", chosen=None, residual=True, forces=N
         Inputs: winch u, force on the gondola, then `forces`. Outputs: position and velocity of the gondola, forces at
         the ends. The gondola's position needs no `derivatives`.
     """
+    return state_space_of(*_coupled(model, mass, location, chosen, residual, forces, damping))
+
+
+def _coupled(model, mass, location, chosen, residual, forces, damping):
+    """The two systems of `_moving` for `coupled`."""
     system = _free_cable(model, chosen, residual, forces)
     n = len(system) - ENDS
     end = GONDOLA if location == "gondola" else GROUND
-    return _state_space(system, np.append(np.arange(n), n + GONDOLA), [n + end], [("winch", "m")], (mass, damping))
+    return _moving(system, np.append(np.arange(n), n + GONDOLA), [n + end], [("winch", "m")], (mass, damping))
 
 
 @np.errstate(all="ignore")
@@ -243,83 +250,29 @@ def closed(loop, chosen=None, residual=True, forces=None):
     -------
     StateSpace
         Inputs: force on the gondola, then `forces`, then the reference of the gondola's position. Outputs: those of
-        `coupled`, then the winch. States: those of `coupled`, those of the controller's filter, as two of the notch
-        where there is one, the winch (the integrator).
+        `coupled`, then the winch. States: those of `coupled`, two of the notch where there is one, those of the law,
+        the winch (the integrator).
     """
-    plant = coupled(loop.cable, loop.mass, loop.location, chosen, residual, forces, loop.damping)
-    omega = loop.cable.omega if chosen is None else loop.cable.omega[chosen]
-    filtering, names = loop.filter_to(loop.plant.right_up_to(omega))
-    fed = feedback(plant, [0], [filtering], loop.shares)
-    n, size = len(plant.a), len(fed.a)
-    c = np.pad(plant.c, ((0, 1), (0, size - n)))
-    c[:-1, -1], c[-1, -1] = plant.d[:, 0], 1.0
-    b = np.concatenate([fed.b[:, 2:], fed.b[:, :1]], axis=1)  # nothing is added to the movement of the winch
-    d = np.pad(plant.d[:, 1:], ((0, 1), (0, 1)))
-    # the winch is a state: its velocity by states and inputs is known, and so is its acceleration
-    velocity, given = fed.a[-1], b[-1]
-    d1, d2 = (matrix[:, 0] for matrix in plant.derivatives)
-    c[:-1] += np.outer(d1, velocity) + np.outer(d2, velocity @ fed.a)
-    d[:-1] += np.outer(d1, given) + np.outer(d2, velocity @ b)
-    first = np.zeros_like(d)
-    first[:-1] = np.outer(d2, given)
-    states = (*plant.states, *((name, "m") for name in names), ("winch", "m"))
-    inputs, outputs = (*plant.inputs[1:], ("reference", "m")), (*plant.outputs, ("winch", "m"))
-    return StateSpace(fed.a, b, c, d, states, inputs, outputs, (first, np.zeros_like(d)))
+    system = closed_with_winch(loop, loop.cable, chosen, residual, forces)
+    return channels(system, [*range(2, len(system.inputs)), 0])
 
 
-@dataclass(frozen=True)
-class Feedback:
-    """The closed loop x' = A x + B u of k measured coordinates and i winches.
-
-    Attributes
-    ----------
-    a : ndarray, shape (n, n)
-        States: those of the plant, of the filter of each coordinate, the winches without what is added to them.
-    b : ndarray, shape (n, k + i + j)
-        Inputs: reference of each measured coordinate, what is added to the movement of each winch, forces.
-    measured : tuple of 2 ndarray, shapes (k, n) and (k, k + i + j)
-        The coordinates by states and inputs.
-    """
-
-    a: np.ndarray
-    b: np.ndarray
-    measured: tuple
-
-
-def feedback(plant, measured, filters, shares):
-    """`Feedback` of winches that integrate what is measured: v' = shares F (y - reference).
-
-    Parameters
-    ----------
-    plant : StateSpace
-        Its first inputs are the winches, the others forces.
-    measured : sequence of int
-        Which of its outputs are measured: displacements, which need no derivatives of the inputs.
-    filters : sequence of tuple of 4 ndarray
-        F of each coordinate as a state space: a, b, c, d.
-    shares : ndarray, shape (i, k)
-        Velocity of each winch per filtered coordinate, gain and sign included.
-    """
-    measured = list(measured)
-    n, count, winches = len(plant.a), len(measured), len(shares)
-    size = n + sum(len(own) for own, *_ in filters) + winches
-    inputs = count + len(plant.inputs)
-    a, b = np.zeros((size, size)), np.zeros((size, inputs))
-    a[:n, :n], a[:n, size - winches :], b[:n, count:] = plant.a, plant.b[:, :winches], plant.b
-    observed, at_once = np.zeros((count, size)), np.zeros((count, inputs))
-    observed[:, :n], observed[:, size - winches :] = plant.c[measured], plant.d[measured, :winches]
-    at_once[:, count:] = plant.d[measured]
-    error = at_once - np.eye(count, inputs)
-    filtered, given, begin = np.zeros((count, size)), np.zeros((count, inputs)), n
-    for place, (own, into, shown, direct) in enumerate(filters):
-        states = slice(begin, begin + len(own))
-        a[states], b[states] = np.outer(into, observed[place]), np.outer(into, error[place])
-        a[states, states] += own
-        filtered[place], given[place] = direct * observed[place], direct * error[place]
-        filtered[place, states] += shown
-        begin += len(own)
-    a[size - winches :], b[size - winches :] = shares @ filtered, shares @ given
-    return Feedback(a, b, (observed, at_once))
+@np.errstate(all="ignore")
+def closed_with_winch(loop, model, chosen=None, residual=True, forces=None):
+    """`closed` of a model of the cable, with the inputs reference, what is added to the winch's movement, forces."""
+    system, _ = _coupled(model, loop.mass, loop.location, chosen, residual, forces, loop.damping)
+    omega = model.omega if chosen is None else model.omega[chosen]
+    law, names = loop.law.state_space(loop.plant.right_up_to(omega))
+    measured, sign = np.eye(len(system))[-1:], -1.0 if loop.location == "gondola" else 1.0
+    control = Control(Allocation(measured, np.array([[sign]])), loop.gain, (loop.notch,), law, names)
+    by_force, held = system.driven[0][:, 1:], system.follow[0][:, 1:]
+    driven, follow = (tuple(part[:, :1] for part in parts) for parts in (system.driven, system.follow))
+    scaled = replace(system, driven=driven, follow=follow, scale=_scale(system))
+    _, whole, (reeled, _), shown = rows(scaled, by_force, control, direct=held)
+    names = [*(("notch_1", "notch_2") if loop.notch else ()), *names, "winch"]
+    states = *_states(system), *((name, "m") for name in names)
+    inputs, outputs = (("reference", "m"), *system.inputs), (*system.outputs, ("winch", "m"))
+    return from_rows(whole, np.concatenate([shown, reeled]), states, inputs, outputs)
 
 
 def _free_cable(model, chosen, residual, forces):
@@ -366,8 +319,8 @@ def _check_finite(**matrices):
         raise NoSolutionError(f"the state space overflows: {', '.join(wrong)} would have entries that are not finite")
 
 
-def _state_space(cable, free, imposed, inputs, gondola=None):
-    """`StateSpace` of a `_free_cable` whose coordinates `free` move while `imposed` are inputs.
+def _moving(cable, free, imposed, inputs, gondola=None):
+    """A `_free_cable` whose coordinates `free` move while `imposed` are inputs, and itself: two real `LinearSystem`.
 
     On the last free one is a gondola of some mass [kg] and viscous damping [N s/m], where these are given.
     """
@@ -408,7 +361,7 @@ def _state_space(cable, free, imposed, inputs, gondola=None):
         inputs=tuple(inputs),
         outputs=tuple(outputs),
     )
-    return state_space_of(kept, whole)
+    return kept, whole
 
 
 @np.errstate(all="ignore")  # StateSpace refuses what overflows
@@ -428,37 +381,36 @@ def state_space_of(system, whole=None):
     NoSolutionError
         Something that moves has no mass, or entries overflow.
     """
-    modal = np.array([unit == MODAL for _, unit in system.coordinates], dtype=bool)
-    scale = np.where(modal, np.sqrt(np.diagonal(system.stiffness)), 1.0)
     try:
-        a, lower = replace(system, scale=scale).first_order
+        _, whole_rows, _, shown = rows(replace(system, scale=_scale(system)), np.zeros((len(system), 0)))
     except np.linalg.LinAlgError:
         raise NoSolutionError(MASSLESS_MOTION) from None
-    n = len(system)
-    given = [np.concatenate([np.zeros_like(part), part]) for part in lower]
-    place, speed, acceleration = system.moved
-    c = np.concatenate([place / scale, speed], axis=1) + acceleration @ a[n:]
-    direct = [own + acceleration @ part for own, part in zip(system.follow, lower, strict=True)]
-    placed = [
-        (f"{name}_amplitude", f"{unit}/s") if unit == MODAL else (name, unit) for name, unit in system.coordinates
-    ]
-    moving = [(f"{name.removesuffix('_position')}_velocity", f"{unit}/s") for name, unit in system.coordinates]
-    b, d, derivatives = without_derivatives(a, given, c, direct)
-    return StateSpace(a, b, c, d, (*placed, *moving), system.inputs, system.outputs, derivatives, whole or system)
+    return from_rows(whole_rows, shown, _states(system), system.inputs, system.outputs, whole or system)
 
 
-def without_derivatives(a, given, c, direct):
-    """B, D and (D1, D2) of x' = A x + B0 u + B1 u' + B2 u'', y = C x + E0 u + E1 u' + E2 u''.
+def _scale(system):
+    """W of modal amplitudes, and one, shape (n,)."""
+    modal = np.array([unit == MODAL for _, unit in system.coordinates], dtype=bool)
+    return np.where(modal, np.sqrt(np.diagonal(system.stiffness)), 1.0)
 
-    States become x less a multiple of u and u': with x = q + G1 u + G2 u', G2 = B2 and G1 = B1 + A B2,
 
-        q' = A q + (B0 + A G1) u,      y = C q + (E0 + C G1) u + (E1 + C G2) u' + E2 u''.
+def _states(system):
+    """Name and unit of each state: list."""
+    names = system.coordinates
+    placed = [(f"{name}_amplitude", f"{unit}/s") if unit == MODAL else (name, unit) for name, unit in names]
+    return placed + [(f"{name.removesuffix('_position')}_velocity", f"{unit}/s") for name, unit in names]
 
-    Parameters
-    ----------
-    a, c : ndarray, shapes (n, n) and (o, n)
-    given, direct : sequence of 3 ndarray, shapes (n, i) and (o, i)
-        B0, B1, B2, and E0, E1, E2.
+
+def from_rows(whole, shown, states, inputs, outputs, second_order=None):
+    """`StateSpace` of x' and y as rows over x, u, u', u'' (`pose_equations.rows`), without derivatives on the states.
+
+    With x = q + G1 u + G2 u', G2 = B2 and G1 = B1 + A B2,
+
+        q' = A q + (B0 + A G1) u,      y = C x + E0 u + E1 u' + E2 u'' = C q + (E0 + C G1) u + (E1 + C G2) u' + E2 u''.
     """
+    places = len(whole) + len(inputs) * np.arange(3)
+    a, *given = np.split(whole, places, axis=1)
+    c, *direct = np.split(shown, places, axis=1)
     first = given[1] + a @ given[2]
-    return given[0] + a @ first, direct[0] + c @ first, (direct[1] + c @ given[2], direct[2])
+    b, d, derivatives = given[0] + a @ first, direct[0] + c @ first, (direct[1] + c @ given[2], direct[2])
+    return StateSpace(a, b, c, d, tuple(states), tuple(inputs), tuple(outputs), derivatives, second_order)
