@@ -18,9 +18,9 @@ import numpy as np
 from cablestudy.control.gondola import gondola_mode
 from cablestudy.control.law import INTEGRATOR, Law
 from cablestudy.control.margins_grid import frequencies
-from cablestudy.control.pose_equations import Allocation, equations
 from cablestudy.control.stability import UNDAMPED, Limit, judge, largest_gain, limit_near
 from cablestudy.errors import NoSolutionError
+from cablestudy.system.first_order import Allocation, equations
 from cablestudy.system.linear import assemble, upper
 from cablestudy.system.superelement import GONDOLA, GROUND, Superelement
 

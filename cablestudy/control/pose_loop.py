@@ -19,10 +19,10 @@ import numpy as np
 from cablestudy.control.law import INTEGRATOR, REACH, SMALL, Law
 from cablestudy.control.margins import Margins, sensitivity
 from cablestudy.control.margins_grid import AT_ONCE, curve, eigenvalues, frequencies
-from cablestudy.control.motion import Motion
-from cablestudy.control.pose_equations import DEPENDENT, Allocation, equations
-from cablestudy.control.residues import eigen, eigen_apart, poles_of
 from cablestudy.errors import NoSolutionError
+from cablestudy.system.first_order import DEPENDENT, Allocation, equations
+from cablestudy.system.linear import LinearSystem
+from cablestudy.system.residues import eigen, eigen_apart, poles_of
 
 STILL = 1e-3  # static gain of a coordinate over the largest, below which winches do not move it
 GROWING = 1e-9  # growth over frequency that is called instability, as for one cable
@@ -38,7 +38,7 @@ def moved_by_winches(motion, measured, sizes):
 
     Parameters
     ----------
-    motion : Motion
+    motion : LinearSystem
     measured : ndarray, shape (k, m)
     sizes : ndarray, shape (k,)
         Length that makes a rotation comparable with a displacement; 1 for these. [m]
@@ -77,7 +77,7 @@ class PoseLoop:
 
     Attributes
     ----------
-    motion : Motion
+    motion : LinearSystem
     allocation : Allocation
     gain : float
         Of an integrator; of another law what it is multiplied by. [rad/s]
@@ -87,7 +87,7 @@ class PoseLoop:
         What all winches do with what the notches pass.
     """
 
-    motion: Motion
+    motion: LinearSystem
     allocation: Allocation
     gain: float
     notches: tuple
@@ -98,7 +98,7 @@ class PoseLoop:
         return replace(self, gain=gain)
 
     def within(self, space):
-        """The same in a space of its coordinates, see `Motion.within`."""
+        """The same in a space of its coordinates, see `LinearSystem.within`."""
         allocation = replace(self.allocation, measured=self.allocation.measured @ space)
         return replace(self, motion=self.motion.within(space), allocation=allocation)
 
@@ -128,7 +128,7 @@ class PoseLoop:
         -------
         ndarray, shape (3, N, k k)
         """
-        compliance, (k, _) = self.motion.compliance, self.allocation.measured.shape
+        compliance, (k, _) = self.motion.residues, self.allocation.measured.shape
         seen = (self.allocation.measured @ compliance.shown).T
         pulled = [compliance.given @ part @ self.allocation.shares for part in self.motion.driven]
         return np.stack([(seen[:, :, None] * part[:, None, :]).reshape(-1, k * k) for part in pulled])

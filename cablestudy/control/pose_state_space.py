@@ -1,6 +1,6 @@
 """A suspension with its actuators, and with the loop of its winches, as a state space.
 
-The equations are those of `pose_equations`, without derivatives of the inputs on the states (`from_rows`).
+The equations are those of `system.first_order`, without derivatives of the inputs on the states (`from_rows`).
 A state on which derivatives of an input act is its quantity less a multiple of that input; outputs are never shifted.
 """
 
@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cablestudy.control.pose_equations import rows
+from cablestudy.control.margins import sensitivity
 from cablestudy.control.proper import channels
-from cablestudy.control.residues import Residues
 from cablestudy.control.statespace import from_rows
+from cablestudy.system.first_order import rows
+from cablestudy.system.residues import Residues
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ def state_space(motion, forces, labels, loop=None, actuators=(), added=False):
 
     Parameters
     ----------
-    motion : Motion
+    motion : LinearSystem
     forces : ndarray, shape (m, j)
         Force on each coordinate by each input that is a force.
     labels : Labels
@@ -80,7 +81,7 @@ def by_forces(motion, forces, loop=None, actuators=(), direct=None):
     """B, C and D with the forces as the only inputs, and without the lengths of the winches among the outputs.
 
     Arguments are those of `state_space`, and `direct`, shape (o, j): how much of each force is in each output of the
-    motion at once. A is that of `PoseLoop.eigen`, or of `Motion.eigen` without a loop.
+    motion at once. A is that of `PoseLoop.eigen`, or of `LinearSystem.eigen` without a loop.
     """
     _, whole, _, shown = rows(motion, forces, loop, actuators, direct)
     return _by_forces(whole, shown, forces)
@@ -144,7 +145,9 @@ class ExactResponse:
             s[:, None, None] ** order * (fractions @ b[:, : self._winches] + d[:, : self._winches])
             for order, (b, d) in enumerate(given)
         )
-        error = loop.controller(s)[:, :, None] * (loop.sensitivity(s) @ by_forces[:, -count:])
+        filters = loop.controller(s)
+        gain = loop.gain * (by_winches[:, -count:] @ loop.allocation.shares) * filters[:, None, :]
+        error = filters[:, :, None] * (sensitivity(gain) @ by_forces[:, -count:])
         reeled = -loop.gain * loop.allocation.shares @ error
         return by_forces[:, :-count] + by_winches[:, :-count] @ reeled, reeled
 

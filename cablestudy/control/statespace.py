@@ -25,10 +25,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cablestudy.control.pose_equations import Allocation, Control, rows
 from cablestudy.control.proper import channels
 from cablestudy.control.reduction import truncated
 from cablestudy.errors import NoSolutionError, SceneError
+from cablestudy.system.first_order import Allocation, Control, rows
 from cablestudy.system.linear import MASSLESS_MOTION, MODAL, LinearSystem, equivalent_viscous
 from cablestudy.system.superelement import GONDOLA, GROUND, NAMES
 
@@ -402,7 +402,7 @@ def _states(system):
 
 
 def from_rows(whole, shown, states, inputs, outputs, second_order=None):
-    """`StateSpace` of x' and y as rows over x, u, u', u'' (`pose_equations.rows`), without derivatives on the states.
+    """`StateSpace` of x' and y as rows over x, u, u', u'' (`first_order.rows`), without derivatives on the states.
 
     With x = q + G1 u + G2 u', G2 = B2 and G1 = B1 + A B2,
 

@@ -16,6 +16,8 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.system.first_order import equations
+from cablestudy.system.residues import eigen, residues
 
 DENSE_LIMIT = 300  # coordinates up to which a full eigen-solution costs less than Lanczos iteration
 DEPENDENT = 1e-10  # size of a vector over the largest, below which rounding determines it
@@ -48,6 +50,8 @@ class LinearSystem:
         Forces f = gain(s) acts measured z of actuators, see `control.motion`.
     scale : ndarray, shape (n,), optional
         By what each displacement is weighted as a state; without it by about its frequency alone. [rad/s]
+    shapes : ndarray, shape (m, k), optional
+        The first coordinates in terms of those of another system; the others are none of it.
     """
 
     mass: np.ndarray
@@ -62,6 +66,7 @@ class LinearSystem:
     outputs: tuple = ()
     feedback: tuple = ()
     scale: np.ndarray | None = None
+    shapes: np.ndarray | None = None
 
     def __len__(self):
         return self.mass.shape[0]
@@ -151,17 +156,17 @@ class LinearSystem:
         return np.sqrt(np.where(stiffness > 0, stiffness, mass) / mass)
 
     @cached_property
-    def first_order(self):
-        """A of x' = A x + (B0 + B1 d/dt + B2 d2/dt2) v for the states (w z, z'), and the lower halves of B0, B1, B2.
+    def eigen(self):
+        """`Eigen` of the equations of first order, winches at rest."""
+        return eigen(equations(self).fixed)
 
-        The upper halves are zero.
-        """
-        n, unit = len(self.mass), self.unit
-        solved = np.linalg.solve(self.mass, np.concatenate([self.stiffness / unit, self.damping, *self.driven], axis=1))
-        a = np.zeros((2 * n, 2 * n), dtype=solved.dtype)
-        a[np.arange(n), n + np.arange(n)] = unit
-        a[n:] = -solved[:, : 2 * n]
-        return a, tuple(np.split(solved[:, 2 * n :], 3, axis=1))
+    @cached_property
+    def residues(self):
+        """Coordinates by forces on them, winches at rest: `Residues`."""
+        found, inverse = equations(self), np.linalg.inv(self.mass)
+        forced = np.zeros((found.places.shape[1], len(self)))
+        forced[len(self) : 2 * len(self)] = inverse
+        return residues(self.eigen, forced, found.places, np.zeros_like(inverse))
 
     def few(self, kept, orders):
         """A space for `within`: some of the modal coordinates, vectors that stand for all others, and the bodies.
@@ -213,12 +218,12 @@ class LinearSystem:
     @cached_property
     def poles(self):
         """Winches at rest: upper half plane and real axis. [rad/s]"""
-        return upper(np.linalg.eigvals(self.first_order[0]))
+        return upper(np.linalg.eigvals(equations(self).fixed))
 
     @cached_property
     def pole_shares(self):
         """The poles, and the share of each in the static compliance of each body's displacement, shape (b, k). [-]"""
-        values, vectors = np.linalg.eig(self.first_order[0])
+        values, vectors = np.linalg.eig(equations(self).fixed)
         n, body = len(self.mass), slice(len(self.mass) - self.bodies, len(self.mass))
         force = np.zeros((2 * n, self.bodies), dtype=complex)
         force[n:] = np.linalg.inv(self.mass)[:, body]
@@ -271,6 +276,7 @@ class LinearSystem:
             moved=tuple(part @ space for part in self.moved),
             feedback=tuple(replace(one, measured=one.measured @ space, acts=one.acts @ space) for one in self.feedback),
             scale=None,
+            shapes=None,
         )
 
     def viscous(self):

@@ -10,11 +10,11 @@ import numpy as np
 
 from cablestudy.control.motion import Actuator, basis, motion
 from cablestudy.control.pose_state_space import ExactResponse, by_forces, winch_speeds
-from cablestudy.control.residues import beside, residues
 from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, second_order
 from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
+from cablestudy.system.residues import beside, residues
 from cablestudy.wind.gusts import gusts
 from cablestudy.wind.mean import Drag
 from cablestudy.wind.strips import strips
@@ -219,7 +219,7 @@ class LinearMotion:
 
     @cached_property
     def fewer_motion(self):
-        """The `Motion` in that space."""
+        """The `motion` in that space."""
         return self.motion.within(self.fewer)
 
     def residues_of(self, motion, loop=None, space=None, speeds=False):
@@ -227,7 +227,7 @@ class LinearMotion:
 
         Parameters
         ----------
-        motion : Motion
+        motion : LinearSystem
             That of this object, or in a space of its coordinates.
         loop : PoseLoop, optional
             Of this motion.
@@ -296,12 +296,12 @@ class LinearMotion:
 
     @cached_property
     def motion(self):
-        """`Motion`."""
+        """`LinearSystem`."""
         return self._motion_of(self._whole)
 
     @cached_property
     def viscous_motion(self):
-        """`Motion` for a state space: with viscous damping in place of hysteretic, see `LinearSystem.viscous`."""
+        """`motion` for a state space: with viscous damping in place of hysteretic, see `LinearSystem.viscous`."""
         whole = self._whole.viscous()
         return self.motion if whole is self._whole else self._motion_of(whole)
 

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.control import loop_response
-from cablestudy.control.pose_equations import Control
 from cablestudy.control.pose_state_space import Labels, state_space
 from cablestudy.control.statespace import MODAL
 from cablestudy.control.suspension import labels
@@ -17,6 +16,7 @@ from cablestudy.study.loop_report import CURVES, decibels
 from cablestudy.study.ssm import number_of
 from cablestudy.study.suspension.wind_report import coordinate_table, loop_table
 from cablestudy.study.table import Field, Table
+from cablestudy.system.first_order import Control
 from cablestudy.system.suspension import AXES
 
 TURNS = ("roll", "pitch", "yaw")

@@ -1,4 +1,4 @@
-"""The loop of several winches, and a suspension without it, as equations of first order.
+"""A linear system with the loop of its winches, or without it, as equations of first order.
 
     x' = (A0 + gain sum A_j) x + B0 u + B1 u' + B2 u''
 
@@ -12,8 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cablestudy.control.law import NOTHING
-
+NOTHING = np.zeros((0, 0)), np.zeros(0), np.zeros(0), 1.0  # a law of no states that passes what it is given
 DEPENDENT = 1e-3  # singular value of the static gain over the largest, below which a pose is not corrected
 
 
