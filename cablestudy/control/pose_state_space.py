@@ -46,7 +46,7 @@ def state_space(motion, forces, labels, loop=None, actuators=(), added=False):
     forces : ndarray, shape (m, j)
         Force on each coordinate by each input that is a force.
     labels : Labels
-    loop : PoseLoop or Control, optional
+    loop : PoseLoop or LinearControl, optional
         With the motion as above.
     actuators : sequence of Actuator
         Those of the motion.

@@ -26,9 +26,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cablestudy.control.proper import channels
-from cablestudy.control.reduction import truncated
 from cablestudy.errors import NoSolutionError, SceneError
-from cablestudy.system.first_order import Allocation, Control, rows
+from cablestudy.system.first_order import Allocation, LinearControl, rows
 from cablestudy.system.linear import MASSLESS_MOTION, MODAL, LinearSystem, equivalent_viscous
 from cablestudy.system.superelement import GONDOLA, GROUND, NAMES
 
@@ -264,7 +263,7 @@ def closed_with_winch(loop, model, chosen=None, residual=True, forces=None):
     omega = model.omega if chosen is None else model.omega[chosen]
     law, names = loop.law.state_space(loop.plant.right_up_to(omega))
     measured, sign = np.eye(len(system))[-1:], -1.0 if loop.location == "gondola" else 1.0
-    control = Control(Allocation(measured, np.array([[sign]])), loop.gain, (loop.notch,), law, names)
+    control = LinearControl(Allocation(measured, np.array([[sign]])), loop.gain, (loop.notch,), law, names)
     by_force, held = system.driven[0][:, 1:], system.follow[0][:, 1:]
     driven, follow = (tuple(part[:, :1] for part in parts) for parts in (system.driven, system.follow))
     scaled = replace(system, driven=driven, follow=follow, scale=_scale(system))
@@ -281,7 +280,7 @@ def _free_cable(model, chosen, residual, forces):
     Inputs are forces along the cable. Omitted modes contribute to D and Mr, or to nothing without `residual`.
     """
     chosen = np.arange(len(model.omega)) if chosen is None else np.asarray(chosen, dtype=int)
-    source = model.condense(chosen) if residual else truncated(model, chosen)
+    source = model.condense(chosen) if residual else model.truncate(chosen)
     n = len(chosen)
     mass = np.eye(n + ENDS)
     mass[n:, n:] = source.residual_inertia

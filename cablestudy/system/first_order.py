@@ -36,7 +36,7 @@ class Allocation:
 
 
 @dataclass(frozen=True)
-class Control:
+class LinearControl:
     """What closes the loop, as `PoseLoop` has it too.
 
     Attributes
@@ -207,7 +207,7 @@ def rows(system, forces, loop=None, actuators=(), direct=None):
     system : LinearSystem
     forces : ndarray, shape (m, j)
         Force on each coordinate by each input that is a force.
-    loop : Control or PoseLoop, optional
+    loop : LinearControl or PoseLoop, optional
     actuators : sequence of Actuator
         Those of the system.
     direct : ndarray, shape (o, j), optional

@@ -304,7 +304,7 @@ class LinearSystem:
 
         About the static displacements K^-1 B0 u a mode moves by w^2 m/(W^2 - w^2) with m = Phi^T (B0/W^2 - B2), and at
         its frequency the output is W^2 (C0/W^2 - C2) Phi of it. The share is that of |(C0/W^2 - C2) Phi m|, for two
-        ends of a cable as in `reduction.inertia_share`.
+        ends of a cable as in `Superelement.inertia_share`.
         """
         compliance, shapes = self.strain_modes
         inertia = compliance * (shapes.T @ self.driven[0][:, input_]) - shapes.T @ self.driven[2][:, input_]

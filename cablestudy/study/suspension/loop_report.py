@@ -16,7 +16,7 @@ from cablestudy.study.loop_report import CURVES, decibels
 from cablestudy.study.ssm import number_of
 from cablestudy.study.suspension.wind_report import coordinate_table, loop_table
 from cablestudy.study.table import Field, Table
-from cablestudy.system.first_order import Control
+from cablestudy.system.first_order import LinearControl
 from cablestudy.system.suspension import AXES
 
 TURNS = ("roll", "pitch", "yaw")
@@ -140,7 +140,7 @@ def _responses(movement, motion, space, output, input_, components, time):
     coordinates = tuple((f"coordinate_{k + 1}", MODAL) for k in range(size))
     measured = tuple((name, _unit(name)) for name in movement.measured)
     named = Labels(coordinates, winches, ((GUST, "m/s"),), outputs, measured)
-    control = Control(allocation, loop.gain, loop.notches, loop.law_space, loop.law_names)
+    control = LinearControl(allocation, loop.gain, loop.notches, loop.law_space, loop.law_names)
     closed = state_space(motion, loads, named, control, movement.actuators, added=True)
     alone = state_space(motion, loads, named, None, movement.actuators)
     reeled = [closed.output_names.index(name) for name, _ in winches]
