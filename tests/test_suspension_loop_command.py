@@ -67,9 +67,9 @@ def test_a_small_rise_of_the_wind_moves_the_suspension_to_its_equilibrium_in_tha
 
 def test_singular_values_are_those_of_the_loop():
     rows = table_of("loop", NET, "--response", "0.05Hz:2Hz:4")
-    loop = solved()[1].in_wind.movement.loop
+    movement = solved()[1].in_wind.movement
     frequency = np.array([row["frequency_Hz"] for row in rows])
-    gain = loop.gain * loop.unit_gain(2j * np.pi * frequency)
+    gain = movement.loop.gain * movement.gains.loop_gain(2j * np.pi * frequency)
     expected = 1 / np.linalg.svd(np.eye(gain.shape[-1]) + gain, compute_uv=False)
     for name, value in (("largest", expected[:, -1]), ("smallest", expected[:, 0])):
         assert [row[f"sensitivity_{name}_dB"] for row in rows] == pytest.approx(20 * np.log10(value), abs=1e-6)

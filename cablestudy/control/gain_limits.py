@@ -1,26 +1,31 @@
-"""Gains up to which a loop of several winches is stable, and with which the peak of its sensitivity is bounded.
+"""Gains with which a loop of several winches is stable, and with which the peak of its sensitivity is bounded.
 
-Of a loop that is stable without gain the least gain at which a pole crosses to the right (`margins_crossings`) is the
-largest stable one. Eigenvalues of the closed loop on either side of it confirm that no crossing is missing.
+Of a loop that is stable without gain, a pole crosses to the right or to the left at each gain at which an eigenvalue of
+the loop gain L is -1 at some frequency (`margins_crossings`): with any gain as many poles are to the right as have
+crossed to the right more often than to the left, and the least gain of a crossing to the right is the largest stable
+one. So stability follows from the curve of L over frequency alone, with all modes that L has.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.margins import gain_of_peak, sensitivity
+from cablestudy.control.law import SMALL
+from cablestudy.control.margins import Margins, gain_of_peak, sensitivity
 from cablestudy.control.margins_crossings import crossing_near, crossings, refined
-from cablestudy.control.margins_grid import by_parts, curve, eigenvalues
-from cablestudy.control.pose_loop import growth_of
-from cablestudy.errors import NoSolutionError
+from cablestudy.control.margins_grid import beside, by_parts, curve, eigenvalues, frequencies
+from cablestudy.control.stability import NEGLIGIBLE
 
-ASIDE = 0.03  # relative distance of the gains on either side of a crossing that eigenvalues judge
+ASIDE = 0.03  # relative distance of a gain above a crossing at which a pole counts that grows by less than NEGLIGIBLE
 TOGETHER = 2.0  # factors up to so many times the least one are refined at once
 SIMILAR = 0.1  # relative distance of two frequencies up to which they belong to one crossing
 NEAR = 0.5  # relative distance of an eigenvalue from -1 over a gain up to which it may cross near that gain
 FIRST_STEP = 1e-6  # relative, of the search for a crossing near another one
-SETTLED = 1e-12  # relative, of a frequency or gain that is found
+SETTLED = 1e-12  # relative, of a frequency that is found
 HIGHEST = 1e3  # gain up to which the sensitivity of a loop without limit is looked at, over its highest pole
+ZERO = 1e-9  # size of a pole over that of the largest, below which it is that of an integral, zero
+CLOSED = 3.0  # gains between which poles of the closed loop follow from a crossing, over its gain
 
 
 @dataclass(frozen=True)
@@ -39,37 +44,209 @@ class Limit:
     omega: float
 
 
-def largest_gain(loop):
-    """`Limit` with the least gain at which the loop is unstable; None where there is none.
+class StableGains:
+    """The loop gain over frequency, and what follows for the gain.
 
     Parameters
     ----------
-    loop : PoseLoop
-
-    Raises
-    ------
-    NoSolutionError
-        The suspension is unstable with the winches at rest, or the delay is too long to judge the loop.
+    loop_gain : callable
+        L over the gain: s, shape (f,) -> shape (f, k, k).
+    poles : ndarray
+        Without control, all stable: those beside which L changes. [rad/s]
+    notches : tuple of (Notch or None)
+    law : Law
     """
-    if growth_of(loop.open_poles) > 0:
-        raise NoSolutionError("the suspension is unstable with its winches at rest")
-    same = np.ones(len(loop.notches))
-    omega, _, values = loop.curve
-    return limit(lambda gain: growth_of(loop.poles_with(gain * same)), loop.unit_gain, omega, values)
+
+    def __init__(self, loop_gain, poles, notches, law):
+        self.loop_gain, self.law, size = loop_gain, law, np.abs(poles)
+        self.poles = poles[size > ZERO * size.max()]
+        self._first = frequencies(self.poles, notches, law)
+
+    @cached_property
+    def curve(self):
+        """Frequencies that show where eigenvalues of L cross the negative real axis, and L over the gain there.
+
+        Returns
+        -------
+        omega : ndarray, shape (f,)
+            [rad/s]
+        matrices : ndarray, shape (f, k, k)
+        values : ndarray, shape (f, k)
+            Eigenvalues of these.
+        """
+        return curve(self.loop_gain, self._first, upto=self.law.judged_up_to)
+
+    @cached_property
+    def _crossings(self):
+        omega, _, values = self.curve
+        return crossings(omega[None], values[None]).sorted()
+
+    @cached_property
+    def limit(self):
+        """`Limit` of the smallest gain at which a pole crosses to the right; None where none does.
+
+        Raises
+        ------
+        NoSolutionError
+            The delay is too long to judge the loop.
+
+        Notes
+        -----
+        With l the eigenvalue of L, 1 + g l(s) = 0, so that the pole moves by 1/(g dl/ds) per relative change of g.
+        Where it grows by less than NEGLIGIBLE of its frequency with a gain ASIDE above, it is called unstable only
+        from the gain on with which it grows by that much.
+        """
+        rest, best = self._crossings, None
+        while len(rest) and (best is None or rest.factor[0] < best.factor):
+            found, rest = _least(self.loop_gain, rest)
+            found = found.take(found.outward)
+            if len(found):
+                growth = (1j / (found.factor * found.slope)).real
+                share = NEGLIGIBLE * found.place / growth
+                factor = found.factor * (1 + np.where(share > ASIDE, share, 0.0))
+                least = int(np.argmin(factor))
+                if best is None or factor[least] < best.factor:
+                    best = Limit(float(factor[least]), float(found.place[least]))
+        if best is not None:
+            self.check_delay(best.factor)
+        return best
+
+    def unstable(self, gain):
+        """How many poles of the loop with a gain [rad/s] are to the right, pairs counted twice; raises as `limit`."""
+        self.check_delay(gain)
+        if self.limit is None or gain < self.limit.factor:
+            return 0
+        found = refined(self.loop_gain, self._crossings.take(self._crossings.factor < TOGETHER * gain))
+        return 2 * int(np.where(found.outward, 1, -1)[found.factor < gain].sum())
+
+    def check_delay(self, gain):
+        """Refuse a gain [rad/s] with which a delay is too long to judge the loop; see `Law.check_reach`."""
+        if self.law.delay and gain:
+            self.law.check_reach(self.large_up_to(SMALL / gain), gain)
+
+    @cached_property
+    def _largest(self):
+        """Size of the largest eigenvalue of L over the gain at the frequencies of the curve, shape (f,). [s]"""
+        return np.nan_to_num(np.abs(self.curve[2])).max(axis=1)
+
+    def large_up_to(self, size):
+        """Frequency above which no eigenvalue of L over the gain is larger than a size [s]. [rad/s]"""
+        return float(self.curve[0][self._largest >= size].max(initial=0.0))
+
+    def largest_beyond(self, omega):
+        """Size of the largest eigenvalue of L over the gain above a frequency [rad/s]. [s]"""
+        return float(self._largest[self.curve[0] > omega].max(initial=0.0))
+
+    def frequencies(self, gain):
+        """Those of the curve, and beside the poles of the loop with a gain [rad/s], ascending, shape (f,). [rad/s]"""
+        near = self._crossings
+        near = near.take((near.factor < CLOSED * gain) & (gain < CLOSED * near.factor))
+        poles = 1j * near.place + 1j / (near.factor * near.slope) * (gain / near.factor - 1)
+        added = beside(np.append(poles, -gain)) if gain else np.zeros(0)
+        low, high = self.curve[0][[0, -1]]
+        return np.union1d(self.curve[0], added[(added > low) & (added < high)])
+
+    def margins(self, gain):
+        """`Margins` of the loop with a gain. [rad/s]"""
+        return Margins(lambda s: gain * self.loop_gain(s), self.frequencies(gain))
+
+    def gain_of_peak(self, peak, most):
+        """The largest gain up to `most` with which the peak of the sensitivity is at most a value. [rad/s]
+
+        Parameters
+        ----------
+        peak : float
+            Above 1. [-]
+        most : float or None
+            Up to which the loop is stable; None where it always is. [rad/s]
+
+        Returns
+        -------
+        float or None
+            None where every gain has a lower peak.
+        """
+        gain, omega, reached = most or HIGHEST * np.abs(self.poles).max(), self.curve[0], False
+        for _ in range(2):  # beside the poles without the loop, then beside those with that gain
+            gain, found = gain_of_peak(lambda s: by_parts(self.loop_gain, s.imag), omega, peak, gain)
+            omega = np.union1d(omega, self.frequencies(gain))
+            reached = reached or found is not None
+        return gain if most or reached else None
+
+    def single_limits(self, gain):
+        """By how much the gain of each measured coordinate alone may grow, shape (k,); infinite where by any factor.
+
+        [-]
+
+        Parameters
+        ----------
+        gain : float
+            With which the loop is stable. [rad/s]
+
+        Returns
+        -------
+        ndarray
+            0 where the loop is unstable without this coordinate.
+
+        Notes
+        -----
+        With the other loops closed the loop gain of coordinate j is 1/S_jj - 1, S = (I + L)^-1.
+        """
+        omega, found = self.frequencies(gain), []
+
+        def others(s):
+            return 1 / sensitivity(gain * self.loop_gain(s)) - 1
+
+        known = by_parts(others, omega)
+        for own in range(known.shape[-1]):
+            place = np.s_[:, own : own + 1, own : own + 1]
+
+            def alone(s, place=place):
+                return others(s)[place]
+
+            closer, _, values = curve(alone, omega, known[place], self.law.judged_up_to)
+            found.append(_growth_allowed(alone, crossings(closer[None], values[None]).sorted()))
+        return np.array(found)
 
 
-def limit_near(loop, known):
-    """The least `Limit` of a loop of all winches near that of a similar loop; None where it has none there."""
+def _growth_allowed(function, rest):
+    """Factor above 1 at which a pole first crosses to the right; 0 where one is there without this gain."""
+    net = 0
+    while len(rest):
+        found, rest = _least(function, rest)
+        if len(found):
+            net += np.where(found.outward, 1, -1)[found.factor < 1].sum()
+            above = found.factor[found.outward & (found.factor > 1)]
+            if len(above):
+                return float(above.min()) if net >= 0 else 0.0
+    return np.inf if net >= 0 else 0.0
+
+
+def _least(function, rest):
+    """Of some `Crossings` that are sorted those with the least factors, to rounding, and the rest."""
+    near = rest.factor <= TOGETHER * rest.factor[0]
+    found = refined(function, rest.take(near))
+    return found if len(found) else rest.take(slice(0)), rest.take(~near)
+
+
+def limit_near(loop_gain, known):
+    """The least `Limit` of a loop gain near that of a similar one; None where it has none there.
+
+    Parameters
+    ----------
+    loop_gain : callable
+        As for `StableGains`.
+    known : Limit
+    """
     omega = known.omega
-    needed = -1 / eigenvalues(loop.exact_unit_gain(np.array([1j * omega])))[0]
+    needed = -1 / eigenvalues(loop_gain(np.array([1j * omega])))[0]
     near = needed[np.abs(needed - known.factor) < NEAR * known.factor]
     span = FIRST_STEP * omega, SIMILAR * omega, SETTLED * omega
-    found = [crossing_near(_followed(loop, one), omega, *span) for one in near]
+    found = [crossing_near(_followed(loop_gain, one), omega, *span) for one in near]
     found = [Limit(*map(float, one)) for one in found if one and one[0] > 0]
     return min(found, key=lambda one: one.factor, default=None)
 
 
-def _followed(loop, begin):
+def _followed(loop_gain, begin):
     """-1 over one eigenvalue of the loop gain over the gain, as a function of frequency [rad/s], from its first value.
 
     Of several that are alike it is the one nearest to the line through the last two.
@@ -77,7 +254,7 @@ def _followed(loop, begin):
     known = []
 
     def needed_gain(omega):
-        values = -1 / eigenvalues(loop.exact_unit_gain(np.array([1j * omega])))[0]
+        values = -1 / eigenvalues(loop_gain(np.array([1j * omega])))[0]
         expected = known[-1][1] if known else begin
         if len(known) > 1:
             (before, first), (last, second) = known[-2:]
@@ -86,92 +263,3 @@ def _followed(loop, begin):
         return known[-1][1]
 
     return needed_gain
-
-
-def single_limits(loop):
-    """By how much the gain of each measured coordinate alone may grow, shape (k,); infinite where by any factor. [-]
-
-    Notes
-    -----
-    With the other loops closed the loop gain of coordinate j is 1/S_jj - 1, S = (I + L)^-1.
-    """
-    found, gains = [], np.full(len(loop.notches), loop.gain)
-    omega = loop.response_frequencies
-
-    def others(s):
-        return 1 / sensitivity(loop.gain * loop.unit_gain(s)) - 1
-
-    known = by_parts(others, omega)
-    for place, own in enumerate(np.eye(len(gains), dtype=bool)):
-
-        def growth(factor, own=own):
-            return growth_of(loop.poles_with(np.where(own, factor, 1.0) * gains))
-
-        def alone(s, place=place):
-            return others(s)[:, place : place + 1, place : place + 1]
-
-        if growth(0.0) > 0:
-            found.append(0.0)
-            continue
-        closer, _, values = curve(alone, omega, known[:, place : place + 1, place : place + 1], loop.law.judged_up_to)
-        one = limit(growth, alone, closer, values)
-        found.append(np.inf if one is None else one.factor)
-    return np.array(found)
-
-
-def limit(growth, function, omega, values):
-    """`Limit` with the least factor above which a loop has a growing pole, or None.
-
-    Parameters
-    ----------
-    growth : callable
-        Factor of the gain -> `growth_of` the poles; not above 0 at the factor 0.
-    function : callable
-        The loop gain at factor 1: s, shape (f,) -> shape (f, k, k).
-    omega : ndarray, shape (f,)
-        Frequencies that show its crossings. [rad/s]
-    values : ndarray, shape (f, k)
-        Eigenvalues of the loop gain there.
-    """
-    from scipy.optimize import brentq
-
-    rest = crossings(omega[None], values[None]).sorted()
-    below = 0.0
-    while len(rest):
-        near = rest.factor <= TOGETHER * rest.factor[0]
-        found, rest = refined(function, rest.take(near)), rest.take(~near)
-        back = np.append(found.factor[~found.outward], rest.factor[~rest.outward])
-        for factor, place in zip(found.factor[found.outward], found.place[found.outward], strict=True):
-            returns = back[back > factor].min(initial=np.inf)
-            if growth(min((1 + ASIDE) * factor, np.sqrt(factor * returns))) <= 0:
-                below = factor
-                continue
-            low = max((1 - ASIDE) * factor, np.sqrt(max(below, back[back < factor].max(initial=0.0)) * factor))
-            if growth(low) > 0:
-                return Limit(float(brentq(growth, 0.0, low, rtol=SETTLED)), float(place))
-            return Limit(float(factor), float(place))
-    return None
-
-
-def sensitive_gain(loop, peak, most):
-    """The largest gain up to `most` with which the peak of the sensitivity is at most a value. [rad/s]
-
-    Parameters
-    ----------
-    loop : PoseLoop
-    peak : float
-        Above 1. [-]
-    most : float or None
-        Up to which the loop is stable; None where it always is. [rad/s]
-
-    Returns
-    -------
-    float or None
-        None where every gain has a lower peak.
-    """
-    gain, omega, reached = most or HIGHEST * np.abs(loop.open_poles).max(), loop.frequencies, False
-    for _ in range(2):  # beside the poles without the loop, then beside those with that gain
-        gain, found = gain_of_peak(lambda s: by_parts(loop.unit_gain, s.imag), omega, peak, gain)
-        omega = np.union1d(omega, loop.with_gain(gain).response_frequencies)
-        reached = reached or found is not None
-    return gain if most or reached else None

@@ -1,11 +1,11 @@
 """The loop gain of winches from the dynamic stiffness of the bodies, with all modes that the cables' elements have.
 
-    L(s) = P Z^-1 F A C1(s) N(s),    Z = s^2 M + K + sum of G^T S(s) G,    F = F_0 - sum of G^T S(s) H
+    L(s) = P Z^-1 F A C1(s) N(s),    Z = Z_b + sum of G^T S(s) G,    F = F_0 - sum of G^T S(s) H
 
-P picks what is measured, A shares it among the winches, M and K are mass and geometric stiffness of the bodies, S the
-dynamic stiffness of a cable at its six ends, G and H their displacements by the bodies and by the lengths reeled in,
-F_0 the load that a winch takes off its own end. No system larger than that of the bodies is solved, and no mode of the
-whole is needed.
+P picks what is measured, A shares it among the winches, Z_b is the dynamic stiffness of the bodies without cables, S
+that of a cable at its six ends, G and H their displacements by the bodies and by the lengths reeled in, F_0 the load
+that a winch takes off its own end. No system larger than that of the bodies is solved, and no mode of the whole is
+needed.
 
 A mode of one cable between fixed ends, of frequency W, has its pole with the bodies free near that of
 
@@ -21,8 +21,10 @@ from functools import cached_property
 
 import numpy as np
 
-AT_ONCE = 200  # frequencies, so that matrices stay in the processor's cache
-COUPLED = 100  # modes of a cable that damped strain may couple; of more, those that are strained most
+from cablestudy.system.linear import LinearSystem
+
+AT_ONCE = 200  # modes, so that matrices stay in the processor's cache
+STRAINED, BRAKED = 100, 40  # modes of a cable that damping of the strain, or by the air, may couple: those with most
 ASIDE = 5.0  # distance from the frequency of a mode, in its half-widths, at which Z is computed for its pole
 NARROWEST = 1e-9  # half-width that is taken at least, over the frequency
 
@@ -33,8 +35,8 @@ class LoopGain:
 
     Attributes
     ----------
-    mass, stiffness : ndarray, shape (d, d)
-        M and K.
+    bodies : LinearSystem
+        Of d coordinates: the free displacements of the bodies, and the strokes of what moves on them; without cables.
     elements : list of Superelement
         Of c cables.
     moved : ndarray, shape (c, 6, d)
@@ -51,8 +53,7 @@ class LoopGain:
         s, shape (f,) -> C1 N, shape (f, k).
     """
 
-    mass: np.ndarray
-    stiffness: np.ndarray
+    bodies: LinearSystem
     elements: list
     moved: np.ndarray
     reeled: np.ndarray
@@ -61,61 +62,34 @@ class LoopGain:
     shares: np.ndarray
     controller: object
 
+    @np.errstate(divide="ignore", invalid="ignore")  # at the pole of an undamped mode it is infinite
     def __call__(self, s):
         """L for s of shape (f,), shape (f, k, k)."""
-        parts = [self._part(s[begin : begin + AT_ONCE]) for begin in range(0, len(s), AT_ONCE)]
-        return np.concatenate(parts or [np.zeros((0, len(self.measured), len(self.measured)), dtype=complex)])
-
-    exact_unit_gain = __call__
-
-    @property
-    def spoilt(self):
-        """Whether so much strain is damped that rounding spoils the response of a cable."""
-        return any(element.spoilt for element, _ in self._parts)
-
-    @np.errstate(divide="ignore", invalid="ignore")  # at the pole of an undamped mode it is infinite
-    def _part(self, s):
-        bodies, pulled = self._bodies(s)
+        bodies, pulled = self._at(s)
         moved = self.measured @ np.linalg.solve(bodies, pulled @ self.shares)
         return moved * self.controller(s)[:, None, :]
 
-    def _bodies(self, s):
+    def _at(self, s):
         """Z, shape (f, d, d), and F, shape (f, d, i)."""
-        bodies = s[:, None, None] ** 2 * self.mass + self.stiffness
+        bodies = self.bodies.dynamic_stiffness(s)
         pulled = np.broadcast_to(self.lifted, (len(s), *self.lifted.shape)).astype(complex)
-        for cable, part in enumerate(self._parts):
-            stiffness, moved = self._stiffness(part, s), self.moved[cable]
-            bodies = bodies + moved.T @ stiffness @ moved
-            if self.reeled[cable].any():
-                pulled = pulled - moved.T @ stiffness @ self.reeled[cable]
+        for part in self._parts:
+            stiffness, count = part.stiffness(s), len(part.moved)
+            bodies += part.moved.T @ stiffness[:, :, :count] @ part.moved
+            if len(part.winches):
+                pulled[:, :, part.winches] -= part.moved.T @ stiffness[:, :, count:]
         return bodies, pulled
 
     @cached_property
     def _parts(self):
-        """Each cable as a `Superelement`, and modes beside it that damping couples to no other: these or None."""
+        """Each cable that holds a body: `_Part`."""
         found = []
-        for element in self.elements:
-            if element.strain is None or element.uneven or len(element.omega) <= COUPLED:
-                found.append((element, None))
-            else:
-                strained = np.abs(element.strain.coupling).max(axis=1) / element.omega + np.sqrt(
-                    np.abs(np.diagonal(element.strain.modes))
-                )
-                coupled = np.zeros(len(element.omega), dtype=bool)
-                coupled[np.argsort(-strained / element.omega)[:COUPLED]] = True
-                found.append((element.select(coupled), element.select(~coupled)))
+        for element, moved, reeled in zip(self.elements, self.moved, self.reeled, strict=True):
+            ends, winches = np.flatnonzero(moved.any(axis=1)), np.flatnonzero(reeled.any(axis=0))
+            if len(ends):
+                element = element.at_ends(np.concatenate([np.eye(6)[:, ends], reeled[:, winches]], axis=1))
+                found.append(_Part(*_divided(element), moved[ends], winches))
         return found
-
-    @staticmethod
-    def _stiffness(part, s):
-        element, others = part
-        value = element.dynamic_stiffness(s)
-        if others is None:
-            return value
-        rate = others.viscous + 2 * others.damping_ratio * others.omega
-        moving = s[:, None] ** 4 / (others.omega**2 + s[:, None] * (s[:, None] + rate))
-        products = others.coupling[:, :, None] * others.coupling[:, None, :]
-        return value - (moving @ products.reshape(len(rate), 36)).reshape(value.shape)
 
     def poles_of(self, cable, modes):
         """About where modes of one cable have their poles with the bodies free, and their shift per gain, shape (n,).
@@ -140,7 +114,7 @@ class LoopGain:
         for begin in range(0, len(modes), AT_ONCE):
             part = slice(begin, begin + AT_ONCE)
             s, momentum = every[part], coupling[part] @ self.moved[cable]
-            bodies, pulled = self._bodies(s)
+            bodies, pulled = self._at(s)
             own = s**4 / (omega[part] ** 2 + s * (s + rate[part]))
             bodies = bodies + own[:, None, None] * momentum[:, :, None] * momentum[:, None, :]
             moved = np.linalg.solve(bodies, momentum[..., None])[..., 0]
@@ -150,3 +124,51 @@ class LoopGain:
         held, driven = np.concatenate(found, axis=1) * omega**4
         poles = -decay + 1j * np.sqrt(omega**2 - held - decay**2)
         return poles, -driven / (2 * poles)
+
+
+@dataclass(frozen=True)
+class _Part:
+    """One cable for the movements of its ends by bodies, then by winches.
+
+    Attributes
+    ----------
+    element : Superelement
+    others : Superelement or None
+        Modes beside it that damping couples to no other.
+    moved : ndarray, shape (e, d)
+        Displacements of the ends that bodies move.
+    winches : ndarray of int
+        Which reel it in.
+    """
+
+    element: object
+    others: object
+    moved: np.ndarray
+    winches: np.ndarray
+
+    def stiffness(self, s):
+        """Forces at the ends that bodies move, by these and by the winches, shape (f, e, e + w)."""
+        others, rows = self.others, slice(len(self.moved))
+        value = self.element.dynamic_stiffness(s, rows)
+        if others is None:
+            return value
+        moving = s[:, None] ** 4 / (others.omega**2 + s[:, None] * (s[:, None] + 2 * others.decay))
+        products = others.coupling[:, rows, None] * others.coupling[:, None, :]
+        return value - (moving @ products.reshape(len(others.omega), -1)).reshape(value.shape)
+
+
+def _divided(element):
+    """A `Superelement` with the modes that damping may couple, and one with the others, or None."""
+    count, coupled = len(element.omega), np.zeros(len(element.omega), dtype=bool)
+    if element.carried is not None and element.uneven:
+        return element, None
+    if element.strain is not None:
+        strained = np.abs(element.strain.coupling).max(axis=1, initial=0.0) / element.omega
+        strained = (strained + np.sqrt(np.abs(np.diagonal(element.strain.modes)))) / element.omega
+        coupled[np.argsort(-strained, kind="stable")[:STRAINED]] = True
+    if element.air is not None:
+        braked = np.diagonal(element.air)[:count] / element.omega
+        coupled[np.argsort(-braked, kind="stable")[:BRAKED]] = True
+    if coupled.all() or not coupled.any():
+        return element, None
+    return element.select(coupled), element.select(~coupled)

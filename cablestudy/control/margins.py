@@ -148,6 +148,12 @@ class Margins:
         """Phases may turn by less than 2 atan(alpha/2). [deg]"""
         return float(np.degrees(2 * np.arctan(self.disk_margin / 2)))
 
+    @property
+    def deciding(self):
+        """Frequencies at which the loop gain decides the margins, shape (d,). [rad/s]"""
+        found = [self._peak[1], self._disk[1], self.bandwidth and TURN * self.bandwidth]
+        return np.append(self._crossovers[0], [one for one in found if one])
+
     @cached_property
     def bandwidth(self):
         """First frequency at which the size of T falls below 1/sqrt(2); None where it never does. [Hz]"""

@@ -45,10 +45,15 @@ def frequencies(poles, notches=(), law=INTEGRATOR):
     low, high = RANGE[0] * centre.min(), RANGE[1] * centre.max()
     decades = np.geomspace(low, high, 2 + int(PER_DECADE * np.log10(high / low)))
     turns = TURN / law.delay * np.arange(1, law.reach * law.delay / TURN) if law.delay else np.zeros(0)
+    return np.unique(np.concatenate([decades, turns[turns < high], beside(poles)]))
+
+
+def beside(poles):
+    """Frequencies at and on both sides of the sizes of some poles, at distances of their half-widths. [rad/s]"""
+    centre = np.abs(poles)
     step = np.maximum(np.abs(poles.real), UNDAMPED * centre)[:, None] * np.concatenate([-ASIDE, ASIDE])
     aside = (centre[:, None] + step)[np.abs(step) < BROAD * centre[:, None]]
-    at = centre[np.abs(poles.real) > UNDAMPED * centre]
-    return np.unique(np.concatenate([decades, turns[turns < high], aside, at]))
+    return np.concatenate([aside, centre[np.abs(poles.real) > UNDAMPED * centre]])
 
 
 def by_parts(function, omega):

@@ -101,7 +101,7 @@ def basis(modes, loads):
     return np.concatenate([solution.omega, more[order]]), np.concatenate([modes.shapes, added[:, order]], axis=1)
 
 
-def motion(layout, whole: LinearSystem, omega, shapes, winches, actuators=(), damping=None):
+def motion(layout, whole: LinearSystem, omega, shapes, winches, actuators=(), damping=0.0):
     """`LinearSystem` of a suspension in some combinations of its coordinates, then the strokes of reaction masses.
 
     Its inputs are the lengths v that winches reel in.
@@ -116,53 +116,65 @@ def motion(layout, whole: LinearSystem, omega, shapes, winches, actuators=(), da
     winches : int
         How many of the inputs of `whole`, the first ones, are winches.
     actuators : sequence of Actuator
-    damping : ndarray, shape (m + 2 c, m)
-        Aerodynamic, of the coordinates, and of the tensions, which are the last outputs of `whole`.
+    damping : ndarray, shape (m, m), or 0
+        Of the coordinates, beside that of `whole`.
     """
-    strokes = [one for one in actuators if not one.wheel]
-    count, size = len(omega), len(omega) + len(strokes)
-    mass, damping_matrix, stiffness = np.zeros((3, size, size))
-    stiffness = stiffness.astype(whole.stiffness.dtype)
-    kept = slice(count)
-    damping = np.zeros((count, count)) if damping is None else damping
-    mass[kept, kept], stiffness[kept, kept] = np.eye(count), np.diag(omega**2)
+    strokes, count = sum(not one.wheel for one in actuators), len(omega)
+    stiffness = np.diag(omega**2).astype(whole.stiffness.dtype)
     if np.iscomplexobj(stiffness):
-        stiffness.imag[kept, kept] = shapes.T @ whole.stiffness.imag @ shapes
-    damping_matrix[kept, kept] = shapes.T @ whole.damping @ shapes + damping[:count]
+        stiffness.imag[:] = shapes.T @ whole.stiffness.imag @ shapes
+    matrices = np.eye(count), shapes.T @ whole.damping @ shapes + damping, stiffness
+    *matrices, feedback = actuated(layout, shapes, *matrices, actuators)
+
+    def widened(part):
+        return np.concatenate([part, np.zeros((part.shape[0], strokes))], axis=1)
+
+    return LinearSystem(
+        *matrices,
+        tuple(widened((shapes.T @ part[:, :winches]).T).T for part in whole.driven),
+        moved=tuple(widened(part @ shapes) for part in whole.moved),
+        follow=tuple(part[:, :winches] for part in whole.follow),
+        scale=np.concatenate([omega, [one.omega for one in actuators if not one.wheel]]),
+        feedback=feedback,
+        shapes=shapes,
+    )
+
+
+def actuated(layout, shapes, mass, damping, stiffness, actuators):
+    """Mass, damping and stiffness matrix with the strokes of reaction masses as further coordinates, and the feedback.
+
+    Parameters
+    ----------
+    layout : Layout
+    shapes : ndarray, shape (n, m)
+        The coordinates in terms of those of the suspension, of which the free displacements are the last ones.
+    mass, damping, stiffness : ndarray, shape (m, m)
+        Without actuators.
+    actuators : sequence of Actuator
+
+    Returns
+    -------
+    mass, damping, stiffness : ndarray
+    feedback : tuple of ActuatorFeedback
+    """
+    count, strokes = len(mass), sum(not one.wheel for one in actuators)
+    mass, damping, stiffness = (np.pad(part, (0, strokes)) for part in (mass, damping, stiffness))
     feedback, place = [], count
     for one in actuators:
-        along, about, weight = _movements(layout, one, shapes)
-        along, about, weight = (np.append(part, np.zeros(len(strokes))) for part in (along, about, weight))
+        along, about, weight = (np.append(part, np.zeros(strokes)) for part in _movements(layout, one, shapes))
         if one.wheel:
             mass -= one.inertia * np.outer(about, about)
             feedback.append(ActuatorFeedback(about, -about, one.velocity_gain, 0.0, one.corner))
             continue
-        mass[place] += one.inertia * along
-        mass[:, place] += one.inertia * along
-        mass[place, place] = one.inertia
-        stiffness[place] += one.inertia * weight
-        stiffness[:, place] += one.inertia * weight
-        stiffness[place, place] = one.inertia * one.omega**2
-        damping_matrix[place, place] = 2 * one.inertia * one.damping_ratio * one.omega
-        feedback.append(ActuatorFeedback(along, np.eye(size)[place], one.velocity_gain, one.position_gain, one.corner))
+        for matrix, row, own in ((mass, along, 1.0), (stiffness, weight, one.omega**2)):
+            matrix[place] += one.inertia * row
+            matrix[:, place] += one.inertia * row
+            matrix[place, place] = one.inertia * own
+        damping[place, place] = 2 * one.inertia * one.damping_ratio * one.omega
+        acts = np.eye(count + strokes)[place]
+        feedback.append(ActuatorFeedback(along, acts, one.velocity_gain, one.position_gain, one.corner))
         place += 1
-
-    def widened(part):
-        return np.concatenate([part, np.zeros((part.shape[0], len(strokes)))], axis=1)
-
-    moved = [part @ shapes for part in whole.moved]
-    moved[1][len(moved[1]) - len(damping) + count :] += damping[count:]
-    return LinearSystem(
-        mass,
-        damping_matrix,
-        stiffness,
-        tuple(widened((shapes.T @ part[:, :winches]).T).T for part in whole.driven),
-        moved=tuple(widened(part) for part in moved),
-        follow=tuple(part[:, :winches] for part in whole.follow),
-        scale=np.concatenate([omega, [one.omega for one in strokes]]),
-        feedback=tuple(feedback),
-        shapes=shapes,
-    )
+    return mass, damping, stiffness, tuple(feedback)
 
 
 def _movements(layout, actuator, shapes):

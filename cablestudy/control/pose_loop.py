@@ -11,23 +11,20 @@ coordinates is L = gain C1 (y/v) A N; without dynamics L = gain C1. C1 = 1/s of 
 A delay is the same factor of all eigenvalues of L, so that what `law` says of its approximants and of -1 holds of each.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from cablestudy.control.law import INTEGRATOR, REACH, SMALL, Law
-from cablestudy.control.margins import Margins, sensitivity
-from cablestudy.control.margins_grid import AT_ONCE, curve, eigenvalues, frequencies
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.first_order import DEPENDENT, Allocation, equations
 from cablestudy.system.linear import LinearSystem
-from cablestudy.system.residues import eigen, eigen_apart, poles_of
+from cablestudy.system.residues import eigen, eigen_apart
 
 STILL = 1e-3  # static gain of a coordinate over the largest, below which winches do not move it
 GROWING = 1e-9  # growth over frequency that is called instability, as for one cable
 ROUNDING = 1e-12  # of a pole over the largest one
-ZERO = 1e-9  # size of a pole over that of the largest, below which it is that of an integral, zero
 FAINT = 1e-3  # loop gain down to which a delay is right in a response,
 NEAR = 20  # up to so many times the lowest frequency
 SLIGHT = 5e-3  # turn by a delay that is left out of poles and state space: its approximant would spoil them [rad]
@@ -85,6 +82,8 @@ class PoseLoop:
         Of each measured coordinate.
     law : Law
         What all winches do with what the notches pass.
+    gains : StableGains or None
+        The loop gain over frequency: a law with a delay needs it.
     """
 
     motion: LinearSystem
@@ -92,10 +91,7 @@ class PoseLoop:
     gain: float
     notches: tuple
     law: Law = INTEGRATOR
-
-    def with_gain(self, gain):
-        """The same loop with another gain. [rad/s]"""
-        return replace(self, gain=gain)
+    gains: object = field(default=None, repr=False, compare=False)
 
     def within(self, space):
         """The same in a space of its coordinates, see `LinearSystem.within`."""
@@ -120,110 +116,11 @@ class PoseLoop:
         """Forces per displacement of the coordinates with the loop closed, shape (f, m, m)."""
         return self.motion.dynamic_stiffness(s) - self.motion.pulled(s) @ self.winch_response(s)
 
-    @cached_property
-    def _unit_residues(self):
-        """Of measured coordinates by their filtered errors, the winches moving at the rates 1, s and s^2 of these.
-
-        Returns
-        -------
-        ndarray, shape (3, N, k k)
-        """
-        compliance, (k, _) = self.motion.residues, self.allocation.measured.shape
-        seen = (self.allocation.measured @ compliance.shown).T
-        pulled = [compliance.given @ part @ self.allocation.shares for part in self.motion.driven]
-        return np.stack([(seen[:, :, None] * part[:, None, :]).reshape(-1, k * k) for part in pulled])
-
-    @np.errstate(divide="ignore", invalid="ignore")  # at a pole it is infinite
     def unit_gain(self, s):
         """L over the gain at the measured coordinates, shape (f, k, k)."""
-        fractions = 1 / (s[:, None] - self.motion.eigen.values)
-        response = sum(s[:, None] ** order * (fractions @ part) for order, part in enumerate(self._unit_residues))
-        return response.reshape(len(s), *[len(self.notches)] * 2) * self.controller(s)[:, None, :]
-
-    def exact_unit_gain(self, s):
-        """The same from the dynamic stiffness, where few frequencies do not pay for all poles."""
         pulled = self.motion.pulled(s) @ self.allocation.shares
         moved = self.allocation.measured @ np.linalg.solve(self.motion.dynamic_stiffness(s), pulled)
         return moved * self.controller(s)[:, None, :]
-
-    def sensitivity(self, s):
-        """(I + L)^-1 at the measured coordinates, shape (f, k, k)."""
-        return sensitivity(self.gain * self.unit_gain(s))
-
-    @cached_property
-    def margins(self):
-        """`Margins` of a stable loop."""
-        return Margins(lambda s: self.gain * self.unit_gain(s), self.response_frequencies)
-
-    @property
-    def response_frequencies(self):
-        """All decades, and frequencies beside the poles with and without control, shape (f,). [rad/s]"""
-        return self._frequencies(np.concatenate([self.open_poles, self.poles, [-self.gain]]))
-
-    def _frequencies(self, poles):
-        """`margins_grid.frequencies` of some poles, without those that are zero but for rounding."""
-        size = np.abs(poles)
-        return frequencies(poles[size > ZERO * size.max()], self.notches, self.law)
-
-    @cached_property
-    def curve(self):
-        """Frequencies that show where eigenvalues of L cross the negative real axis, and L over the gain there.
-
-        Returns
-        -------
-        omega : ndarray, shape (f,)
-            [rad/s]
-        matrices : ndarray, shape (f, k, k)
-        values : ndarray, shape (f, k)
-            Eigenvalues of these.
-        """
-        return curve(self.unit_gain, self._frequencies(self.open_poles), upto=self.law.judged_up_to)
-
-    @property
-    def frequencies(self):
-        """Those of the `curve`. [rad/s]"""
-        return self.curve[0]
-
-    @property
-    def unit_eigenvalues(self):
-        """Eigenvalues of L over the gain at these frequencies, shape (f, k)."""
-        return self.curve[2]
-
-    def large_up_to(self, size, gains=None):
-        """Frequency above which no eigenvalue of the loop gain is larger than a size. [rad/s]
-
-        Parameters
-        ----------
-        size : float
-        gains : ndarray, shape (k,), optional
-            Of each measured coordinate; without them that of the loop. [rad/s]
-        """
-        omega, matrices, values = self.curve
-        if gains is None or (gains == gains[0]).all():
-            large = (self.gain if gains is None else gains[0]) * np.abs(values).max(axis=1) >= size
-            return float(omega[large].max(initial=0.0))
-        matrices = matrices * gains
-        place = np.flatnonzero(np.sqrt((np.abs(matrices) ** 2).sum(axis=(-2, -1))) >= size)  # others are smaller
-        for part in np.array_split(place[::-1], 1 + len(place) // AT_ONCE):
-            large = np.abs(eigenvalues(matrices[part])).max(axis=1) >= size
-            if large.any():
-                return float(omega[part[np.argmax(large)]])
-        return 0.0
-
-    def poles_with(self, gains):
-        """Poles of the closed loop with a gain of each measured coordinate, shape (k,). [rad/s]
-
-        Raises
-        ------
-        NoSolutionError
-            The delay is too long to judge them.
-        """
-        highest = 0.0
-        if self.law.delay:
-            highest = self.large_up_to(SMALL, gains)
-            self.law.check_reach(highest, gains.max())
-        fixed, scaled = self._matrices(self._approximants(highest))
-        return poles_of(fixed + np.tensordot(gains, scaled, axes=1))
 
     def _approximants(self, highest):
         """How many approximants of the delay make it right up to a frequency [rad/s]; 0 where it is slight."""
@@ -256,11 +153,11 @@ class PoseLoop:
         NoSolutionError
             The delay is too long to judge the loop.
         """
-        if not self.law.delay:
+        if not self.law.delay or not self.gain:
             return 0.0
-        needed = self.large_up_to(SMALL)
-        self.law.check_reach(needed, self.gain)
-        return max(needed, min(self.large_up_to(FAINT), NEAR * self.motion.unit.min()))
+        self.gains.check_delay(self.gain)
+        needed, faint = (self.gains.large_up_to(size / self.gain) for size in (SMALL, FAINT))
+        return max(needed, min(faint, NEAR * self.motion.unit.min()))
 
     @property
     def right_up_to(self):
@@ -278,10 +175,7 @@ class PoseLoop:
     @property
     def gain_beyond(self):
         """Largest eigenvalue of the loop gain above the frequency up to which a delay is right; 0 without delay. [-]"""
-        if not self.law.delay:
-            return 0.0
-        values = np.abs(self.gain * self.unit_eigenvalues[self.frequencies > self.right_up_to])
-        return float(np.nan_to_num(values).max(initial=0.0))
+        return self.gain * self.gains.largest_beyond(self.right_up_to) if self.law.delay else 0.0
 
     @cached_property
     def _law_states(self):
@@ -326,11 +220,6 @@ def growing(poles):
     """The pole that grows most, or None where none grows."""
     growth = growths(poles)
     return complex(poles[np.argmax(growth)]) if growth.max(initial=-1.0) > 0 else None
-
-
-def growth_of(poles):
-    """Largest growth of some poles, positive where one grows. [1/s]"""
-    return float(growths(poles).max())
 
 
 def growths(poles):

@@ -89,7 +89,7 @@ def loop(
     span, asked = loop_options(response, time, input=input, size=size, length=length, output=output)
     loop_report.check_control(scene.document, scene.model)
     case = _solved(scene, estimate)
-    movement = case.in_wind.movement
+    movement = case.in_wind.controlled
     answer = Answer(
         explain=lambda: notes_of(case),
         warnings=tuple(warnings_of(case)),

@@ -58,6 +58,21 @@ class MeshGroup:
         rows = slice(begin, end)
         return MeshGroup(self.places[rows] - first, self.ends.take(rows)) if end > begin else None
 
+    def nodes(self, amplitudes, ends):
+        """Places and displacements of the nodes of each of these cables, see `Models.nodes`: list.
+
+        Parameters
+        ----------
+        amplitudes : ndarray, shape (g, n, r)
+        ends : ndarray, shape (g, 6, r)
+        """
+        state, frame = self.ends.state, self.ends.state.span.frame
+        moved = np.einsum("gnir,gij->gnjr", self.ends.motion(amplitudes, ends), frame)
+        straight = state.mesh.node_positions[:, None] * np.array([1.0, 0.0, 0.0])
+        places = (1 + state.span.chord_strain)[:, None, None] * straight + state.displacement
+        places = places * state.span.unstretched_length[:, None, None] @ frame
+        return list(zip(places, moved, strict=True))
+
     def coordinates(self, limits, chosen=None):
         """The coordinates of these cables, `GroupCoordinates`, for all cables as `Models.coordinates` takes them."""
         limit = limits[self.places, None]

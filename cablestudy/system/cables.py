@@ -326,19 +326,34 @@ class Models:
             Places from end 1, shape (nodes, 3), and displacements, shape (nodes, 3, r), global axes; the two ends of a
             cable without mass. [m]
         """
-        span = self.cables.catenary.span
-        chords = (span.chord[:, None] * span.frame[:, 0])[:, None, :] * np.array([[0.0], [1.0]])
-        found = [(chord, moved.reshape(2, 3, -1)) for chord, moved in zip(chords, ends, strict=True)]
+        found = [(chord, moved.reshape(2, 3, -1)) for chord, moved in zip(self._chords, ends, strict=True)]
         for group, moving in zip(self.groups, amplitudes, strict=True):
-            state, frame = group.ends.state, group.ends.state.span.frame
-            moved = group.ends.motion(moving, ends[group.places])
-            straight = state.mesh.node_positions[:, None] * np.array([1.0, 0.0, 0.0])
-            stretch = 1 + state.span.chord_strain
-            places = stretch[:, None, None] * straight + state.displacement
-            places = places * state.span.unstretched_length[:, None, None] @ frame
-            for place, cable in enumerate(group.places.tolist()):
-                found[cable] = places[place], np.einsum("nir,ij->njr", moved[place], frame[place])
+            for cable, one in zip(group.places.tolist(), group.nodes(moving, ends[group.places]), strict=True):
+                found[cable] = one
         return found
+
+    def shapes_of_modes(self):
+        """As `nodes`, of the n modes of each cable with fixed ends and of the static shapes of its six ends.
+
+        Returns
+        -------
+        list of (ndarray, ndarray)
+            The displacements have the shape (nodes, 3, n + 6).
+        """
+        found = [(chord, np.eye(6).reshape(2, 3, 6)) for chord in self._chords]
+        for group in self.groups:
+            cables, count = group.ends.omega.shape
+            modes = np.broadcast_to(np.eye(count, count + 6), (cables, count, count + 6))
+            ends = np.broadcast_to(np.eye(6, count + 6, count), (cables, 6, count + 6))
+            for cable, one in zip(group.places.tolist(), group.nodes(modes, ends), strict=True):
+                found[cable] = one
+        return found
+
+    @property
+    def _chords(self):
+        """Places of both ends of each cable from its end 1, global axes, shape (c, 2, 3). [m]"""
+        span = self.cables.catenary.span
+        return (span.chord[:, None] * span.frame[:, 0])[:, None, :] * np.array([[0.0], [1.0]])
 
     def kinetic(self, amplitudes, ends):
         """Mass that moves in the plane of each cable, out of it, and along the cable.

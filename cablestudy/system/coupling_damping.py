@@ -11,11 +11,63 @@ import numpy as np
 
 from cablestudy.errors import NoSolutionError
 
-ENDS = [0, 3]  # x of end 1 and of end 2, for which sums over poles are checked
+ENDS = 0, 3  # movements of the ends, or the last one of fewer, for which sums over poles are checked
 TRUSTED = 1e-11  # difference between the sum over poles and solved systems up to which the sum is used
 MOST_DAMPED = 1e6  # loss factor at the lowest mode from which rounding spoils what damped strain leaves
 FEW = 4  # places up to which solving is cheaper than finding the poles
 AT_ONCE = 64  # systems of equations that are solved in one call
+
+
+@dataclass(frozen=True)
+class PoleSum:
+    """Force at the ends per displacement of the ends, as polynomial and sum over poles of a variable x.
+
+        P_0 + x P_1 + ... + x^n P_n - x^n sum of R/(x - pole)
+
+    It keeps the static stiffness and what follows it for slow movements to rounding.
+
+    Attributes
+    ----------
+    polynomial : list of n + 1 ndarray, shape (e, e)
+    poles : ndarray, shape (N,)
+    residues : ndarray, shape (N, e, e)
+    """
+
+    polynomial: list
+    poles: np.ndarray
+    residues: np.ndarray
+
+    @classmethod
+    def of(cls, matrices, poles, left, right):
+        """The sum for the polynomial of some matrices in x, its part of n modes first.
+
+        Parameters
+        ----------
+        matrices : sequence of 2 or 3 ndarray, shape (n + e, n + e)
+            By ascending power: K and M, or K, C and M; M is the identity for the modes.
+        poles, left, right : ndarray, shapes (N,), (n, N), (N, n)
+            The inverse for the modes is the sum of left right over (x - pole).
+        """
+        n = len(left)
+        static, *_, mass = matrices
+        answer = -np.linalg.solve(static[:n, :n], static[:n, n:])  # of the modes to slow movements of the ends
+        slow = np.concatenate([answer, np.eye(static.shape[0] - n)])
+        polynomial = [slow.T @ part @ slow for part in matrices[:-1]]
+        polynomial.append(mass[n:, n:] - mass[n:, :n] @ mass[:n, n:])
+        power = [poles**order for order in range(len(matrices))]
+        forces = sum(part[n:, :n] @ left * one for one, part in zip(power, matrices, strict=True)).T
+        driven = sum(right @ part[:n, n:] * one[:, None] for one, part in zip(power, matrices, strict=True))
+        return cls(polynomial, poles, forces[:, :, None] * (driven / power[-1][:, None])[:, None, :])
+
+    def __call__(self, x, rows, columns):
+        """The value for x of shape (m,) and some of the ends, shape (m, r, c)."""
+        residues = self.residues[:, rows][:, :, columns]
+        moving = (1 / (x[:, None] - self.poles)) @ residues.reshape(len(residues), -1)
+        value, x = -moving.reshape(len(x), *residues.shape[1:]), x[:, None, None]
+        value += self.polynomial[-1][rows][:, columns]
+        for part in self.polynomial[-2::-1]:
+            value = value * x + part[rows][:, columns]
+        return value
 
 
 @dataclass(frozen=True)
@@ -64,6 +116,7 @@ class StrainDamping:
         self.strain, self.viscous = element.strain, element.viscous
         self.omega, self.coupling = element.omega, element.coupling
         self.stiffness, self.inertia = element.stiffness, element.inertia
+        self.residual, self._matrices = element.residual_damping, element.matrices()
 
     @property
     def spoilt(self):
@@ -80,56 +133,49 @@ class StrainDamping:
 
     def dynamic_stiffness(self, s, rows, columns):
         """See `Superelement.dynamic_stiffness`."""
-        strain, below = self.strain, (np.imag(s) < 0) & (self.strain.law == "hysteretic")
+        below = (np.imag(s) < 0) & (self.strain.law == "hysteretic")
         s = np.where(below, np.conj(s), s)
-        factor, inertial = strain.factor(s)[:, None, None], (s**2 + self.viscous * s)[:, None, None]
-        value = (
-            self.stiffness[rows][:, columns]
-            + factor * strain.ends[rows][:, columns]
-            + inertial * self.inertia[rows][:, columns]
-        )
-        if len(self.omega):
-            few = len(s) <= FEW and "resolvent" not in self.__dict__
-            if few or self.resolvent is None:
-                value = value - self._by_solving(s, factor, inertial, rows, columns)
-            else:
-                value = value - self._by_poles(self.resolvent, s, factor, inertial, rows, columns)
+        few = len(s) <= FEW and "resolvent" not in self.__dict__
+        if few or not len(self.omega) or self.resolvent is None:
+            value = self._by_solving(s, rows, columns)
+        else:
+            value = self._pole_sum(self._variable(s), rows, columns)
         return np.where(below[:, None, None], value.conj(), value)
+
+    def _variable(self, s):
+        """Of the sum over poles."""
+        return s**2 + self.viscous * s if self.strain.law == "hysteretic" else s
 
     def _drives(self, ends):
         """R and m of some ends."""
         return self.strain.coupling[:, ends], self.coupling[:, ends]
 
-    def _by_poles(self, poles, s, factor, inertial, rows, columns):
-        """(c R + g m)^T (W^2 + c E + g)^-1 (c R + g m), as a sum over the poles of the inverse."""
-        value, vectors, inverse = poles
-        left, right = self._drives(rows), self._drives(columns)
-        left, right = [part.T @ vectors for part in left], [inverse @ part for part in right]
-
-        def residues(one, other):
-            return one.T[:, :, None] * other[:, None, :]
-
-        by_power = np.stack([
-            residues(left[0], right[0]),
-            residues(left[0], right[1]) + residues(left[1], right[0]),
-            residues(left[1], right[1]),
-        ])  # fmt: skip
-        weight = 1 / (inertial[:, 0] + value if self.strain.law == "hysteretic" else s[:, None] - value)
-        by_strain, mixed, by_inertia = (weight @ by_power.reshape(3, len(value), -1)).reshape(
-            3, len(s), *by_power.shape[2:]
-        )
-        return factor**2 * by_strain + factor * inertial * mixed + inertial**2 * by_inertia
-
-    def _by_solving(self, s, factor, inertial, rows, columns):
-        """The same by a system of equations for each s."""
-        found, unit = [], np.eye(len(self.omega))
-        left, right = self._drives(rows), self._drives(columns)
-        for i in range(0, len(s), AT_ONCE):
+    def _by_solving(self, s, rows, columns):
+        """The response by a system of equations for each s."""
+        strain, (left, right) = self.strain, (self._drives(rows), self._drives(columns))
+        factor, inertial = strain.factor(s)[:, None, None], (s**2 + self.viscous * s)[:, None, None]
+        whole = self.stiffness + factor * strain.ends + inertial * self.inertia
+        if np.any(self.residual):
+            whole = whole + s[:, None, None] * self.residual
+        value, unit = whole[:, rows][:, :, columns], np.eye(len(self.omega))
+        for i in range(0, len(s) if len(self.omega) else 0, AT_ONCE):
             c, g = factor[i : i + AT_ONCE], inertial[i : i + AT_ONCE]
-            matrix = np.diag(self.omega**2) + c * self.strain.modes + g * unit
+            matrix = np.diag(self.omega**2) + c * strain.modes + g * unit
             force = (c * left[0] + g * left[1]).swapaxes(1, 2)
-            found.append(force @ np.linalg.solve(matrix, c * right[0] + g * right[1]))
-        return np.concatenate(found)
+            value[i : i + AT_ONCE] -= force @ np.linalg.solve(matrix, c * right[0] + g * right[1])
+        return value
+
+    @cached_property
+    def _pole_sum(self):
+        return self._sum_over(self.resolvent)
+
+    def _sum_over(self, resolvent):
+        """The `PoleSum` of what `resolvent` says."""
+        value, left, right = resolvent
+        mass, damping, stiffness = self._matrices
+        if self.strain.law == "hysteretic":
+            return PoleSum.of((stiffness, mass), -value, left, right)
+        return PoleSum.of((stiffness, damping, mass), value, left, right)
 
     @cached_property
     def resolvent(self):
@@ -142,12 +188,12 @@ class StrainDamping:
                 poles = self._slow_poles()
         except np.linalg.LinAlgError:
             return None
-        s = checked(self.omega)
-        factor, inertial = self.strain.factor(s)[:, None, None], (s**2 + self.viscous * s)[:, None, None]
+        s, ends = checked(self.omega), np.minimum(ENDS, len(self.inertia) - 1)
+        inertial = (s**2 + self.viscous * s)[:, None, None]
         with np.errstate(all="ignore"):
-            summed = self._by_poles(poles, s, factor, inertial, ENDS, ENDS)
-            solved = self._by_solving(s, factor, inertial, ENDS, ENDS)
-            size = np.abs(inertial) * np.diagonal(self.inertia)[ENDS] + np.diagonal(self.stiffness)[ENDS]
+            summed = self._sum_over(poles)(self._variable(s), ends, ends)
+            solved = self._by_solving(s, ends, ends)
+            size = np.abs(inertial) * np.diagonal(self.inertia)[ends] + np.diagonal(self.stiffness)[ends]
             size = np.sqrt(size.swapaxes(1, 2) * size)
             error = (np.abs(summed - solved) / np.where(size > 0, size, 1.0)).max()
         return poles if error <= TRUSTED else None
@@ -198,14 +244,18 @@ class UnevenDamping:
         """See `Superelement.dynamic_stiffness`."""
         below, n = np.imag(s) < 0, len(self.omega)
         s = np.where(below, np.conj(s), s)
-        every = [part[:, n:][:, columns] for part in self.matrices]
-        value, driven = _quadratic([part[n:][rows] for part in every], s), [part[:n] for part in every]
-        if self.pole_sum is None:
-            value = value - self.held_by_modes(s, rows) @ _quadratic(driven, s)
+        if self._summed is None:
+            every = [part[:, n:][:, columns] for part in self.matrices]
+            value = _quadratic([part[n:][rows] for part in every], s)
+            value = value - self.held_by_modes(s, rows) @ _quadratic([part[:n] for part in every], s)
         else:
-            moved = _quadratic([(self.pole_sum[2] @ part).T for part in driven], s)
-            value = value - self._by_pole(s, rows) @ moved.swapaxes(1, 2)
+            value = self._summed(s, rows, columns)
         return np.where(below[:, None, None], value.conj(), value)
+
+    @cached_property
+    def _summed(self):
+        """`PoleSum`, or None where rounding spoils it."""
+        return None if self.pole_sum is None else PoleSum.of(self.matrices[::-1], *self.pole_sum)
 
     def held_by_modes(self, s, ends):
         """Force on some ends that holds them per modal force, where viscous damping is uneven.

@@ -17,7 +17,7 @@ import numpy as np
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.system.first_order import equations
-from cablestudy.system.residues import eigen, residues
+from cablestudy.system.residues import eigen
 
 DENSE_LIMIT = 300  # coordinates up to which a full eigen-solution costs less than Lanczos iteration
 DEPENDENT = 1e-10  # size of a vector over the largest, below which rounding determines it
@@ -159,14 +159,6 @@ class LinearSystem:
     def eigen(self):
         """`Eigen` of the equations of first order, winches at rest."""
         return eigen(equations(self).fixed)
-
-    @cached_property
-    def residues(self):
-        """Coordinates by forces on them, winches at rest: `Residues`."""
-        found, inverse = equations(self), np.linalg.inv(self.mass)
-        forced = np.zeros((found.places.shape[1], len(self)))
-        forced[len(self) : 2 * len(self)] = inverse
-        return residues(self.eigen, forced, found.places, np.zeros_like(inverse))
 
     def few(self, kept, orders):
         """A space for `within`: some of the modal coordinates, vectors that stand for all others, and the bodies.

@@ -79,6 +79,8 @@ class Superelement:
     carried : ndarray, shape (c, n + 6), or None
         B: displacement of each point mass along each axis times the root of the mass, by modes [-] and by ends
         [sqrt(kg)]; None without point masses.
+    air : ndarray, shape (n + 6, n + 6), or None
+        Damping by the wind, of modes and ends. [1/s], [N s/m]
     """
 
     omega: np.ndarray
@@ -90,6 +92,7 @@ class Superelement:
     viscous: float = 0.0
     residual_damping: np.ndarray | float = 0.0
     carried: np.ndarray | None = None
+    air: np.ndarray | None = None
 
     @property
     def feedthrough(self):
@@ -110,15 +113,15 @@ class Superelement:
     @cached_property
     def decay(self):
         """Rate at which each mode with fixed ends decays, its coupling by damping left out, shape (n,). [1/s]"""
-        rate = self.damping_ratio * self.omega
-        if self.uneven:
-            return rate + self.viscous / 2 * (1 - (self.carried[:, : len(rate)] ** 2).sum(axis=0))
-        return rate + self.viscous / 2
+        rate = self.damping_ratio * self.omega + self.viscous / 2
+        if self.carried is not None:
+            rate = rate - self.viscous / 2 * (self.carried[:, : len(rate)] ** 2).sum(axis=0)
+        return rate if self.air is None else rate + np.diagonal(self.air)[: len(rate)] / 2
 
     @property
     def uneven(self):
-        """Whether viscous damping acts on the cable and not on what it carries, so that it couples modes."""
-        return self.carried is not None and self.viscous != 0
+        """Whether viscous damping couples modes: it is of the cable and not of what that carries, or of the wind."""
+        return (self.carried is not None and self.viscous != 0) or self.air is not None
 
     def select(self, chosen):
         """The same cable with only some modes; its static stiffness stays exact.
@@ -141,7 +144,42 @@ class Superelement:
             damping_ratio=self.damping_ratio[chosen],
             strain=strain,
             carried=self._carried_by(lambda modes: modes[:, chosen]),
+            air=None if self.air is None else self._with_ends(self.air, chosen),
         )
+
+    def at_ends(self, shapes):
+        """The same cable for movements of its ends in some shapes alone, which take the place of the six ends.
+
+        Parameters
+        ----------
+        shapes : ndarray, shape (6, e)
+        """
+        n, strain, air = len(self.omega), self.strain, self.air
+        if strain is not None:
+            strain = replace(strain, coupling=strain.coupling @ shapes, ends=shapes.T @ strain.ends @ shapes)
+        carried = self.carried
+        if carried is not None:
+            carried = np.concatenate([carried[:, :n], carried[:, n:] @ shapes], axis=1)
+        if air is not None:
+            mixed, rows = air[:n, n:] @ shapes, shapes.T @ air[n:, :n]
+            air = np.block([[air[:n, :n], mixed], [rows, shapes.T @ air[n:, n:] @ shapes]])
+        residual = self.residual_damping
+        return replace(
+            self,
+            participation=self.participation @ shapes,
+            stiffness=shapes.T @ self.stiffness @ shapes,
+            inertia=shapes.T @ self.inertia @ shapes,
+            strain=strain,
+            residual_damping=shapes.T @ residual @ shapes if np.any(residual) else 0.0,
+            carried=carried,
+            air=air,
+        )
+
+    def _with_ends(self, matrix, chosen):
+        """Of a matrix of modes and ends the rows and columns of some modes and of all ends."""
+        n = len(self.omega)
+        rows = np.append(np.arange(n)[chosen], np.arange(n, len(matrix)))
+        return matrix[np.ix_(rows, rows)]
 
     def _carried_by(self, new):
         """`carried` where the part of the modes is replaced by a function of it."""
@@ -180,6 +218,7 @@ class Superelement:
             strain=strain,
             residual_damping=residual,
             carried=self._carried_by(lambda modes: modes @ shapes),
+            air=None if self.air is None else with_ends(shapes).T @ self.air @ with_ends(shapes),
         )
 
     def truncate(self, chosen):
@@ -249,13 +288,13 @@ class Superelement:
 
     def matrices(self):
         """M, C and K of the modes and the six ends, each of shape (n + 6, n + 6); K is complex where hysteretic."""
-        n, coupling = len(self.omega), self.coupling
-        mass, stiffness = np.zeros((2, n + 6, n + 6))
+        (n, ends), coupling = self.participation.shape, self.coupling
+        mass, stiffness = np.zeros((2, n + ends, n + ends))
         mass[np.arange(n), np.arange(n)], stiffness[np.arange(n), np.arange(n)] = 1.0, self.omega**2
         mass[:n, n:], mass[n:, :n], mass[n:, n:] = coupling, coupling.T, self.inertia
         stiffness[n:, n:] = self.stiffness
-        damping = self.viscous * mass
-        if self.uneven:
+        damping = self.viscous * mass if self.air is None else self.viscous * mass + self.air
+        if self.carried is not None:
             damping = damping - self.viscous * (self.carried.T @ self.carried)
         if self.strain is None:
             absolute = np.concatenate([np.eye(n), coupling], axis=1)
@@ -294,8 +333,7 @@ class Superelement:
         Where viscous damping is uneven, by a system of equations for each s.
         """
         s = np.asarray(s, dtype=complex)
-        if self.strain is not None:
-            self._strain_damping.check()
+        self.check()
         if self.uneven:
             return self._uneven_damping.dynamic_stiffness(s, rows, columns)
         if self.strain is not None:
@@ -309,10 +347,10 @@ class Superelement:
         modal = [self._modal(s[i : i + BLOCK], products) for i in range(0, len(s), BLOCK)]
         return value + np.concatenate(modal or [products[:0]]).reshape(value.shape)
 
-    @property
-    def spoilt(self):
-        """Whether so much strain is damped that rounding spoils the response: `dynamic_stiffness` refuses it."""
-        return self.strain is not None and self._strain_damping.spoilt
+    def check(self):
+        """Refuse so much damped strain that rounding spoils the response: NoSolutionError."""
+        if self.strain is not None:
+            self._strain_damping.check()
 
     def held_by_modes(self, s, ends):
         """See `UnevenDamping.held_by_modes`."""
@@ -352,6 +390,14 @@ class Superelement:
         if self.strain is not None and len(self.omega):
             return self._strain_damping.poles
         return damped_poles(self.omega, self.damping_ratio + self.viscous / (2 * self.omega))
+
+
+def with_ends(shapes):
+    """Combinations of modes, shape (n, k), as those of modes and six ends, which stay, shape (n + 6, k + 6)."""
+    n, count = shapes.shape
+    found = np.zeros((n + 6, count + 6))
+    found[:n, :count], found[n:, count:] = shapes, np.eye(6)
+    return found
 
 
 def damped_poles(omega, ratio):

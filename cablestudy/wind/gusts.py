@@ -242,7 +242,7 @@ class Gusts:
 
 
 def gusts(wind, drag, layout, shapes, strips, areas):
-    """The `Gusts` on a suspension, and its aerodynamic damping.
+    """The `Gusts` on a suspension.
 
     Parameters
     ----------
@@ -257,18 +257,40 @@ def gusts(wind, drag, layout, shapes, strips, areas):
     areas : ndarray, shape (b,)
         Of all bodies and junctions, for their admittance. [m^2]
 
-    Returns
-    -------
-    Gusts
-    damping : ndarray, shape (m + 2 c, m)
-        Of the coordinates, and what their motion adds to the tension at both ends of each cable.
-
     Notes
     -----
     Drag on a body rho/2 C_d A_k |u| u_k changes with the turbulence u' by rho/2 C_d A_k (|U| u'_k + U_k (U.u')/|U|).
     """
-    equilibrium = layout.equilibrium
-    rotation = equilibrium.rotation
+    speed = float(size(drag.velocity))
+    blown, places, linear, moved = _on_bodies(drag, layout, shapes)
+    forces = np.swapaxes(linear, -1, -2) @ moved
+    along = drag.velocity / speed
+    up = np.array([0.0, 0.0, 1.0])
+    directions = np.stack([along, np.cross(up, along), up])
+    return Gusts(wind, directions, strips, forces, places, areas[blown])
+
+
+def damping_of_bodies(drag, layout, shapes):
+    """Aerodynamic damping of coordinates by the drag on bodies and junctions, see `gusts`, shape (m, m)."""
+    _, _, linear, moved = _on_bodies(drag, layout, shapes)
+    return (np.swapaxes(moved, -1, -2) @ linear @ moved).sum(axis=0)
+
+
+def _on_bodies(drag, layout, shapes):
+    """Bodies on which the wind acts, b of them.
+
+    Returns
+    -------
+    blown : ndarray of int, shape (b,)
+        Their numbers.
+    places : ndarray, shape (b, 3)
+        Of the drag. [m]
+    linear : ndarray, shape (b, 3, 3)
+        Force per speed. [N s/m]
+    moved : ndarray, shape (b, 3, m)
+        Displacements of these places per coordinate.
+    """
+    rotation = layout.equilibrium.rotation
     speed = float(size(drag.velocity))
     own = (np.swapaxes(rotation, -1, -2) @ drag.velocity[:, None])[..., 0]
     linear = speed * np.eye(3) + own[:, :, None] * own[:, None, :] / speed
@@ -277,16 +299,4 @@ def gusts(wind, drag, layout, shapes, strips, areas):
     moved = layout.displaced(layout.bodies(shapes))
     moved = moved[:, :3] - cross_matrix(arm) @ moved[:, 3:]
     blown = np.flatnonzero((drag.bodies > 0).any(axis=-1))
-    forces = np.swapaxes(linear, -1, -2)[blown] @ moved[blown]
-    count = shapes.shape[-1]
-    damping = np.zeros((count + 2 * len(equilibrium.suspension.cable_names), count))
-    for strip in strips:
-        own, end = strip.damping, count + 2 * strip.cable
-        damping[:count] += own[:count]
-        damping[end : end + 2] = own[count:]
-    damping[:count] += (np.swapaxes(moved[blown], -1, -2) @ linear[blown] @ moved[blown]).sum(axis=0)
-    along = drag.velocity / speed
-    up = np.array([0.0, 0.0, 1.0])
-    directions = np.stack([along, np.cross(up, along), up])
-    found = Gusts(wind, directions, strips, forces, (equilibrium.position + arm)[blown], areas[blown])
-    return found, damping
+    return blown, (layout.equilibrium.position + arm)[blown], linear[blown], moved[blown]

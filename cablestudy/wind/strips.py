@@ -100,9 +100,9 @@ class Strip:
 
     @property
     def damping(self):
-        """Aerodynamic damping of the coordinates, and what their motion does on `pulled`, shape (m + 2, m)."""
+        """Aerodynamic damping of the coordinates, shape (m, m)."""
         count = self.shapes.shape[-1]
-        return np.moveaxis(self.forces, 0, 1).reshape(-1, count + 2).T @ self.shapes.reshape(-1, count)
+        return np.moveaxis(self.forces, 0, 1)[..., :count].reshape(-1, count).T @ self.shapes.reshape(-1, count)
 
     def coherent(self, forces, kappa):
         """Covariance of forces by c components of turbulence of unit variance with the coherence exp(-kappa r).
@@ -144,8 +144,6 @@ def strips(solution, layout, shapes, drag):
     list of Strip
     """
     equilibrium = layout.equilibrium
-    speed = float(np.sqrt((drag.velocity**2).sum()))
-    begin = equilibrium.suspension.ends(equilibrium.position, equilibrium.rotation)[:, 0]
     ends = layout.ends(layout.bodies(shapes))
     pulled = np.zeros((len(ends), 2, 3, 2))
     for end in range(2):
@@ -153,7 +151,47 @@ def strips(solution, layout, shapes, drag):
     ends = np.concatenate([ends, pulled.reshape(-1, 6, 2)], axis=-1)
     shapes = np.concatenate([shapes, np.zeros((len(shapes), 2))], axis=-1)
     nodes = solution.models.nodes(solution.coordinates.amplitudes(shapes), ends)
-    tangents, meshes = _tangents(solution.models), solution.models.meshes
+    return _strips(solution.models, equilibrium, nodes, drag)
+
+
+def damping_of_cables(models, equilibrium, drag):
+    """Aerodynamic damping of the modes and ends of each cable, see `Superelement.air`.
+
+    Parameters
+    ----------
+    models : Models
+    equilibrium : Equilibrium
+    drag : Drag
+        Of one case.
+
+    Returns
+    -------
+    dict
+        Number of each cable that the wind acts on -> ndarray, shape (n + 6, n + 6).
+    """
+    nodes = [(places, np.concatenate([moved, np.zeros((*moved.shape[:2], 2))], axis=-1))
+             for places, moved in models.shapes_of_modes()]  # fmt: skip
+    return {one.cable: one.damping for one in _strips(models, equilibrium, nodes, drag)}
+
+
+def _strips(models, equilibrium, nodes, drag):
+    """The `Strip` of each cable that the wind acts on.
+
+    Parameters
+    ----------
+    models : Models
+    equilibrium : Equilibrium
+    nodes : list of (ndarray, ndarray)
+        Of each cable, as `Models.nodes`: the last two displacements are those of `Strip.pulled`.
+    drag : Drag
+
+    Returns
+    -------
+    list of Strip
+    """
+    speed = float(np.sqrt((drag.velocity**2).sum()))
+    begin = equilibrium.suspension.ends(equilibrium.position, equilibrium.rotation)[:, 0]
+    tangents, meshes = _tangents(models), models.meshes
     stretch = 1 + equilibrium.catenary.mean_tension / equilibrium.catenary.span.axial_stiffness
     found = []
     for cable in np.flatnonzero(drag.cables > 0).tolist():

@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from cablestudy.control.margins_grid import by_parts
 from cablestudy.study.loop_report import around_poles
 from cablestudy.study.plots.style import BLUE, GREY, LIGHT, RED, SERIES, WIDTH, heading, plain, styled
 from cablestudy.study.plots.words import number, quantity_text
@@ -10,7 +11,6 @@ from cablestudy.study.plots.words import number, quantity_text
 TURN = 2 * np.pi
 POINTS = 1200  # of a curve, without those near poles
 CIRCLE = 31  # points near each pole
-AT_ONCE = 200  # frequencies
 SHOWN = 1e-4, 30.0  # largest singular value of the loop gain: least that is drawn; at the lowest frequency
 NEAR = 2.5  # half width of the Nyquist pictures [-]
 
@@ -30,13 +30,13 @@ def suspension_loop(movement):
         There is no such loop.
     """
     loop = movement.loop
-    omega, gain = _gains(loop)
+    omega, gain = _gains(movement.gains, loop.gain)
     figure = Figure(figsize=(WIDTH, 8.6), layout="constrained")
     grid_ = figure.add_gridspec(3, 2, height_ratios=(2, 1.7, 3.2))
     upper = figure.add_subplot(grid_[0, :])
     middle = figure.add_subplot(grid_[1, :], sharex=upper)
     _singular_values(upper, omega / TURN, gain, loop.gain)
-    _sensitivity(middle, omega / TURN, gain, loop.margins)
+    _sensitivity(middle, omega / TURN, gain, movement.margins)
     _determinant(figure.add_subplot(grid_[2, 0]), gain)
     _characteristic(figure.add_subplot(grid_[2, 1]), gain, movement)
     figure.align_ylabels([upper, middle])
@@ -47,18 +47,17 @@ def suspension_loop(movement):
     return figure
 
 
-def _gains(loop):
+def _gains(gains, own):
     """Frequencies, closer near the poles, shape (f,) [rad/s], and the loop gain there, shape (f, k, k).
 
-    From where its integrators alone make it SHOWN[1] to where it falls below SHOWN[0].
+    From where its integrators alone make it SHOWN[1] to where it falls below SHOWN[0]. `gains` are `StableGains`, `own`
+    is the gain of the loop. [rad/s]
     """
-    known = loop.response_frequencies
-    low = loop.gain / SHOWN[1]
+    known, low = gains.frequencies(own), own / SHOWN[1]
     decades = np.geomspace(low, max(known[-1], 10 * low), POINTS)
-    omega = np.unique(np.concatenate([decades, known, around_poles(loop.open_poles, CIRCLE)]))
+    omega = np.unique(np.concatenate([decades, known, around_poles(gains.poles, CIRCLE)]))
     omega = omega[(omega >= low) & (omega <= decades[-1])]
-    parts = np.array_split(omega, 1 + len(omega) // AT_ONCE)
-    gain = loop.gain * np.concatenate([loop.unit_gain(1j * part) for part in parts])
+    gain = own * by_parts(gains.loop_gain, omega)
     large = np.flatnonzero(np.linalg.norm(gain, ord=2, axis=(-2, -1)) > SHOWN[0])
     return omega[: large[-1] + 1], gain[: large[-1] + 1]
 

@@ -1,96 +1,95 @@
-"""Modes of the cables that a gain could drive, and the largest gain with all modes of the cables.
+"""The loop gain of a suspension with all modes of its cables that a gain could drive, and what follows from it.
 
-Which a gain could drive is decided by a bound (`driven_waves`). The largest gain is the smallest one at which any pole
-crosses the imaginary axis: where an eigenvalue of the loop gain is real and negative, all modes of the cables' elements
-being in it (`control.loop_gain`). Frequencies beside the poles of the model, and of the modes that the gain could
-drive, show all crossings. Waves across a cable take power from those along it where it sags, so that the pole that
-crosses first decides how far they are resolved; it is sought again with them.
+Which modes a gain could drive is decided by a bound (`driven_waves`). The largest gain is the smallest one at which any
+pole crosses the imaginary axis: where an eigenvalue of the loop gain is real and negative, all modes of the cables'
+elements being in it (`control.loop_gain`). Frequencies beside the poles of the model, and of the modes that the gain
+could drive, show all crossings. Waves across a cable take power from those along it where it sags, so that the pole
+that crosses first decides how far they are resolved; it is sought again with them.
 
 Another law than an integrator may make the loop gain large far above the frequencies of the body. All modes are then
 needed up to where the loop gain of waves that do not return is below BROAD, as for one cable.
-
-Damping by the air couples all modes of a cable, actuators have coordinates of their own, and so much damped strain may
-be there that rounding spoils the response of a cable: then the largest gain is that of a model.
 """
 
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from cablestudy.activity import doing
-from cablestudy.control.gain_limits import ASIDE, TOGETHER, Limit, limit_near
+from cablestudy.control.gain_limits import StableGains, limit_near
 from cablestudy.control.loop_gain import LoopGain
-from cablestudy.control.margins_crossings import crossings, refined
-from cablestudy.control.margins_grid import curve, frequencies
-from cablestudy.control.stability import NEGLIGIBLE, too_many
+from cablestudy.control.margins import Margins
+from cablestudy.control.motion import actuated
+from cablestudy.control.stability import too_many
 from cablestudy.control.suspension import load_off_ends
 from cablestudy.study.suspension.driven_waves import ACROSS, Effects, dense
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
+from cablestudy.system.linear import LinearSystem
+from cablestudy.wind.gusts import damping_of_bodies
 
 MOST_WAVES, MOST_OF_CABLE = 240, 1600  # half-waves along a cable that are resolved, and its modes that are computed
 MOST_MODES = 300  # modes of cables that a gain could drive; more are refused
 TRIALS, BEYOND = 5, 1.2  # of the frequency up to which waves across the cables are resolved, over that of the pole
 MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coincide, over that of one alone
+WINDOW = 0.2  # relative distance of frequencies beside one that decides a margin, by which it changes with the model
+NEARLY, CLOSE = 0.5, 0.05  # gain over the largest, and relative distance of modes from the one that would grow, from
+# which on such modes are in the model of the response
 TURN = 2 * np.pi
-ZERO = 1e-9  # size of a pole over that of the largest, below which it is that of an integral
 
 
 class DrivenCables:
-    """Modes of single cables that a gain could drive, and the largest gain with them.
+    """The loop gain with the modes of single cables that a gain could drive.
 
     Parameters
     ----------
     movement : Movement
-        With a loop.
+        With control, and stable without.
     gain : float
         [rad/s]
+    before : DrivenCables, optional
+        Of another gain.
 
     Attributes
     ----------
-    broad : float
-        Frequency up to which all modes are needed. [rad/s]
     models : Models
         Of the cables, with the waves resolved that the gain could drive.
-    chosen : list of (ndarray of bool, shape (n,))
-        Modes of each cable that the gain could drive.
-    exact : bool
-        Whether the largest gain is known.
-    limit : Limit or None
-        None where the loop is stable for every gain.
-    errors : tuple of 2 float
-        Estimated, of the largest gain and its frequency, relative; not a number where they are not known. [-]
+    loop_gain : LoopGain
+    poles : ndarray
+        Without control: those of the model, and about where those of the modes are that the gain could drive. [rad/s]
+    gains : StableGains
+        The largest gain among them, right if it is at most `gain`.
 
     Raises
     ------
     NoSolutionError
-        They are too many.
+        They are too many, or so much strain is damped that rounding spoils the response of a cable.
     """
 
-    def __init__(self, movement, gain):
+    def __init__(self, movement, gain, before=None):
         self._movement, self._gain, self._effects = movement, gain, Effects(movement)
-        linear, self._base = movement.linear, movement.modes.solution
-        self._elements = linear.model is not None  # an exact choice, which nothing resolves further
-        self.exact = not movement.actuators and not (linear.drag and linear.scene.wind.aerodynamic_damping)
-        self.limit, self.errors = None, (np.nan, np.nan)
+        self._base, self._elements = movement.modes.solution, movement.linear.model is not None
         resolved_to = self._base.omega[-1]
         for _ in range(TRIALS):
             self.models = self._models(resolved_to)
-            self.exact = self.exact and not self.loop_gain.spoilt
-            self.chosen = self._chosen()
-            self.limit = self._least_crossing() if self.exact else None
-            resolved = self.limit is None or self._elements or self.limit.omega <= resolved_to
-            if resolved or resolved_to == self._farthest:
+            same = before is not None and before.models is self.models
+            self.loop_gain = before.loop_gain if same else self._loop_gain()
+            poles = self._poles(self._chosen())
+            if same and np.array_equal(poles, before.poles):
+                self.gains = before.gains
+            else:
+                self.gains = StableGains(self.loop_gain, poles, movement.notches, movement.given_loop.law)
+            self.poles = poles
+            limit = self.gains.limit
+            self.resolved = limit is None or self._elements or limit.omega <= resolved_to
+            if self.resolved or resolved_to == self._farthest:
                 break
-            resolved_to = min(BEYOND * self.limit.omega, self._farthest)
-        if self.limit and resolved:
-            self.errors = self._errors()
+            resolved_to = min(BEYOND * limit.omega, self._farthest)
 
     @cached_property
     def broad(self):
         """Frequency up to which all modes are needed; 0 of an integrator. [rad/s]"""
-        return 0.0 if self._movement.loop.law.integrates_only else self._effects.loop_up_to(self._gain)
+        return 0.0 if self._movement.given_loop.law.integrates_only else self._effects.loop_up_to(self._gain)
 
     @cached_property
     def _highest(self):
@@ -102,7 +101,7 @@ class DrivenCables:
 
     @property
     def _in_words(self):
-        return self._movement.loop.law.said(self._gain, 4)
+        return self._movement.given_loop.law.said(self._gain, 4)
 
     @property
     def _farthest(self):
@@ -112,10 +111,8 @@ class DrivenCables:
     def _models(self, resolved_to):
         """`Models` of the cables, waves across them resolved up to a frequency at least. [rad/s]"""
         base, highest, time = self._base, self._highest, self._effects.travel_time
-        if self._elements:
-            return Models(base.models.cables, base.models.meshes, fixed=True)
-        if max(highest.max(initial=0.0), resolved_to) <= base.omega[-1]:
-            return base.models
+        if (max(highest.max(initial=0.0), resolved_to) <= base.omega[-1] and base.models.complete) or self._elements:
+            return base.models if base.models.complete else Models(base.models.cables, base.models.meshes, fixed=True)
         waves = np.maximum(highest, [[resolved_to], [0.0]]) * time / np.pi
         kind, cable = np.unravel_index(np.argmax(waves), waves.shape)
         if waves[kind, cable] > max(MOST_WAVES, resolved_to * time[ACROSS].max() / np.pi) * (1 + 1e-9):
@@ -125,6 +122,7 @@ class DrivenCables:
         return Models(cables, cables.meshes(search.orders_of(waves.max(axis=0))), most=MOST_OF_CABLE)
 
     def _chosen(self):
+        """Modes of each cable that the gain could drive, or that are needed: list of (ndarray of bool, shape (n,))."""
         driven = self._effects.driven(self.loop_gain, self._gain)
         found = [own | (one.omega < self.broad) for own, one in zip(driven, self.models.elements, strict=True)]
         number = sum(int(own.sum()) for own in found)
@@ -132,58 +130,62 @@ class DrivenCables:
             raise too_many(self._in_words, number, self._highest.max(initial=0.0))
         return found
 
-    @property
-    def loop_gain(self):
+    def _loop_gain(self):
         """`LoopGain` with all modes of the models."""
-        movement, effects, layout = self._movement, self._effects, self._movement.layout
+        movement, effects, layout, linear = self._movement, self._effects, self._movement.layout, self._movement.linear
         stiffness, mass = (dense(part) for part in layout.own)
+        air = linear.air_on(self.models)
+        elements = [replace(one, air=air.get(cable)) for cable, one in enumerate(self.models.elements)]
+        damping = damping_of_bodies(linear.drag, layout, np.eye(len(mass))) if linear.braked else np.zeros_like(mass)
+        for element in elements:
+            element.check()
+        *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, movement.actuators)
+        bodies = LinearSystem(*matrices, feedback=feedback)
+
+        def widened(part):
+            return np.concatenate([part, np.zeros((*part.shape[:-1], len(bodies) - len(mass)))], axis=-1)
+
         off = dense(layout.moved).T @ load_off_ends(movement.equilibrium, movement.winches)
-        places = effects.moved, effects.reeled, off, effects.measured
-        shares, controller = movement.allocation.shares, movement.loop.controller
-        return LoopGain(mass, stiffness, self.models.elements, *places, shares, controller)
+        places = widened(effects.moved), effects.reeled, widened(off.T).T, widened(effects.measured)
+        shares, controller = movement.allocation.shares, movement.given_loop.controller
+        return LoopGain(bodies, elements, *places, shares, controller)
 
-    def _least_crossing(self):
-        """`Limit` of the smallest gain at which a pole crosses the imaginary axis; None where none does.
-
-        Notes
-        -----
-        With l the eigenvalue of L, 1 + g l(s) = 0, so that the pole moves by 1/(g dl/ds) per relative change of g.
-        Where it grows by less than NEGLIGIBLE of its frequency with a gain ASIDE above, it is called unstable only
-        from the gain on with which it grows by that much.
-        """
-        movement, loop_gain, poles = self._movement, self.loop_gain, [self._movement.open_poles]
-        for cable, own in enumerate(self.chosen):
-            above = np.flatnonzero(own & (loop_gain.elements[cable].omega > self._base.omega[-1]))
+    def _poles(self, chosen):
+        """Those of the model, and about where those of the chosen modes above it are. [rad/s]"""
+        poles = [self._movement.open_poles]
+        for cable, own in enumerate(chosen):
+            above = np.flatnonzero(own & (self.loop_gain.elements[cable].omega > self._base.omega[-1]))
             if len(above):
-                alone = loop_gain.elements[cable].omega[above]
-                moved, _ = loop_gain.poles_of(cable, above)
+                alone = self.loop_gain.elements[cable].omega[above]
+                moved, _ = self.loop_gain.poles_of(cable, above)
                 shift = (np.abs(moved) - alone)[:, None] * MODES_TOGETHER
                 poles.append((moved.real[:, None] + 1j * (alone[:, None] + shift)).ravel())
-        law, poles = movement.loop.law, np.concatenate(poles)
-        poles = poles[np.abs(poles) > ZERO * np.abs(poles).max()]
-        omega, _, values = curve(loop_gain, frequencies(poles, movement.notches, law), upto=law.judged_up_to)
-        rest, best = crossings(omega[None], values[None]).sorted(), None
-        while len(rest) and (best is None or rest.factor[0] < best.factor):
-            near = rest.factor <= TOGETHER * rest.factor[0]
-            found, rest = refined(loop_gain, rest.take(near)), rest.take(~near)
-            found = found.take(found.outward) if len(found) else found
-            if len(found):
-                growth = (1j / (found.factor * found.slope)).real
-                share = NEGLIGIBLE * found.place / growth
-                factor = found.factor * (1 + np.where(share > ASIDE, share, 0.0))
-                least = int(np.argmin(factor))
-                if best is None or factor[least] < best.factor:
-                    best = Limit(float(factor[least]), float(found.place[least]))
-        return best
+        return np.concatenate(poles)
 
-    def _errors(self):
-        """Estimated relative errors of gain and frequency of a `Limit` by the meshes, and by modal damping: two. [-]
+    def with_critical_modes(self, linear, gain):
+        """A `LinearMotion` with the modes above its own that would grow first, where a gain [rad/s] is nearly that."""
+        limit, base = self.gains.limit, self._base
+        if limit is None or limit.omega <= base.omega[-1] or not NEARLY * limit.factor < gain < limit.factor:
+            return linear
+        near = [np.abs(element.omega / limit.omega - 1) < CLOSE for element in self.models.elements]
+        count = sum(len(element.omega) for element in self.models.elements) + len(self._movement.layout.free)
+        search = Search(linear.equilibrium, count, linear.accuracy, cables=self.models.cables)
+        modes = search.with_chosen(self.models, base.coordinates.limits, near)
+        own = len(base.omega)
+        found = own + np.flatnonzero(np.abs(modes.solution.omega[own:] / limit.omega - 1) < CLOSE)
+        return linear.with_modes(modes, [*range(own), *found.tolist()], len(found))
+
+    # ------------------------------------------------------------------------------------------------------- errors
+
+    @cached_property
+    def _perturbed(self):
+        """Loop gains that differ by what the models leave open: list of `LoopGain`.
 
         The frequencies of the modes are shifted by their own errors. Modal damping of half of the modes, the highest
         ones, is left out: it has no limit as modes are added.
         """
-        loop_gain, limit = self.loop_gain, self.limit
-        wrong = [np.zeros(len(element.omega)) for element in loop_gain.elements]
+        elements, found = self.loop_gain.elements, []
+        wrong = [np.zeros(len(element.omega)) for element in elements]
         for group in self.models.groups:
             cables, count = group.ends.omega.shape
             each = np.broadcast_to(np.eye(count), (cables, count, count))
@@ -191,17 +193,39 @@ class DrivenCables:
             for place, cable in enumerate(group.places.tolist()):
                 wrong[cable] = np.minimum(energy[place] / group.ends.omega[place] ** 2 / 2, 0.5)
 
-        def halved(ratio):
-            return np.where(np.arange(len(ratio)) < len(ratio) / 2, ratio, 0.0)
-
-        elements = loop_gain.elements
-        shifted = [
+        found.append([
             replace(one, omega=one.omega * (1 - own), participation=one.participation * (1 - own)[:, None] ** 2)
             for one, own in zip(elements, wrong, strict=True)
-        ]
-        fewer = [replace(one, damping_ratio=halved(one.damping_ratio)) for one in elements]
-        found = [limit_near(replace(loop_gain, elements=elements), limit) for elements in (shifted, fewer)]
+        ])  # fmt: skip
+        if any(one.strain is None and one.damping_ratio.any() for one in elements):
+            lower = [np.arange(len(one.omega)) < len(one.omega) / 2 for one in elements]
+            found.append([
+                replace(one, damping_ratio=np.where(own, one.damping_ratio, 0.0)) if one.strain is None else one
+                for one, own in zip(elements, lower, strict=True)
+            ])  # fmt: skip
+        return [replace(self.loop_gain, elements=elements) for elements in found]
+
+    @cached_property
+    def errors(self):
+        """Estimated relative errors of the largest gain and its frequency; not a number where not known: two. [-]"""
+        limit = self.gains.limit
+        if limit is None or not self.resolved or self._elements:
+            return np.nan, np.nan
+        found = [limit_near(loop_gain, limit) for loop_gain in self._perturbed]
         if None in found:
             return np.nan, np.nan
         both = [(abs(one.factor / limit.factor - 1), abs(one.omega / limit.omega - 1)) for one in found]
         return tuple(map(float, np.sum(both, axis=0)))
+
+    def perturbed_margins(self, margins, gain):
+        """`Margins` of the perturbed loop gains, near the frequencies that decide the margins with a gain [rad/s]."""
+        if self._elements:
+            return []
+        omega, near = margins.omega, margins.deciding
+        chosen = (np.abs(omega[:, None] - near) < WINDOW * near).any(axis=1)
+        chosen[0] = True
+        return [Margins(partial(_times, gain, loop_gain), omega[chosen]) for loop_gain in self._perturbed]
+
+
+def _times(gain, loop_gain, s):
+    return gain * loop_gain(s)

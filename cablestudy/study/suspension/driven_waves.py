@@ -62,7 +62,7 @@ class Effects:
     def air(self):
         """Rate at which the air makes waves across each cable decay at least, shape (c,). [1/s]"""
         linear, span = self.movement.linear, self.cables.catenary.span
-        if linear.drag is None or not linear.scene.wind.aerodynamic_damping:
+        if not linear.braked:
             return np.zeros(self.cables.count)
         chord, velocity = span.frame[:, 0], linear.drag.velocity
         speed = np.linalg.norm(velocity - (chord @ velocity)[:, None] * chord, axis=-1)
@@ -116,7 +116,8 @@ class Effects:
     @cached_property
     def _winches(self):
         """|A| |C1 N| at the frequencies, shape (f, i, k)."""
-        return np.abs(self.movement.allocation.shares) * np.abs(self.movement.loop.controller(1j * self.omega))[:, None]
+        controller = self.movement.given_loop.controller(1j * self.omega)
+        return np.abs(self.movement.allocation.shares) * np.abs(controller)[:, None]
 
     def of(self, cable, place, coupling):
         """Shift of poles per gain, shape (n,).
@@ -185,7 +186,7 @@ class Effects:
 
     def loop_up_to(self, gain):
         """Frequency up to which the loop gain is above BROAD where waves do not return. [rad/s]"""
-        control = self.movement.loop.controller(1j * self.omega)[:, None, :]
+        control = self.movement.given_loop.controller(1j * self.omega)[:, None, :]
         passed = self._responses[2] @ self.movement.allocation.shares * control
         return float(self.omega[gain * np.abs(np.linalg.eigvals(passed)).max(axis=1) > BROAD].max(initial=0.0))
 
@@ -208,7 +209,7 @@ class Effects:
             place = np.clip(np.searchsorted(self.omega, omega), 0, len(self.omega) - 1)
             effect = gain * self.of(cable, place, element.coupling)
             driven = effect > np.maximum(DRIVEN * decay, UNDAMPED * omega)
-            if driven.any() and not loop_gain.spoilt:
+            if driven.any():
                 poles, shift = loop_gain.poles_of(cable, np.flatnonzero(driven))
                 whole = (decay - element.decay)[driven] - poles.real
                 least = np.maximum(DRIVEN * whole, UNDAMPED * omega[driven])

@@ -7,7 +7,6 @@ import numpy as np
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.words import counted
 from cablestudy.study.columns import relative
-from cablestudy.study.suspension.driven_modes import gain_error, with_driven_modes
 from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.movement import Movement
 from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
@@ -16,7 +15,6 @@ from cablestudy.wind.peak import peak_factor
 COUNTS = (64, 100, 160)  # modes of the models that are tried
 ELEMENTS = (250,)  # of a model with an exact choice of elements
 SAFETY = 2.0  # on the change of a margin by fewer modes
-PEAKS = ("sensitivity_peak", "sensitivity_frequency", "disk_margin", "disk_gain_margin", "disk_phase_margin")
 ROUNDING = 1e-14  # of a displacement by the mean wind over the longest chord: what is less is shown as zero
 
 
@@ -50,13 +48,21 @@ class InWind:
             There are no modes to the accuracy.
         """
         scene = self.scene
-        linear = count, repr((scene.winches, scene.actuators))
+        driving = repr((scene.winches, scene.actuators))
+        linear, loops = (count, driving), self._known.setdefault(driving, {})
         if linear not in self._known:
-            self._known[linear] = LinearMotion(scene, self._equilibrium, self._drag, count, self._accuracy, self._model)
+            self._known[linear] = LinearMotion(
+                scene, self._equilibrium, self._drag, count, self._accuracy, self._model, loops=loops
+            )
         moving = *linear, repr(scene.control)
         if moving not in self._known:
             self._known[moving] = Movement(scene, self._known[linear])
         return self._known[moving]
+
+    @property
+    def _counts(self):
+        """Modes of the models that are tried."""
+        return COUNTS if self._model is None else ELEMENTS
 
     @cached_property
     def _outcome(self):
@@ -68,21 +74,17 @@ class InWind:
 
     def _settled(self):
         """Movement with as many modes as needed, and its response to the wind; raises as `response`."""
-        for count in COUNTS if self._model is None else ELEMENTS:
+        for count in self._counts:
             movement = self.movement_of(count)
             response = Response(movement, self.scene) if self._drag is not None else None
             if response is None or len(movement.modes) < count:
                 break
             if movement.stable and response.moving_error <= 2 * self._accuracy:
                 break
-        if movement.loop is not None:
-            if movement not in self._known:
-                self._known[movement] = with_driven_modes(movement)
-            wider = self._known[movement]
-            same = wider.linear is movement.linear and wider.loop.gain == movement.loop.gain
-            response = response and (response if same else Response(wider, self.scene))
-            movement = wider
         movement.check_stable()
+        if movement.loop is not None and movement.with_critical_modes is not movement:
+            movement = movement.with_critical_modes
+            response = response and Response(movement, self.scene)
         return movement, response
 
     @property
@@ -104,7 +106,8 @@ class InWind:
     @property
     def solved(self):
         """Whether the motion was computed."""
-        return "_outcome" in self.__dict__ and not isinstance(self._outcome, Exception)
+        known = [self.__dict__[name] for name in ("_outcome", "_judged") if name in self.__dict__]
+        return any(not isinstance(one, Exception) for one in known)
 
     @property
     def _found(self):
@@ -129,26 +132,44 @@ class InWind:
         return self._found[1]
 
     @cached_property
+    def _judged(self):
+        """The movement of `controlled`, or the error that says why there is none: computed once for a row."""
+        try:
+            movement = self.movement_of(self._counts[0])
+            movement.check_stable()
+        except (NoSolutionError, ConvergenceError) as error:
+            return error
+        return movement
+
+    @property
+    def controlled(self):
+        """`Movement` with the fewest modes, for numbers of the loop: its loop gain has all modes of the cables.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            What moves is unstable, or there are no modes to the accuracy.
+        """
+        if isinstance(self._judged, Exception):
+            raise self._judged
+        return self._judged
+
+    @property
     def loop_error(self):
         """Estimated relative error of the largest gain; not a number for an exact choice of elements. [-]"""
-        return gain_error(self.movement) if self._model is None else np.nan
+        return self.controlled.driven.errors[0]
 
     def margin(self, name):
-        """A number of `Margins` by its name, and its estimated relative error by what fewer modes change in it."""
-        found = getattr(self.movement.loop.margins, name)
-        if self._model is not None:
+        """A number of `Margins` by its name, and its estimated relative error by what the cables' models leave open."""
+        found, others = getattr(self.controlled.margins, name), self.controlled.perturbed_margins
+        if not others:
             return found, np.nan
-        try:
-            error = SAFETY * relative(found, getattr(self.movement.fewer_loop.margins, name))
-            chosen = name in PEAKS and self.movement.linear.wide is not None
-            return found, max(error, self.loop_error) if chosen else error  # modes far above may raise the peak too
-        except NoSolutionError:  # with fewer modes it cannot be judged
-            return found, np.nan
+        return found, SAFETY * sum(relative(found, getattr(other, name)) for other in others)
 
     @property
     def gain(self):
         """Gain of the loop [rad/s], and its estimated relative error: 0 of one that the scene states."""
-        gain = self.movement.loop.gain
+        gain = self.controlled.loop.gain
         if isinstance(self.scene.control.gain, int | float):
             return gain, 0.0
         return gain, max(self.loop_error, self.margin("sensitivity_peak")[1])
@@ -156,7 +177,7 @@ class InWind:
     @property
     def gain_margin(self):
         """Largest over stated gain [dB], None where there is no limit; and its estimated relative error."""
-        limit, gain = self.movement.largest_gain, self.movement.loop.gain
+        limit, gain = self.controlled.largest_gain, self.controlled.loop.gain
         if not (limit and gain):
             return None, self.loop_error
         found = float(20 * np.log10(limit / gain))
@@ -168,15 +189,11 @@ class InWind:
 
         Estimated as that of the largest gain; relative.
         """
-        limit = self.movement.limit if self.movement.loop.gain else None
+        limit = self.controlled.limit if self.controlled.loop.gain else None
         if limit is None:
             return None, self.loop_error
         found = limit.omega
-        if self.movement.limit_errors is not None:
-            return found / (2 * np.pi), self.movement.limit_errors[1] if self._model is None else np.nan
-        other = self.movement.limit_with_other_modes
-        error = np.nan if other is None or self._model is not None else SAFETY * relative(found, other.omega)
-        return found / (2 * np.pi), error
+        return found / (2 * np.pi), self.controlled.driven.errors[1]
 
     def rms(self, names, variance, open_loop):
         """Root of the sum of variances of some outputs, and its estimated relative error; 0 of what is held.

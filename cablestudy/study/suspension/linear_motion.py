@@ -15,9 +15,10 @@ from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.residues import beside, residues
-from cablestudy.wind.gusts import gusts
+from cablestudy.system.superelement import with_ends
+from cablestudy.wind.gusts import damping_of_bodies, gusts
 from cablestudy.wind.mean import Drag
-from cablestudy.wind.strips import strips
+from cablestudy.wind.strips import damping_of_cables, strips
 
 TURN = 2 * np.pi
 FEWER = 0.7  # of the modes, with which the error by those left out is estimated
@@ -138,21 +139,20 @@ class LinearMotion:
         Relative, of their frequencies. [-]
     model : FixedModel, optional
     driven : int
-        How many of the modes, the last ones, are there because the loop could drive them.
-    wide : CoupledModes, optional
-        Those from which they were chosen.
+        How many of the modes, the last ones, are there because the loop would drive them first.
+    loops : dict, optional
+        `DrivenCables` by gain and control, which models with other numbers of modes share: it is filled.
     """
 
-    def __init__(self, scene, equilibrium, drag, modes, accuracy=1e-4, model=None, driven=0, wide=None):
+    def __init__(self, scene, equilibrium, drag, modes, accuracy=1e-4, model=None, driven=0, loops=None):
         self.scene, self.equilibrium, self.drag, self.accuracy, self.model = scene, equilibrium, drag, accuracy, model
         self._damping = [cable.damping for cable in scene.cables.values()]
         self.modes = self.lowest(modes).damped if isinstance(modes, int) else modes
-        self.driven, self.wide = driven, wide
+        self.driven, self.loops = driven, {} if loops is None else loops
         self.layout = Layout(equilibrium)
         suspension = equilibrium.suspension
         self.winches, self.markers = winches_of(scene, suspension.cable_names), markers_of(scene)
         self.actuators = actuators_of(scene)
-        self.limits, self.candidates, self._extended = {}, {}, {}  # by loop, by loop and gain, by modes
 
     def lowest(self, count):
         """The lowest `CoupledModes`; raises as `coupled_modes`."""
@@ -168,13 +168,9 @@ class LinearMotion:
             Numbers from 0.
         driven : int
         """
-        key = id(modes), *chosen
-        if key not in self._extended:
-            some = modes_among(modes, np.array(chosen))
-            wide = modes if len(chosen) < len(modes) else None
-            known = self.scene, self.equilibrium, self.drag
-            self._extended[key] = LinearMotion(*known, some, self.accuracy, self.model, driven, wide)
-        return self._extended[key]
+        known = self.scene, self.equilibrium, self.drag
+        some = modes_among(modes, np.array(chosen))
+        return LinearMotion(*known, some, self.accuracy, self.model, driven, self.loops)
 
     @cached_property
     def outputs(self):
@@ -184,7 +180,13 @@ class LinearMotion:
 
     @cached_property
     def _whole(self):
-        return second_order(self.layout, self.modes.solution.kept, self.winches, self.markers)
+        solution = self.modes.solution
+        air, kept = self.air_on(solution.models), list(solution.kept)
+        for cable, matrix in air.items():
+            one = kept[cable]
+            within = with_ends(one.shapes)
+            kept[cable] = replace(one, element=replace(one.element, air=within.T @ matrix @ within))
+        return second_order(self.layout, kept, self.winches, self.markers)
 
     @cached_property
     def _loads(self):
@@ -273,10 +275,10 @@ class LinearMotion:
         return self.residues_of(self.fewer_motion, space=self.fewer)
 
     @cached_property
-    def _blown(self):
-        """`Gusts` and aerodynamic damping; None without wind."""
+    def gusts(self):
+        """`Gusts` on the coordinates; None without wind."""
         if self.drag is None:
-            return None, None
+            return None
         _, shapes = self._basis
         along = strips(self.modes.solution, self.layout, shapes, self.drag)
         along_wind = self.drag.velocity / np.sqrt((self.drag.velocity**2).sum())
@@ -286,13 +288,16 @@ class LinearMotion:
         for place, name in enumerate(names):
             table = scene.bodies[name].wind if name in scene.bodies else None
             areas[place] = (np.array(table.areas) * own[place] ** 2).sum() if table else 0.0
-        found, damping = gusts(scene.wind, self.drag, self.layout, shapes, along, areas)
-        return found, damping if scene.wind.aerodynamic_damping else None
+        return gusts(scene.wind, self.drag, self.layout, shapes, along, areas)
 
     @property
-    def gusts(self):
-        """`Gusts` on the coordinates."""
-        return self._blown[0]
+    def braked(self):
+        """Whether the air damps what moves."""
+        return self.drag is not None and self.scene.wind.aerodynamic_damping
+
+    def air_on(self, models):
+        """Aerodynamic damping of each cable of some `Models`, see `Superelement.air`: dict, empty without."""
+        return damping_of_cables(models, self.equilibrium, self.drag) if self.braked else {}
 
     @cached_property
     def motion(self):
@@ -307,5 +312,5 @@ class LinearMotion:
 
     def _motion_of(self, whole):
         omega, shapes = self._basis
-        winches = len(self.winches)
-        return motion(self.layout, whole, omega, shapes, winches, self.actuators, self._blown[1])
+        damping = damping_of_bodies(self.drag, self.layout, shapes) if self.braked else 0.0
+        return motion(self.layout, whole, omega, shapes, len(self.winches), self.actuators, damping)

@@ -53,7 +53,7 @@ def response_table(movement, span):
     (low, high, count), loop = span, movement.loop
     own = np.abs(loop.poles[loop.poles.imag > 0]) / (2 * np.pi)
     frequency = np.unique(np.concatenate([np.geomspace(low, high, count), own[(own > low) & (own < high)]]))
-    gain = loop.gain * loop.unit_gain(2j * np.pi * frequency)
+    gain = loop.gain * movement.gains.loop_gain(2j * np.pi * frequency)
     sensitivity = np.linalg.inv(np.eye(gain.shape[-1]) + gain)
     columns = {Field("frequency_Hz", "frequency", "Hz"): frequency}
     for name, value in zip(CURVES, (gain, sensitivity, sensitivity @ gain), strict=True):

@@ -2,18 +2,21 @@
 
 from dataclasses import replace
 from functools import cached_property
+from math import ceil, log2
 
 import numpy as np
 
-from cablestudy.control.gain_limits import largest_gain, limit_near, sensitive_gain, single_limits
 from cablestudy.control.plant import Notch
 from cablestudy.control.pose_loop import PoseLoop, allocate, growing, moved_by_winches
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.loops import law_from
+from cablestudy.study.suspension.driven_cables import DrivenCables
 
 TURN = 2 * np.pi
 LITTLE = 1e-6  # gain over the lowest frequency, of a loop whose gain follows from a margin
+UNLIMITED = 1e3  # gain up to which a loop that seems to have no limit is examined, over its lowest frequency
+TRIALS = 4  # of the gain that decides which modes of cables are looked at
 
 
 class Movement:
@@ -24,14 +27,10 @@ class Movement:
     scene : SuspensionScene
     linear : LinearMotion
         Of this scene, or of one that differs in the loop, the exposure or the correction.
-    exact : (Limit or None, tuple of 2 float), optional
-        The largest gain with all modes of the cables, and the relative errors of it and of its frequency.
-    coarse : Limit, optional
-        The largest gain of a model with fewer modes.
     """
 
-    def __init__(self, scene, linear, exact=None, coarse=None):
-        self.scene, self.linear, self.modes, self._exact, self.coarse = scene, linear, linear.modes, exact, coarse
+    def __init__(self, scene, linear):
+        self.scene, self.linear, self.modes = scene, linear, linear.modes
         self.equilibrium, self.drag, self.layout = linear.equilibrium, linear.drag, linear.layout
         self.winches, self.markers, self.actuators = linear.winches, linear.markers, linear.actuators
 
@@ -186,72 +185,52 @@ class Movement:
         if control is None:
             return None
         if isinstance(control.gain, (int, float)):
-            return self._given_loop
+            return replace(self.given_loop, gains=self.gains) if self.given_loop.law.delay else self.given_loop
         auto, limit = control.gain.auto, self.largest_gain
         most = limit and limit / 10 ** (auto.gain_margin / 20)
-        gain = sensitive_gain(self._given_loop, auto.sensitivity, most)
+        gain = self.gains.gain_of_peak(auto.sensitivity, most)
         if gain is None:
             raise NoSolutionError("no gain follows from a gain margin: the loop is stable for every gain")
-        return self._given_loop.with_gain(gain)
+        return replace(self.given_loop, gain=gain, gains=self.gains)
 
     @cached_property
-    def _given_loop(self):
+    def given_loop(self):
         """The loop with its gain, or with next to none where the gain follows from a margin."""
         law, gain = law_from(self.scene.control, self.scene.control)
         given = LITTLE * self.modes.solution.omega[0] if gain is None else gain
         return PoseLoop(self.motion, self.allocation, given, self.notches, law)
 
+    @cached_property
+    def driven(self):
+        """`DrivenCables` of a gain above that of the loop and above the largest one; loops that differ in it share it.
+
+        Raises
+        ------
+        NoSolutionError
+            The loop is unstable without gain, or could drive too many modes.
+        """
+        loops, gain, found = self.linear.loops, self.given_loop.gain, None
+        control = repr((self.scene.control.model_copy(update={"gain": None}), self.given_loop.law))
+        self.check_open()
+        for _ in range(TRIALS):
+            key = ceil(log2(gain or LITTLE)), control
+            if key not in loops:
+                loops[key] = DrivenCables(self, 2.0 ** key[0], found)
+            found, limit = loops[key], loops[key].gains.limit
+            gain = limit.factor if limit else UNLIMITED * self.modes.solution.omega[0]
+            if gain <= 2.0 ** key[0]:
+                break
+        return found
+
+    @property
+    def gains(self):
+        """`StableGains` with all modes of the cables that the gain, and the largest gain, could drive."""
+        return self.driven.gains
+
     @property
     def limit(self):
         """`Limit` of the gain, or None: that of all loops that differ in the gain alone."""
-        return self.limit_of_model if self._exact is None else self._exact[0]
-
-    @property
-    def limit_of_model(self):
-        """The same with the modes of the model, and those from which they were chosen."""
-        chosen, wide = self._limits
-        return wide or chosen
-
-    @property
-    def limit_errors(self):
-        """Estimated relative errors of its gain and frequency where all modes of the cables decide, else None. [-]"""
-        return None if self._exact is None else self._exact[1]
-
-    @property
-    def loop_key(self):
-        """All of the loop but its gain, by which loops share what does not depend on that: str."""
-        return repr((self.scene.control.model_copy(update={"gain": None}), self._given_loop.law))
-
-    @property
-    def limit_change(self):
-        """By how much, relative, the modes that were not chosen change the largest gain; None where it is not known.
-
-        [-]
-        """
-        chosen, wide = self._limits
-        return wide and abs(wide.factor / chosen.factor - 1)
-
-    @property
-    def limit_with_other_modes(self):
-        """`Limit`, or None, of the modes that were chosen, or of the highest left out where none were: for errors."""
-        chosen, wide = self._limits
-        return chosen if wide else limit_near(self.fewer_loop, chosen) or self.coarse
-
-    @cached_property
-    def _limits(self):
-        """`Limit`, or None, with the modes of the model, and with those from which they were chosen."""
-        key, limits = self.loop_key, self.linear.limits
-        if key not in limits:
-            found = largest_gain(self._given_loop)
-            wide = found and self.linear.wide and limit_near(self._wide_loop, found)
-            limits[key] = found, wide
-        return limits[key]
-
-    @property
-    def _wide_loop(self):
-        """The loop with all modes from which those of the model were chosen."""
-        linear = self.linear
-        return Movement(self.scene, linear.with_modes(linear.wide, range(len(linear.wide)), 0))._given_loop
+        return self.gains.limit
 
     @property
     def largest_gain(self):
@@ -259,30 +238,47 @@ class Movement:
         return self.limit and self.limit.factor
 
     @cached_property
-    def single_limits(self):
-        """`gain_limits.single_limits`, by the name of the measured coordinate: dict."""
-        return dict(zip(self.measured, single_limits(self.loop).tolist(), strict=True))
+    def margins(self):
+        """`Margins` of the loop, which is stable."""
+        return self.gains.margins(self.loop.gain)
 
-    @property
+    @cached_property
+    def perturbed_margins(self):
+        """`DrivenCables.perturbed_margins` of these."""
+        return self.driven.perturbed_margins(self.margins, self.loop.gain)
+
+    @cached_property
+    def single_limits(self):
+        """`StableGains.single_limits`, by the name of the measured coordinate: dict."""
+        return dict(zip(self.measured, self.gains.single_limits(self.loop.gain).tolist(), strict=True))
+
+    @cached_property
+    def with_critical_modes(self):
+        """The same movement, with the modes that would grow first where its gain is nearly the largest one."""
+        linear = self.driven.with_critical_modes(self.linear, self.loop.gain)
+        if linear is self.linear:
+            return self
+        found = Movement(self.scene, linear)
+        found.__dict__["driven"] = self.driven
+        return found
+
+    @cached_property
     def stable(self):
         """Whether no motion grows, with the winches at rest and with the loop."""
-        loop = self.loop
         if growing(self.open_poles) is not None:
             return False
-        return loop is None or not loop.gain or (loop.growing is None and not self._beyond_model)
-
-    @property
-    def _beyond_model(self):
-        """Whether the gain is above its limit by a mode that the model of the motion has not."""
-        if self._exact is None or self._exact[0] is None or self.loop.gain <= self._exact[0].factor:
-            return False
-        own = self.limit_of_model
-        return own is None or self.loop.gain < own.factor
+        return self.loop is None or not self.gains.unstable(self.loop.gain)
 
     @property
     def open_poles(self):
         """Eigenvalues with the winches at rest. [rad/s]"""
         return self.motion.eigen.poles
+
+    def check_open(self):
+        """Refuse what grows with the winches at rest: NoSolutionError, with the motion and why."""
+        if (pole := growing(self.open_poles)) is not None:
+            cause = "actuators" if self.actuators else "aerodynamic damping"
+            raise NoSolutionError(f"unstable without winches ({cause}): {self._named(pole, self.motion)}")
 
     def check_stable(self):
         """Refuse what grows.
@@ -292,10 +288,8 @@ class Movement:
         NoSolutionError
             With the motion that grows, and why.
         """
+        self.check_open()
         loop = self.loop
-        if (pole := growing(self.open_poles)) is not None:
-            cause = "actuators" if self.actuators else "aerodynamic damping"
-            raise NoSolutionError(f"unstable without winches ({cause}): {self._named(pole, self.motion)}")
         if not self.stable:
             pole = loop.growing
             moving = self._named(pole, loop) if pole else f"a motion of {self.limit.omega / TURN:.4g} Hz grows"

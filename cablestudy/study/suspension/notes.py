@@ -123,7 +123,7 @@ def _of_wind(case):
     shapes = counted(len(movement.motion) - modes - strokes, "static shape")
     if movement.loop is not None and case.model is not None:
         yield (
-            f"loop: judged by the modes of these elements, up to {_highest(movement.linear):.4g} Hz, and not by those "
+            f"loop: judged by the modes of these elements, up to {_highest(movement):.4g} Hz, and not by those "
             "of the cables above"
         )
     some = f"{modes} coupled modes up to {movement.modes.frequency[-1]:.4g} Hz"
@@ -181,9 +181,9 @@ def _of_modes(modes):
         yield f"and {len(modes.coincident) - LISTED} more runs of modes that coincide"
 
 
-def _highest(linear):
-    """Of all modes that a loop was judged with. [Hz]"""
-    return (linear.wide or linear.modes).frequency[-1]
+def _highest(movement):
+    """Of all modes of cables that a loop was judged with. [Hz]"""
+    return max(one.omega.max(initial=0.0) for one in movement.driven.loop_gain.elements) / (2 * np.pi)
 
 
 def damping_notes(scene):

@@ -250,7 +250,7 @@ LOOP = (
     _of_loop("gain", "rad/s", "integral gain of the loop of all winches", lambda w: w.gain),
     _of_loop("largest_gain", "rad/s", "integral gain of the winches below which the loop is stable; empty when it "
              "always is",
-             lambda w: (w.movement.largest_gain, w.loop_error)),
+             lambda w: (w.controlled.largest_gain, w.loop_error)),
     _of_loop("gain_margin", "dB", "largest stable gain over the gain, of all winches together; empty when there is no "
              "limit", lambda w: w.gain_margin),
     _of_loop("phase_crossover", "Hz", "frequency at which the largest gain puts a pole of the loop on the axis: that "

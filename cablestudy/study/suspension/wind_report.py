@@ -105,7 +105,7 @@ def loop_table(case, more=()):
 
 def coordinate_table(case):
     """Each measured coordinate: its notch, and by how much its gain alone may grow."""
-    movement = case.in_wind.movement
+    movement = case.in_wind.controlled
     body = movement.equilibrium.suspension.body_names[movement.body]
     limits = movement.single_limits if movement.loop.gain else {}
     rows = []
