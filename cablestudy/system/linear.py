@@ -373,16 +373,13 @@ def equivalent_viscous(mass, stiffness):
     if not np.isfinite(mass.sum() + stiffness.sum()):
         return np.full(mass.shape, np.nan)
     try:
-        lower = np.linalg.cholesky(mass)
+        np.linalg.cholesky(mass)
     except np.linalg.LinAlgError:
         raise NoSolutionError(MASSLESS_MOTION) from None
-    half = np.linalg.solve(lower, stiffness.real)
-    square, vectors = np.linalg.eigh(np.linalg.solve(lower, half.T))
-    shapes = np.linalg.solve(lower.T, vectors)
-    omega = np.sqrt(np.maximum(square, 0.0))
-    rate = (shapes * (stiffness.imag @ shapes)).sum(axis=0) / np.where(omega > 0, omega, 1.0)
-    weighted = lower @ vectors
-    return weighted * rate @ weighted.T
+    compliance, shapes = LinearSystem(mass, np.zeros_like(mass), stiffness).strain_modes
+    omega = 1 / np.sqrt(compliance)
+    moving, rate = mass @ shapes * omega, omega * (shapes * (stiffness.imag @ shapes)).sum(axis=0)
+    return moving * rate @ moving.T
 
 
 def polynomial(parts, s):
