@@ -458,8 +458,8 @@ def test_the_loop_is_judged_as_all_modes_judge_it(law, model):
         return (poles.real / np.abs(poles)).max()
 
     limit = brentq(growth, 0.02, 0.5, rtol=1e-4)
-    assert case.plant.verdict(0.97 * limit).stable
-    assert not case.plant.verdict(1.03 * limit).stable
+    assert case.plant.stable(0.97 * limit)
+    assert not case.plant.stable(1.03 * limit)
 
 
 def test_what_viscous_damping_guarantees_beside_masses():

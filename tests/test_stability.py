@@ -264,7 +264,7 @@ def test_the_largest_gain_is_the_smallest_at_which_any_pole_crosses(diameter, da
         stable = (poles.real / np.abs(poles)).max() < NEGLIGIBLE
         nearest = poles[np.argmin(np.abs(poles - crossing))]
         assert stable if factor < 1 else nearest.real > 0, factor
-        assert case.plant.verdict(factor * limit).stable == (factor < 1)
+        assert case.plant.stable(factor * limit) == (factor < 1)
 
 
 @pytest.mark.parametrize(("elements", "order"), [(2, 6), (4, 4), (10, 1)])

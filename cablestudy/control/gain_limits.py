@@ -15,10 +15,11 @@ from cablestudy.control.law import SMALL
 from cablestudy.control.margins import Margins, gain_of_peak, sensitivity
 from cablestudy.control.margins_crossings import crossing_near, crossings, refined
 from cablestudy.control.margins_grid import beside, by_parts, curve, eigenvalues, frequencies
-from cablestudy.control.stability import NEGLIGIBLE
 
-ASIDE = 0.03  # relative distance of a gain above a crossing at which a pole counts that grows by less than NEGLIGIBLE
+UNDAMPED = 1e-8  # damping ratio below which a mode counts as undamped
+NEGLIGIBLE = 1e-9  # growth over frequency, of such a mode, that is not called instability: twofold in 1e8 oscillations
 TOGETHER = 2.0  # factors up to so many times the least one are refined at once
+BESIDE = 0.03  # relative distance of a gain from a crossing up to which that is polished
 SIMILAR = 0.1  # relative distance of two frequencies up to which they belong to one crossing
 NEAR = 0.5  # relative distance of an eigenvalue from -1 over a gain up to which it may cross near that gain
 FIRST_STEP = 1e-6  # relative, of the search for a crossing near another one
@@ -38,10 +39,18 @@ class Limit:
         Of a gain; for all winches together the gain itself. [-], [rad/s]
     omega : float
         There the pole is. [rad/s]
+    open_ratio : float
+        Damping ratio without control of the mode that it belongs to. [-]
     """
 
     factor: float
     omega: float
+    open_ratio: float = 1.0
+
+    @property
+    def undamped(self):
+        """Whether that mode is as good as undamped."""
+        return self.open_ratio < UNDAMPED
 
 
 class StableGains:
@@ -81,43 +90,68 @@ class StableGains:
         omega, _, values = self.curve
         return crossings(omega[None], values[None]).sorted()
 
-    @cached_property
+    @property
     def limit(self):
-        """`Limit` of the smallest gain at which a pole crosses to the right; None where none does.
+        """`Limit` of the smallest gain at which a pole crosses to the right; None where none does."""
+        return self.limits[0] if self.limits else None
+
+    @cached_property
+    def limits(self):
+        """`Limit` of gains at which poles cross to the right, the smallest ones: list, ascending.
+
+        Notes
+        -----
+        With l the eigenvalue of L, 1 + g l(s) = 0, so that the pole moves by 1/(g dl/ds) per relative change of g. One
+        of a mode as good as undamped is called unstable only from the gain on with which it grows by NEGLIGIBLE.
+        """
+        rest, found = self._crossings, []
+        while len(rest) and (not found or rest.factor[0] < found[0].factor):
+            near, rest = _least(self.loop_gain, rest)
+            found += [one for one, outward in self._described(near) if outward]
+            found.sort(key=lambda one: one.factor)
+        return found
+
+    def _described(self, crossings):
+        """Each as a `Limit`, and whether the pole crosses to the right: list of pairs."""
+        growth = (1j / (crossings.factor * crossings.slope)).real
+        share, found = NEGLIGIBLE * crossings.place / np.abs(growth), []
+        for number, outward in enumerate(crossings.outward.tolist()):
+            omega = float(crossings.place[number])
+            ratio = self.open_ratio(omega)
+            later = 1 + share[number] if outward and ratio < UNDAMPED else 1.0
+            found.append((Limit(float(crossings.factor[number]) * float(later), omega, ratio), outward))
+        return found
+
+    def open_ratio(self, omega):
+        """Damping ratio without control of the mode whose pole is nearest to a frequency. [-]"""
+        if not len(self.poles):
+            return 1.0
+        pole = self.poles[np.argmin(np.abs(self.poles - 1j * omega))]
+        return float(max(-pole.real / abs(pole), 0.0))
+
+    def unstable(self, gain, polished=lambda limit: limit):
+        """How many poles of the loop with a gain are to the right, pairs counted twice.
+
+        Parameters
+        ----------
+        gain : float
+            [rad/s]
+        polished : callable, optional
+            `Limit` -> the same with a better loop gain.
 
         Raises
         ------
         NoSolutionError
             The delay is too long to judge the loop.
-
-        Notes
-        -----
-        With l the eigenvalue of L, 1 + g l(s) = 0, so that the pole moves by 1/(g dl/ds) per relative change of g.
-        Where it grows by less than NEGLIGIBLE of its frequency with a gain ASIDE above, it is called unstable only
-        from the gain on with which it grows by that much.
         """
-        rest, best = self._crossings, None
-        while len(rest) and (best is None or rest.factor[0] < best.factor):
-            found, rest = _least(self.loop_gain, rest)
-            found = found.take(found.outward)
-            if len(found):
-                growth = (1j / (found.factor * found.slope)).real
-                share = NEGLIGIBLE * found.place / growth
-                factor = found.factor * (1 + np.where(share > ASIDE, share, 0.0))
-                least = int(np.argmin(factor))
-                if best is None or factor[least] < best.factor:
-                    best = Limit(float(factor[least]), float(found.place[least]))
-        if best is not None:
-            self.check_delay(best.factor)
-        return best
-
-    def unstable(self, gain):
-        """How many poles of the loop with a gain [rad/s] are to the right, pairs counted twice; raises as `limit`."""
         self.check_delay(gain)
-        if self.limit is None or gain < self.limit.factor:
-            return 0
-        found = refined(self.loop_gain, self._crossings.take(self._crossings.factor < TOGETHER * gain))
-        return 2 * int(np.where(found.outward, 1, -1)[found.factor < gain].sum())
+        rest = self._crossings.take(self._crossings.factor < TOGETHER * gain)
+        count = 0
+        for one, outward in self._described(refined(self.loop_gain, rest)) if len(rest) else ():
+            near = abs(one.factor / gain - 1) < BESIDE
+            if (polished(one) if near else one).factor < gain:
+                count += 2 if outward else -2
+        return max(count, 0)
 
     def check_delay(self, gain):
         """Refuse a gain [rad/s] with which a delay is too long to judge the loop; see `Law.check_reach`."""

@@ -15,10 +15,11 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.control.gain_limits import UNDAMPED, Limit
 from cablestudy.control.gondola import gondola_mode
 from cablestudy.control.law import INTEGRATOR, Law
 from cablestudy.control.margins_grid import frequencies
-from cablestudy.control.stability import UNDAMPED, Limit, judge, largest_gain, limit_near
+from cablestudy.control.stability import largest_gain, limit_like, unstable_poles
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.first_order import Allocation, equations
 from cablestudy.system.linear import assemble, upper
@@ -122,11 +123,11 @@ class Plant:
 
     @cached_property
     def _limit(self):
-        """`stability.Limit` or None, or the error that says why there is none."""
+        """`Limit` or None, or the error that says why there is none."""
         known = self.known.get("limit")
         try:
             if isinstance(known, Limit):
-                return limit_near(self, known)
+                return limit_like(self, known)
             if "limit" not in self.known:
                 self.known["limit"] = largest_gain(self)
         except NoSolutionError as error:
@@ -138,17 +139,17 @@ class Plant:
         """Below it the loop is stable; None when it always is; see `stability.largest_gain`. [rad/s]"""
         if isinstance(self._limit, NoSolutionError):
             raise self._limit
-        return self._limit and self._limit.gain
+        return self._limit and self._limit.factor
 
     @property
     def limit_frequency(self):
         """Where the largest gain puts a pole on the imaginary axis; None where there is no such gain. [Hz]"""
-        return self.largest_gain and abs(self._limit.pole) / (2 * np.pi)
+        return self.largest_gain and self._limit.omega / (2 * np.pi)
 
-    def verdict(self, gain):
-        """See `stability.judge`."""
+    def stable(self, gain):
+        """Whether the loop is stable with a gain [rad/s]; raises as `stability.unstable_poles`."""
         if gain not in self.known:
-            self.known[gain] = judge(self, gain)
+            self.known[gain] = unstable_poles(self, gain) == 0
         return self.known[gain]
 
     def controller(self, s):

@@ -24,20 +24,17 @@ not called instability: no material is known to be that undamped. A mode whose d
 UNDAMPED and which the gain drives by more is refused by name: cable.damping.viscous decides then, and not the strain.
 """
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
+from cablestudy.control.gain_limits import NEGLIGIBLE, UNDAMPED, StableGains, limit_near
 from cablestudy.control.law import SMALL
 from cablestudy.control.margins import gain_of_peak
-from cablestudy.control.margins_crossings import crossing_near, crossings, refined
-from cablestudy.control.margins_grid import by_parts, curve
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.linear import upper
 
-UNDAMPED = 1e-8  # damping ratio below which a mode counts as undamped
-NEGLIGIBLE = 1e-9  # growth over frequency that is not called instability: twofold in 1e8 oscillations
 # which modes are in the model of the loop
 DRIVEN = 0.02  # a mode is included if the gain shifts its pole by more than this share of its decay
 SAFETY = 4  # divides the guaranteed decay in the bound for the modes that are not included
@@ -48,17 +45,12 @@ BROAD = 0.1  # loop gain of waves that run away, above which a law that is no in
 NEEDED = 1e-4  # relative error of the poles by the other modes
 NEEDED_BROAD = 1e-6  # the same of a law that is no integrator
 EXACT = 0.1  # the same where a pole decides, relative to the tolerance of the response
-TAKEN, FEW = 0.5, 8  # a pole that lost this share of its damping is recomputed with more modes; at most so many poles
 # search for the largest gain
 LEAST, MOST = 1e-4, 1e9  # range of gains, relative to the gondola's frequency
 WIDER, NARROWER = 4, 3  # factors from one range of gains to the next, upwards and downwards
 BEYOND = 0.03  # a gain this much above a crossing is judged, since the crossing lacks modes that hardly matter
-FARTHER = 2.0  # crossings that values between two frequencies show up to so many times a gain may lie below it
-CLOSE = 1e-4  # a gain this much below a crossing is judged, since another pole may have crossed before
-STEPS, SETTLED = 60, 1e-12  # most steps of the secant method, and the relative step that ends it
-HALF_WIDTHS, BESIDE_POLE, BESIDE_GAIN = 3, 1e-5, 0.1  # distance of a crossing from its pole and from the gain
+BESIDE_GAIN = 0.1  # largest relative distance of places beside the frequency where the sensitivity decides
 AROUND = np.linspace(-1.5, 1.5, 13)  # places beside the frequency where the sensitivity decides, in half-widths
-FIRST_STEP, LAST_STEP = 1e-9, 1e-15  # of the search for a crossing, relative to its frequency
 
 
 @dataclass(frozen=True)
@@ -80,50 +72,6 @@ class Waves:
     time_across: float
     time_along: float
     part: float = 1.0
-
-
-@dataclass(frozen=True)
-class Limit:
-    """The largest gain.
-
-    Attributes
-    ----------
-    gain : float
-        [rad/s]
-    pole : complex
-        The one that it brings to the imaginary axis. [rad/s]
-    """
-
-    gain: float
-    pole: complex
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """Whether the loop is stable with a gain.
-
-    Attributes
-    ----------
-    stable : bool
-    pole : complex
-        The pole with the largest growth relative to its frequency. [rad/s]
-    open_ratio : float
-        Damping ratio without control of the mode that it belongs to. [-]
-    """
-
-    stable: bool
-    pole: complex
-    open_ratio: float
-
-    @property
-    def growth(self):
-        """Of the pole over its frequency. [-]"""
-        return self.pole.real / max(abs(self.pole), np.finfo(float).tiny)
-
-    @property
-    def undamped(self):
-        """Whether that mode is practically undamped."""
-        return self.open_ratio < UNDAMPED
 
 
 def driven_up_to(plant, waves, gain):
@@ -177,8 +125,8 @@ def guaranteed_decay(cable, phase):
     return np.where(phase >= HALVED, 0.5, 0.0) * cable.viscous / 2 if cable.uneven else cable.viscous / 2
 
 
-def judge(plant, gain):
-    """The verdict on a gain.
+class ResolvedLoop:
+    """The loop gain with every mode that gains up to some gain could drive.
 
     Parameters
     ----------
@@ -186,27 +134,17 @@ def judge(plant, gain):
     gain : float
         [rad/s]
 
-    Returns
-    -------
-    Verdict
+    Attributes
+    ----------
+    cable : Superelement
+        With the modes that are included.
+    gains : StableGains
+        Of that cable.
 
     Raises
     ------
     NoSolutionError
         The gain could drive too many modes, or the delay is too long.
-    """
-    gain = min(gain, MOST * plant.main)  # beyond it nothing changes
-    return ResolvedLoop(plant, gain).verdict(gain)
-
-
-class ResolvedLoop:
-    """The closed loop with every mode that gains up to some gain could drive.
-
-    Parameters
-    ----------
-    plant : Plant
-    gain : float
-        [rad/s]
     """
 
     def __init__(self, plant, gain):
@@ -218,74 +156,17 @@ class ResolvedLoop:
         if chosen.sum() > MOST_MODES:
             raise too_many(plant.said(gain, 4), int(chosen.sum()), float(whole.omega[chosen].max()))
         self._whole, self._chosen, self._exact = whole, chosen, {}
-        self._own = plant.resolved is not None or not np.isin(np.flatnonzero(chosen), plant.pole_modes).all()
-        self._own = self._own or plant.law.delay > 0
-        _ = self._highest  # raises NoSolutionError
-
-    @cached_property
-    def cable(self):
-        """The cable with the modes that are included."""
         # the model of the plant's poles is used where it includes them all: its poles are needed anyway
-        return self._whole.condense(np.flatnonzero(self._chosen)) if self._own else self.plant.pole_model
+        known = plant.resolved is None and np.isin(np.flatnonzero(chosen), plant.pole_modes).all()
+        self.cable = plant.pole_model if known else whole.condense(np.flatnonzero(chosen))
+        self.open_poles = plant.open_poles if known else plant.system_of(self.cable).poles
+        poles = np.concatenate([self.open_poles, self.cable.poles])
+        self.gains = StableGains(partial(plant.unit_matrix, self.cable), poles, (plant.notch,), plant.law)
+        self.gains.check_delay(gain)
 
-    @cached_property
-    def _closed(self):
-        """A of the closed loop as A0 + gain A1."""
-        return self.plant.closed_of(self.cable, self._highest) if self._own else self.plant.closed
-
-    @cached_property
-    def _highest(self):
-        """Frequency beyond which the loop gain is below SMALL: up to there a delay must be right. [rad/s]
-
-        Raises
-        ------
-        NoSolutionError
-            The delay is too long for that.
-        """
-        plant = self.plant
-        if not plant.law.delay:
-            return 0.0
-        omega = plant.frequencies(np.concatenate([self.open_poles, self.cable.poles]))
-        value = self.gain * np.abs(by_parts(self.unit_gain, omega)[:, 0, 0])
-        large = omega[~(value < SMALL)]
-        highest = float(large[-1]) if len(large) else plant.main
-        plant.law.check_reach(highest, self.gain)
-        return highest
-
-    @cached_property
-    def open_poles(self):
-        """Poles without control, upper half plane and real axis. [rad/s]"""
-        return self.plant.system_of(self.cable).poles if self._own else self.plant.open_poles
-
-    def unit_gain(self, s):
-        """L over the gain, shape (f, 1, 1)."""
-        return self.plant.unit_matrix(self.cable, s)
-
-    @cached_property
-    def curve(self):
-        """Frequencies that show how L passes the negative real axis [rad/s], and L over the gain there."""
-        omega = self.plant.frequencies(np.concatenate([self.open_poles, self.cable.poles]))
-        return curve(self.unit_gain, omega, upto=self.plant.law.judged_up_to)
-
-    @cached_property
-    def _crossings(self):
-        """`Crossings` of the curve, as far as its values show them."""
-        omega, _, values = self.curve
-        return crossings(omega[None], values[None])
-
-    def crossing_gains(self, most):
-        """Gains up to about another one at which a pole crosses the imaginary axis, ascending, shape (c,). [rad/s]"""
-        found = self._crossings
-        return refined(self.unit_gain, found.take(found.factor <= FARTHER * most)).factor
-
-    @property
-    def first_crossing_gain(self):
-        """The least of them; infinite where there is none. [rad/s]"""
-        return float(self.crossing_gains(self._crossings.factor.min(initial=np.inf)).min(initial=np.inf))
-
-    def exact(self, pole):
-        """The cable with every mode that matters for a pole."""
-        plant, about = self.plant, int(np.ceil(np.log2(max(abs(pole) / self.plant.main, 1.0))))
+    def exact(self, omega):
+        """The cable with every mode that matters for a pole at a frequency. [rad/s]"""
+        plant, about = self.plant, int(np.ceil(np.log2(max(omega / self.plant.main, 1.0))))
         if self._whole.strain is None or self._whole.uneven or not plant.tolerance:
             return self._whole
         if about not in self._exact:
@@ -294,46 +175,30 @@ class ResolvedLoop:
             self._exact[about] = self._whole.condense(np.flatnonzero(chosen))
         return self._exact[about]
 
-    def poles(self, gains):
-        """Eigenvalues for some gains, shape (k,) -> (k, n). [rad/s]"""
-        fixed, scaled = self._closed
-        every = np.linalg.eigvals(fixed + np.asarray(gains)[:, None, None] * scaled)
-        return np.where(every.imag >= 0, every, -1.0)  # of hysteretic damping only the upper half plane counts
+    def polished(self, limit):
+        """A `Limit` with every mode that matters for it."""
+        if limit.undamped:
+            return limit
+        found = limit_near(partial(self.plant.unit_matrix, self.exact(limit.omega)), limit)
+        return replace(limit, factor=found.factor, omega=found.omega) if found else limit
 
-    def verdict(self, gain):
-        """`Verdict` on a gain: the pole that grows most, or is nearest to growing."""
-        verdicts = self._verdicts(gain)
-        return max([part for part in verdicts if not part.stable] or verdicts, key=lambda part: part.growth)
+    @property
+    def limit(self):
+        """`Limit` of the smallest gain at which a pole becomes unstable; None where none does."""
+        limits = self.gains.limits
+        near = [self.polished(one) for one in limits if one.factor <= (1 + BEYOND) * limits[0].factor]
+        return min(near, key=lambda one: one.factor, default=None)
+
+    def unstable(self, gain):
+        """How many poles with a gain [rad/s] are to the right, pairs counted twice."""
+        return self.gains.unstable(gain, self.polished)
 
     def growing(self, gain):
-        """A `Verdict` for each pole that grows with a gain: list."""
-        return [part for part in self._verdicts(gain) if not part.stable]
-
-    def _verdicts(self, gain):
-        """A `Verdict` for each of the poles that grow most relative to their frequency: list."""
-        poles = self.poles([gain])[0] if self._own else self.plant.closed_poles(gain)
-        ratio = poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)
-        verdicts = []
-        for place in np.argsort(-ratio)[: None if self.plant.broad else FEW]:
-            growth, pole = float(ratio[place]), complex(poles[place])
-            open_ratio = self.open_ratio(pole)
-            if pole.imag > 0 and growth > -TAKEN * open_ratio:  # with all modes that matter
-                pole = self.plant.pole_near(pole, self.exact(pole), gain)
-                growth = pole.real / abs(pole)
-            verdicts.append(Verdict(bool(growth <= allowed(open_ratio)), pole, open_ratio))
-        return verdicts
-
-    def open_ratio(self, pole):
-        """Damping ratio without control of the mode that a pole belongs to. [-]"""
-        if not len(self.open_poles):
-            return 1.0
-        mode = self.open_poles[np.argmin(np.abs(self.open_poles - pole))]
-        return float(max(-mode.real / abs(mode), 0.0))
-
-
-def allowed(open_ratio):
-    """Growth over frequency that is no instability, of a mode with a damping ratio without control. [-]"""
-    return NEGLIGIBLE if open_ratio < UNDAMPED else 0.0
+        """The pole that grows most relative to its frequency with a gain. [rad/s]"""
+        fixed, scaled = self.plant.closed_of(self.cable, self.gains.large_up_to(SMALL / gain))
+        poles = upper(np.linalg.eigvals(fixed + gain * scaled))
+        pole = complex(poles[np.argmax(poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny))])
+        return self.plant.pole_near(pole, self.exact(abs(pole)), gain) if pole.imag > 0 else pole
 
 
 def _driven(plant, cable, gain):
@@ -372,38 +237,17 @@ def largest_gain(plant):
     low, gain = 0.0, _first_guess(plant)
     while low < MOST * plant.main:
         found = _resolved(plant, low, gain)
-        gain = found.gain
-        crossed = found.crossing_gains(gain)
-        tried = [crossing for crossing in (1 + BEYOND) * crossed if low < crossing < gain]
-        for higher in [*tried, gain]:
-            if growing := found.growing(higher):
-                return _smallest(found, higher, growing)
-        low, gain = gain, WIDER * gain
+        if (limit := found.limit) and limit.factor <= found.gain:
+            if limit.undamped:
+                said = plant.said((1 + BEYOND) * limit.factor, 4).removeprefix("a gain of ")
+                raise undamped(1j * limit.omega, limit.open_ratio, f"no largest gain: at {said} ")
+            return limit
+        low, gain = found.gain, WIDER * found.gain
     return None
 
 
-def _smallest(found, gain, growing):
-    """`Limit` with the smallest gain at which a pole becomes unstable, from a gain with which some grow.
-
-    The pole that grows fastest there may have crossed later than another one.
-    """
-    while True:
-        damped = [one for one in growing if not one.undamped]
-        if not damped:
-            one = max(growing, key=lambda part: part.growth)
-            said = found.plant.said(gain, 4).removeprefix("a gain of ")
-            raise undamped(one.pole, one.open_ratio, f"no largest gain: at {said} ")
-        limits = [_polished(found, one.pole, gain) for one in damped]
-        limit = min((one for one in limits if one.gain < gain), key=lambda one: one.gain, default=limits[0])
-        below = (1 - CLOSE) * limit.gain
-        growing = found.growing(below)
-        if not growing or limit.gain >= gain:
-            return limit
-        gain = below
-
-
 def _resolved(plant, low, gain):
-    """The closed loop for gains up to the one given, or to a lower one where that is beyond what is judged."""
+    """The loop for gains up to the one given, or to a lower one where that is beyond what is judged."""
     while True:
         try:
             return ResolvedLoop(plant, gain)
@@ -415,65 +259,20 @@ def _resolved(plant, low, gain):
 
 def _first_guess(plant):
     """A gain a little above the least crossing of the imaginary axis, with the modes that hardly any gain needs."""
-    found = _resolved(plant, 0.0, 1e-3 * plant.main)
-    least = min(found.first_crossing_gain, plant.main)
+    limits = _resolved(plant, 0.0, 1e-3 * plant.main).gains.limits
+    least = min(limits[0].factor, plant.main) if limits else plant.main
     return float(np.clip(1.2 * least, 1e-3 * plant.main, 1e3 * plant.main))
 
 
-def limit_near(plant, known):
-    """The largest gain of a plant that differs little from another one, whose largest gain is known.
-
-    Parameters
-    ----------
-    plant : Plant
-    known : Limit
-
-    Returns
-    -------
-    Limit
+def limit_like(plant, known):
+    """The largest gain of a plant that differs little from another one, whose `Limit` is known.
 
     Raises
     ------
     NoSolutionError
         The gain could drive too many modes.
     """
-    return _polished(ResolvedLoop(plant, known.gain), known.pole, known.gain)
-
-
-def _polished(found, pole, gain):
-    """`Limit`: the gain at which a pole becomes unstable, with all modes that matter for it."""
-    cable = found.exact(pole)
-    crossing = _crossing(found.plant, cable, pole, gain)
-    if crossing:
-        return crossing
-
-    def excess(gain, near):
-        pole = found.plant.pole_near(near, cable, gain)
-        return pole.real / abs(pole), pole
-
-    last, pole = excess(gain, complex(pole))
-    before, here = gain, gain * (1.01 if last < 0 else 0.99)
-    for _ in range(STEPS):
-        value, pole = excess(here, pole)
-        if value == last:
-            break
-        step = value * (here - before) / (value - last)
-        before, last, here = here, value, here - float(np.clip(step, -0.3 * here, 0.3 * here))
-        if abs(step) <= SETTLED * here:
-            return Limit(float(here), pole)
-    return Limit(float(gain), pole)
-
-
-def _crossing(plant, cable, pole, gain):
-    """The gain near another one at which a pole crosses the imaginary axis: a `Limit`, or None if not found."""
-
-    def needed_gain(omega):
-        return -1 / complex(plant.unit_gain_of(cable, np.array([1j * omega]))[0])
-
-    begin, width = abs(pole), abs(pole.real)
-    step, farthest = max(0.1 * width, FIRST_STEP * begin), HALF_WIDTHS * width + BESIDE_POLE * begin
-    found = crossing_near(needed_gain, begin, step, farthest, max(LAST_STEP * begin, SETTLED * width))
-    return Limit(found[0], 1j * found[1]) if found and abs(found[0] - gain) <= BESIDE_GAIN * gain else None
+    return ResolvedLoop(plant, known.factor).polished(known)
 
 
 def sensitive_gain(plant, peak, most):
@@ -500,16 +299,16 @@ def sensitive_gain(plant, peak, most):
     if peak == np.inf:
         return most
     found = _resolved(plant, 0.0, MOST * plant.main if most is None else most)
-    gain, omega = gain_of_peak(found.unit_gain, found.curve[0], peak, found.gain)
+    gain, omega = gain_of_peak(found.gains.loop_gain, found.gains.curve[0], peak, found.gain)
     if omega is None:
         return most
     pole = complex(found.open_poles[np.argmin(np.abs(found.open_poles - 1j * omega))])
-    if (ratio := found.open_ratio(pole)) < UNDAMPED:
+    if (ratio := found.gains.open_ratio(omega)) < UNDAMPED:
         said = plant.said(gain, 4).removeprefix("a gain of ")
         raise undamped(pole, ratio, f"no gain with a sensitivity of at most {peak:g}: at {said} ")
     around = omega + min(abs(pole.real), BESIDE_GAIN * omega) * AROUND  # with every mode that matters there
     most = min(found.gain, (1 + BEYOND) * gain)
-    exact = found.exact(1j * omega)
+    exact = found.exact(omega)
     return gain_of_peak(lambda s: plant.unit_matrix(exact, s), around, peak, most)[0]
 
 
@@ -529,13 +328,14 @@ def too_many(said, count, omega):
     )
 
 
-def complaint(plant, gain, verdict):
+def complaint(plant, gain):
     """Why a gain is refused, with the largest stable one where it is known."""
-    pole = verdict.pole
+    found = ResolvedLoop(plant, min(gain, MOST * plant.main))
+    pole = found.growing(found.gain)
     text = f"unstable loop at {plant.said(gain)}: a motion of {abs(pole.imag) / (2 * np.pi):.4g} Hz "
     text += f"grows by {pole.real:.3g} 1/s; "
-    if verdict.undamped:
-        return text + str(undamped(pole, verdict.open_ratio))
+    if (ratio := found.gains.open_ratio(abs(pole))) < UNDAMPED:
+        return text + str(undamped(pole, ratio))
     try:
         limit = plant.largest_gain
     except NoSolutionError as error:
@@ -548,8 +348,12 @@ def complaint(plant, gain, verdict):
 
 
 def unstable_poles(plant, gain):
-    """How many poles lie to the right for a gain, pairs counted twice."""
-    found = ResolvedLoop(plant, gain)
-    right = upper(found.poles([gain])[0])
-    right = right[right.real > 0]
-    return int((1 + (right.imag > 0)).sum())
+    """How many poles lie to the right for a gain, pairs counted twice.
+
+    Raises
+    ------
+    NoSolutionError
+        The gain could drive too many modes, or the delay is too long.
+    """
+    gain = min(gain, MOST * plant.main)  # beyond it nothing changes
+    return ResolvedLoop(plant, gain).unstable(gain)

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control import stability
+from cablestudy.control.gain_limits import UNDAMPED
 from cablestudy.control.law import INTEGRATOR, Law
 from cablestudy.control.margins import Margins
 from cablestudy.control.plant import Notch, Plant
@@ -173,18 +174,13 @@ class Loop:
         """Refuse a peak of the sensitivity [rad/s] of a mode as good as undamped."""
         poles = np.concatenate([self.closed_poles, self.plant.excited.poles])
         pole = complex(poles[np.argmin(np.abs(poles - 1j * omega))])
-        if -pole.real < stability.UNDAMPED * abs(pole):
+        if -pole.real < UNDAMPED * abs(pole):
             raise stability.undamped(pole, max(-pole.real / abs(pole), 0.0), "no peak of the sensitivity: ")
-
-    @cached_property
-    def verdict(self):
-        """`stability.Verdict` of the gain."""
-        return self.plant.verdict(self.gain)
 
     @property
     def stable(self):
         """Whether no motion grows."""
-        return not self.gain or self.verdict.stable
+        return not self.gain or self.plant.stable(self.gain)
 
     def check_stable(self):
         """Refuse an unstable loop.
@@ -196,7 +192,7 @@ class Loop:
         """
         self.check_damped()
         if not self.stable:
-            raise NoSolutionError(stability.complaint(self.plant, self.gain, self.verdict))
+            raise NoSolutionError(stability.complaint(self.plant, self.gain))
 
     def with_margins(self, margin, peak=np.inf):
         """The same loop with the largest gain that leaves a gain margin and bounds the peak of the sensitivity.

@@ -20,8 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.cable.element import basis, lagrange
+from cablestudy.control.gain_limits import UNDAMPED
 from cablestudy.control.plant import NEAR
-from cablestudy.control.stability import UNDAMPED
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.cable_wind import DIRECTIONS, STILL, at_points, blowing, drag_loads
 from cablestudy.study.windrms import QUADRATURE, frequency_range, scaling

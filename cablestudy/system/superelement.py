@@ -333,7 +333,8 @@ class Superelement:
         Where viscous damping is uneven, by a system of equations for each s.
         """
         s = np.asarray(s, dtype=complex)
-        self.check()
+        if self.strain is not None:
+            self._strain_damping.check()
         if self.uneven:
             return self._uneven_damping.dynamic_stiffness(s, rows, columns)
         if self.strain is not None:
@@ -347,10 +348,10 @@ class Superelement:
         modal = [self._modal(s[i : i + BLOCK], products) for i in range(0, len(s), BLOCK)]
         return value + np.concatenate(modal or [products[:0]]).reshape(value.shape)
 
-    def check(self):
-        """Refuse so much damped strain that rounding spoils the response: NoSolutionError."""
-        if self.strain is not None:
-            self._strain_damping.check()
+    @property
+    def spoilt(self):
+        """Whether so much strain is damped that rounding spoils the response: `dynamic_stiffness` refuses it."""
+        return self.strain is not None and self._strain_damping.spoilt
 
     def held_by_modes(self, s, ends):
         """See `UnevenDamping.held_by_modes`."""

@@ -32,6 +32,7 @@ MOST_WAVES, MOST_OF_CABLE = 240, 1600  # half-waves along a cable that are resol
 MOST_MODES = 300  # modes of cables that a gain could drive; more are refused
 TRIALS, BEYOND = 5, 1.2  # of the frequency up to which waves across the cables are resolved, over that of the pole
 MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coincide, over that of one alone
+SAFETY = 2.0  # on the change of the largest gain
 WINDOW = 0.2  # relative distance of frequencies beside one that decides a margin, by which it changes with the model
 NEARLY, CLOSE = 0.5, 0.05  # gain over the largest, and relative distance of modes from the one that would grow, from
 # which on such modes are in the model of the response
@@ -40,6 +41,8 @@ TURN = 2 * np.pi
 
 class DrivenCables:
     """The loop gain with the modes of single cables that a gain could drive.
+
+    Where so much strain is damped that rounding spoils the response of a cable, it is that of the coupled modes.
 
     Parameters
     ----------
@@ -54,7 +57,7 @@ class DrivenCables:
     ----------
     models : Models
         Of the cables, with the waves resolved that the gain could drive.
-    loop_gain : LoopGain
+    loop_gain : LoopGain or callable
     poles : ndarray
         Without control: those of the model, and about where those of the modes are that the gain could drive. [rad/s]
     gains : StableGains
@@ -63,7 +66,7 @@ class DrivenCables:
     Raises
     ------
     NoSolutionError
-        They are too many, or so much strain is damped that rounding spoils the response of a cable.
+        They are too many.
     """
 
     def __init__(self, movement, gain, before=None):
@@ -74,7 +77,7 @@ class DrivenCables:
             self.models = self._models(resolved_to)
             same = before is not None and before.models is self.models
             self.loop_gain = before.loop_gain if same else self._loop_gain()
-            poles = self._poles(self._chosen())
+            poles = self._poles()
             if same and np.array_equal(poles, before.poles):
                 self.gains = before.gains
             else:
@@ -131,14 +134,15 @@ class DrivenCables:
         return found
 
     def _loop_gain(self):
-        """`LoopGain` with all modes of the models."""
+        """`LoopGain` with all modes of the models; where rounding spoils it that of the coupled modes, a function."""
         movement, effects, layout, linear = self._movement, self._effects, self._movement.layout, self._movement.linear
         stiffness, mass = (dense(part) for part in layout.own)
         air = linear.air_on(self.models)
         elements = [replace(one, air=air.get(cable)) for cable, one in enumerate(self.models.elements)]
         damping = damping_of_bodies(linear.drag, layout, np.eye(len(mass))) if linear.braked else np.zeros_like(mass)
-        for element in elements:
-            element.check()
+        self._spoilt = any(element.spoilt for element in elements)
+        if self._spoilt:
+            return movement.given_loop.unit_gain
         *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, movement.actuators)
         bodies = LinearSystem(*matrices, feedback=feedback)
 
@@ -150,9 +154,12 @@ class DrivenCables:
         shares, controller = movement.allocation.shares, movement.given_loop.controller
         return LoopGain(bodies, elements, *places, shares, controller)
 
-    def _poles(self, chosen):
-        """Those of the model, and about where those of the chosen modes above it are. [rad/s]"""
+    def _poles(self):
+        """Those of the model, and about where those of modes above it are that the gain could drive. [rad/s]"""
         poles = [self._movement.open_poles]
+        if self._spoilt:
+            return poles[0]
+        chosen = self._chosen()
         for cable, own in enumerate(chosen):
             above = np.flatnonzero(own & (self.loop_gain.elements[cable].omega > self._base.omega[-1]))
             if len(above):
@@ -209,17 +216,17 @@ class DrivenCables:
     def errors(self):
         """Estimated relative errors of the largest gain and its frequency; not a number where not known: two. [-]"""
         limit = self.gains.limit
-        if limit is None or not self.resolved or self._elements:
+        if limit is None or not self.resolved or self._elements or self._spoilt:
             return np.nan, np.nan
         found = [limit_near(loop_gain, limit) for loop_gain in self._perturbed]
         if None in found:
             return np.nan, np.nan
         both = [(abs(one.factor / limit.factor - 1), abs(one.omega / limit.omega - 1)) for one in found]
-        return tuple(map(float, np.sum(both, axis=0)))
+        return tuple(map(float, SAFETY * np.sum(both, axis=0)))
 
     def perturbed_margins(self, margins, gain):
         """`Margins` of the perturbed loop gains, near the frequencies that decide the margins with a gain [rad/s]."""
-        if self._elements:
+        if self._elements or self._spoilt:
             return []
         omega, near = margins.omega, margins.deciding
         chosen = (np.abs(omega[:, None] - near) < WINDOW * near).any(axis=1)

@@ -22,7 +22,8 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.stability import BROAD, NEGLIGIBLE
+from cablestudy.control.gain_limits import NEGLIGIBLE
+from cablestudy.control.stability import BROAD
 from cablestudy.control.suspension import reeled
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.system.suspension import outward

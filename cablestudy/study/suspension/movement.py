@@ -8,6 +8,7 @@ import numpy as np
 
 from cablestudy.control.plant import Notch
 from cablestudy.control.pose_loop import PoseLoop, allocate, growing, moved_by_winches
+from cablestudy.control.stability import BEYOND, undamped
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.loops import law_from
@@ -229,8 +230,18 @@ class Movement:
 
     @property
     def limit(self):
-        """`Limit` of the gain, or None: that of all loops that differ in the gain alone."""
-        return self.gains.limit
+        """`Limit` of the gain, or None: that of all loops that differ in the gain alone.
+
+        Raises
+        ------
+        NoSolutionError
+            A mode as good as undamped decides.
+        """
+        limit = self.gains.limit
+        if limit and limit.undamped:
+            said = self.given_loop.law.said((1 + BEYOND) * limit.factor, 4).removeprefix("a gain of ")
+            raise undamped(1j * limit.omega, limit.open_ratio, f"no largest gain: at {said} ")
+        return limit
 
     @property
     def largest_gain(self):
