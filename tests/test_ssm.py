@@ -93,14 +93,14 @@ def test_second_order_model_with_free_ends_has_the_poles_of_the_state_space():
 @pytest.mark.parametrize("name", ["mass", "stiffness"])
 def test_a_number_that_is_not_finite_is_never_exported(folder, monkeypatch, name, damping, attached):
     """A NaN put into the second-order model: one line, exit code 3, no file."""
-    second_order = statespace._second_order
+    free_cable = statespace._free_cable
 
     def spoilt(*arguments):
-        model = second_order(*arguments)
+        model = free_cable(*arguments)
         getattr(model, name)[-3, -3] = np.nan
         return model
 
-    monkeypatch.setattr(statespace, "_second_order", spoilt)
+    monkeypatch.setattr(statespace, "_free_cable", spoilt)
     for kind in export.KINDS:
         done = run("ssm", CARLINA, *WITH[attached], "--set", f"cable.damping={damping}", "--out", f"x{kind}", code=3)
         assert done.out == ""

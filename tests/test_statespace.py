@@ -6,7 +6,7 @@ from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G
 from command import CARLINA, SLACK
 from references import bars
 
-from cablestudy.control import reduction, statespace
+from cablestudy.control import plant, statespace
 from cablestudy.control.winch import Loop, Notch
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import ssm
@@ -89,7 +89,7 @@ def test_response_is_that_of_dense_bars(model, dense):
 def test_response_is_the_dynamic_end_stiffness(damping, selection, residual):
     model = case_of(CARLINA, f"cable.damping={DAMPINGS[damping]}").end_model
     kept = chosen(model, selection)
-    reduced = model.condense(kept) if residual else reduction.truncated(model, kept)
+    reduced = model.condense(kept) if residual else model.truncate(kept)
     expected = reduced.dynamic_stiffness(1j * OMEGA)
     system = statespace.cable(model, kept, residual)
     assert largest(system.response(1j * OMEGA, derivatives=True) - expected, expected) < 1e-10
@@ -154,10 +154,10 @@ def test_hysteretic_modes_lose_half_the_loss_factor_times_their_elastic_share():
 
 
 def test_error_keeps_the_fewest_modes(model):
-    share = reduction.inertia_share(model, 3, 3)
+    share = model.inertia_share(3, 3)
     assert share.sum() == pytest.approx(1, rel=1e-12)
     for error in (0.5, 0.1, 1e-3, 1e-12):
-        kept = reduction.fewest(share, error)
+        kept = plant.largest(share, error)
         assert np.delete(share, kept).sum() <= error
         largest_first = np.sort(share)[::-1]
         assert 1 - largest_first[: len(kept) - 1].sum() > error  # one fewer does not do
@@ -165,7 +165,7 @@ def test_error_keeps_the_fewest_modes(model):
 
 def test_error_bounds_the_inertia_that_the_response_lacks():
     model = case_of(CARLINA, "cable.damping={ratio: 0}").end_model
-    kept = reduction.fewest(reduction.inertia_share(model, 3, 3), 1e-2)
+    kept = plant.largest(model.inertia_share(3, 3), 1e-2)
     omega = 0.1 * model.omega.min()
     exact = statespace.cable(model).response([1j * omega])[0, 3, 3]
     less = statespace.cable(model, kept).response([1j * omega])[0, 3, 3]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from cablestudy.control.residues import eigen, residues
+from cablestudy.system.residues import eigen, residues
 from cablestudy.wind.variance import Noise, Panels, smooth_on, variances
 
 RANGE = 1e-7, 1e7

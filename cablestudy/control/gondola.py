@@ -68,8 +68,8 @@ def coupled_modes(mass, stiffness, frequency, participation, moments):
     own = moments[0] - (coupling**2).sum()
     own = mass + (own if own > ROUNDING * moments[0] else 0.0)
     inertia[n, n] = own + (coupling**2).sum()
-    modes = LinearSystem(inertia, np.zeros_like(inertia), rigidity, ()).modes
-    return _polished(modes.omega, own, stiffness, omega, coupling) / (2 * np.pi), modes.shares[0]
+    natural, shares = LinearSystem(inertia, np.zeros_like(inertia), rigidity).modes
+    return _polished(natural, own, stiffness, omega, coupling) / (2 * np.pi), shares[0]
 
 
 def _polished(natural, own, stiffness, omega, coupling):

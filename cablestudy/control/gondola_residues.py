@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cablestudy.control.residues import beside, eigen, eigen_apart, residues
+from cablestudy.system.residues import beside, eigen, eigen_apart, residues
 
 NEGLIGIBLE = 1e-12  # damping ratio that is none
 ROUNDING = 1e-15  # of the largest pole: decay that rounding may make
@@ -25,7 +25,7 @@ def at_rest(system, inputs):
     inputs : ndarray, shape (n, i)
         Forces on the coordinates of the system.
     """
-    return _residues(system, eigen(system.first_order[0]), _forced(system, inputs), [len(system.mass) - 1])
+    return _residues(system, system.eigen, _forced(system, inputs), [len(system.mass) - 1])
 
 
 def closed(loop, system, inputs):
@@ -67,11 +67,8 @@ def _forced(system, inputs):
 
 def _response(loop, system, inputs):
     """A function of s: places of gondola and winch by forces, shape (f, 2, i), with the delay itself. [m/N]"""
-    a, driven = system.first_order
-    winch = np.concatenate([np.zeros((len(a) // 2, 3)), np.concatenate(driven, axis=1)])
-    alone = _residues(
-        system, eigen(a), np.concatenate([_forced(system, inputs), winch], axis=1), [len(system.mass) - 1]
-    )
+    pushed = np.concatenate([inputs, *system.driven], axis=1)
+    alone = _residues(system, system.eigen, _forced(system, pushed), [len(system.mass) - 1])
     count = inputs.shape[1]
 
     def response(s):

@@ -17,6 +17,7 @@ from math import ceil, factorial
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
+from cablestudy.system.first_order import NOTHING
 
 ORDER, REACH = 8, 4.0  # of a Padé approximant, and the phase up to which one is used [rad]
 PHASE = 8e-9  # error of its phase there, at most 2 REACH^17 (8!)^2/(16! 17!) [rad]
@@ -142,7 +143,6 @@ class Law:
         return a, np.array([lag, corner * lag]), np.array([self.integral - direct, -self.derivative * corner]), direct
 
 
-NOTHING = np.zeros((0, 0)), np.zeros(0), np.zeros(0), 1.0
 INTEGRATOR = Law()
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from cablestudy.control import statespace
 from cablestudy.control.time_response import respond
 
-REFERENCE, WINCH, FORCE = "reference", "winch", "force"  # where an input acts
+REFERENCE, WINCH, FORCE = "reference", "winch", "force_gondola"  # inputs of `statespace.closed_with_winch`
 LEFT_OUT = 0.3  # share of the modes, the highest ones, without which the error is estimated
 
 
@@ -40,49 +40,32 @@ class TimeResponse:
         return replace(self, **{name: part if part is None else factor * part for name, part in parts.items()})
 
 
-@dataclass(frozen=True)
-class Driven:
-    """A plant with its loop, and an input.
+def responses(closed, alone, output, winches, input_, components, time):
+    """`TimeResponse` without its error.
 
-    Attributes
+    Parameters
     ----------
-    plant : StateSpace
-        As for `statespace.feedback`, like those that follow.
-    measured : tuple of int
-    filters : list
-    shares : ndarray, shape (i, k)
-    shown : int
-        Which measured coordinate is returned.
-    place : {REFERENCE, WINCH, FORCE}
-    number : int
-        Which reference, winch, or force after the winches among the inputs of the plant.
+    closed, alone : StateSpace
+        With the loop and without it: `alone` has the last inputs of `closed`, all but the references.
+    output, input_ : int
+        Numbers of what is returned, a displacement, and of the input, in `closed`.
+    winches : list of int
+        Numbers of the outputs of `closed` that are movements of winches by the loop.
+    components : list of time_response.Component
+        Of the input.
+    time : ndarray, shape (m,)
+        Uniform, from zero. [s]
     """
-
-    plant: object
-    measured: tuple
-    filters: list
-    shares: np.ndarray
-    shown: int
-    place: str
-    number: int = 0
-
-    def responses(self, components, time):
-        """`TimeResponse` without its error, for the components of an input at uniform times from zero [s]."""
-        plant, winches, count = self.plant, len(self.shares), len(self.measured)
-        fed = statespace.feedback(plant, self.measured, self.filters, self.shares)
-        column = self.number + {REFERENCE: 0, WINCH: count, FORCE: count + winches}[self.place]
-        seen, at_once = (part[self.shown] for part in fed.measured)
-        last = slice(len(fed.a) - winches, None)
-        rows = np.concatenate([seen[None], np.eye(len(fed.a))[last], fed.a[last]])
-        direct = np.concatenate([at_once[[column]], np.zeros(winches), fed.b[last, column]])
-        found = respond(fed.a, fed.b[:, column], rows, direct, components, time)
-        alone = None
-        if self.place != REFERENCE:
-            own, output = column - count, self.measured[self.shown]
-            direct = plant.d[[output], own]
-            alone = respond(plant.a, plant.b[:, own], plant.c[[output]], direct, components, time)[:, 0]
-        final = at_once[column] - seen @ _solved(fed.a, fed.b[:, column])
-        return TimeResponse(found[:, 0], alone, found[:, 1 : 1 + winches], found[:, 1 + winches :], 0.0, float(final))
+    moved, pushed = closed.c[winches], closed.b[:, input_]
+    shown = np.concatenate([closed.c[[output]], moved, moved @ closed.a])
+    direct = np.concatenate([closed.d[[output], input_], np.zeros(len(winches)), moved @ pushed])
+    found = respond(closed.a, pushed, shown, direct, components, time)
+    final = closed.d[output, input_] - closed.c[output] @ _solved(closed.a, pushed)
+    own, without = input_ - (len(closed.inputs) - len(alone.inputs)), None
+    if own >= 0:
+        row = [output]
+        without = respond(alone.a, alone.b[:, own], alone.c[row], alone.d[row, own], components, time)[:, 0]
+    return TimeResponse(found[:, 0], without, *np.split(found[:, 1:], 2, axis=1), 0.0, float(final))
 
 
 def _solved(a, b):
@@ -122,8 +105,8 @@ def loop_response(loop, place, components, time):
     kept = np.sort(np.argsort(cable.omega)[: int((1 - LEFT_OUT) * len(cable.omega))])
     found = []
     for model in (cable, cable.select(kept)):
-        plant = statespace.coupled(model, loop.mass, loop.location, damping=loop.damping)
-        filtering, _ = loop.filter_to(loop.plant.right_up_to(model.omega))
-        driven = Driven(plant, (0,), [filtering], loop.shares, 0, place)
-        found.append(driven.responses(components, time))
+        alone = statespace.coupled(model, loop.mass, loop.location, damping=loop.damping)
+        closed = statespace.closed_with_winch(loop, model)
+        input_ = closed.input_names.index(place)
+        found.append(responses(closed, alone, 0, [len(closed.outputs) - 1], input_, components, time))
     return compared(*found)

@@ -9,13 +9,10 @@ alone. A wheel of inertia J turns freely about its axis, so the body has J less 
 -g_v times the angular velocity about the axis.
 """
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 
 import numpy as np
 
-from cablestudy.control.pose_equations import equations
-from cablestudy.control.residues import eigen, residues
 from cablestudy.system.damping import ritz
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.rigid import cross_matrix
@@ -82,42 +79,6 @@ class ActuatorFeedback:
         return (self.velocity_gain * s + self.position_gain) * (s / (s + self.corner) if self.corner else 1.0)
 
 
-@dataclass(frozen=True)
-class Motion(LinearSystem):
-    """The model of the module's docstring; m coordinates, the last ones the strokes of reaction masses.
-
-    Inputs are the lengths v that winches reel in.
-
-    Attributes
-    ----------
-    unit : ndarray, shape (m,)
-        About the frequency of each coordinate, by which it is weighted as a state. [rad/s]
-    shapes : ndarray, shape (n, m - strokes)
-        The coordinates in terms of those of the suspension; strokes have none.
-    """
-
-    unit: np.ndarray = None
-    shapes: np.ndarray = None
-
-    @cached_property
-    def eigen(self):
-        """`Eigen` of the equations of first order, winches at rest."""
-        return eigen(equations(self).fixed)
-
-    @cached_property
-    def compliance(self):
-        """Coordinates by forces on them, winches at rest: `Residues`."""
-        found, inverse = equations(self), np.linalg.inv(self.mass)
-        forced = np.zeros((found.places.shape[1], len(self)))
-        forced[len(self) : 2 * len(self)] = inverse
-        return residues(self.eigen, forced, found.places, np.zeros_like(inverse))
-
-    def within(self, space):
-        """The motion in a space of its coordinates, shape (m, r): see `LinearSystem.within`."""
-        found = super().within(space)
-        return replace(found, unit=np.sqrt(np.diagonal(found.stiffness.real) / np.diagonal(found.mass)))
-
-
 def basis(modes, loads):
     """Modes of a suspension, and their complement for the static response to some loads.
 
@@ -141,7 +102,9 @@ def basis(modes, loads):
 
 
 def motion(layout, whole: LinearSystem, omega, shapes, winches, actuators=(), damping=0.0):
-    """The `Motion` of a suspension.
+    """`LinearSystem` of a suspension in some combinations of its coordinates, then the strokes of reaction masses.
+
+    Its inputs are the lengths v that winches reel in.
 
     Parameters
     ----------
@@ -166,12 +129,12 @@ def motion(layout, whole: LinearSystem, omega, shapes, winches, actuators=(), da
     def widened(part):
         return np.concatenate([part, np.zeros((part.shape[0], strokes))], axis=1)
 
-    return Motion(
+    return LinearSystem(
         *matrices,
         tuple(widened((shapes.T @ part[:, :winches]).T).T for part in whole.driven),
         moved=tuple(widened(part @ shapes) for part in whole.moved),
         follow=tuple(part[:, :winches] for part in whole.follow),
-        unit=np.concatenate([omega, [one.omega for one in actuators if not one.wheel]]),
+        scale=np.concatenate([omega, [one.omega for one in actuators if not one.wheel]]),
         feedback=feedback,
         shapes=shapes,
     )

@@ -17,11 +17,11 @@ import numpy as np
 
 from cablestudy.control.gain_limits import UNDAMPED, Limit
 from cablestudy.control.gondola import gondola_mode
-from cablestudy.control.law import INTEGRATOR, Law, series
+from cablestudy.control.law import INTEGRATOR, Law
 from cablestudy.control.margins_grid import frequencies
-from cablestudy.control.pose_equations import Allocation, equations
 from cablestudy.control.stability import largest_gain, limit_like, unstable_poles
 from cablestudy.errors import NoSolutionError
+from cablestudy.system.first_order import Allocation, equations
 from cablestudy.system.linear import assemble, upper
 from cablestudy.system.superelement import GONDOLA, GROUND, Superelement
 
@@ -158,25 +158,6 @@ class Plant:
             return (1 / s) if self.notch is None else self.notch(s) / s
         return self.law(s) if self.notch is None else self.law(s) * self.notch(s)
 
-    def filter_to(self, highest):
-        """s C over its gain as a state space, and the names of its states.
-
-        Parameters
-        ----------
-        highest : float
-            Up to where the delay is right. [rad/s]
-
-        Returns
-        -------
-        filtering : tuple of 4 ndarray
-            a, b, c, d.
-        names : list of str
-        """
-        own, names = self.law.state_space(highest)
-        if self.notch is None:
-            return own, names
-        return series(self.notch.state_space, own), ["notch_1", "notch_2", *names]
-
     @cached_property
     def _integrator(self):
         return self.law == INTEGRATOR
@@ -205,7 +186,7 @@ class Plant:
         return replace(system, damping=damping)
 
     def closed_of(self, cable, highest=None):
-        """A of the closed loop with a model of the cable, as A0 + gain A1; see `filter_to` for `highest`."""
+        """A of the closed loop with a model of the cable, as A0 + gain A1; a delay is right up to `highest` [rad/s]."""
         return self.feedback(self.system_of(cable), highest)
 
     def feedback(self, system, highest=None):
@@ -290,8 +271,8 @@ class Plant:
     @property
     def coupled(self):
         """Undamped frequencies of gondola and cable [Hz], and their shares in the gondola's static compliance."""
-        modes = self.system_of(self.excited).modes
-        return modes.omega / (2 * np.pi), modes.shares[0]
+        omega, shares = self.system_of(self.excited).modes
+        return omega / (2 * np.pi), shares[0]
 
     @cached_property
     def main(self):

@@ -17,10 +17,10 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.law import INTEGRATOR, REACH, SMALL, Law
-from cablestudy.control.motion import Motion
-from cablestudy.control.pose_equations import DEPENDENT, Allocation, equations
-from cablestudy.control.residues import eigen, eigen_apart
 from cablestudy.errors import NoSolutionError
+from cablestudy.system.first_order import DEPENDENT, Allocation, equations
+from cablestudy.system.linear import LinearSystem
+from cablestudy.system.residues import eigen, eigen_apart
 
 STILL = 1e-3  # static gain of a coordinate over the largest, below which winches do not move it
 GROWING = 1e-9  # growth over frequency that is called instability, as for one cable
@@ -35,7 +35,7 @@ def moved_by_winches(motion, measured, sizes):
 
     Parameters
     ----------
-    motion : Motion
+    motion : LinearSystem
     measured : ndarray, shape (k, m)
     sizes : ndarray, shape (k,)
         Length that makes a rotation comparable with a displacement; 1 for these. [m]
@@ -74,7 +74,7 @@ class PoseLoop:
 
     Attributes
     ----------
-    motion : Motion
+    motion : LinearSystem
     allocation : Allocation
     gain : float
         Of an integrator; of another law what it is multiplied by. [rad/s]
@@ -86,7 +86,7 @@ class PoseLoop:
         The loop gain over frequency: a law with a delay needs it.
     """
 
-    motion: Motion
+    motion: LinearSystem
     allocation: Allocation
     gain: float
     notches: tuple
@@ -94,7 +94,7 @@ class PoseLoop:
     gains: object = field(default=None, repr=False, compare=False)
 
     def within(self, space):
-        """The same in a space of its coordinates, see `Motion.within`."""
+        """The same in a space of its coordinates, see `LinearSystem.within`."""
         allocation = replace(self.allocation, measured=self.allocation.measured @ space)
         return replace(self, motion=self.motion.within(space), allocation=allocation)
 

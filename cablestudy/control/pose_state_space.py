@@ -1,10 +1,6 @@
 """A suspension with its actuators, and with the loop of its winches, as a state space.
 
-The equations are those of `pose_equations`. Without derivatives of the inputs on the states: with x = q + G1 u + G2 u',
-G2 = B2 and G1 = B1 + A B2,
-
-    q' = A q + (B0 + A G1) u,      y = C x + E0 u + E1 u' + E2 u'' = C q + (E0 + C G1) u + (E1 + C G2) u' + E2 u''.
-
+The equations are those of `system.first_order`, without derivatives of the inputs on the states (`from_rows`).
 A state on which derivatives of an input act is its quantity less a multiple of that input; outputs are never shifted.
 """
 
@@ -13,9 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.control.margins import sensitivity
-from cablestudy.control.pose_equations import equations
-from cablestudy.control.residues import Residues
-from cablestudy.control.statespace import StateSpace
+from cablestudy.control.proper import channels
+from cablestudy.control.statespace import from_rows
+from cablestudy.system.first_order import rows
+from cablestudy.system.residues import Residues
 
 
 @dataclass(frozen=True)
@@ -40,19 +37,21 @@ class Labels:
 
 
 @np.errstate(all="ignore")  # StateSpace refuses what overflows
-def state_space(motion, forces, labels, loop=None, actuators=()):
+def state_space(motion, forces, labels, loop=None, actuators=(), added=False):
     """`StateSpace` of a suspension with its actuators.
 
     Parameters
     ----------
-    motion : Motion
+    motion : LinearSystem
     forces : ndarray, shape (m, j)
         Force on each coordinate by each input that is a force.
     labels : Labels
-    loop : PoseLoop, optional
+    loop : PoseLoop or LinearControl, optional
         With the motion as above.
     actuators : sequence of Actuator
         Those of the motion.
+    added : bool
+        Whether lengths that winches reel in beyond those of the loop are inputs too, after the references.
 
     Returns
     -------
@@ -66,34 +65,31 @@ def state_space(motion, forces, labels, loop=None, actuators=()):
     NoSolutionError
         Entries overflow.
     """
-    found, whole, reeled, shown = _rows(motion, forces, loop, actuators)
-    if loop:
-        shown = np.insert(shown, len(motion.moved[0]), reeled[0], axis=0)
-    size = len(whole)
-    inputs = (whole.shape[1] - size) // 3
-    states = _states(labels, loop, actuators, found.winches.shape[1])
-    a, *given = np.split(whole, [size, size + inputs, size + 2 * inputs], axis=1)
-    c, *direct = np.split(shown, [size, size + inputs, size + 2 * inputs], axis=1)
-    first = given[1] + a @ given[2]
-    derivatives = direct[1] + c @ given[2], direct[2]
-    return StateSpace(
-        a, given[0] + a @ first, c, direct[0] + c @ first, states, *names(labels, bool(loop), actuators), derivatives
-    )
+    found, whole, reeled, shown = rows(motion, forces, loop, actuators)
+    inputs, outputs = names(labels, bool(loop), actuators)
+    if not loop:
+        return from_rows(whole, shown, _states(labels, loop, actuators, 0), inputs, outputs)
+    shown = np.insert(shown, len(motion.moved[0]), reeled[0], axis=0)
+    count = len(labels.measured)
+    inputs = *inputs[:count], *labels.winches, *inputs[count:]
+    system = from_rows(whole, shown, _states(labels, loop, actuators, found.winches.shape[1]), inputs, outputs)
+    chosen = np.arange(len(inputs))
+    return system if added else channels(system, np.delete(chosen, count + np.arange(len(labels.winches))))
 
 
 def by_forces(motion, forces, loop=None, actuators=(), direct=None):
     """B, C and D with the forces as the only inputs, and without the lengths of the winches among the outputs.
 
     Arguments are those of `state_space`, and `direct`, shape (o, j): how much of each force is in each output of the
-    motion at once. A is that of `PoseLoop.eigen`, or of `Motion.eigen` without a loop.
+    motion at once. A is that of `PoseLoop.eigen`, or of `LinearSystem.eigen` without a loop.
     """
-    _, whole, _, shown = _rows(motion, forces, loop, actuators, direct)
+    _, whole, _, shown = rows(motion, forces, loop, actuators, direct)
     return _by_forces(whole, shown, forces)
 
 
 def winch_speeds(motion, forces, loop, actuators=(), direct=None):
     """B, C and D as of `by_forces`, with the speeds of the winches as the outputs."""
-    _, whole, reeled, _ = _rows(motion, forces, loop, actuators)
+    _, whole, reeled, _ = rows(motion, forces, loop, actuators)
     return _by_forces(whole, reeled[1], forces)
 
 
@@ -105,14 +101,14 @@ class ExactResponse:
     """
 
     def __init__(self, motion, forces, loop, actuators=(), direct=None):
-        found, whole, reeled, shown = _rows(motion, forces, None, actuators, direct)
+        found, whole, reeled, shown = rows(motion, forces, None, actuators, direct)
         size, winches = len(whole), len(reeled[0])
         inputs = (whole.shape[1] - size) // 3
         parts = [slice(size + order * inputs, size + (order + 1) * inputs) for order in range(3)]
-        rows = np.concatenate([shown, loop.allocation.measured @ found.places])
+        shown = np.concatenate([shown, loop.allocation.measured @ found.places])
         self._loop, self._winches = loop, winches
         self._given = [motion.eigen.left @ whole[:, part] for part in parts]
-        self._shown, self._direct = rows[:, :size] @ motion.eigen.right, [rows[:, part] for part in parts]
+        self._shown, self._direct = shown[:, :size] @ motion.eigen.right, [shown[:, part] for part in parts]
 
     def outputs(self, s):
         """Those of `by_forces`, shape (f, o, j), for s of shape (f,)."""
@@ -149,7 +145,9 @@ class ExactResponse:
             s[:, None, None] ** order * (fractions @ b[:, : self._winches] + d[:, : self._winches])
             for order, (b, d) in enumerate(given)
         )
-        error = loop.controller(s)[:, :, None] * (sensitivity(loop.gain * loop.unit_gain(s)) @ by_forces[:, -count:])
+        filters = loop.controller(s)
+        gain = loop.gain * (by_winches[:, -count:] @ loop.allocation.shares) * filters[:, None, :]
+        error = filters[:, :, None] * (sensitivity(gain) @ by_forces[:, -count:])
         reeled = -loop.gain * loop.allocation.shares @ error
         return by_forces[:, :-count] + by_winches[:, :-count] @ reeled, reeled
 
@@ -159,42 +157,6 @@ def _by_forces(whole, shown, forces):
     end = size + (whole.shape[1] - size) // 3
     inputs = slice(end - forces.shape[1], end)
     return whole[:, inputs], shown[:, :size], shown[:, inputs]
-
-
-def _rows(motion, forces, loop, actuators, direct=None):
-    """`Equations`, and as rows over x, u, u', u'': x', what winches reel in and its derivatives, outputs of motion and
-    actuators."""
-    found = equations(motion, *((loop.allocation, loop.notches, loop.law_space) if loop else ()), forces=forces)
-    whole = found.fixed + (loop.gain * found.scaled.sum(axis=0) if loop else 0.0)
-    m, size = len(motion), len(whole)
-    inputs = (whole.shape[1] - size) // 3
-
-    def derivative(row):
-        """Of rows over x, u, u', u'' that have no part of u''."""
-        shifted = np.zeros_like(row)
-        shifted[:, size + inputs :] = row[:, size:-inputs]
-        return row[:, :size] @ whole + shifted
-
-    winches = np.zeros((len(found.winches), whole.shape[1]))
-    if loop:
-        winches[:, size - found.winches.shape[1] : size] = found.winches
-        rate = derivative(winches)
-        reeled = winches, rate, derivative(rate)
-    else:
-        reeled = np.zeros((3, *winches.shape))
-        for order, part in enumerate(reeled):
-            part[:, size + order * inputs :][:, : len(part)] = np.eye(len(part))
-    moving = found.places, found.speeds, whole[m : 2 * m]
-    shown = sum(part @ rows for part, rows in zip(motion.moved, moving, strict=True))
-    shown += sum(part @ rows for part, rows in zip(motion.follow, reeled, strict=True))
-    if direct is not None:
-        shown[:, size + inputs - forces.shape[1] : size + inputs] += direct
-    outputs = [shown]
-    strokes = iter(found.places[m - sum(not one.wheel for one in actuators) :])
-    for one, (moved, speed) in zip(actuators, found.feedback, strict=True):
-        force = one.velocity_gain * speed + one.position_gain * moved
-        outputs.append([one.velocity_gain * moved, force] if one.wheel else [next(strokes), force])
-    return found, whole, reeled, np.concatenate(outputs)
 
 
 def names(labels, closed, actuators=()):

@@ -20,14 +20,15 @@ an input act on a state, the state is its quantity less a multiple of the input;
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cablestudy.control.reduction import truncated
+from cablestudy.control.proper import channels
 from cablestudy.errors import NoSolutionError, SceneError
-from cablestudy.system.linear import MODAL, LinearSystem
+from cablestudy.system.first_order import Allocation, LinearControl, rows
+from cablestudy.system.linear import MASSLESS_MOTION, MODAL, LinearSystem, equivalent_viscous
 from cablestudy.system.superelement import GONDOLA, GROUND, NAMES
 
 if TYPE_CHECKING:
@@ -195,9 +196,9 @@ def cable(model, chosen=None, residual=True, forces=None):
         truncated as in the paper, with D = K11 of the whole model.
     forces : Forces, optional
     """
-    second_order = _second_order(model, chosen, residual, forces)
-    n = len(second_order.names)
-    return _first_order(second_order, np.arange(n), n + np.arange(ENDS), [(name, "m") for name in NAMES])
+    system = _free_cable(model, chosen, residual, forces)
+    n = len(system) - ENDS
+    return state_space_of(*_moving(system, np.arange(n), n + np.arange(ENDS), [(name, "m") for name in NAMES]))
 
 
 @np.errstate(all="ignore")
@@ -221,11 +222,15 @@ def coupled(model, mass, location="ground", chosen=None, residual=True, forces=N
         Inputs: winch u, force on the gondola, then `forces`. Outputs: position and velocity of the gondola, forces at
         the ends. The gondola's position needs no `derivatives`.
     """
-    second_order = _second_order(model, chosen, residual, forces)
-    n = len(second_order.names)
+    return state_space_of(*_coupled(model, mass, location, chosen, residual, forces, damping))
+
+
+def _coupled(model, mass, location, chosen, residual, forces, damping):
+    """The two systems of `_moving` for `coupled`."""
+    system = _free_cable(model, chosen, residual, forces)
+    n = len(system) - ENDS
     end = GONDOLA if location == "gondola" else GROUND
-    free, inputs = np.append(np.arange(n), n + GONDOLA), [("winch", "m")]
-    return _first_order(second_order, free, [n + end], inputs, mass, damping)
+    return _moving(system, np.append(np.arange(n), n + GONDOLA), [n + end], [("winch", "m")], (mass, damping))
 
 
 @np.errstate(all="ignore")
@@ -244,109 +249,44 @@ def closed(loop, chosen=None, residual=True, forces=None):
     -------
     StateSpace
         Inputs: force on the gondola, then `forces`, then the reference of the gondola's position. Outputs: those of
-        `coupled`, then the winch. States: those of `coupled`, those of the controller's filter, as two of the notch
-        where there is one, the winch (the integrator).
+        `coupled`, then the winch. States: those of `coupled`, two of the notch where there is one, those of the law,
+        the winch (the integrator).
     """
-    plant = coupled(loop.cable, loop.mass, loop.location, chosen, residual, forces, loop.damping)
-    omega = loop.cable.omega if chosen is None else loop.cable.omega[chosen]
-    filtering, names = loop.filter_to(loop.plant.right_up_to(omega))
-    fed = feedback(plant, [0], [filtering], loop.shares)
-    n, size = len(plant.a), len(fed.a)
-    c = np.pad(plant.c, ((0, 1), (0, size - n)))
-    c[:-1, -1], c[-1, -1] = plant.d[:, 0], 1.0
-    b = np.concatenate([fed.b[:, 2:], fed.b[:, :1]], axis=1)  # nothing is added to the movement of the winch
-    d = np.pad(plant.d[:, 1:], ((0, 1), (0, 1)))
-    # the winch is a state: its velocity by states and inputs is known, and so is its acceleration
-    velocity, given = fed.a[-1], b[-1]
-    d1, d2 = (matrix[:, 0] for matrix in plant.derivatives)
-    c[:-1] += np.outer(d1, velocity) + np.outer(d2, velocity @ fed.a)
-    d[:-1] += np.outer(d1, given) + np.outer(d2, velocity @ b)
-    first = np.zeros_like(d)
-    first[:-1] = np.outer(d2, given)
-    states = (*plant.states, *((name, "m") for name in names), ("winch", "m"))
-    inputs, outputs = (*plant.inputs[1:], ("reference", "m")), (*plant.outputs, ("winch", "m"))
-    return StateSpace(fed.a, b, c, d, states, inputs, outputs, (first, np.zeros_like(d)))
+    system = closed_with_winch(loop, loop.cable, chosen, residual, forces)
+    return channels(system, [*range(2, len(system.inputs)), 0])
 
 
-@dataclass(frozen=True)
-class Feedback:
-    """The closed loop x' = A x + B u of k measured coordinates and i winches.
+@np.errstate(all="ignore")
+def closed_with_winch(loop, model, chosen=None, residual=True, forces=None):
+    """`closed` of a model of the cable, with the inputs reference, what is added to the winch's movement, forces."""
+    system, _ = _coupled(model, loop.mass, loop.location, chosen, residual, forces, loop.damping)
+    omega = model.omega if chosen is None else model.omega[chosen]
+    law, names = loop.law.state_space(loop.plant.right_up_to(omega))
+    measured, sign = np.eye(len(system))[-1:], -1.0 if loop.location == "gondola" else 1.0
+    control = LinearControl(Allocation(measured, np.array([[sign]])), loop.gain, (loop.notch,), law, names)
+    by_force, held = system.driven[0][:, 1:], system.follow[0][:, 1:]
+    driven, follow = (tuple(part[:, :1] for part in parts) for parts in (system.driven, system.follow))
+    scaled = replace(system, driven=driven, follow=follow, scale=_scale(system))
+    _, whole, (reeled, _), shown = rows(scaled, by_force, control, direct=held)
+    names = [*(("notch_1", "notch_2") if loop.notch else ()), *names, "winch"]
+    states = *_states(system), *((name, "m") for name in names)
+    inputs, outputs = (("reference", "m"), *system.inputs), (*system.outputs, ("winch", "m"))
+    return from_rows(whole, np.concatenate([shown, reeled]), states, inputs, outputs)
 
-    Attributes
-    ----------
-    a : ndarray, shape (n, n)
-        States: those of the plant, of the filter of each coordinate, the winches without what is added to them.
-    b : ndarray, shape (n, k + i + j)
-        Inputs: reference of each measured coordinate, what is added to the movement of each winch, forces.
-    measured : tuple of 2 ndarray, shapes (k, n) and (k, k + i + j)
-        The coordinates by states and inputs.
+
+def _free_cable(model, chosen, residual, forces):
+    """`LinearSystem` of a superelement with free ends: absolute amplitudes of n kept modes, then the ends.
+
+    Inputs are forces along the cable. Omitted modes contribute to D and Mr, or to nothing without `residual`.
     """
-
-    a: np.ndarray
-    b: np.ndarray
-    measured: tuple
-
-
-def feedback(plant, measured, filters, shares):
-    """`Feedback` of winches that integrate what is measured: v' = shares F (y - reference).
-
-    Parameters
-    ----------
-    plant : StateSpace
-        Its first inputs are the winches, the others forces.
-    measured : sequence of int
-        Which of its outputs are measured: displacements, which need no derivatives of the inputs.
-    filters : sequence of tuple of 4 ndarray
-        F of each coordinate as a state space: a, b, c, d.
-    shares : ndarray, shape (i, k)
-        Velocity of each winch per filtered coordinate, gain and sign included.
-    """
-    measured = list(measured)
-    n, count, winches = len(plant.a), len(measured), len(shares)
-    size = n + sum(len(own) for own, *_ in filters) + winches
-    inputs = count + len(plant.inputs)
-    a, b = np.zeros((size, size)), np.zeros((size, inputs))
-    a[:n, :n], a[:n, size - winches :], b[:n, count:] = plant.a, plant.b[:, :winches], plant.b
-    observed, at_once = np.zeros((count, size)), np.zeros((count, inputs))
-    observed[:, :n], observed[:, size - winches :] = plant.c[measured], plant.d[measured, :winches]
-    at_once[:, count:] = plant.d[measured]
-    error = at_once - np.eye(count, inputs)
-    filtered, given, begin = np.zeros((count, size)), np.zeros((count, inputs)), n
-    for place, (own, into, shown, direct) in enumerate(filters):
-        states = slice(begin, begin + len(own))
-        a[states], b[states] = np.outer(into, observed[place]), np.outer(into, error[place])
-        a[states, states] += own
-        filtered[place], given[place] = direct * observed[place], direct * error[place]
-        filtered[place, states] += shown
-        begin += len(own)
-    a[size - winches :], b[size - winches :] = shares @ filtered, shares @ given
-    return Feedback(a, b, (observed, at_once))
-
-
-@dataclass(frozen=True)
-class _Model:
-    """The second-order model of the module's docstring, for n kept modes; matrices of shape (n + 6, n + 6)."""
-
-    mass: np.ndarray
-    damping: np.ndarray
-    stiffness: np.ndarray
-    hysteretic: np.ndarray | None  # loss factor times elastic stiffness
-    omega: np.ndarray  # shape (n,) [rad/s]
-    names: tuple  # of the modes, by their number in the model
-    forces: np.ndarray  # shape (n + 6, j): generalised force of each force along the cable on each coordinate
-    labels: tuple  # name and unit of these forces
-
-
-def _second_order(model, chosen, residual, forces):
-    """`_Model` of a superelement; omitted modes contribute to D and Mr, or to nothing without `residual`."""
     chosen = np.arange(len(model.omega)) if chosen is None else np.asarray(chosen, dtype=int)
-    source = model.condense(chosen) if residual else truncated(model, chosen)
+    source = model.condense(chosen) if residual else model.truncate(chosen)
     n = len(chosen)
     mass = np.eye(n + ENDS)
     mass[n:, n:] = source.residual_inertia
     participation = source.participation
     stiffness = np.block([[np.diag(source.omega**2), participation], [participation.T, source.feedthrough]])
-    damping, hysteretic, absolute = source.viscous * mass, None, np.eye(n + ENDS)
+    damping, absolute = source.viscous * mass, np.eye(n + ENDS)
     absolute[:n, n:] = -source.coupling  # amplitudes about the static shapes: q = y - m u
     if source.uneven:
         carried = source.carried @ absolute
@@ -359,15 +299,16 @@ def _second_order(model, chosen, residual, forces):
         if source.strain.law == "kelvin_voigt":
             damping = damping + elastic
         else:
-            hysteretic = elastic
+            stiffness = stiffness + 1j * elastic
     labels, generalised = (), np.zeros((n + ENDS, 0))
     if forces is not None:
         # y is the absolute movement: the kept modes bring their part of the static forces at the ends
         kept = chosen if residual else np.arange(len(model.omega))
         rest = forces.static_transfer - model.coupling[kept].T @ forces.modal[kept]
         labels, generalised = tuple(forces.labels), np.concatenate([forces.modal[chosen], rest])
-    names = tuple(f"mode_{k + 1}" for k in chosen)
-    return _Model(mass, damping, stiffness, hysteretic, source.omega, names, generalised, labels)
+    names = (*((f"mode_{k + 1}", MODAL) for k in chosen), *((name, "m") for name in NAMES))
+    driven = generalised, 0 * generalised, 0 * generalised
+    return LinearSystem(mass, damping, stiffness, driven, coordinates=names, inputs=labels)
 
 
 def _check_finite(**matrices):
@@ -377,90 +318,49 @@ def _check_finite(**matrices):
         raise NoSolutionError(f"the state space overflows: {', '.join(wrong)} would have entries that are not finite")
 
 
-def _equivalent_viscous(mass, elastic, stiffness):
-    """Viscous damping that gives each mode of (mass, stiffness) the energy loss per cycle of hysteretic damping.
+def _moving(cable, free, imposed, inputs, gondola=None):
+    """A `_free_cable` whose coordinates `free` move while `imposed` are inputs, and itself: two real `LinearSystem`.
 
-    Its damping ratio is then half of the loss factor times the elastic share of its stiffness.
+    On the last free one is a gondola of some mass [kg] and viscous damping [N s/m], where these are given.
     """
-    root = np.sqrt(mass)
-    scaled = stiffness / np.outer(root, root)
-    _check_finite(stiffness=scaled)
-    square, vector = np.linalg.eigh(scaled)
-    omega = np.sqrt(np.maximum(square, 0.0))
-    shapes = vector / root[:, None]
-    rate = np.einsum("ik,ij,jk->k", shapes, elastic, shapes) / np.where(omega > 0, omega, 1.0)
-    weighted = mass[:, None] * shapes
-    return weighted * rate @ weighted.T
-
-
-def _first_order(model, free, driven, inputs, gondola=None, viscous=0.0):
-    """StateSpace whose coordinates `free` move and `driven` are inputs.
-
-    A gondola [kg], damped by the air [N s/m], is on the last free one.
-    """
-    n, moving = len(model.names), len(free)
-    within, across = np.ix_(free, free), np.ix_(free, driven)
-    mass, damping = np.diagonal(model.mass)[free].copy(), model.damping.copy()
+    n, within, whole = len(cable) - ENDS, np.ix_(free, free), cable
     if gondola is not None:
-        mass[-1] += gondola
-    if model.hysteretic is not None:
-        damping[within] += _equivalent_viscous(mass, model.hysteretic[within], model.stiffness[within])
-    matrices = model.stiffness, damping, model.mass
-    k, c = (matrix[within] / mass[:, None] for matrix in matrices[:2])
+        there = np.zeros(cable.mass.shape)
+        there[free[-1], free[-1]] = 1.0
+        mass, damping = gondola
+        whole = replace(cable, mass=cable.mass + mass * there, damping=cable.damping + damping * there)
+    if np.iscomplexobj(cable.stiffness):
+        loss = np.zeros(cable.mass.shape)
+        loss[within] = equivalent_viscous(whole.mass[within], whole.stiffness[within])
+        cable, whole = (
+            replace(one, damping=one.damping + loss, stiffness=one.stiffness.real) for one in (cable, whole)
+        )
+    parts, outputs = (cable.stiffness, cable.damping, cable.mass), [(f"force_{name}", "N") for name in NAMES]
+    # what is imposed, then forces: on the coordinates, and on the ends
+    pairs = tuple(zip(parts, cable.driven, strict=True))
+    driven = [np.concatenate([-part[np.ix_(free, imposed)], force[free]], axis=1) for part, force in pairs]
+    follow = [np.concatenate([part[n:, imposed], -force[n:]], axis=1) for part, force in pairs]
+    moved = [part[n:, free] for part in parts]
+    inputs, coordinates = [*inputs, *cable.inputs], [cable.coordinates[place] for place in free]
     if gondola is not None:
-        c[-1, -1] += viscous / mass[-1]
-    given = [-matrix[across] / mass[:, None] for matrix in matrices]
-    body = np.eye(moving)[:, moving - (gondola is not None) :]
-    acceleration = np.concatenate([body, model.forces[free]], axis=1) / mass[:, None]
-    scale = np.concatenate([model.omega, np.ones(moving - n)])
-    # outputs: position and velocity of the gondola, then the forces at the ends
-    held = np.concatenate([np.zeros((ENDS, body.shape[1])), -model.forces[n:]], axis=1)
-    rows = [held, *(matrix[n:, free] for matrix in matrices), *(matrix[n:, driven] for matrix in matrices)]
-    if gondola is not None:
-        rows = [np.pad(block, ((2, 0), (0, 0))) for block in rows]
-        rows[1][0, -1] = rows[2][1, -1] = 1.0
-    a, b, output, d, derivatives = first_order((k, c), given, acceleration, scale, rows[1:4], rows[4:], rows[0])
-    return StateSpace(
-        a, b, output, d, *_labels(model, inputs, gondola), derivatives, _free_cable(model, damping, gondola, viscous)
+        place, coordinates[-1] = len(imposed), ("gondola_position", "m")
+        inputs.insert(place, ("force_gondola", "N"))
+        outputs = [("gondola_position", "m"), ("gondola_velocity", "m/s"), *outputs]
+        driven, follow = ([np.insert(part, place, 0.0, axis=1) for part in parts] for parts in (driven, follow))
+        moved, follow = ([np.pad(part, ((2, 0), (0, 0))) for part in parts] for parts in (moved, follow))
+        driven[0][-1, place] = moved[0][0, -1] = moved[1][1, -1] = 1.0
+    kept = LinearSystem(
+        whole.mass[within],
+        whole.damping[within],
+        whole.stiffness[within],
+        tuple(driven),
+        moved=tuple(moved),
+        follow=tuple(follow),
+        coordinates=tuple(coordinates),
+        inputs=tuple(inputs),
+        outputs=tuple(outputs),
     )
-
-
-def first_order(matrices, given, acceleration, scale, moved, imposed, held):
-    """A, B, C, D and D1, D2 of z'' = -k z - c z' + g0 v + g1 v' + g2 v'' + acceleration f.
-
-    Parameters
-    ----------
-    matrices : tuple of 2 ndarray, shape (n, n)
-        k and c.
-    given : tuple of 3 ndarray, shape (n, i)
-        g0, g1 and g2.
-    acceleration : ndarray, shape (n, j)
-        By forces f.
-    scale : ndarray, shape (n,)
-        States are scale times z, and z', each less a multiple of v.
-    moved, imposed : tuple of 3 ndarray, shapes (o, n) and (o, i)
-        Outputs by z, z', z'' and by v, v', v''.
-    held : ndarray, shape (o, j)
-        Outputs by forces.
-
-    Returns
-    -------
-    a, b, c, d : ndarray
-    derivatives : tuple of 2 ndarray
-        Inputs are v, then f.
-    """
-    k, c = matrices
-    n, (r0, r1, r2), (s0, s1, s2) = len(k), moved, imposed
-    # with z = y + b2 v and z' = y' + b1 v + b2 v' no derivative of v is left in the equations
-    b2 = given[2]
-    b1 = given[1] - c @ b2
-    b0 = given[0] - k @ b2 - c @ b1
-    a = np.block([[np.zeros((n, n)), np.diag(scale)], [-k / scale, -c]])
-    b = np.block([[scale[:, None] * b1, np.zeros_like(acceleration)], [b0, acceleration]])
-    output = np.concatenate([r0 / scale, r1], axis=1) + r2 @ a[n:]
-    d = np.concatenate([r0 @ b2 + r1 @ b1 + r2 @ b0 + s0, r2 @ acceleration + held], axis=1)
-    first, second = r1 @ b2 + r2 @ b1 + s1, r2 @ b2 + s2
-    return a, b, output, d, tuple(np.concatenate([rows, np.zeros_like(held)], axis=1) for rows in (first, second))
+    return kept, whole
 
 
 @np.errstate(all="ignore")  # StateSpace refuses what overflows
@@ -480,43 +380,36 @@ def state_space_of(system, whole=None):
     NoSolutionError
         Something that moves has no mass, or entries overflow.
     """
-    n, i = len(system), len(system.inputs)
     try:
-        solved = np.linalg.solve(
-            system.mass, np.concatenate([system.stiffness, system.damping, *system.driven], axis=1)
-        )
+        _, whole_rows, _, shown = rows(replace(system, scale=_scale(system)), np.zeros((len(system), 0)))
     except np.linalg.LinAlgError:
-        raise NoSolutionError("the state space needs a mass of everything that moves") from None
-    matrices, given = (solved[:, :n], solved[:, n : 2 * n]), np.split(solved[:, 2 * n :], [i, 2 * i], axis=1)
+        raise NoSolutionError(MASSLESS_MOTION) from None
+    return from_rows(whole_rows, shown, _states(system), system.inputs, system.outputs, whole or system)
+
+
+def _scale(system):
+    """W of modal amplitudes, and one, shape (n,)."""
     modal = np.array([unit == MODAL for _, unit in system.coordinates], dtype=bool)
-    scale = np.where(modal, np.sqrt(np.diagonal(system.stiffness)), 1.0)
-    # forces are inputs like the others, only without effect of their derivatives
-    forces = np.zeros((n, 0)), np.zeros((len(system.outputs), 0))
-    a, b, c, d, derivatives = first_order(matrices, given, forces[0], scale, system.moved, system.follow, forces[1])
-    placed = [
-        (f"{name}_amplitude", f"{unit}/s") if unit == MODAL else (name, unit) for name, unit in system.coordinates
-    ]
-    states = *placed, *((f"{name}_velocity", f"{unit}/s") for name, unit in system.coordinates)
-    return StateSpace(a, b, c, d, states, system.inputs, system.outputs, derivatives, whole or system)
+    return np.where(modal, np.sqrt(np.diagonal(system.stiffness)), 1.0)
 
 
-def _labels(model, inputs, gondola):
-    """Name and unit of each state, input and output."""
-    position = [(f"{name}_amplitude", f"{MODAL}/s") for name in model.names]
-    velocity = [(f"{name}_velocity", f"{MODAL}/s") for name in model.names]
-    outputs, inputs = [(f"force_{name}", "N") for name in NAMES], list(inputs)
-    if gondola is not None:
-        moved = [("gondola_position", "m"), ("gondola_velocity", "m/s")]
-        position, velocity, outputs = [*position, moved[0]], [*velocity, moved[1]], [*moved, *outputs]
-        inputs.append(("force_gondola", "N"))
-    return (*position, *velocity), (*inputs, *model.labels), tuple(outputs)
+def _states(system):
+    """Name and unit of each state: list."""
+    names = system.coordinates
+    placed = [(f"{name}_amplitude", f"{unit}/s") if unit == MODAL else (name, unit) for name, unit in names]
+    return placed + [(f"{name.removesuffix('_position')}_velocity", f"{unit}/s") for name, unit in names]
 
 
-def _free_cable(model, damping, gondola, viscous):
-    """`LinearSystem` of the cable with free ends and the gondola, damped by the air, on end 2."""
-    mass, damping, end = model.mass.copy(), damping.copy(), len(model.names) + GONDOLA
-    if gondola is not None:
-        mass[end, end] += gondola
-        damping[end, end] += viscous
-    names = (*((name, MODAL) for name in model.names), *((name, "m") for name in NAMES))
-    return LinearSystem(mass, damping, model.stiffness, coordinates=names)
+def from_rows(whole, shown, states, inputs, outputs, second_order=None):
+    """`StateSpace` of x' and y as rows over x, u, u', u'' (`first_order.rows`), without derivatives on the states.
+
+    With x = q + G1 u + G2 u', G2 = B2 and G1 = B1 + A B2,
+
+        q' = A q + (B0 + A G1) u,      y = C x + E0 u + E1 u' + E2 u'' = C q + (E0 + C G1) u + (E1 + C G2) u' + E2 u''.
+    """
+    places = len(whole) + len(inputs) * np.arange(3)
+    a, *given = np.split(whole, places, axis=1)
+    c, *direct = np.split(shown, places, axis=1)
+    first = given[1] + a @ given[2]
+    b, d, derivatives = given[0] + a @ first, direct[0] + c @ first, (direct[1] + c @ given[2], direct[2])
+    return StateSpace(a, b, c, d, tuple(states), tuple(inputs), tuple(outputs), derivatives, second_order)

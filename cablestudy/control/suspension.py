@@ -12,7 +12,7 @@ import numpy as np
 
 from cablestudy.control.statespace import state_space_of
 from cablestudy.errors import NoSolutionError
-from cablestudy.system.linear import MODAL, LinearSystem
+from cablestudy.system.linear import MODAL, LinearSystem, dense
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import AXES, outward
 
@@ -111,7 +111,7 @@ def second_order(layout, kept, winches=(), markers=()):
         )
     imposed = reeled(equilibrium, winches)
     system = layout.system([one.element for one in kept], imposed)
-    mass, damping, stiffness = (_dense(part) for part in (system.mass, system.damping, system.stiffness))
+    mass, damping, stiffness = (dense(part) for part in (system.mass, system.damping, system.stiffness))
     lifted = load_off_ends(equilibrium, winches)
     driven = _winch_forces(layout, system, modal, lifted)
     loads = np.eye(free + modal)[:, modal:]
@@ -151,14 +151,10 @@ def winch_forces(layout, kept, winches):
 
 
 def _winch_forces(layout, system, modal, lifted):
-    static, *moving = (_dense(part) for part in system.driven)
+    static, *moving = (dense(part) for part in system.driven)
     static = static.copy()
     static[modal:] += layout.moved.T @ lifted
     return [static, *(part.real for part in moving)]
-
-
-def _dense(matrix):
-    return matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
 
 
 def _of_bodies(layout, words, units):
@@ -222,7 +218,7 @@ def outputs(layout, kept, imposed, lifted, markers):
 def _tensions(layout, kept, imposed, lifted, modal):
     """Changes of tension at the ends: parts by z, z' and z'', each with that by v, v' and v''."""
     direction, _ = outward(layout.equilibrium)
-    ends = _dense(layout.moved)
+    ends = dense(layout.moved)
     matrices = [one.element.matrices() for one in kept]
     kinds = [np.result_type(float, *(parts[2] for parts in matrices)), float, float]
     moved = [np.zeros((2 * len(kept), modal + ends.shape[1]), kind) for kind in kinds]

@@ -80,14 +80,6 @@ class Loop:
     def gondola_pole(self):
         return self.plant.gondola_pole
 
-    @property
-    def shares(self):
-        """Velocity of the winch per filtered position of the gondola, shape (1, 1). [1/s]"""
-        return np.array([[self.gain if self.location == "gondola" else -self.gain]])
-
-    def filter_to(self, highest):
-        return self.plant.filter_to(highest)
-
     def controller(self, s):
         return self.plant.controller(s)
 

@@ -22,11 +22,11 @@ import numpy as np
 from cablestudy.cable.element import basis, lagrange
 from cablestudy.control.gain_limits import UNDAMPED
 from cablestudy.control.plant import NEAR
-from cablestudy.control.residues import Residues
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.cable_wind import DIRECTIONS, STILL, at_points, blowing, drag_loads
 from cablestudy.study.windrms import QUADRATURE, frequency_range, scaling
 from cablestudy.system.linear import upper
+from cablestudy.system.residues import Residues
 from cablestudy.wind.cable_gusts import INTERPOLATED, CableGusts
 from cablestudy.wind.coherence import ratio_of, rod
 from cablestudy.wind.drag import cable_damping, drag_matrices

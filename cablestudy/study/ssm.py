@@ -7,7 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control import export, reduction, statespace
+from cablestudy.control import export, statespace
+from cablestudy.control.plant import largest
 from cablestudy.control.proper import channels, proper
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.fields import suggestion
@@ -183,7 +184,7 @@ class Choice:
     def kept(self):
         """Superelement of the chosen modes."""
         model = self.case.end_model
-        return model.condense(self.chosen) if self.options.residual else reduction.truncated(model, self.chosen)
+        return model.condense(self.chosen) if self.options.residual else model.truncate(self.chosen)
 
     def system(self):
         """The StateSpace of the cable, alone or with gondola or winch loop; NoSolutionError where it overflows."""
@@ -215,7 +216,7 @@ class Choice:
     def notes(self):
         """What is modelled and what is left out: list of str."""
         case, options = self.case, self.options
-        share = reduction.inertia_share(case.end_model, *options.pair)
+        share = case.end_model.inertia_share(*options.pair)
         omitted = float(np.delete(share, self.chosen).sum())
         static = "kept in D" if options.residual else "left out too"
         notes = [
@@ -343,7 +344,7 @@ def _chosen(case, found, accurate, options):
         return allowed[found.frequency[allowed] <= options.limit]
     kinds = "" if options.kinds is None else f"{' and '.join(options.kinds_kept)} "
     if options.error is not None:
-        share = reduction.inertia_share(case.end_model, *options.pair)
+        share = case.end_model.inertia_share(*options.pair)
         which = f"the {kinds}ones of the {accurate}" if kinds else f"the {accurate}"
         return fewest_modes(share, allowed, options.error, which, options.ends)
     if options.count is not None and len(allowed) < options.count:
@@ -358,7 +359,7 @@ def fewest_modes(share, allowed, error, which, names):
     Parameters
     ----------
     share : ndarray, shape (n,)
-        See `reduction.inertia_share`. [-]
+        See `Superelement.inertia_share`. [-]
     allowed : ndarray of int
         The modes that may be kept.
     error : float
@@ -383,7 +384,7 @@ def fewest_modes(share, allowed, error, which, names):
             f"--error {error:g}: {which} lowest modes leave out {excluded:.3g} of the inertia "
             f"between {' and '.join(names)}"
         )
-    return allowed[reduction.fewest(share[allowed], error - excluded)]
+    return allowed[np.sort(largest(share[allowed], error - excluded))]
 
 
 def nodal_forces(case, modes):

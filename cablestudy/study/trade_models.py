@@ -8,7 +8,6 @@ from functools import partial
 import numpy as np
 
 from cablestudy.cable import taut
-from cablestudy.control import reduction
 from cablestudy.control.plant import Plant
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study import windrms
@@ -228,7 +227,7 @@ def _without_residual(count, scene, _):
     """The lowest modes of the paper's bars alone, as by `ssm --modes --no-residual`."""
     case = fixed(PAPER, 1, "lumped", scene)
     whole = case.end_model
-    return _with_ends(case, reduction.truncated(whole, np.arange(min(count, len(whole.omega)))))
+    return _with_ends(case, whole.truncate(np.arange(min(count, len(whole.omega)))))
 
 
 def _with_ends(case, model):

@@ -8,8 +8,8 @@ import numpy as np
 
 from cablestudy.control.gondola_residues import NEGLIGIBLE, at_rest, closed, damped
 from cablestudy.control.plant import largest
-from cablestudy.control.residues import Residues
 from cablestudy.errors import NoSolutionError
+from cablestudy.system.residues import Residues
 from cablestudy.wind.cable_gusts import INTERPOLATED, BodyGusts
 from cablestudy.wind.imaging import correction_weight, exposure_weight
 from cablestudy.wind.peak import peak_factor

@@ -16,32 +16,16 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.system.first_order import equations
+from cablestudy.system.residues import eigen
 
 DENSE_LIMIT = 300  # coordinates up to which a full eigen-solution costs less than Lanczos iteration
 DEPENDENT = 1e-10  # size of a vector over the largest, below which rounding determines it
 MASSLESS = 1e-28  # compliance over the largest, below which a motion has no mass
 UNSTABLE = "the equilibrium is not stable: it has no modes"
+MASSLESS_MOTION = "the state space needs a mass of everything that moves"
 MODAL = "sqrt(kg) m"  # unit of a modal amplitude
 ENTRIES = 4_000_000  # of the matrices that are solved at once for a frequency response: 64 MB
-
-
-@dataclass(frozen=True)
-class Modes:
-    """Undamped modes, winches at rest.
-
-    Attributes
-    ----------
-    omega : ndarray, shape (n,)
-        Ascending. [rad/s]
-    shapes : ndarray, shape (n, n)
-        Columns: mass-normalised, in the coordinates of the system.
-    shares : ndarray, shape (b, n)
-        Share of each mode in the static compliance of each body's displacement. [-]
-    """
-
-    omega: np.ndarray
-    shapes: np.ndarray
-    shares: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -64,6 +48,10 @@ class LinearSystem:
         Name and unit of each.
     feedback : tuple of ActuatorFeedback
         Forces f = gain(s) acts measured z of actuators, see `control.motion`.
+    scale : ndarray, shape (n,), optional
+        By what each displacement is weighted as a state; without it by about its frequency alone. [rad/s]
+    shapes : ndarray, shape (m, k), optional
+        The first coordinates in terms of those of another system; the others are none of it.
     """
 
     mass: np.ndarray
@@ -77,30 +65,49 @@ class LinearSystem:
     inputs: tuple = ()
     outputs: tuple = ()
     feedback: tuple = ()
+    scale: np.ndarray | None = None
+    shapes: np.ndarray | None = None
 
     def __len__(self):
         return self.mass.shape[0]
 
     @cached_property
-    def modes(self):
-        """Undamped modes from the compliance: `Modes`.
+    def strain_modes(self):
+        """Undamped modes: 1/W^2, descending, shape (n,), and shapes of unit strain energy v^T K v, shape (n, n).
+
+        Raises
+        ------
+        NoSolutionError
+            The equilibrium is not stable.
 
         Notes
         -----
-        With K = L L^T, the eigenvalues of L^-1 M L^-T are 1/w^2: the lowest frequencies have all digits, however heavy
-        the bodies. The squared components of its unit eigenvectors are the shares in the static compliance.
+        With K = L L^T the eigenvalues of L^-1 M L^-T are 1/W^2: the lowest frequencies have all digits, however heavy
+        the bodies, and the quotients v^T M v those of the high modes too. Coordinates without mass have 1/W^2 = 0.
         """
-        lower = np.linalg.cholesky(self.stiffness.real)
-        half = np.linalg.solve(lower, self.mass)
+        mass, lower = dense(self.mass), _cholesky(dense(self.stiffness).real)
+        half = np.linalg.solve(lower, mass)
         _, vectors = np.linalg.eigh(np.linalg.solve(lower, half.T))
-        shapes = np.linalg.solve(lower.T, vectors[:, ::-1])
-        # unit strain energy; the quotient has all digits of the high modes too
-        square = 1 / np.maximum((shapes * (self.mass @ shapes)).sum(axis=0), np.finfo(float).tiny)
-        order = np.argsort(square, kind="stable")
-        square, shapes = square[order], shapes[:, order]
-        body = slice(len(self.mass) - self.bodies, None)
-        compliance = (np.linalg.inv(lower) ** 2)[:, body].sum(axis=0)
-        return Modes(np.sqrt(square), shapes * np.sqrt(square), shapes[body] ** 2 / compliance[:, None])
+        shapes = np.linalg.solve(lower.T, vectors)
+        compliance = np.maximum((shapes * (mass @ shapes)).sum(axis=0), 0.0)
+        order = np.argsort(-compliance, kind="stable")
+        return compliance[order], shapes[:, order]
+
+    @cached_property
+    def modes(self):
+        """All undamped modes: angular frequencies, and shares in the static compliance of each displacement of bodies.
+
+        Returns
+        -------
+        omega : ndarray, shape (n,)
+            Ascending. [rad/s]
+        shares : ndarray, shape (b, n)
+            The squares of the `strain_modes` over their sum. [-]
+        """
+        compliance, shapes = self.strain_modes
+        square = shapes[len(shapes) - self.bodies :] ** 2
+        omega = 1 / np.sqrt(np.maximum(compliance, np.finfo(float).tiny))
+        return omega, square / square.sum(axis=1, keepdims=True)
 
     def lowest(self, count):
         """The lowest undamped modes, winches at rest.
@@ -123,21 +130,16 @@ class LinearSystem:
             The stiffness is not positive definite: the equilibrium is not stable.
         ConvergenceError
         """
-        size = self.mass.shape[0]
+        size = len(self)
         if not size:
             return np.zeros(0), np.zeros((0, 0))
         if size <= DENSE_LIMIT or 2 * count > size:
-            stiffness, mass = (_dense(matrix).real for matrix in (self.stiffness, self.mass))
-            lower = _cholesky(stiffness)
-            half = _solve_lower(lower, mass)
-            _value, vectors = np.linalg.eigh(_solve_lower(lower, half.T))
-            shapes = _solve_lower(lower, vectors[:, : -count - 1 : -1], transposed=True)
-        else:
-            factors = _factors(self.stiffness.real)
-            shapes = _lanczos(size, factors.solve, self.mass.__matmul__, count)
-            shapes = shapes / np.sqrt((shapes * (self.stiffness.real @ shapes)).sum(axis=0))
-            mass = self.mass
-        return _normalised(shapes, (shapes * (mass @ shapes)).sum(axis=0))
+            compliance, shapes = self.strain_modes
+            return _normalised(shapes[:, :count], compliance[:count])
+        factors = _factors(self.stiffness.real)
+        shapes = _lanczos(size, factors.solve, self.mass.__matmul__, count)
+        shapes = shapes / np.sqrt((shapes * (self.stiffness.real @ shapes)).sum(axis=0))
+        return _normalised(shapes, (shapes * (self.mass @ shapes)).sum(axis=0))
 
     def compliance(self, forces):
         """Static displacements by forces, shape (n, r) both, the winches at rest and without damping."""
@@ -147,22 +149,16 @@ class LinearSystem:
 
     @cached_property
     def unit(self):
-        """About the frequency of each coordinate alone, by which its displacement is weighted as a state. [rad/s]"""
+        """By what each displacement is weighted as a state: `scale`, or about its frequency alone. [rad/s]"""
+        if self.scale is not None:
+            return self.scale
         stiffness, mass = np.diagonal(self.stiffness).real, np.diagonal(self.mass)
         return np.sqrt(np.where(stiffness > 0, stiffness, mass) / mass)
 
     @cached_property
-    def first_order(self):
-        """A of x' = A x + (B0 + B1 d/dt + B2 d2/dt2) v for the states (w z, z'), and the lower halves of B0, B1, B2.
-
-        The upper halves are zero.
-        """
-        n, unit = len(self.mass), self.unit
-        solved = np.linalg.solve(self.mass, np.concatenate([self.stiffness / unit, self.damping, *self.driven], axis=1))
-        a = np.zeros((2 * n, 2 * n), dtype=solved.dtype)
-        a[np.arange(n), n + np.arange(n)] = unit
-        a[n:] = -solved[:, : 2 * n]
-        return a, tuple(np.split(solved[:, 2 * n :], 3, axis=1))
+    def eigen(self):
+        """`Eigen` of the equations of first order, winches at rest."""
+        return eigen(equations(self).fixed)
 
     def few(self, kept, orders):
         """A space for `within`: some of the modal coordinates, vectors that stand for all others, and the bodies.
@@ -214,12 +210,12 @@ class LinearSystem:
     @cached_property
     def poles(self):
         """Winches at rest: upper half plane and real axis. [rad/s]"""
-        return upper(np.linalg.eigvals(self.first_order[0]))
+        return upper(np.linalg.eigvals(equations(self).fixed))
 
     @cached_property
     def pole_shares(self):
         """The poles, and the share of each in the static compliance of each body's displacement, shape (b, k). [-]"""
-        values, vectors = np.linalg.eig(self.first_order[0])
+        values, vectors = np.linalg.eig(equations(self).fixed)
         n, body = len(self.mass), slice(len(self.mass) - self.bodies, len(self.mass))
         force = np.zeros((2 * n, self.bodies), dtype=complex)
         force[n:] = np.linalg.inv(self.mass)[:, body]
@@ -271,6 +267,8 @@ class LinearSystem:
             driven=tuple(space.T @ part for part in self.driven),
             moved=tuple(part @ space for part in self.moved),
             feedback=tuple(replace(one, measured=one.measured @ space, acts=one.acts @ space) for one in self.feedback),
+            scale=None,
+            shapes=None,
         )
 
     def viscous(self):
@@ -289,35 +287,16 @@ class LinearSystem:
         """
         if not np.iscomplexobj(self.stiffness):
             return self
-        stiffness, damping = self.stiffness.real, self.damping + _equivalent_viscous(self.mass, self.stiffness)
+        stiffness, damping = self.stiffness.real, self.damping + equivalent_viscous(self.mass, self.stiffness)
         driven, moved, follow = (tuple(part.real for part in parts) for parts in (self.driven, self.moved, self.follow))
         return replace(self, damping=damping, stiffness=stiffness, driven=driven, moved=moved, follow=follow)
-
-    @cached_property
-    def strain_modes(self):
-        """Undamped modes: 1/W^2, descending, shape (n,), and shapes of unit strain energy v^T K v, shape (n, n).
-
-        So the lowest modes have all digits, and coordinates without mass have modes too, with 1/W^2 = 0.
-
-        Raises
-        ------
-        NoSolutionError
-            The equilibrium is not stable.
-        """
-        from scipy.linalg import LinAlgError, eigh
-
-        try:
-            values, shapes = eigh(self.mass, self.stiffness)
-        except LinAlgError:
-            raise NoSolutionError(UNSTABLE) from None
-        return np.maximum(values[::-1], 0.0), shapes[:, ::-1]
 
     def inertia_share(self, output, input_):
         """Share of each mode in the inertia between an input and an output, shape (n,), by their numbers. [-]
 
         About the static displacements K^-1 B0 u a mode moves by w^2 m/(W^2 - w^2) with m = Phi^T (B0/W^2 - B2), and at
         its frequency the output is W^2 (C0/W^2 - C2) Phi of it. The share is that of |(C0/W^2 - C2) Phi m|, for two
-        ends of a cable as in `reduction.inertia_share`.
+        ends of a cable as in `Superelement.inertia_share`.
         """
         compliance, shapes = self.strain_modes
         inertia = compliance * (shapes.T @ self.driven[0][:, input_]) - shapes.T @ self.driven[2][:, input_]
@@ -385,19 +364,22 @@ class LinearSystem:
         return (observed * solved(dynamic, right[..., None])[..., 0]).sum(axis=-1) + direct
 
 
-def _equivalent_viscous(mass, stiffness):
-    """Viscous damping that gives each mode the energy loss per cycle of a complex stiffness."""
+def equivalent_viscous(mass, stiffness):
+    """Viscous damping that gives each undamped mode the energy loss per cycle of a complex stiffness.
+
+    Its damping ratio is then half of the loss factor times the elastic share of its stiffness. Not a number where an
+    entry of either matrix, shape (n, n), is not finite.
+    """
+    if not np.isfinite(mass.sum() + stiffness.sum()):
+        return np.full(mass.shape, np.nan)
     try:
-        lower = np.linalg.cholesky(mass)
+        np.linalg.cholesky(mass)
     except np.linalg.LinAlgError:
-        raise NoSolutionError("the state space needs a mass of everything that moves") from None
-    half = np.linalg.solve(lower, stiffness.real)
-    square, vectors = np.linalg.eigh(np.linalg.solve(lower, half.T))
-    shapes = np.linalg.solve(lower.T, vectors)
-    omega = np.sqrt(np.maximum(square, 0.0))
-    rate = (shapes * (stiffness.imag @ shapes)).sum(axis=0) / np.where(omega > 0, omega, 1.0)
-    weighted = lower @ vectors
-    return weighted * rate @ weighted.T
+        raise NoSolutionError(MASSLESS_MOTION) from None
+    compliance, shapes = LinearSystem(mass, np.zeros_like(mass), stiffness).strain_modes
+    omega = 1 / np.sqrt(compliance)
+    moving, rate = mass @ shapes * omega, omega * (shapes * (stiffness.imag @ shapes)).sum(axis=0)
+    return moving * rate @ moving.T
 
 
 def polynomial(parts, s):
@@ -489,7 +471,7 @@ class ReducedSystem:
     def _compliance(self):
         """l and L^-1 M L^-T of the notes, dense."""
         omega, modal = self.omega, len(self.omega)
-        coupling, inertia, stiffness = (_dense(part) for part in (self.coupling, self.inertia, self.stiffness))
+        coupling, inertia, stiffness = (dense(part) for part in (self.coupling, self.inertia, self.stiffness))
         lower = _cholesky(stiffness)
         matrix = np.zeros((len(self), len(self)))
         matrix[np.arange(modal), np.arange(modal)] = 1 / omega**2
@@ -598,7 +580,8 @@ def _assemble_sparse(cables, matrices, moved, bodies, imposed, stiffness):
     return LinearSystem(mass.real, damping.real, total, tuple(-part for part in driven[::-1]), bodies.shape[0])
 
 
-def _dense(matrix):
+def dense(matrix):
+    """A matrix, sparse or not, as an array."""
     return matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
 
 

@@ -26,6 +26,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.system.coupling_damping import Strain, StrainDamping, UnevenDamping
+from cablestudy.system.linear import shares
 
 GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacements
 NAMES = tuple(f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz")
@@ -219,6 +220,61 @@ class Superelement:
             carried=self._carried_by(lambda modes: modes @ shapes),
             air=None if self.air is None else with_ends(shapes).T @ self.air @ with_ends(shapes),
         )
+
+    def truncate(self, chosen):
+        """Some modes without the static part and the inertia of the others, as the paper truncates it.
+
+        The absolute amplitude y = q + m u of the others is held at zero; D stays K11 of all modes, so that the static
+        stiffness is wrong.
+
+        Parameters
+        ----------
+        chosen : ndarray of int
+            Modes to keep.
+
+        Returns
+        -------
+        Superelement
+            With `stiffness` and `inertia` as the truncation has them.
+        """
+        kept, omitted = self.select(chosen), np.setdiff1d(np.arange(len(self.omega)), chosen)
+        held, strain, carried = -self.coupling[omitted], kept.strain, kept.carried  # q = -m u
+        if strain is not None:
+            whole = self.strain
+            mixed = held.T @ whole.coupling[omitted]
+            strain = replace(
+                strain,
+                coupling=strain.coupling + whole.modes[np.ix_(chosen, omitted)] @ held,
+                ends=strain.ends + mixed + mixed.T + held.T @ whole.modes[np.ix_(omitted, omitted)] @ held,
+            )
+        if carried is not None:
+            moved = np.zeros_like(carried)
+            moved[:, len(kept.omega) :] = self.carried[:, omitted] @ held
+            carried = carried + moved
+        return replace(
+            kept,
+            stiffness=self.stiffness + held.T @ (self.omega[omitted, None] ** 2 * held),
+            inertia=self.inertia - held.T @ held,
+            strain=strain,
+            carried=carried,
+        )
+
+    def inertia_share(self, force, displacement):
+        """Share of each mode in the inertia |p_r p_c|/W^4 between a displacement of the ends and a force there.
+
+        Parameters
+        ----------
+        force, displacement : int
+            Which of the six end forces r and end displacements c.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Sums to one. Its sum over omitted modes bounds their share in the lowest term of the response that their
+            static part, kept in D, does not cover: |p_r p_c| w^2/W^4. [-]
+        """
+        mass = np.abs(self.coupling)
+        return shares(mass[:, force] * mass[:, displacement])
 
     def condense(self, chosen):
         """As `select`, but with the modal damping of the omitted modes as slow movements of the ends meet it."""

@@ -1,6 +1,6 @@
 """Variances of the outputs of a linear system that turbulence drives, by its poles.
 
-With y = [D + sum c_a b_a/(s - l_a)] u (`control.residues`) and the one-sided spectral matrix S(f) of the inputs, the
+With y = [D + sum c_a b_a/(s - l_a)] u (`system.residues`) and the one-sided spectral matrix S(f) of the inputs, the
 covariance X of the amplitudes of the poles solves Lyapunov's equation with coloured noise,
 
     l_a X_ab + X_ab conj(l_b) = -(G_ab + conj(G_ba)),   G_ab = integral of r_a b_a S conj(b_b)^T df,

@@ -3,20 +3,22 @@
 import numpy as np
 
 from cablestudy.control.gain_limits import StableGains
+from cablestudy.system.first_order import equations
 
 
 def gains_of_modes(movement):
     """`StableGains` of a `Movement` by the modes of its model: poles and residues of one eigen-solution."""
     loop = movement.given_loop
-    compliance, shares = loop.motion.compliance, loop.allocation.shares
-    seen = (loop.allocation.measured @ compliance.shown).T
-    pulled = [compliance.given @ part @ shares for part in loop.motion.driven]
+    found, eigen, m = equations(loop.motion), loop.motion.eigen, len(loop.motion)
+    seen = (loop.allocation.measured @ found.places @ eigen.right).T
+    forced = eigen.left[:, m : 2 * m] @ np.linalg.inv(loop.motion.mass)
+    pulled = [forced @ part @ loop.allocation.shares for part in loop.motion.driven]
     residues = [seen[:, :, None] * part[:, None, :] for part in pulled]
     size = len(loop.notches)
 
     @np.errstate(divide="ignore", invalid="ignore")  # at a pole
     def loop_gain(s):
-        fractions = 1 / (s[:, None] - loop.motion.eigen.values)
+        fractions = 1 / (s[:, None] - eigen.values)
         parts = (s[:, None] ** order * (fractions @ part.reshape(-1, size**2)) for order, part in enumerate(residues))
         return sum(parts).reshape(-1, size, size) * loop.controller(s)[:, None, :]
 

@@ -10,11 +10,11 @@ import numpy as np
 
 from cablestudy.control.motion import Actuator, basis, motion
 from cablestudy.control.pose_state_space import ExactResponse, by_forces, winch_speeds
-from cablestudy.control.residues import beside, residues
 from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, second_order
 from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
+from cablestudy.system.residues import beside, residues
 from cablestudy.system.superelement import with_ends
 from cablestudy.wind.gusts import damping_of_bodies, gusts
 from cablestudy.wind.mean import Drag
@@ -146,7 +146,7 @@ class LinearMotion:
 
     def __init__(self, scene, equilibrium, drag, modes, accuracy=1e-4, model=None, driven=0, loops=None):
         self.scene, self.equilibrium, self.drag, self.accuracy, self.model = scene, equilibrium, drag, accuracy, model
-        self.damping = [cable.damping for cable in scene.cables.values()]
+        self._damping = [cable.damping for cable in scene.cables.values()]
         self.modes = self.lowest(modes).damped if isinstance(modes, int) else modes
         self.driven, self.loops = driven, {} if loops is None else loops
         self.layout = Layout(equilibrium)
@@ -156,7 +156,7 @@ class LinearMotion:
 
     def lowest(self, count):
         """The lowest `CoupledModes`; raises as `coupled_modes`."""
-        return coupled_modes(self.equilibrium, count, self.accuracy, self.damping, self.model)
+        return coupled_modes(self.equilibrium, count, self.accuracy, self._damping, self.model)
 
     def with_modes(self, modes, chosen, driven):
         """The same with some modes of other `CoupledModes`, the last ones of which the loop could drive.
@@ -221,7 +221,7 @@ class LinearMotion:
 
     @cached_property
     def fewer_motion(self):
-        """The `Motion` in that space."""
+        """The `motion` in that space."""
         return self.motion.within(self.fewer)
 
     def residues_of(self, motion, loop=None, space=None, speeds=False):
@@ -229,7 +229,7 @@ class LinearMotion:
 
         Parameters
         ----------
-        motion : Motion
+        motion : LinearSystem
             That of this object, or in a space of its coordinates.
         loop : PoseLoop, optional
             Of this motion.
@@ -301,12 +301,12 @@ class LinearMotion:
 
     @cached_property
     def motion(self):
-        """`Motion`."""
+        """`LinearSystem`."""
         return self._motion_of(self._whole)
 
     @cached_property
     def viscous_motion(self):
-        """`Motion` for a state space: with viscous damping in place of hysteretic, see `LinearSystem.viscous`."""
+        """`motion` for a state space: with viscous damping in place of hysteretic, see `LinearSystem.viscous`."""
         whole = self._whole.viscous()
         return self.motion if whole is self._whole else self._motion_of(whole)
 

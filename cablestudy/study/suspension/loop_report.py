@@ -1,9 +1,10 @@
 """Tables of the command `loop` for a suspension: its margins, singular values over frequency, response in time."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from cablestudy.control import loop_response
-from cablestudy.control.law import series
 from cablestudy.control.pose_state_space import Labels, state_space
 from cablestudy.control.statespace import MODAL
 from cablestudy.control.suspension import labels
@@ -15,9 +16,11 @@ from cablestudy.study.loop_report import CURVES, decibels
 from cablestudy.study.ssm import number_of
 from cablestudy.study.suspension.wind_report import coordinate_table, loop_table
 from cablestudy.study.table import Field, Table
+from cablestudy.system.first_order import LinearControl
 from cablestudy.system.suspension import AXES
 
 TURNS = ("roll", "pitch", "yaw")
+GUST = "gust"  # input of the state space
 TABLES = {"loop": loop_table, "coordinates": coordinate_table}
 
 
@@ -89,7 +92,7 @@ def time_case(document, case, options):
     winches = [f"winch.{name}" for name in scene.winches]
     references = [f"reference.{name}" for name in movement.measured]
     outputs = [f"{body}.{name}" for name in movement.measured]
-    kind = options.input or winches[0]
+    kind = input_ = options.input or winches[0]
     number_of("--input", kind, [*winches, *references, *OF_WIND])
     shown = number_of("--output", options.output, outputs) if options.output else 0
     if kind in references and not options.output:
@@ -97,16 +100,16 @@ def time_case(document, case, options):
     if kind in OF_WIND:
         if scene.wind is None:
             raise missing(document, "wind", f"loop --input {kind}")
-        asked, place = options.gust(scene.wind, scene.wind.turbulence[0]), (loop_response.FORCE, 0)
+        asked, input_ = options.gust(scene.wind, scene.wind.turbulence[0]), GUST
     elif kind in references:
-        number = references.index(kind)
-        unit = _unit(movement.measured[number])
-        asked, place = options.step(f"the {kind} moves", unit), (loop_response.REFERENCE, number)
+        unit = _unit(movement.measured[references.index(kind)])
+        asked = options.step(f"the {kind} moves", unit)
     else:
-        asked, place = options.step(f"{kind} reels in"), (loop_response.WINCH, winches.index(kind))
+        asked = options.step(f"{kind} reels in")
+    moved = f"{body}.{AXES[MOTIONS.index(movement.measured[shown])]}"
     whole = movement.linear.viscous_motion
     found = [
-        _responses(movement, motion, space, shown, place, asked.components, options.times)
+        _responses(movement, motion, space, moved, input_, asked.components, options.times)
         for motion, space in ((whole, None), (whole.within(movement.linear.fewer), movement.linear.fewer))
     ]
     found = loop_response.compared(*found).times(asked.size)
@@ -121,27 +124,28 @@ def _unit(coordinate):
     return "rad" if coordinate in TURNS else "m"
 
 
-def _responses(movement, motion, space, shown, place, components, time):
+def _responses(movement, motion, space, output, input_, components, time):
     """`TimeResponse` with the motion, or with that in a space of its coordinates."""
-    if movement.loop is None:
+    loop = movement.loop
+    if loop is None:
         raise SceneError("control: there is no loop")
-    loads = np.zeros((len(movement.motion), 1))
+    loads, allocation = np.zeros((len(movement.motion), 1)), loop.allocation
     if movement.gusts is not None:
         along = uniform_gust(movement.gusts)
         loads[: len(along), 0] = along
-    loads = loads if space is None else space.T @ loads
+    if space is not None:
+        loads, allocation = space.T @ loads, replace(allocation, measured=allocation.measured @ space)
     inputs, outputs = labels(movement.layout, movement.winches, movement.markers)
-    winches, size = len(movement.winches), len(motion) - sum(not one.wheel for one in movement.actuators)
+    winches, size = inputs[: len(movement.winches)], len(motion) - sum(not one.wheel for one in movement.actuators)
     coordinates = tuple((f"coordinate_{k + 1}", MODAL) for k in range(size))
-    named = Labels(coordinates, inputs[:winches], (("gust", "m/s"),), outputs)
-    plant = state_space(motion, loads, named, None, movement.actuators)
-    body, loop = movement.equilibrium.suspension.body_names[movement.body], movement.loop
-    names = [f"{body}.{AXES[MOTIONS.index(name)]}" for name in movement.measured]
-    own = loop.law_space
-    filters = [series(notch.state_space, own) if notch else own for notch in loop.notches]
-    shares = -loop.gain * loop.allocation.shares
-    rows = tuple(plant.output_names.index(name) for name in names)
-    return loop_response.Driven(plant, rows, filters, shares, shown, *place).responses(components, time)
+    measured = tuple((name, _unit(name)) for name in movement.measured)
+    named = Labels(coordinates, winches, ((GUST, "m/s"),), outputs, measured)
+    control = LinearControl(allocation, loop.gain, loop.notches, loop.law_space, loop.law_names)
+    closed = state_space(motion, loads, named, control, movement.actuators, added=True)
+    alone = state_space(motion, loads, named, None, movement.actuators)
+    reeled = [closed.output_names.index(name) for name, _ in winches]
+    places = closed.output_names.index(output), reeled, closed.input_names.index(input_)
+    return loop_response.responses(closed, alone, *places, components, time)
 
 
 def uniform_gust(gusts):

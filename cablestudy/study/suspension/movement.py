@@ -37,7 +37,7 @@ class Movement:
 
     @property
     def motion(self):
-        """`Motion`."""
+        """`LinearSystem`."""
         return self.linear.motion
 
     @property
@@ -317,7 +317,7 @@ class Movement:
         return f"mode {place + 1} ({self.modes.moves[place]}, {self.modes.frequency[place]:.4g} Hz)"
 
     def _named(self, pole, moving):
-        """The motion of a growing pole of a `Motion` or `PoseLoop` in words."""
+        """The motion of a growing pole of a `LinearSystem` or `PoseLoop` in words."""
         dynamic = moving.dynamic_stiffness(np.array([pole]))[0]
         shape = np.linalg.svd(dynamic)[2][-1].conj()
         energy = np.abs(shape * pole) ** 2

@@ -11,8 +11,8 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.pose_state_space import by_forces
-from cablestudy.control.residues import Residues
 from cablestudy.errors import NoSolutionError
+from cablestudy.system.residues import Residues
 from cablestudy.wind.imaging import correction_weight, exposure_weight
 from cablestudy.wind.variance import Panels, mixed_variances, smooth_on, variances, with_turns
 

@@ -1,19 +1,18 @@
-"""The loop of several winches, and a suspension without it, as equations of first order.
+"""A linear system with the loop of its winches, or without it, as equations of first order.
 
     x' = (A0 + gain sum A_j) x + B0 u + B1 u' + B2 u''
 
 Rows of all matrices are over the states x and, where there are inputs, over u, u', u''. States: h z (h the `unit` of
 each coordinate), z', the low-passed movement of each actuator with a high-pass filter, two of each notch, those of the
 control law of each independent movement of the winches, and as many movements as the allocation makes. Inputs: with the
-loop the references r of what is measured, without it the lengths v that the winches reel in; then forces.
+loop the references r of what is measured; the lengths that the winches reel in, beyond those of the loop; forces.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from cablestudy.control.law import NOTHING
-
+NOTHING = np.zeros((0, 0)), np.zeros(0), np.zeros(0), 1.0  # a law of no states that passes what it is given
 DEPENDENT = 1e-3  # singular value of the static gain over the largest, below which a pose is not corrected
 
 
@@ -37,6 +36,30 @@ class Allocation:
 
 
 @dataclass(frozen=True)
+class LinearControl:
+    """What closes the loop, as `PoseLoop` has it too.
+
+    Attributes
+    ----------
+    allocation : Allocation
+    gain : float
+        [rad/s]
+    notches : tuple of (Notch or None)
+        Of each measured coordinate.
+    law_space : tuple of 4 ndarray
+        s C1 as a state space a, b, c, d.
+    law_names : list of str
+        Of its states.
+    """
+
+    allocation: Allocation
+    gain: float
+    notches: tuple
+    law_space: tuple
+    law_names: list
+
+
+@dataclass(frozen=True)
 class Equations:
     """The equations of the module's docstring, N states, p inputs, w = N, or N + 3 p with inputs.
 
@@ -51,7 +74,7 @@ class Equations:
     feedback : list of (ndarray, ndarray)
         Movement that each actuator measures behind its filter, and its derivative, each of shape (w,).
     winches : ndarray, shape (i, r)
-        v by the last r states; r is zero where winches are inputs.
+        What the loop reels in by the last r states; r is zero without a loop.
     """
 
     fixed: np.ndarray
@@ -75,7 +98,7 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
     law : tuple of 4 ndarray
         s C1 as a state space: see `Law.state_space`.
     forces : ndarray, shape (m, j), optional
-        Force on each coordinate by each force; without it there are no inputs, and winches without loop are at rest.
+        Force on each coordinate by each force; without it there are no inputs, and winches move by the loop alone.
 
     Notes
     -----
@@ -90,8 +113,8 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
     left, rates = _independent(allocation.shares) if allocation else (np.zeros((motion.driven[0].shape[1], 0)),) * 2
     movements = left.shape[1]
     size = 2 * m + filters + 2 * len(own) + (len(a) + 1) * movements
-    driving = 0 if forces is None else len(notches) if allocation else len(left)
-    inputs = 0 if forces is None else driving + forces.shape[1]
+    references = len(notches) if allocation and forces is not None else 0
+    inputs = 0 if forces is None else references + len(left) + forces.shape[1]
     places, speeds = np.zeros((2, m, size + 3 * inputs))
     places[:, :m], speeds[:, m : 2 * m] = np.diag(1 / unit), np.eye(m)
     width, entries = size + 3 * inputs, motion.stiffness.dtype
@@ -102,12 +125,14 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
     for one, (moved, moving) in zip(motion.feedback, feedback, strict=True):
         force += np.outer(one.acts, one.velocity_gain * moving + one.position_gain * moved)
     if forces is not None:
-        force[:, size + driving : size + inputs] += forces
+        force[:, size + inputs - forces.shape[1] : size + inputs] += forces
+        for order, part in enumerate(motion.driven):
+            force[:, size + order * inputs + references :][:, : len(left)] += part
     if allocation:
         moved, moving = allocation.measured @ places, allocation.measured @ speeds
         if inputs:
-            moved[:, size : size + driving] -= np.eye(driving)
-            moving[:, size + inputs : size + inputs + driving] -= np.eye(driving)
+            moved[:, size : size + references] -= np.eye(references)
+            moving[:, size + inputs : size + inputs + references] -= np.eye(references)
         begin, each = size - movements, np.eye(movements)
         laws = slice(begin - len(a) * movements, begin)
         _notched(notches, moved, moving, fixed, 2 * m + filters)
@@ -119,9 +144,6 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
             one[laws], one[begin:] = -np.outer(np.kron(column, b), error), -d * np.outer(column, error)
             one[m : 2 * m] = -np.outer((d * first + (c @ b) * second) @ column, error)
             one[m : 2 * m] -= d * np.outer(second @ column, rate)
-    elif inputs:
-        for order, part in enumerate(motion.driven):
-            force[:, size + order * inputs :][:, :driving] += part
     fixed[m : 2 * m] = np.linalg.solve(motion.mass, force)
     scaled[:, m : 2 * m] = np.linalg.solve(motion.mass, scaled[:, m : 2 * m])
     return Equations(fixed, scaled, places, speeds, feedback, left)
@@ -175,3 +197,58 @@ def _independent(shares):
     left, right = left[:, kept], values[kept, None] * right[kept]
     sign = np.sign(np.take_along_axis(left, np.abs(left).argmax(axis=0)[None], axis=0))[0]
     return left * sign, right * sign[:, None]
+
+
+def rows(system, forces, loop=None, actuators=(), direct=None):
+    """A system, with its loop closed or without one, as rows over x, u, u', u'' with the inputs of `Equations`.
+
+    Parameters
+    ----------
+    system : LinearSystem
+    forces : ndarray, shape (m, j)
+        Force on each coordinate by each input that is a force.
+    loop : LinearControl or PoseLoop, optional
+    actuators : sequence of Actuator
+        Those of the system.
+    direct : ndarray, shape (o, j), optional
+        How much of each force is in each output at once.
+
+    Returns
+    -------
+    found : Equations
+    whole : ndarray, shape (N, w)
+        x'.
+    reeled : tuple of 2 ndarray, shape (i, w)
+        What the loop reels in, and its speed.
+    shown : ndarray, shape (o + a, w)
+        Outputs of the system, then two of each actuator: stroke and force, or momentum and torque.
+    """
+    found = equations(system, *((loop.allocation, loop.notches, loop.law_space) if loop else ()), forces=forces)
+    whole = found.fixed + (loop.gain * found.scaled.sum(axis=0) if loop else 0.0)
+    m, size, (winches, movements) = len(system), len(whole), found.winches.shape
+    inputs = (whole.shape[1] - size) // 3
+
+    def derivative(row):
+        """Of rows over x, u, u', u'' that have no part of u''."""
+        shifted = np.zeros_like(row)
+        shifted[:, size + inputs :] = row[:, size : size + 2 * inputs]
+        return row[:, :size] @ whole + shifted
+
+    reeled = np.zeros((winches, whole.shape[1]))
+    reeled[:, size - movements : size] = found.winches
+    speed = derivative(reeled)
+    lengths = [reeled, speed, derivative(speed)] if loop else np.zeros((3, *reeled.shape))
+    added = inputs - forces.shape[1] - winches  # after the references
+    for order, part in enumerate(lengths):
+        lengths[order] = part + np.eye(*part.shape, size + order * inputs + added)
+    moving = found.places, found.speeds, whole[m : 2 * m]
+    shown = sum(part @ one for part, one in zip(system.moved, moving, strict=True))
+    shown += sum(part @ one for part, one in zip(system.follow, lengths, strict=True))
+    if direct is not None:
+        shown[:, size + inputs - forces.shape[1] : size + inputs] += direct
+    outputs = [shown]
+    strokes = iter(found.places[m - sum(not one.wheel for one in actuators) :])
+    for one, (moved, rate) in zip(actuators, found.feedback, strict=True):
+        force = one.velocity_gain * rate + one.position_gain * moved
+        outputs.append([one.velocity_gain * moved, force] if one.wheel else [next(strokes), force])
+    return found, whole, (reeled, speed), np.concatenate(outputs)
