@@ -26,7 +26,6 @@ NEAR = 0.5  # relative distance of an eigenvalue from -1 over a gain up to which
 FIRST_STEP = 1e-6  # relative, of the search for a crossing near another one
 SETTLED = 1e-12  # relative, of a frequency that is found
 HIGHEST = 1e3  # gain up to which the sensitivity of a loop without limit is looked at, over its highest pole
-ZERO = 1e-9  # size of a pole over that of the largest, below which it is that of an integral, zero
 FARTHEST = 1e9  # gain up to which stability is judged, over the lowest pole
 CLOSED = 3.0  # gains between which poles of the closed loop follow from a crossing, over its gain
 
@@ -88,8 +87,7 @@ class StableGains:
     """
 
     def __init__(self, loop_gain, poles, notches, law):
-        self.loop_gain, self.law, size = loop_gain, law, np.abs(poles)
-        self.poles = poles[size > ZERO * size.max()]
+        self.loop_gain, self.law, self.poles = loop_gain, law, poles
         self._first = frequencies(self.poles, notches, law)
 
     @cached_property

@@ -3,6 +3,7 @@
 import numpy as np
 
 from cablestudy.control.gain_limits import StableGains
+from cablestudy.study.suspension.driven_cables import open_poles
 from cablestudy.system.first_order import equations
 
 
@@ -22,4 +23,4 @@ def gains_of_modes(movement):
         parts = (s[:, None] ** order * (fractions @ part.reshape(-1, size**2)) for order, part in enumerate(residues))
         return sum(parts).reshape(-1, size, size) * loop.controller(s)[:, None, :]
 
-    return StableGains(loop_gain, movement.open_poles, loop.notches, loop.law)
+    return StableGains(loop_gain, open_poles(movement), loop.notches, loop.law)

@@ -36,7 +36,14 @@ SAFETY = 2.0  # on the change of the largest gain
 WINDOW = 0.2  # relative distance of frequencies beside one that decides a margin, by which it changes with the model
 NEARLY, CLOSE = 0.5, 0.05  # gain over the largest, and relative distance of modes from the one that would grow, from
 # which on such modes are in the model of the response
+ZERO = 1e-3  # size of a pole over the lowest frequency, below which it is that of an integral, zero
 TURN = 2 * np.pi
+
+
+def open_poles(movement):
+    """Poles of a `Movement` with the winches at rest, without those that are zero but for rounding. [rad/s]"""
+    poles = movement.open_poles
+    return poles[np.abs(poles) > ZERO * movement.modes.solution.omega[0]]
 
 
 class DrivenCables:
@@ -158,7 +165,7 @@ class DrivenCables:
 
     def _poles(self):
         """Those of the model, and about where those of modes above it are that the gain could drive. [rad/s]"""
-        poles = [self._movement.open_poles]
+        poles = [open_poles(self._movement)]
         if self._spoilt:
             return poles[0]
         chosen = self._chosen()
