@@ -236,15 +236,15 @@ def test_what_is_refused(words, goal, options):
     assert words in outcome.err
 
 
-@pytest.mark.parametrize(("scene", "column"), [("guy.yaml", "min_tension"), ("suspension", "a.max_tension")])
-def test_a_tension_as_a_share_of_the_breaking_force_is_told_in_newtons(scene, column):
+@pytest.mark.parametrize(("kind", "column"), [("one cable", "min_tension"), ("suspension", "a.max_tension")])
+def test_a_tension_as_a_share_of_the_breaking_force_is_told_in_newtons(kind, column):
     """Which solves as it is printed."""
     path = CONFIGS / "guy.yaml"
-    if scene == "suspension":
+    if kind == "suspension":
         path = Path("many.yaml")
         cable = "cable: {material: guy-strand, diameter: 16 mm, preload: 10 %}\n"
         path.write_text(cable + "cables: {a: {from: [0, 0, 0], to: [60, 0, 80]}}\n", encoding="utf-8")
-    key = "cable.preload" if scene != "suspension" else "cables.a.preload"
+    key = "cable.preload" if kind != "suspension" else "cables.a.preload"
     (line,) = run("find", path, f"{column} = 9 %", "--by", key, code=2).lines
     told = re.search(rf"write ({column} = (.*) N), which is that share of the breaking force of (.*) N", line)
     assert float(told[2]) == pytest.approx(0.09 * float(told[3]), rel=1e-5)
