@@ -272,8 +272,11 @@ def test_a_fraction_is_a_number():
 
 def test_the_place_of_a_load_is_found_by_its_number_in_the_list():
     """Where a load hangs 0.13 m deep: checked by the statics of a load there."""
-    (row,) = table_of("find", CONFIGS / "point-load.yaml", "load_sag = 0.13 m", "--by", "cable.loads.0.at")
+    (row,), outcome = find("load_sag = 0.13 m", "--by", "cable.loads.0.at", scene=CONFIGS / "point-load.yaml")
     place = row["cable.loads.0.at_m"]
+    # beyond the place tried last there is no cable of 184.5 m, and the load hangs ever less deep towards its end
+    low, high = re.search(r"not searched: cable.loads.0.at from (.*) to (.*) m, at an end of", outcome.err).groups()
+    assert place < float(low) < 184.5 < float(high)
     (there,) = table_of("static", CONFIGS / "point-load.yaml", "--set", f"cable.loads.0.at={place!r} m")
     assert there["load_sag_m"] == pytest.approx(0.13, rel=1e-9)
 
