@@ -58,6 +58,8 @@ FINE = {"arguments": ["static"], "code": 0, "out": "| sag | 1 |\n", "err": "", "
         ({"err": "x.py:3: RuntimeWarning: overflow\n"}, "warning: x.py:3: RuntimeWarning: overflow"),
         ({"seconds": 31.0}, "31 s"),
         ({"code": -24, "seconds": 60.0, "err": "31 of 99999 rows, 5 rows/s, 5.5 h left\n"}, None),
+        ({"seconds": 40.0, "err": "loop: 8 s\nloop: 16 s, motion with 64 modes\n"}, None),
+        ({"seconds": 40.0, "err": "loop: 16 s\nloop: 32 s\n"}, "40 s"),
         ({"memory": 3 << 29}, "1.5 GB"),
         ({"code": 3}, "exit code 3 without a message"),
         ({"err": "x" * 1001}, "a message of 1001 characters"),

@@ -1,5 +1,6 @@
 """Pictures: what is drawn is what was computed, and files are whole, valid and always the same."""
 
+import logging
 from pathlib import Path
 
 import matplotlib
@@ -545,3 +546,18 @@ def test_a_font_that_is_installed_draws_letters_that_the_first_one_lacks(monkeyp
     style.families.cache_clear()
     assert style.families() == ["DejaVu Sans", "cmr10", "STIXGeneral"]
     style.families.cache_clear()
+
+
+def test_fonts_that_are_not_found_are_no_warning(caplog):
+    """Matplotlib keeps a list of fonts, which another installation may have written."""
+    fonts = logging.getLogger("matplotlib.font_manager")
+
+    @style.styled
+    def draw():
+        fonts.warning("findfont: not found")
+        return 1
+
+    assert draw() == 1
+    assert not caplog.records
+    fonts.warning("findfont: not found")
+    assert len(caplog.records) == 1

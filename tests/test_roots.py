@@ -1,5 +1,7 @@
 """All zeros of a function of one number: what a search finds, what it does not take for a zero, how far it looks."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -110,3 +112,30 @@ def test_the_ends_of_what_a_costly_function_has_values_for_are_sought_where_a_ze
     assert len(calls) < 10
     near = found(lambda x: np.where(x > 2.05, np.nan, 2.049 - x), 1, 1e-3, 1e3, COSTLY)
     assert near.places == pytest.approx([2.049], rel=1e-6)
+
+
+@pytest.mark.parametrize("steep", [False, True])
+def test_a_jump_of_a_costly_function_is_found_as_finely_as_the_end_of_its_values(steep):
+    tried = []
+
+    def function(x):
+        tried.extend(np.atleast_1d(x).tolist())
+        return x - 3 + (20 * np.tanh(1e5 * (x - np.pi)) if steep else 20 * np.sign(x - np.pi))
+
+    result = found(function, 1.0, 1e-2, 1e2, replace(COSTLY, rtol=1e-12))
+    if steep:  # but continuous
+        assert (result.places, result.jumps) == (pytest.approx([np.pi - (np.pi - 3) / 20 / 1e5], rel=1e-10), [])
+    else:
+        assert (result.places, result.jumps) == ([], [pytest.approx(np.pi, rel=1e-6)])
+        assert len(tried) < 80
+
+
+def test_what_a_costly_search_leaves_alone_is_listed():
+    def function(x):
+        return np.where((x < 0.6) | (x > 40.0), np.nan, (x - 1.5) * (1 + x))
+
+    result = found(function, 1.0, 1e-2, 1e2, COSTLY)
+    assert result.places == pytest.approx([1.5])
+    ((low, high),) = result.gaps
+    assert low < 0.6 < high
+    assert not found(function, 1.0, 1e-2, 1e2).gaps

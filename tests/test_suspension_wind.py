@@ -27,6 +27,7 @@ from straight_scenes import (
     with_changes,
 )
 
+from cablestudy.cable.element import mesh_segments
 from cablestudy.control.pose_loop import PoseLoop
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import Scene, load_scene
@@ -38,6 +39,7 @@ from cablestudy.system import statics
 from cablestudy.wind import gusts
 from cablestudy.wind.mean import Drag, cable_loads
 from cablestudy.wind.spectrum import speed_spectrum
+from cablestudy.wind.strips import Strip
 
 TURN = 2 * np.pi
 EA, G = 1e5, 9.81
@@ -954,3 +956,19 @@ def test_a_limit_that_is_passed_is_a_status():
     words = f"mass_x: its stroke reaches {1e3 * stroke:.4g} mm, above its limit of {990 * stroke:.4g}"
     assert words in rows[0].cells["status"]
     assert rows[1].cells["status"] == "ok"
+
+
+@pytest.mark.parametrize("segments", [1, 7, 300])
+def test_the_coherence_along_a_cable_of_many_elements(segments):
+    """Of a force that is the same everywhere: the double integral of exp(-k |a - b|) in closed form."""
+    mesh = mesh_segments(np.ones(1), segments, 6)
+    nodes = len(mesh.node_positions)
+    none = np.zeros((nodes, 3))
+    strip = Strip(0, mesh, 100.0, none, none[..., None], none[..., None], none[..., None])
+    forces = np.stack([strip.lengths, 2 * strip.lengths], axis=-1)[:, None, :]
+    kappa = np.array([1e-5, 1e-3, 0.01, 0.05])
+    x = kappa * strip.length
+    series = x * (1 / 6 - x * (1 / 24 - x * (1 / 120 - x * (1 / 720 - x / 5040))))
+    integral = 2 * strip.length**2 * np.where(x < 0.2, 0.5 - series, (x - 1 + np.exp(-x)) / x**2)
+    expected = integral[:, None, None] * np.array([[1.0, 2.0], [2.0, 4.0]])
+    assert strip.coherent(forces, kappa) == pytest.approx(expected, rel=2e-6)

@@ -93,7 +93,7 @@ def solve(goal, document):
     statuses = {}
 
     def distance(values):
-        doing(f"{counted(len(statuses), 'value')} of {goal.key.name} tried for {goal}")
+        doing(f"{counted(len(statuses) + len(values), 'value')} of {goal.key.name} tried for {goal}")
         numbers, reasons = _numbers(goal, document, values)
         statuses.update(zip(values.tolist(), reasons, strict=True))
         return numbers - goal.value
@@ -114,6 +114,8 @@ def solve(goal, document):
         f"searched: {goal.key.name} from {goal.of_key(found.low, found.high)}; {goal.elsewhere}"
     ]  # fmt: skip
     notes += [f"{goal} over all of {goal.key.name} from {goal.of_key(*ends)}" for ends in found.plateaus]
+    ends = f"at an end of the values of {goal.column.name}"
+    notes += [f"not searched: {goal.key.name} from {goal.of_key(*gap)}, {ends}" for gap in found.gaps]
     scenes = [_Cases(document, goal, [value]).case(0)[1] for value in found.places]
     return Found(found.places, scenes, notes + jumps)
 

@@ -11,6 +11,7 @@ MOST = 2  # times as many points as usual in a range of many decades
 SMALLEST = 1e-9  # of a range that begins at zero: its smallest positive point, as a share
 EDGE = 1e-6  # width to which the end of what has a value is found, relative
 CONSTANT = 1e-12  # spread of values that are equal but for rounding, relative
+ABRUPT = 0.5  # of the change over a bracket: a costly function that changes by so much within EDGE jumps
 JUMP = 1e-6  # of the change over a bracket: what is left at a zero of a continuous function is less
 BENDS = 4.0  # times its last change a costly function may change where its values end
 ROUNDS = 6  # of refinement: each ends where a value was missing within a bracket
@@ -37,7 +38,7 @@ class Effort:
     parts : int
         Into which the gap between what has a value and what has none is divided at once.
     costly : bool
-        Whether such gaps are left alone where the function is far from zero.
+        Whether such gaps are left alone where the function is far from zero, and jumps found as finely as their ends.
     """
 
     points: int
@@ -66,6 +67,8 @@ class Zeros:
         Where the function changes its sign without being zero, rising.
     plateaus : list of (float, float)
         Between which places tried the function stays zero; only the first place of each is among the zeros.
+    gaps : list of (float, float)
+        Between places of which one has a value and one has none, rising: what was left alone of a costly function.
     low, high : float
         Ends of the range that was searched.
     known : tuple of ndarray
@@ -77,6 +80,7 @@ class Zeros:
     places: list
     jumps: list
     plateaus: list
+    gaps: list
     low: float
     high: float
     known: tuple
@@ -85,6 +89,10 @@ class Zeros:
 
 class _NoValueError(Exception):
     """The function has no value within a bracket."""
+
+
+class _JumpFoundError(Exception):
+    """A costly function jumps over zero."""
 
 
 class _SignFoundError(Exception):
@@ -197,11 +205,12 @@ def zeros(function, ranges, effort):
         found, jumps = scan.search()
         if found:
             break
-    if not found:
+    if not found and not (jumps and effort.costly):
         scan.approach_zero()
         found, jumps = scan.search()
     known = scan.finite()
-    return Zeros(found, jumps, scan.plateaus, min(scan.tried), max(scan.tried), known, effort.equal(known[1]))
+    ends = min(scan.tried), max(scan.tried)
+    return Zeros(found, jumps, scan.plateaus, scan.gaps_left(), *ends, known, effort.equal(known[1]))
 
 
 class _Scan:
@@ -246,13 +255,21 @@ class _Scan:
         """Divide each gap between a place that has a value and a neighbour that has none."""
         parts = self._effort.parts
         for _ in range(ceil(self._effort.steps / log2(parts))):
-            known = sorted(self.tried.items())
-            edges = [k for k, ((_, f), (_, g)) in enumerate(pairwise(known)) if isnan(f) != isnan(g)]
-            gaps = [(known[k][0], known[k + 1][0]) for k in edges if self._may_cross(known, k)]
-            wide = [(a, b) for a, b in gaps if b - a > EDGE * max(abs(a), abs(b))]
+            wide = [gap for gap, may_cross in self._gaps() if may_cross]
             if not wide:
                 return
             self.evaluate([_way(a, b)(part / parts) for a, b in wide for part in range(1, parts)])
+
+    def gaps_left(self):
+        """Gaps between a place that has a value and one that has none that were not divided."""
+        return [gap for gap, may_cross in self._gaps() if not may_cross]
+
+    def _gaps(self):
+        """Yield each wide gap between a place that has a value and a neighbour that has none; may a zero lie in it."""
+        known = sorted(self.tried.items())
+        for k, ((a, f), (b, g)) in enumerate(pairwise(known)):
+            if isnan(f) != isnan(g) and b - a > EDGE * max(abs(a), abs(b)):
+                yield (a, b), self._may_cross(known, k)
 
     def _may_cross(self, known, k):
         """Whether a zero may lie between places k and k + 1 of `known`, one of which has no value.
@@ -320,7 +337,11 @@ class _Scan:
             elif g == 0:
                 found.append(b)
             elif f * g < 0:
-                place = self._brent(a, b)
+                try:
+                    place = self._brent(a, b)
+                except _JumpFoundError as jump:
+                    jumps.append(jump.args[0])
+                    continue
                 continuous = abs(self.value(place)) <= max(JUMP * abs(g - f), self._effort.noise)
                 (found if continuous else jumps).append(place)
         return sorted(found), sorted(jumps)
@@ -329,7 +350,7 @@ class _Scan:
         """Where the function changes its sign between two places of different sign."""
         from scipy.optimize import brentq
 
-        place_at = _way(low, high)
+        place_at, ends = _way(low, high), {}
 
         def value(part):
             place = place_at(part)
@@ -337,8 +358,14 @@ class _Scan:
             if isnan(number):
                 self.tried[place] = number
                 raise _NoValueError
+            ends[number > 0] = place, number
+            if self._effort.costly and len(ends) == 2:
+                (a, f), (b, g) = ends.values()
+                if abs(b - a) <= EDGE * max(abs(a), abs(b)) and abs(g - f) >= ABRUPT * abs(change):
+                    raise _JumpFoundError(place)
             return number
 
+        change = self.value(high) - self.value(low)
         return place_at(brentq(value, 0.0, 1.0, xtol=1e-15, rtol=self._effort.rtol, maxiter=500))
 
 

@@ -21,6 +21,7 @@ PER_DECADE, DEGREE = 8, 5  # kappa at which the covariance is computed, and of t
 COHERENT = 1e-7  # kappa times the size of the suspension that is taken for zero
 NEARLY_COHERENT, INCOHERENT = 1e-3, 1e4  # kappa times the size of the suspension where its limits are reached
 ROUNDING = 1e-6  # of a boundary of panels in numbers of panels
+AT_ONCE = 1_000_000  # entries of a coherence matrix that are computed at once
 
 
 @dataclass(frozen=True)
@@ -234,9 +235,11 @@ class Gusts:
             own += strip.coherent(np.einsum("ck,kpm->pcm", components, self._among(place, strip.forces)), kappa)
             forces = np.einsum("ck,kpm->pcm", components, self._among(place, strip.point_forces))
             # with the cables before it
-            coherence = np.exp(-kappa[:, None, None] * size(strip.points[:, None] - points))
-            moved = coherence @ point_forces.reshape(len(points), len(components) * count)
-            between += forces.reshape(-1, count).T @ moved.reshape(len(kappa), -1, count)
+            distance = size(strip.points[:, None] - points)
+            for part in np.array_split(np.arange(len(kappa)), ceil(len(kappa) * distance.size / AT_ONCE) or 1):
+                coherence = np.exp(-kappa[part, None, None] * distance)
+                moved = coherence @ point_forces.reshape(len(points), len(components) * count)
+                between[part] += forces.reshape(-1, count).T @ moved.reshape(len(part), -1, count)
             points, point_forces = np.concatenate([points, strip.points]), np.concatenate([point_forces, forces])
         return own + between + np.swapaxes(between, -1, -2)
 

@@ -118,11 +118,17 @@ class Strip:
         -------
         ndarray, shape (q, m, m)
         """
-        (nodes, _, count), ends = forces.shape, np.zeros((len(self.places), len(self.places)))
-        ends[[0, -1], [0, -1]] = 1.0
+        nodes, _, count = forces.shape
+        diagonal, ends = np.diag(self.lengths), np.zeros(nodes)
+        ends[[0, -1]] = 1.0
+        rod, ends = _rod(self.mesh) / self.length, np.diag(ends)
+        if len(self.mesh.sizes) > 1:  # most of the matrix is zero
+            halves = (
+                _solved_half(rod / one + one * diagonal + ends, self.mesh.order, forces) for one in kappa.tolist()
+            )
+            return np.stack([2 * half.T @ half for half in halves])
         kappa = kappa[:, None, None]
-        matrix = _rod(self.mesh) / self.length / kappa + kappa * np.diag(self.lengths) + ends
-        moved = np.linalg.inv(matrix) @ forces.reshape(nodes, -1)
+        moved = np.linalg.inv(rod / kappa + kappa * diagonal + ends) @ forces.reshape(nodes, -1)
         return 2 * forces.reshape(-1, count).T @ moved.reshape(len(kappa), -1, count)
 
 
@@ -232,3 +238,23 @@ def _rod(mesh):
     weights = element.weights / mesh.sizes[:, None]
     slopes = element.derivative
     return add_elements(mesh, 1, slopes.T @ (weights[..., None] * slopes)).toarray()
+
+
+def _solved_half(matrix, width, forces):
+    """R^-T g of a positive definite matrix R^T R with so many diagonals beside its main one, shape (p c, m).
+
+    Parameters
+    ----------
+    matrix : ndarray, shape (p, p)
+    width : int
+    forces : ndarray, shape (p, c, m)
+        g, by a unit speed at each node.
+    """
+    from scipy.linalg import cholesky_banded
+    from scipy.linalg.lapack import dtbtrs
+
+    band = np.zeros((width + 1, len(matrix)))
+    for k in range(width + 1):
+        band[k, : len(matrix) - k] = np.diagonal(matrix, -k)
+    half, _ = dtbtrs(cholesky_banded(band, lower=True), forces.reshape(len(matrix), -1), uplo="L")
+    return half.reshape(-1, forces.shape[-1])

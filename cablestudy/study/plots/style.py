@@ -1,8 +1,10 @@
 """Common look of all pictures: colours, sizes, scales, ticks; and their files."""
 
 import io
+import logging
 import os
 import warnings
+from contextlib import contextmanager
 from functools import lru_cache, wraps
 
 import matplotlib.style
@@ -62,19 +64,33 @@ DEEP = 0.1  # sag over chord from which a cable is drawn true to scale
 def styled(draw):
     """Decorator: draw with STYLE on matplotlib's defaults, without the user's configuration.
 
-    Letters that no font here has are drawn as the box that stands for them, without a warning.
+    Letters that no font here has are drawn as the box that stands for them, and other fonts stand for those that
+    matplotlib does not find, without a warning.
     """
 
     @wraps(draw)
     def run(*arguments, **options):
-        with matplotlib.style.context(["default", STYLE | {"font.family": families()}]), warnings.catch_warnings():
-            warnings.filterwarnings("ignore", r"Glyph \d+ .*missing", UserWarning)
+        with matplotlib.style.context(["default", STYLE | {"font.family": families()}]), _without_font_warnings():
             drawn = draw(*arguments, **options)
             if isinstance(drawn, Figure):
                 _without_mathematics(drawn)
             return drawn
 
     return run
+
+
+@contextmanager
+def _without_font_warnings():
+    """Keep matplotlib silent about letters and fonts: its list of fonts may be older than its files."""
+    fonts = logging.getLogger("matplotlib.font_manager")
+    level = fonts.level
+    fonts.setLevel(logging.ERROR)
+    try:
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", r"Glyph \d+ .*missing", UserWarning)
+            yield
+    finally:
+        fonts.setLevel(level)
 
 
 def _without_mathematics(figure):

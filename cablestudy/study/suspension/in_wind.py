@@ -4,6 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.activity import doing
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.words import counted
 from cablestudy.study.columns import relative
@@ -75,6 +76,7 @@ class InWind:
     def _settled(self):
         """Movement with as many modes as needed, and its response to the wind; raises as `response`."""
         for count in self._counts:
+            doing(f"motion with {count} modes")
             movement = self.movement_of(count)
             response = Response(movement, self.scene) if self._drag is not None else None
             if response is None or len(movement.modes) < count:
