@@ -11,9 +11,6 @@ import numpy as np
 
 from cablestudy.control.residues import beside, eigen, eigen_apart, residues
 
-NEGLIGIBLE = 1e-12  # damping ratio that is none
-ROUNDING = 1e-15  # of the largest pole: decay that rounding may make
-
 
 def at_rest(system, inputs):
     """`Residues` of the gondola's place by forces, the winch at rest. [m/N]
@@ -82,13 +79,3 @@ def _response(loop, system, inputs):
         return np.stack([moved, moving[:, None] * moved], axis=1)
 
     return response
-
-
-def damped(residues, least=NEGLIGIBLE):
-    """Which poles of a stable system have a damping ratio above one, and above rounding.
-
-    Of a complex stiffness those below grow.
-    """
-    rate, size = np.abs(residues.poles.real), np.abs(residues.poles)
-    oscillating = np.abs(residues.poles.imag) > least * size
-    return (rate > least * size) & (~oscillating | (rate > ROUNDING * size.max(initial=0.0)))
