@@ -7,7 +7,7 @@ from math import frexp, hypot, inf, ldexp, prod
 
 import numpy as np
 
-from cablestudy.control.gondola_residues import at_rest, closed
+from cablestudy.control.gondola_residues import at_rest, closed, shaken_by
 from cablestudy.control.plant import largest
 from cablestudy.errors import NoSolutionError
 from cablestudy.wind.cable_gusts import INTERPOLATED, BodyGusts
@@ -22,6 +22,7 @@ BELOW = (0.1, 1.0, 10.0)  # frequencies up to which the share of the variance is
 SHIFT, RESONANT = 1e-5, 1e-9  # as `plant.POLES`: for the modes that are kept, before vectors stand for the others
 LEFT, TRUE = 0.01, 30.0  # of the tolerance: resonances left out that the wind on the cable shakes; factor of safety
 ORDERS = 1, 2, 3, 4, 6  # of these vectors
+SHAKEN = 8  # modes that the wind on the cable shakes, to whose damping forces they answer, for each order but the first
 QUADRATURE = 1e-10  # error of the variances by the rule on the panels: that of Davenport's spectrum is 4e-11
 NEGLIGIBLE = 1e-12  # damping ratio that is none, of a gondola that the wind moves by way of the cable
 NUMBERS = ("displacement", "velocity", "open_displacement", "open_velocity")
@@ -184,17 +185,22 @@ def respond_along(loop, cable, gusts_on, corner, tolerance=TOLERANCE):
     kept = plant.needed(cable, SHIFT, min(RESONANT, tolerance))
     few = system.few(kept, ORDERS[0])
     whole = integrals.within(few).variances(system.within(few))
-    shaken = plant.shaken(cable, gusts.own(np.append(cable.omega, plant.main) / (2 * np.pi))[:-1])
+    shaken = shaken_by(system, gusts.own(np.append(cable.omega, plant.main) / (2 * np.pi))[:-1])
     share = np.maximum(shaken / whole[[0, 2]].min(), shaken * cable.omega**2 / whole[[1, 3]].min())
-    found = _respond(integrals, system, np.union1d(kept, largest(share, LEFT * tolerance)), tolerance)
+    kept = np.union1d(kept, largest(share, LEFT * tolerance))
+    found = _respond(integrals, system, kept, tolerance, kept[np.argsort(-share[kept], kind="stable")])
     return replace(found, error=found.error + TRUE * LEFT * tolerance + INTERPOLATED)
 
 
-def _respond(integrals, system, kept, tolerance):
-    """`GondolaResponse` with some modal coordinates of a `LinearSystem`, and as many vectors as the tolerance takes."""
+def _respond(integrals, system, kept, tolerance, shaken=()):
+    """`GondolaResponse` with some modal coordinates of a `LinearSystem`, and as many vectors as the tolerance takes.
+
+    Damped strain couples the modes: vectors of higher order answer also to the modes that the wind shakes, given with
+    those that move the gondola most first. Without them the difference of two orders is no error of the velocity.
+    """
     found, error = None, np.inf
     for orders in ORDERS:
-        before, space = found, system.few(kept, orders)
+        before, space = found, system.few(kept, orders, shaken[: SHAKEN * (orders - 1)])
         found = integrals.within(space).variances(system.within(space))
         if len(space) == space.shape[1]:
             error = 0.0
