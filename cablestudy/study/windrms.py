@@ -21,6 +21,7 @@ TOLERANCE = 1e-6  # relative, of each variance
 BELOW = (0.1, 1.0, 10.0)  # frequencies up to which the share of the variance is given [Hz]
 SHIFT, RESONANT = 1e-5, 1e-9  # as `plant.POLES`: for the modes that are kept, before vectors stand for the others
 LEFT, TRUE = 0.01, 30.0  # of the tolerance: resonances left out that the wind on the cable shakes; factor of safety
+SMALL = 24  # coordinates of a system that costs less with all of them than twice with fewer
 ORDERS = 1, 2, 3, 4, 6  # of these vectors
 SHAKEN = 8  # modes that the wind on the cable shakes, to whose damping forces they answer, for each order but the first
 QUADRATURE = 1e-10  # error of the variances by the rule on the panels: that of Davenport's spectrum is 4e-11
@@ -198,6 +199,8 @@ def _respond(integrals, system, kept, tolerance, shaken=()):
     Damped strain couples the modes: vectors of higher order answer also to the modes that the wind shakes, given with
     those that move the gondola most first. Without them the difference of two orders is no error of the velocity.
     """
+    if len(system) <= SMALL:
+        return integrals.response(integrals.variances(system), 0.0)
     found, error = None, np.inf
     for orders in ORDERS:
         before, space = found, system.few(kept, orders, shaken[: SHAKEN * (orders - 1)])
@@ -299,13 +302,14 @@ class _Integrals:
         NoSolutionError
             The wind excites a motion of the gondola that nothing damps.
         """
-        worst = self._integrals.undamped(response, np.eye(len(response.split(0)[0].shown))[0])
+        found = self._integrals.variances(response, names)
+        worst = self._integrals.undamped(response, found[0], np.eye(found.shape[1])[0])
         if worst is not None:
             raise NoSolutionError(
                 f"undamped: the wind moves the gondola at {abs(worst) / (2 * np.pi):.4g} Hz, where the damping ratio "
                 f"is {abs(worst.real) / abs(worst):.1e}, so that no RMS is finite (cable.damping)"
             )
-        return self._integrals.variances(response, names)
+        return found
 
 
 def _derivative(order, frequency):

@@ -103,12 +103,14 @@ class Integrals:
             return variances(known, self.panels, self.noise, weights)
         return mixed_variances(known, rest, self.gusts.matrix_times, self.panels, self.noise, weights)
 
-    def undamped(self, response, stiffness):
+    def undamped(self, response, whole, stiffness):
         """The pole that nothing damps, of those that the gusts excite the one that moves an output most; or None.
 
         Parameters
         ----------
         response : Residues or Beside
+        whole : ndarray, shape (o,)
+            Variances of its outputs.
         stiffness : ndarray, shape (o,)
             Energy per square of each output, by which they are compared; 0 of one that does not matter.
         """
@@ -119,9 +121,9 @@ class Integrals:
         size, given = np.abs(left.poles), left.given[:, :, None]
         force = (left.given * self.gusts.matrix_times(size / TURN, given.conj())[..., 0]).sum(axis=1).real
         own = np.abs(left.shown.T) ** 2 * stiffness * (force / (2 * self.least * size))[:, None]  # at most
-        whole = self.variances(response, ["value"])[0] * stiffness
-        rounded = STILL * max(own.max(), whole.max())
-        excited = np.where(own > np.maximum(EXCITED * whole, rounded), own, 0.0).max(axis=1)
+        energy = whole * stiffness
+        rounded = STILL * max(own.max(), energy.max())
+        excited = np.where(own > np.maximum(EXCITED * energy, rounded), own, 0.0).max(axis=1)
         return left.poles[np.argmax(excited)] if excited.any() else None
 
 

@@ -133,8 +133,8 @@ class Response:
         ------
         NoSolutionError
         """
-        for residues in self.movement.residues:
-            worst = self._integrals.undamped(residues, self.stiffness)
+        for residues, value in zip(self.movement.residues, self._variances[0][0], strict=True):
+            worst = self._integrals.undamped(residues, value, self.stiffness)
             if worst is None:
                 continue
             mode = int(np.argmin(np.abs(self.movement.motion.unit - np.abs(worst))))
