@@ -1,5 +1,7 @@
 """The gondola in the wind by few poles: against fine integration of the response with every mode; its parts."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from scenes import scene
@@ -13,6 +15,7 @@ from cablestudy.wind.coherence import ratio_of
 
 HYSTERETIC, VOIGT = (f"cable.damping={{model: {law}}}" for law in
                      ("hysteretic, loss_factor: 0.2", "kelvin_voigt, time: 2 ms, viscous: 0.01"))  # fmt: skip
+THIN, THICK = (("cable.area=null", f"cable.diameter={size} mm") for size in (1.85, 5))
 SLOW, LATE = "winch.controller.gain=0.03", "winch.delay=80 ms"
 LAWS = [
     (),
@@ -83,6 +86,24 @@ def test_vectors_stand_for_the_modes_left_out(sets):
     assert errors[2] < 1e-8
     assert errors[2] < 0.1 * errors[1] < 0.01 * errors[0]
     assert (system.few(np.arange(len(plant.excited.omega)), 1) == np.eye(len(system.mass))).all()
+
+
+@pytest.mark.parametrize("sets", [
+    ("cable.damping={model: kelvin_voigt, time: 5 ms}", "cable.ends=[[0, 0, 0], [160 m, 0, 95 m]]", *THICK),
+    ("cable.damping={model: hysteretic, loss_factor: 0.2}", "cable.elastic_modulus=10 GPa", *THIN),
+    (HYSTERETIC, *THICK),
+])  # fmt: skip
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6])
+def test_the_stated_error_in_wind_along_the_cable_is_true(sets, tolerance):
+    """Against all modes of the cable, which damped strain couples; the error is that of the variance."""
+    case = Case(scene("model={elements: 4, order: 8}", "winch.controller.gain=0.01", *sets))
+    on_cable, loop, corner = CableWind(case), case.loop_in_air, case.scene.wind.speed / case.scene.wind.length_scale
+    exact, found = (
+        windrms.respond_along(loop, on_cable.model, partial(on_cable.gusts, "along"), corner, size)
+        for size in (1e-13, tolerance)
+    )
+    assert (2 * np.abs(np.divide(rms_of(found), rms_of(exact)) - 1) <= found.error).all()
+    assert found.error < max(tolerance, 2e-6)
 
 
 def test_covariances_of_loads_on_a_cable_are_those_of_their_sums():

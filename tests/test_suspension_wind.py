@@ -56,7 +56,7 @@ def value(case, column):
 def variance(case, output, state=0, kind="value"):
     """Of an output; with the loop (0) or with the winches at rest (1)."""
     found = case.in_wind.response.variances
-    return getattr(found, kind)[state, found.rows[output]]
+    return found.weighted[kind][state, found.rows[output]]
 
 
 # ------------------------------------------------------------------------------------------------------- mean wind
@@ -318,7 +318,7 @@ def test_the_rms_does_not_depend_on_the_nodes_of_the_cables():
     in_wind = SuspensionCase(scene).in_wind
     found = [response.Response(in_wind.movement_of(count), scene).variances for count in (64, 160)]
     rows = [found[0].rows[f"gondola.{axis}"] for axis in "xyz"]
-    assert found[0].value[:, rows] == pytest.approx(found[1].value[:, rows], rel=1e-5)
+    assert found[0].weighted["value"][:, rows] == pytest.approx(found[1].weighted["value"][:, rows], rel=1e-5)
 
 
 def first_shapes(movement):
@@ -742,8 +742,8 @@ def test_the_stated_error_of_a_tension_is_true(seed):
     in_wind = case_of(text).in_wind
     few, many = (response.Response(in_wind.movement_of(count), in_wind.scene).variances for count in (64, 160))
     rows = [row for name, row in few.rows.items() if "tension" in name]
-    assert (np.abs(few.value - many.value)[:, rows] <= few.error["value"][:, rows]).all()
-    assert (few.error["value"][:, rows] < 0.01 * few.value[:, rows]).all()
+    assert (np.abs(few.weighted["value"] - many.weighted["value"])[:, rows] <= few.error["value"][:, rows]).all()
+    assert (few.error["value"][:, rows] < 0.01 * few.weighted["value"][:, rows]).all()
 
 
 # ------------------------------------------------------------------------------------------------------------- limits

@@ -11,8 +11,8 @@ import numpy as np
 
 from cablestudy.system.residues import beside, eigen, eigen_apart, residues
 
-NEGLIGIBLE = 1e-12  # damping ratio that is none
-ROUNDING = 1e-15  # of the largest pole: decay that rounding may make
+BLUNT = 0.03  # of the gondola's stiffness: least dynamic stiffness at the resonance of a mode
+NO_DAMPING = 1e-12  # damping ratio of a mode at least
 
 
 def at_rest(system, inputs):
@@ -81,11 +81,27 @@ def _response(loop, system, inputs):
     return response
 
 
-def damped(residues, least=NEGLIGIBLE):
-    """Which poles of a stable system have a damping ratio above one, and above rounding.
+def shaken_by(system, force):
+    """About the variance of the gondola's place by the resonance of each mode of the cable, shape (n,). [m^2]
 
-    Of a complex stiffness those below grow.
+    Parameters
+    ----------
+    system : LinearSystem
+        Of gondola and cable; the gondola is its last coordinate.
+    force : ndarray, shape (n,)
+        Spectrum of the force on each mode at its frequency. [N^2/(kg Hz)]
+
+    Notes
+    -----
+    A mode at its resonance moves the gondola by inertia and, with damped strain, by damping.
     """
-    rate, size = np.abs(residues.poles.real), np.abs(residues.poles)
-    oscillating = np.abs(residues.poles.imag) > least * size
-    return (rate > least * size) & (~oscillating | (rate > ROUNDING * size.max(initial=0.0)))
+    matrices, omega = (system.stiffness, system.damping, system.mass), system.unit[:-1]
+    s = 1j * omega
+    across, own = (
+        part[0] + s * part[1] + s**2 * part[2]
+        for part in ([one[:-1, -1] for one in matrices], [one[-1, -1] for one in matrices])
+    )
+    moved = np.abs(across) / np.maximum(np.abs(own), BLUNT * system.stiffness[-1, -1].real)
+    decay = (np.diagonal(system.damping)[:-1] + np.diagonal(system.stiffness).imag[:-1] / omega) / 2
+    size = moved**2 * force / (8 * omega**2)
+    return np.where(size > 0, size / np.maximum(decay, NO_DAMPING * omega), 0.0)

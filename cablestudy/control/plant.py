@@ -29,7 +29,6 @@ POLES = 1e-5, 1e-9  # error of the poles by modes that are left out, and varianc
 CANCELLED = 0.1  # distance of a pole from a zero, over its width, up to which they cancel
 APART = 0.3  # relative distance of the gondola's pole from all others, so that it needs no eigenvector to be found
 LARGE = 0.3  # of the largest share in the gondola's static compliance
-NO_DAMPING = 1e-12  # damping ratio of a mode at least, where the wind on the cable shakes it
 NEWTON_STEPS = 30
 NEAR = 20  # times the gondola's frequency: beyond it resonances need no breakpoints of their own
 
@@ -326,18 +325,6 @@ class Plant:
         if raised is not None:
             resonant = resonant * raised(omega / (2 * np.pi))
         return np.union1d(largest(change, shift), largest(resonant, variance))
-
-    def shaken(self, cable, force):
-        """About the variance of the gondola's motion by each mode of a cable at its resonance, shape (n,). [m^2]
-
-        Parameters
-        ----------
-        cable : Superelement
-        force : ndarray, shape (n,)
-            Spectrum of the modal force at the frequency of each mode. [N^2/(kg Hz)]
-        """
-        size = self._moved(cable) ** 2 * force / (8 * cable.omega**2)
-        return np.where(size > 0, size / np.maximum(cable.decay, NO_DAMPING * cable.omega), 0.0)
 
     def _moved(self, cable):
         """About by how much each mode of a cable at its resonance moves the gondola, shape (n,). [1/sqrt(kg)]"""

@@ -24,12 +24,13 @@ from cablestudy.control.gain_limits import UNDAMPED
 from cablestudy.control.plant import NEAR
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.cable_wind import DIRECTIONS, STILL, at_points, blowing, drag_loads
-from cablestudy.study.windrms import QUADRATURE, frequency_range, scaling
+from cablestudy.study.windrms import QUADRATURE, scaling
 from cablestudy.system.linear import upper
 from cablestudy.system.residues import Residues
 from cablestudy.wind.cable_gusts import INTERPOLATED, CableGusts
 from cablestudy.wind.coherence import ratio_of, rod
 from cablestudy.wind.drag import cable_damping, drag_matrices
+from cablestudy.wind.integrals import frequency_range
 from cablestudy.wind.spectrum import speed_spectrum
 from cablestudy.wind.variance import Panels, frequency_edges, smooth_on, variances
 

@@ -1,34 +1,31 @@
 """Command `windrms`: what the wind does to the gondola, with and without the winch loop."""
 
+from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import frexp, hypot, inf, ldexp, prod
 
 import numpy as np
 
-from cablestudy.control.gondola_residues import NEGLIGIBLE, at_rest, closed, damped
+from cablestudy.control.gondola_residues import at_rest, closed, shaken_by
 from cablestudy.control.plant import largest
 from cablestudy.errors import NoSolutionError
-from cablestudy.system.residues import Residues
 from cablestudy.wind.cable_gusts import INTERPOLATED, BodyGusts
-from cablestudy.wind.imaging import correction_weight, exposure_weight
+from cablestudy.wind.imaging import seen_weights
+from cablestudy.wind.integrals import UNDAMPED, Integrals, frequency_range
 from cablestudy.wind.peak import peak_factor
 from cablestudy.wind.spectrum import admittance, force_spectrum, speed_spectrum
-from cablestudy.wind.variance import Panels, frequency_edges, mixed_variances, smooth_on, variances
+from cablestudy.wind.variance import frequency_edges, smooth_on
 
 TOLERANCE = 1e-6  # relative, of each variance
 BELOW = (0.1, 1.0, 10.0)  # frequencies up to which the share of the variance is given [Hz]
-SLOW, FAST = 1e-2, 30.0  # range over the slowest and fastest of gondola, wind and loop in which most happens,
-HIGHEST = 3e3  # and the highest frequency of all
-SLOWEST_GAIN = 1e-6  # of a loop, over gondola and wind: a slower one holds nothing that the wind moves
-FASTEST = 1e6  # wind, over the gondola's frequency, beyond which it is white for all that moves
-FAR = 1e100  # wind over gondola and gondola over wind beyond which squares are no numbers
 SHIFT, RESONANT = 1e-5, 1e-9  # as `plant.POLES`: for the modes that are kept, before vectors stand for the others
 LEFT, TRUE = 0.01, 30.0  # of the tolerance: resonances left out that the wind on the cable shakes; factor of safety
+SMALL = 24  # coordinates of a system that costs less with all of them than twice with fewer
 ORDERS = 1, 2, 3, 4, 6  # of these vectors
+SHAKEN = 8  # modes that the wind on the cable shakes, to whose damping forces they answer, for each order but the first
 QUADRATURE = 1e-10  # error of the variances by the rule on the panels: that of Davenport's spectrum is 4e-11
-UNDAMPED = 1e-9  # damping ratio below which a gondola in the wind is not bounded, as a suspension
-EXCITED = 1e-6  # share of a variance by a motion that is as good as undamped, from which it is refused
+NEGLIGIBLE = 1e-12  # damping ratio that is none, of a gondola that the wind moves by way of the cable
 NUMBERS = ("displacement", "velocity", "open_displacement", "open_velocity")
 
 
@@ -47,7 +44,7 @@ class GondolaResponse:
     shares : tuple of float
         Of the variance of the displacement below each of BELOW. [-]
     imaged : dict
-        What a telescope sees of the displacement, by the names of `weights_of`. [m]
+        What a telescope sees of the displacement, by the names of `seen_weights`. [m]
     """
 
     displacement: float
@@ -60,21 +57,8 @@ class GondolaResponse:
 
 
 def weights_of(scene):
-    """Which parts of the gondola's motion a telescope sees: name -> factor of the spectrum, of frequencies [Hz].
-
-    `exposure`, within one exposure; `corrected`, behind the correcting mirror; `corrected_exposure`, both; as far as
-    the scene has them.
-    """
-    weights = {}
-    if scene.exposure is not None:
-        weights["exposure"] = lambda frequency: exposure_weight(frequency, scene.exposure)
-    if scene.correction is not None:
-        mirror = scene.correction.bandwidth, scene.correction.delay
-        weights["corrected"] = lambda frequency: correction_weight(frequency, *mirror)
-    if len(weights) == 2:
-        exposed, corrected = weights.values()
-        weights["corrected_exposure"] = lambda frequency: exposed(frequency) * corrected(frequency)
-    return weights
+    """`seen_weights` of a scene."""
+    return seen_weights(scene.exposure, scene.correction)
 
 
 def spectra_of(loop, force, weights=()):
@@ -163,7 +147,7 @@ def respond(loop, force, corner, tolerance=TOLERANCE, weights=None, winch=False)
     tolerance : float
         Relative, of each variance: error by vectors that stand for modes of the cable.
     weights : dict, optional
-        Of `weights_of`.
+        Of `seen_weights`.
     winch : bool
         Whether `winch_speed` [m/s] and `winch_acceleration` [m/s^2] are wanted among what is `imaged`.
 
@@ -178,9 +162,9 @@ def respond(loop, force, corner, tolerance=TOLERANCE, weights=None, winch=False)
     """
     weights, plant = weights or {}, loop.plant
     span = frequency_range(gondola_frequency(loop), corner, loop.gain, bool(weights) or winch)
-    integrals = _Integrals(loop, force, span, weights, winch, UNDAMPED)
+    integrals = _Integrals(loop, BodyGusts(force), span, weights, winch)
     kept = plant.needed(plant.excited, SHIFT, min(RESONANT, tolerance), raised=integrals.raised)
-    return _respond(integrals, BodyGusts(force), plant.system_of(plant.excited), kept, tolerance)
+    return _respond(integrals, plant.system_of(plant.excited), kept, tolerance)
 
 
 def respond_along(loop, cable, gusts_on, corner, tolerance=TOLERANCE):
@@ -198,29 +182,36 @@ def respond_along(loop, cable, gusts_on, corner, tolerance=TOLERANCE):
     """
     plant, span = loop.plant, frequency_range(gondola_frequency(loop), corner, loop.gain)
     gusts, system = gusts_on(span), plant.system_of(cable)
-    integrals = _Integrals(loop, gusts.spectrum, span, {}, False, NEGLIGIBLE)
+    integrals = _Integrals(loop, gusts, span, {}, least=NEGLIGIBLE)
     kept = plant.needed(cable, SHIFT, min(RESONANT, tolerance))
     few = system.few(kept, ORDERS[0])
-    whole = integrals.variances(gusts.within(few), system.within(few))
-    shaken = plant.shaken(cable, gusts.own(np.append(cable.omega, plant.main) / (2 * np.pi))[:-1])
+    whole = integrals.within(few).variances(system.within(few))
+    shaken = shaken_by(system, gusts.own(np.append(cable.omega, plant.main) / (2 * np.pi))[:-1])
     share = np.maximum(shaken / whole[[0, 2]].min(), shaken * cable.omega**2 / whole[[1, 3]].min())
-    found = _respond(integrals, gusts, system, np.union1d(kept, largest(share, LEFT * tolerance)), tolerance)
+    kept = np.union1d(kept, largest(share, LEFT * tolerance))
+    found = _respond(integrals, system, kept, tolerance, kept[np.argsort(-share[kept], kind="stable")])
     return replace(found, error=found.error + TRUE * LEFT * tolerance + INTERPOLATED)
 
 
-def _respond(integrals, gusts, system, kept, tolerance):
-    """`GondolaResponse` with some modal coordinates of a `LinearSystem`, and as many vectors as the tolerance takes."""
+def _respond(integrals, system, kept, tolerance, shaken=()):
+    """`GondolaResponse` with some modal coordinates of a `LinearSystem`, and as many vectors as the tolerance takes.
+
+    Damped strain couples the modes: vectors of higher order answer also to the modes that the wind shakes, given with
+    those that move the gondola most first. Without them the difference of two orders is no error of the velocity.
+    """
+    if len(system) <= SMALL:
+        return integrals.response(integrals.variances(system), 0.0)
     found, error = None, np.inf
     for orders in ORDERS:
-        before, space = found, system.few(kept, orders)
-        found = integrals.variances(gusts.within(space), system.within(space))
+        before, space = found, system.few(kept, orders, shaken[: SHAKEN * (orders - 1)])
+        found = integrals.within(space).variances(system.within(space))
         if len(space) == space.shape[1]:
             error = 0.0
         elif before is not None:
             error = (np.abs(found - before)[found > 0] / found[found > 0]).max(initial=0.0)
         if error <= tolerance:
             return integrals.response(found, error)
-    return integrals.response(integrals.variances(gusts, system), 0.0)
+    return integrals.response(integrals.variances(system), 0.0)
 
 
 def gondola_frequency(loop):
@@ -228,64 +219,37 @@ def gondola_frequency(loop):
     return float(np.abs(loop.gondola_pole)) / (2 * np.pi)
 
 
-def frequency_range(main, corner, gain=0.0, fast=False, what="the gondola"):
-    """Range of a response to the wind in which most happens, and the highest frequency of integrals over it. [Hz]
-
-    Parameters
-    ----------
-    main : float
-        Frequency of what moves most. [Hz]
-    corner : float
-        Where the force spectrum begins to fall. [Hz]
-    gain : float
-        Of the loop. [rad/s]
-    fast : bool
-        Whether weights raise what is fast.
-    what : str
-        Moves, for the message.
-
-    Raises
-    ------
-    NoSolutionError
-        Wind and motion are too far apart.
-    """
-    if not main / FAR < corner < main * FAR:
-        raise NoSolutionError(f"wind of {corner:.3g} Hz (speed/length_scale) is too far from {what}'s {main:.3g} Hz")
-    slowest = min(main, corner)
-    slow = min(slowest, max(gain / (2 * np.pi), SLOWEST_GAIN * slowest)) if gain else slowest
-    fastest = max(main, min(corner, FASTEST * main))
-    return SLOW * slow, FAST * fastest, max(HIGHEST * fastest, FASTEST * main if fast else 0.0)
-
-
 class _Integrals:
-    """Integrals of spectra of the gondola over frequency.
+    """Variances of the gondola's motion, and of the winch's.
 
     Parameters
     ----------
     loop : Loop
-    spectrum : callable
-        Frequencies [Hz] -> what the integrals have in common, smooth.
+    gusts : BodyGusts or CableGusts
     span : tuple of 3 float
         See `frequency_range`. [Hz]
     weights : dict
-        Of `weights_of`.
+        Of `seen_weights`.
     winch : bool
         Whether the winch matters too.
     least : float
         Damping ratio up to which a motion counts as not damped. [-]
     """
 
-    def __init__(self, loop, spectrum, span, weights, winch, least):
-        self._least = least
-        self._loop, self._spectrum, self._weights, self._winch = loop, spectrum, weights, winch
-        self._highest = 2 * np.pi * span[-1]
+    def __init__(self, loop, gusts, span, weights, winch=False, least=UNDAMPED):
+        self._loop, self._seen, self._winch = loop, weights, winch
         delay = loop.plant.law.delay if loop.gain else 0.0
-        self._panels = Panels(smooth_on(frequency_edges(*span, BELOW, delay), [spectrum, *weights.values()]))
-        frequency = self._panels.frequency
-        square = (2 * np.pi * frequency) ** 2
-        rows = [np.ones_like(frequency), square, *(frequency < limit for limit in BELOW)]
-        rows += [weight(frequency) for weight in weights.values()]
-        self._rows = np.stack([*rows, square**2] if winch else rows)
+        edges = smooth_on(frequency_edges(*span, BELOW, delay), [gusts.spectrum, *weights.values()])
+        below = {limit: partial(np.greater, limit) for limit in BELOW}
+        every = {"value": np.ones_like, "rate": partial(_derivative, 1), **below, **weights}
+        self._held, more = list(every), {"acceleration": partial(_derivative, 2)} if winch else {}
+        self._integrals = Integrals.on(edges, gusts, every | more, least)
+
+    def within(self, space):
+        """The same in the gusts on coordinates in a space, shape (n, r)."""
+        found = copy(self)
+        found._integrals = replace(self._integrals, gusts=self._integrals.gusts.within(space))
+        return found
 
     def raised(self, frequency):
         """By which factor the variances count resonances at frequencies [Hz] more than that of the gondola. [-]
@@ -293,32 +257,31 @@ class _Integrals:
         As `Plant.needed` takes it: over that of the velocity in white noise.
         """
         loop, main = self._loop, np.array([gondola_frequency(self._loop)])
-        factors = [lambda f: f**2, *self._weights.values()]
+        factors = [lambda f: f**2, *self._seen.values()]
         if self._winch:
             factors += [lambda f, k=k: np.abs(loop.controller(2j * np.pi * f) * f**k) ** 2 for k in (1, 2)]
-        found = np.max([weight(frequency) / weight(main) for weight in factors], axis=0)
-        return found * (main / frequency) ** 2 * self._spectrum(frequency) / self._spectrum(main)
+        found, spectrum = np.max([of(frequency) / of(main) for of in factors], axis=0), self._integrals.gusts.spectrum
+        return found * (main / frequency) ** 2 * spectrum(frequency) / spectrum(main)
 
-    def variances(self, gusts, system):
-        """Displacement and velocity with the loop, then without, shares below BELOW, imaged, speed, acceleration.
+    def variances(self, system):
+        """Displacement and velocity with the loop, then without, shares below BELOW, what is seen, speed, acceleration.
 
         Parameters
         ----------
-        gusts : BodyGusts or CableGusts
         system : LinearSystem
-            In the same coordinates.
+            In the coordinates of the gusts.
 
         Returns
         -------
         ndarray
         """
-        count, inputs = len(self._rows) - self._winch, gusts.inputs(len(system.mass))
-        alone, noise = at_rest(system, inputs), gusts.noise(self._panels.frequency)
+        inputs = self._integrals.gusts.inputs(len(system))
+        alone = at_rest(system, inputs)
         if not self._loop.gain:
-            held = self._of(alone, gusts, noise, self._rows[:count])[:, 0]
+            held = self._of(alone, self._held)[:, 0]
             return np.concatenate([np.insert(held, 2, held[:2]), np.zeros(2 * self._winch)])
-        found = self._of(closed(self._loop, system, inputs), gusts, noise, self._rows)
-        held = np.insert(found[:count, 0], 2, self._of(alone, gusts, noise, self._rows[:2])[:, 0])
+        found = self._of(closed(self._loop, system, inputs))
+        held = np.insert(found[: len(self._held), 0], 2, self._of(alone, self._held[:2])[:, 0])
         return np.concatenate([held, found[[1, -1], 1]]) if self._winch else held
 
     def response(self, found, error):
@@ -327,46 +290,31 @@ class _Integrals:
             raise NoSolutionError("the wind's force on the gondola is too small or too large for a number")
         below = np.s_[4 : 4 + len(BELOW)]
         shares, numbers = found[below] / found[0], np.sqrt(np.delete(found, below)).tolist()
-        names = [*self._weights, *(("winch_speed", "winch_acceleration") if self._winch else ())]
+        names = [*self._seen, *(("winch_speed", "winch_acceleration") if self._winch else ())]
         imaged = dict(zip(names, numbers[4:], strict=True))
         return GondolaResponse(*numbers[:4], float(error) + QUADRATURE, tuple(shares.tolist()), imaged)
 
-    def _of(self, response, gusts, noise, weights):
-        """Variances of the outputs of `Residues` or `Beside`, shape (w, o)."""
-        if isinstance(response, Residues):
-            damped = self._damped(response, gusts, noise)
-            return variances(damped, self._panels, noise, weights)
-        sharp = response.sharp.some(np.abs(response.sharp.poles) <= self._highest)
-        sharp = self._damped(sharp, gusts, noise)
-
-        def smooth(frequency):
-            s = 2j * np.pi * frequency
-            return response.response(s) - sharp.response(s)
-
-        return mixed_variances(sharp, smooth, gusts.matrix_times, self._panels, noise, weights)
-
-    def _damped(self, residues, gusts, noise):
-        """The `Residues` without poles that nothing damps.
+    def _of(self, response, names=None):
+        """Variances of the gondola's place, and of the winch's, shape (w, o).
 
         Raises
         ------
         NoSolutionError
-            The wind excites one of these.
+            The wind excites a motion of the gondola that nothing damps.
         """
-        chosen = damped(residues, self._least)
-        left, damped_ones = residues.some(~chosen & (residues.poles != 0)), residues.some(chosen)
-        if not len(left.poles):
-            return damped_ones
-        size, given = np.abs(left.poles), left.given[:, :, None]
-        force = (left.given * gusts.matrix_times(size / (2 * np.pi), given.conj())[..., 0]).sum(axis=1).real
-        own = np.abs(left.shown[0]) ** 2 * force / (2 * self._least * size)  # at most
-        if own.max() > EXCITED * variances(damped_ones, self._panels, noise, self._rows[:1])[0, 0]:
-            worst = left.poles[np.argmax(own)]
+        found = self._integrals.variances(response, names)
+        worst = self._integrals.undamped(response, found[0], np.eye(found.shape[1])[0])
+        if worst is not None:
             raise NoSolutionError(
                 f"undamped: the wind moves the gondola at {abs(worst) / (2 * np.pi):.4g} Hz, where the damping ratio "
                 f"is {abs(worst.real) / abs(worst):.1e}, so that no RMS is finite (cable.damping)"
             )
-        return damped_ones
+        return found
+
+
+def _derivative(order, frequency):
+    """Factor of the spectrum of a derivative at frequencies [Hz]."""
+    return ((2 * np.pi * frequency) ** 2) ** order
 
 
 def response_of(case, loop, tolerance=None):

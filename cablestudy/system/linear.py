@@ -160,7 +160,7 @@ class LinearSystem:
         """`Eigen` of the equations of first order, winches at rest."""
         return eigen(equations(self).fixed)
 
-    def few(self, kept, orders):
+    def few(self, kept, orders, shaken=()):
         """A space for `within`: some of the modal coordinates, vectors that stand for all others, and the bodies.
 
         Parameters
@@ -169,6 +169,8 @@ class LinearSystem:
             Modal coordinates that stay as they are.
         orders : int
             How many times the others answer: statically to all that acts on them, to the inertia of that, and so on.
+        shaken : sequence of int, optional
+            Those of `kept` whose damping forces act on the others too, beside bodies and winches.
 
         Returns
         -------
@@ -182,7 +184,7 @@ class LinearSystem:
         """
         n = len(self.mass) - self.bodies
         others = np.delete(np.arange(n), kept)
-        vectors = self._answers(others, orders) if orders and len(others) else np.zeros((len(others), 0))
+        vectors = self._answers(others, orders, shaken) if orders and len(others) else np.zeros((len(others), 0))
         if vectors.shape[1] >= len(others):
             return np.eye(len(self.mass))
         shapes = np.zeros((len(self.mass), len(kept) + vectors.shape[1] + self.bodies))
@@ -191,11 +193,12 @@ class LinearSystem:
         shapes[n:, shapes.shape[1] - self.bodies :] = np.eye(self.bodies)
         return shapes
 
-    def _answers(self, others, orders):
+    def _answers(self, others, orders, shaken):
         """Orthonormal vectors of some modal coordinates, shape (o, v), that span their answers; see `few`."""
         bodies, (place, speed, acceleration) = slice(len(self.mass) - self.bodies, None), self.driven
         acting = [part[others, bodies] for part in (self.mass, self.damping, self.stiffness.imag)]
         acting += [part[others] for part in (acceleration.real, speed.real, place.imag)]
+        acting += [part[np.ix_(others, shaken)] for part in (self.damping, self.stiffness.imag) if len(shaken)]
         answer = np.concatenate(acting, axis=1)
         square = np.diagonal(self.stiffness).real[others, None]
         found = []

@@ -114,6 +114,10 @@ class Residues:
         """Outputs per input, shape (f, o, i), for s of shape (f,); not finite at a pole."""
         return (self.shown / (s[:, None] - self.poles)[:, None, :]) @ self.given + self.direct
 
+    def split(self, highest):
+        """Itself, and None: nothing is beside it. See `Beside.split`."""
+        return self, None
+
     def some(self, chosen):
         """The same with some of its poles, an array of bool."""
         return replace(self, poles=self.poles[chosen], given=self.given[chosen], shown=self.shown[:, chosen])
@@ -138,6 +142,11 @@ class Beside:
 
     response: Callable
     sharp: Residues
+
+    def split(self, highest):
+        """Its sharp poles up to a frequency [rad/s], and what is to be added to their response, a function of s."""
+        sharp = self.sharp.some(np.abs(self.sharp.poles) <= highest)
+        return sharp, lambda s: self.response(s) - sharp.response(s)
 
 
 def beside(response, slow, fast, highest):

@@ -76,6 +76,32 @@ def correction_weight(frequency, bandwidth, delay):
     return own**2 / ((own - mirror) ** 2 + 4 * own * mirror * lag)
 
 
+def seen_weights(exposure=None, correction=None):
+    """Which parts of a motion a telescope sees: name -> factor of the spectrum, a function of frequencies [Hz].
+
+    Parameters
+    ----------
+    exposure : float, optional
+        [s]
+    correction : Correction, optional
+        Has bandwidth [Hz] and delay [s].
+
+    Returns
+    -------
+    dict
+        `exposure`, within one exposure; `corrected`, behind the correcting mirror; `corrected_exposure`, both.
+    """
+    weights = {}
+    if exposure is not None:
+        weights["exposure"] = lambda frequency: exposure_weight(frequency, exposure)
+    if correction is not None:
+        weights["corrected"] = lambda frequency: correction_weight(frequency, correction.bandwidth, correction.delay)
+    if len(weights) == 2:
+        exposed, corrected = weights.values()
+        weights["corrected_exposure"] = lambda frequency: exposed(frequency) * corrected(frequency)
+    return weights
+
+
 def check_mirror(bandwidth, delay):
     """Refuse an integrating mirror whose loop is unstable; bandwidth in Hz, delay in s.
 

@@ -119,10 +119,18 @@ class Panels:
     ----------
     edges : ndarray, shape (k + 1,)
         Ascending. [Hz]
+
+    Attributes
+    ----------
+    frequency, weights : ndarray, shape (n,)
+        Points, and their shares in an integral. [Hz]
+    highest : float
+        The last edge. [Hz]
     """
 
     def __init__(self, edges):
         ends = np.log(edges)
+        self.highest = float(edges[-1])
         self._middle, self._half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
         inner = np.exp(self._middle[:, None] + self._half[:, None] * NODES)
         self.frequency = np.append(inner.ravel(), edges[0])
@@ -210,7 +218,7 @@ def mixed_variances(residues, smooth, noise_times, panels, noise, weights):
     residues : Residues
         The poles, stable, without a direct part; of complex ones both of each pair.
     smooth : callable
-        What is to be added to their response: frequencies, shape (f,) [Hz] -> complex, shape (f, o, i).
+        What is to be added to their response: s = i w, shape (f,) [rad/s] -> complex, shape (f, o, i).
     noise_times : callable
         Frequencies and columns, complex, shape (f, i, o) -> S times these.
     panels, noise, weights
@@ -224,11 +232,11 @@ def mixed_variances(residues, smooth, noise_times, panels, noise, weights):
     -----
     With the poles' response P and the smooth one G: P S P* + 2 Re P S G* + G S G*.
     """
-    found, s = variances(residues, panels, noise, weights), 2j * np.pi * panels.frequency[:, None]
-    fractions = panels.weights_for(residues.poles).T / (s - residues.poles)
+    found, s = variances(residues, panels, noise, weights), 2j * np.pi * panels.frequency
+    fractions = panels.weights_for(residues.poles).T / (s[:, None] - residues.poles)
     for begin in range(0, len(s), AT_ONCE):
         part = slice(begin, begin + AT_ONCE)
-        own = smooth(panels.frequency[part])
+        own = smooth(s[part])
         pushed = noise_times(panels.frequency[part], np.swapaxes(own, 1, 2).conj())
         plain = (own * np.swapaxes(pushed, 1, 2)).sum(axis=-1).real * panels.weights[part, None]
         crossed = ((residues.given @ pushed) * fractions[part, :, None] * residues.shown.T).sum(axis=1)

@@ -164,7 +164,7 @@ def _of(response, names, place, frequency):
         for (one, other), total in zip(PAIRS, variance[3:], strict=True):
             covariance[one, other] = covariance[other, one] = (total - variance[one] - variance[other]) / 2
         every = response.variances
-        rms = {name: np.sqrt(every.value[state, every.rows[name]]) for name in known}
+        rms = {name: np.sqrt(every.weighted["value"][state, every.rows[name]]) for name in known}
         # what is not in the range of the picture counts too
         exact = np.array([rms.get(name, 0.0) for name in places])
         scale = exact / np.where(variance[:3] > 0, np.sqrt(variance[:3]), 1.0)

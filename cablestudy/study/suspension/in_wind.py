@@ -204,7 +204,7 @@ class InWind:
         """
         found, state = self.response.variances, OPEN if open_loop else CLOSED
         rows = [found.rows[name] for name in names if name in found.rows]
-        total = getattr(found, variance)[state, rows].sum()
+        total = found.weighted[variance][state, rows].sum()
         error = found.error[variance][state, rows].sum() / (2 * total) if total > 0 else 0.0
         return np.sqrt(total), error if self._model is None else np.nan
 

@@ -12,15 +12,12 @@ import numpy as np
 
 from cablestudy.control.pose_state_space import by_forces
 from cablestudy.errors import NoSolutionError
-from cablestudy.system.residues import Residues
-from cablestudy.wind.imaging import correction_weight, exposure_weight
-from cablestudy.wind.variance import Panels, mixed_variances, smooth_on, variances, with_turns
+from cablestudy.wind.imaging import seen_weights
+from cablestudy.wind.integrals import UNDAMPED, Integrals
+from cablestudy.wind.variance import smooth_on, with_turns
 
 TURN = 2 * np.pi
 LOWEST, HIGHEST = 1e-4, 1e3  # range over the slowest and fastest of wind, loop and lowest mode
-UNDAMPED = 1e-9  # damping ratio below which a resonance is not bounded
-SAME = 1e-6  # relative distance of such a pole from the frequency of its mode, at most
-EXCITED = 1e-6  # share with that damping ratio from which it is refused: what is less is rounding, or not seen
 ACCURACY = 1e-4  # where the scene has a fixed model
 INTERPOLATED = 6e-6  # error of a variance by the covariances between known ones, see `wind.gusts`
 TENSION = 6.0  # what modes left out add to a tension over what the highest ones add: with fewer of them it falls slowly
@@ -39,20 +36,14 @@ class Variances:
     ----------
     rows : dict
         Name of each output -> its place.
-    value, rate : ndarray, shape (2, o)
-        Variance of each output and of its derivative.
-    exposed, corrected, both : ndarray, shape (2, o)
-        Within one exposure, what the correcting mirror leaves, and both; zero where the scene has none.
+    weighted : dict
+        "value", "rate" (of the derivative) and names of `seen_weights` -> variances, shape (2, o).
     error : dict
-        "value", "rate" and so on -> estimated error of each, by interpolation and by the model, shape (2, o).
+        The same names -> estimated errors, by interpolation and by the model, shape (2, o).
     """
 
     rows: dict
-    value: np.ndarray
-    rate: np.ndarray
-    exposed: np.ndarray
-    corrected: np.ndarray
-    both: np.ndarray
+    weighted: dict
     error: dict
 
 
@@ -117,57 +108,23 @@ class Response:
         return LOWEST * min(slow), HIGHEST * max(corner, lowest)
 
     @cached_property
-    def weights(self):
-        """Functions of frequency that the spectra are weighted by, by the names of `Variances`."""
-        scene = self.scene
-        found = {"value": np.ones_like, "rate": lambda f: (TURN * f) ** 2}
-        exposure, mirror = scene.exposure, scene.correction
-        if exposure is not None:
-            found["exposed"] = lambda f: exposure_weight(f, exposure)
-        if mirror is not None:
-            found["corrected"] = lambda f: correction_weight(f, mirror.bandwidth, mirror.delay)
-        if exposure is not None and mirror is not None:
-            found["both"] = lambda f: found["exposed"](f) * found["corrected"](f)
-        return found
-
-    @cached_property
-    def _wind(self):
-        """`Panels`, `Noise` on them, and the weights there, shape (w, n)."""
-        gusts, weights = self.movement.gusts, list(self.weights.values())
-        edges, delay = gusts.edges(*self.range), self.loop.law.delay if self.loop else 0.0
-        panels = Panels(smooth_on(with_turns(edges, delay), weights))
-        return panels, gusts.noise(panels.frequency), np.stack([weight(panels.frequency) for weight in weights])
+    def _integrals(self):
+        """`Integrals` of values, rates and what a telescope sees."""
+        scene, gusts = self.scene, self.movement.gusts
+        weights = {"value": np.ones_like, "rate": lambda f: (TURN * f) ** 2}
+        weights |= seen_weights(scene.exposure, scene.correction)
+        edges = with_turns(gusts.edges(*self.range), self.loop.law.delay if self.loop else 0.0)
+        return Integrals.on(smooth_on(edges, weights.values()), gusts, weights)
 
     @cached_property
     def _late_error(self):
         """Error of the variances with the loop by poles that lack the right delay, shape (w, o)."""
-        loop, (panels, _, weights) = self.loop, self._wind
+        loop, integrals = self.loop, self._integrals
         if loop is None or not loop.law.delay:
             return 0.0
-        late = weights * (TURN * panels.frequency > loop.right_up_to)
-        return DELAYED * loop.gain_beyond * self._integrated(self.movement.residues[1:], late)[:, 0]
-
-    def _integrated(self, systems, weights=None):
-        """Variances of the outputs of some `Residues`, shape (w, len(systems), o), with other weights than `weights`.
-
-        A pole that nothing damps is left out: `check_damped` refuses
-        it where the wind excites it.
-        """
-        weights = self._wind[2] if weights is None else weights
-        return np.stack([self._variances_of(system, weights) for system in systems], axis=1)
-
-    def _variances_of(self, system, weights):
-        """Variances of the outputs of one `Residues` or `Beside`, shape (w, o)."""
-        (panels, noise, _), gusts = self._wind, self.movement.gusts
-        if isinstance(system, Residues):
-            return variances(_bounded(system), panels, noise, weights)
-        sharp = system.sharp.some(np.abs(system.sharp.poles) <= TURN * self.range[1])
-
-        def smooth(frequency):
-            s = 2j * np.pi * frequency
-            return system.response(s) - sharp.response(s)
-
-        return mixed_variances(_bounded(sharp), smooth, gusts.matrix_times, panels, noise, weights)
+        late = TURN * integrals.panels.frequency > loop.right_up_to
+        late = replace(integrals, weights={name: weight * late for name, weight in integrals.weights.items()})
+        return DELAYED * loop.gain_beyond * late.variances(self.movement.residues[1])
 
     def check_damped(self):
         """Refuse a resonance that the wind excites and nothing bounds.
@@ -176,28 +133,15 @@ class Response:
         ------
         NoSolutionError
         """
-        poles = self.movement.open_poles
-        poles = poles[(poles.imag > 0) & (-poles.real < UNDAMPED * np.abs(poles))]
-        poles = np.sort(np.abs(poles[np.abs(poles) < TURN * self.range[1]]))
-        if not len(poles):
-            return
-        motion, count = self.movement.motion, len(self.movement.gusts.into)
-        unit = motion.unit[:count]
-        damping = np.diagonal(motion.damping)[:count] + np.diagonal(motion.stiffness).imag[:count] / unit
-        # variance by each coordinate as if it were alone, about
-        force = self.movement.gusts.own(unit / TURN)
-        alone = np.abs(motion.moved[0][:, :count]) ** 2 * force / (4 * np.maximum(damping, UNDAMPED * unit) * unit**2)
-        whole = alone.sum(axis=1)
-        energy = whole * self.stiffness[: len(whole)]
-        moved = energy > ROUNDING * energy.max(initial=0.0)  # the others the wind does not move
-        shares = (alone[moved] / whole[moved, None]).max(axis=0, initial=0.0)
-        for frequency in poles.tolist():
-            mode = int(np.argmin(np.abs(unit - frequency)))
-            if abs(unit[mode] - frequency) < SAME * frequency and shares[mode] > EXCITED:
-                raise NoSolutionError(
-                    f"undamped: {self.movement.mode_name(mode)} has a damping ratio below {UNDAMPED:g}, so that its "
-                    f"RMS in the wind is not finite (cable.damping)"
-                )
+        for residues, value in zip(self.movement.residues, self._variances[0][0], strict=True):
+            worst = self._integrals.undamped(residues, value, self.stiffness)
+            if worst is None:
+                continue
+            mode = int(np.argmin(np.abs(self.movement.motion.unit - np.abs(worst))))
+            raise NoSolutionError(
+                f"undamped: {self.movement.mode_name(mode)} has a damping ratio below {UNDAMPED:g}, so that its "
+                f"RMS in the wind is not finite (cable.damping)"
+            )
 
     @cached_property
     def moving_error(self):
@@ -215,8 +159,11 @@ class Response:
     @cached_property
     def _variances(self):
         """Variances of all outputs, and what the highest modes add to them, both of shape (w, 2, o) or (w, 1, o)."""
-        whole = self._integrated(self.movement.residues)
-        return whole, np.abs(whole - self._integrated(self.movement.fewer_residues))
+        whole, fewer = (
+            np.stack([self._integrals.variances(one) for one in residues], axis=1)
+            for residues in (self.movement.residues, self.movement.fewer_residues)
+        )
+        return whole, np.abs(whole - fewer)
 
     @cached_property
     def variances(self):
@@ -231,21 +178,18 @@ class Response:
         added = np.where(tension, _of_tensions(value, added, tension), added)
         error = added + INTERPOLATED * value
         error[:, CLOSED] += self._late_error
-
-        def both_states(part):
-            return part if len(part) == 2 else np.concatenate([part, part])
-
-        values = {name: both_states(part) for name, part in zip(self.weights, value, strict=True)}
-        errors = {name: both_states(part) for name, part in zip(self.weights, error, strict=True)}
-        none = np.zeros((2, len(self.names)))
-        values = {name: values.get(name, none) for name in ("value", "rate", "exposed", "corrected", "both")}
-        return Variances({name: row for row, name in enumerate(self.names)}, **values, error=errors)
+        names, both_states = list(self._integrals.weights), (2, len(self.names))
+        values, errors = (
+            {name: np.broadcast_to(part, both_states) for name, part in zip(names, parts, strict=True)}
+            for parts in (value, error)
+        )
+        return Variances({name: row for row, name in enumerate(self.names)}, values, errors)
 
     @cached_property
     def winch_speeds(self):
         """Variances of speed and acceleration of each winch, and their estimated errors: two of shape (2, i)."""
-        weights = self._wind[2][:2]
-        whole, fewer = (self._integrated([one], weights)[:, 0] for one in self.movement.winch_residues)
+        integrals, names = self._integrals, ("value", "rate")
+        whole, fewer = (integrals.variances(one, names) for one in self.movement.winch_residues)
         return whole, np.abs(whole - fewer) + INTERPOLATED * whole
 
     @cached_property
@@ -257,20 +201,6 @@ class Response:
         places = rows[:, :count] * motion.unit**2 / np.diagonal(motion.stiffness.real)
         compliance = (places + rows[:, count:] / np.diagonal(motion.mass)).sum(axis=1)
         return 1 / np.maximum(compliance, np.finfo(float).tiny)
-
-
-def _bounded(system):
-    """`Residues` without the poles that nothing damps.
-
-    Those below the real axis of a one-sided response are no resonances: they stay, a little off the imaginary axis.
-    """
-    poles, size = system.poles, np.abs(system.poles)
-    damped = -poles.real >= UNDAMPED * size
-    if not system.one_sided:
-        return system.some(damped)
-    below = poles.imag < 0
-    still = below & (np.abs(poles.real) < UNDAMPED * size)
-    return replace(system, poles=np.where(still, poles - UNDAMPED * size, poles)).some(damped | below)
 
 
 def _of_tensions(value, added, tension):

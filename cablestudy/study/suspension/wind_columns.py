@@ -85,12 +85,12 @@ def place_columns(name):
     return [
         *found,
         Column(f"{name}.peak", "mm", "mean displacement and peak factor times RMS (Davenport)", "wind", peak, "wind"),
-        Column(f"{name}.exposure", "um", "RMS motion within one exposure", "wind", imaged("exposed", "exposure"),
+        Column(f"{name}.exposure", "um", "RMS motion within one exposure", "wind", imaged("exposure", "exposure"),
                "wind, exposure"),
         Column(f"{name}.corrected", "um", "RMS motion that the correcting mirror leaves", "wind",
                imaged("corrected", "correction"), "wind, correction"),
         Column(f"{name}.corrected_exposure", "um", "RMS motion within one exposure behind the mirror", "wind",
-               imaged("both", "exposure", "correction"), "wind, exposure, correction"),
+               imaged("corrected_exposure", "exposure", "correction"), "wind, exposure, correction"),
     ]  # fmt: skip
 
 

@@ -1,0 +1,137 @@
+"""Integrals over frequency of the spectra of what gusts move: one cable or many, with the loop closed or open.
+
+A resonance that nothing damps has no finite variance. Where the gusts do not excite it, it is left out.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.errors import NoSolutionError
+from cablestudy.wind.variance import Panels, mixed_variances, variances
+
+TURN = 2 * np.pi
+UNDAMPED = 1e-9  # damping ratio below which a resonance is not bounded
+EXCITED = 1e-6  # share of a variance by a motion that is as good as undamped, from which it is refused
+ROUNDING = 1e-15  # of the largest pole: decay that rounding may make
+STILL = 1e-16  # of the energy of an output over the largest of all: what is less is none
+FAR = 1e100  # frequency of the wind over that of a motion and inverse, beyond which squares are no numbers
+SLOW, FAST = 1e-2, 30.0  # range over the slowest and fastest of motion, wind and loop in which most happens,
+HIGHEST = 3e3  # and the highest frequency of all
+SLOWEST_GAIN = 1e-6  # of a loop, over motion and wind: a slower one holds nothing that the wind moves
+FASTEST = 1e6  # wind, over the frequency of the motion, beyond which it is white for all that moves
+
+
+def frequency_range(main, corner, gain=0.0, fast=False, what="the gondola"):
+    """Range of a response to the wind in which most happens, and the highest frequency of integrals over it. [Hz]
+
+    Parameters
+    ----------
+    main : float
+        Frequency of what moves most. [Hz]
+    corner : float
+        Where the force spectrum begins to fall. [Hz]
+    gain : float
+        Of the loop. [rad/s]
+    fast : bool
+        Whether weights raise what is fast.
+    what : str
+        Moves, for the message.
+
+    Raises
+    ------
+    NoSolutionError
+        Wind and motion are too far apart.
+    """
+    if not main / FAR < corner < main * FAR:
+        raise NoSolutionError(f"wind of {corner:.3g} Hz (speed/length_scale) is too far from {what}'s {main:.3g} Hz")
+    slowest = min(main, corner)
+    slow = min(slowest, max(gain / TURN, SLOWEST_GAIN * slowest)) if gain else slowest
+    fastest = max(main, min(corner, FASTEST * main))
+    return SLOW * slow, FAST * fastest, max(HIGHEST * fastest, FASTEST * main if fast else 0.0)
+
+
+@dataclass(frozen=True)
+class Integrals:
+    """Integrals over frequency in some gusts.
+
+    Attributes
+    ----------
+    panels : Panels
+        On which the spectrum of the gusts and the weights are resolved.
+    gusts : BodyGusts, CableGusts or Gusts
+    weights : dict
+        Name -> factor of the spectra at the frequencies of the panels, shape (n,).
+    least : float
+        Damping ratio up to which a motion counts as not damped. [-]
+    """
+
+    panels: Panels
+    gusts: object
+    weights: dict
+    least: float = UNDAMPED
+
+    @staticmethod
+    def on(edges, gusts, weights, least=UNDAMPED):
+        """`Integrals` on panels between edges [Hz] with weights that are functions of frequency [Hz]."""
+        panels = Panels(edges)
+        return Integrals(panels, gusts, {name: of(panels.frequency) for name, of in weights.items()}, least)
+
+    @cached_property
+    def noise(self):
+        """`Noise` of the gusts on the panels."""
+        return self.gusts.noise(self.panels.frequency)
+
+    def variances(self, response, names=None):
+        """Variances of the outputs, weighted by the weights of some names, by default all.
+
+        Parameters
+        ----------
+        response : Residues or Beside
+            Of a stable system, by the inputs of the gusts.
+        names : sequence of str, optional
+
+        Returns
+        -------
+        ndarray, shape (w, o)
+        """
+        weights = np.stack([self.weights[name] for name in names or self.weights])
+        known, rest = response.split(TURN * self.panels.highest)
+        known = known.some(damped(known, self.least))
+        if rest is None:
+            return variances(known, self.panels, self.noise, weights)
+        return mixed_variances(known, rest, self.gusts.matrix_times, self.panels, self.noise, weights)
+
+    def undamped(self, response, whole, stiffness):
+        """The pole that nothing damps, of those that the gusts excite the one that moves an output most; or None.
+
+        Parameters
+        ----------
+        response : Residues or Beside
+        whole : ndarray, shape (o,)
+            Variances of its outputs.
+        stiffness : ndarray, shape (o,)
+            Energy per square of each output, by which they are compared; 0 of one that does not matter.
+        """
+        known, _ = response.split(TURN * self.panels.highest)
+        left = known.some(~damped(known, self.least) & (known.poles != 0))
+        if not len(left.poles):
+            return None
+        size, given = np.abs(left.poles), left.given[:, :, None]
+        force = (left.given * self.gusts.matrix_times(size / TURN, given.conj())[..., 0]).sum(axis=1).real
+        own = np.abs(left.shown.T) ** 2 * stiffness * (force / (2 * self.least * size))[:, None]  # at most
+        energy = whole * stiffness
+        rounded = STILL * max(own.max(), energy.max())
+        excited = np.where(own > np.maximum(EXCITED * energy, rounded), own, 0.0).max(axis=1)
+        return left.poles[np.argmax(excited)] if excited.any() else None
+
+
+def damped(residues, least=UNDAMPED):
+    """Which poles of a stable system have a damping ratio above one, and above rounding.
+
+    Of a complex stiffness those below the real axis grow: they are no resonances.
+    """
+    rate, size = np.abs(residues.poles.real), np.abs(residues.poles)
+    oscillating = np.abs(residues.poles.imag) > least * size
+    return (rate > least * size) & (~oscillating | (rate > ROUNDING * size.max(initial=0.0)))
