@@ -238,7 +238,8 @@ def compare_gondola(scenes):
             count *= 3
             found, damped = damping_of_modes(twin, count)
         place = int(np.argmin(np.abs(found - frequency)))
-        pairs = {"gondola_frequency": (frequency, found[place]), "gondola_damping_ratio": (ratio, damped[place])}
+        twin_ratio = None if np.isnan(damped[place]) else damped[place]
+        pairs = {"gondola_frequency": (frequency, found[place]), "gondola_damping_ratio": (ratio, twin_ratio)}
         for column, numbers in pairs.items():
             # the twin's errors are those asked for
             asked = (

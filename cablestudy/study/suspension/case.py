@@ -1,5 +1,6 @@
 """One suspension: its equilibrium, what its cables carry and its coupled modes, each computed when it is needed."""
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -96,13 +97,13 @@ class SuspensionCase:
         """
         (found, drag), known = self.group.windy, self.group.known[self.place]
         if drag is None:
-            return InWind(self.scene, self.calm, self.equilibrium, None, self.model, known)
+            return InWind(self.scene, self.calm, self.equilibrium, None, self._exact_model, known)
         if not found.record.converged[self.place]:
             raise ConvergenceError(f"no equilibrium in the mean wind: {explain(one_of(found, self.place))}")
         if reason := found.stability.reason(self.place):
             raise NoSolutionError(f"in the mean wind: {reason}")
         windy = one_of(found, self.place)
-        return InWind(self.scene, self.calm, windy, drag.take(self.place), self.model, known)
+        return InWind(self.scene, self.calm, windy, drag.take(self.place), self._exact_model, known)
 
     @property
     def moves(self):
@@ -235,6 +236,11 @@ class SuspensionCase:
         model = self.scene.model
         return FixedModel(model.elements, model.order, model.mass) if model.elements else None
 
+    @property
+    def _exact_model(self):
+        """The same with the steady wind that its elements follow; raises as `group`."""
+        return self.model and replace(self.model, drag=self.group.steady_drag(self.place))
+
     def modes(self, count):
         """The lowest coupled modes, at least so many where there are: `CoupledModes`.
 
@@ -249,7 +255,7 @@ class SuspensionCase:
             self._modes[count] = self.group.modes(self.place, count)
         else:
             damping = [cable.damping for cable in self.scene.cables.values()]
-            self._modes[count] = coupled_modes(self.equilibrium, count, damping=damping, model=self.model)
+            self._modes[count] = coupled_modes(self.equilibrium, count, damping=damping, model=self._exact_model)
         return self._modes[count]
 
     def modes_up_to(self, frequency):

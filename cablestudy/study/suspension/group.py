@@ -144,6 +144,12 @@ class Group:
         """The same without the steady wind of the load cases."""
         return self.reference if self._day is None else self._day.calm
 
+    def steady_drag(self, place):
+        """That of a case on its cables, as `FixedModel.drag`; None without a steady wind."""
+        if self._day is None or self._day.drag is None:
+            return None
+        return tuple(part[place] for part in self._day.pressed)
+
     def drag_error(self, place):
         """Estimated relative error of a case, since drag is taken as uniform along each cable. [-]"""
         return 0.0 if self._day is None else float(self._day.drag_change[0][place])
