@@ -15,6 +15,7 @@ from command import CONFIGS
 from random_twins import random_scene, straight_scene
 from solved import contents, rows_of_study, solve
 from twin_comparison import (
+    OF_FORM,
     compare_cable_wind,
     compare_gondola,
     compare_loop,
@@ -23,6 +24,7 @@ from twin_comparison import (
     compare_state_space,
     compare_statics,
     difference,
+    is_one_bar,
     largest,
 )
 from twins import (
@@ -166,6 +168,15 @@ def test_a_wrong_twin_differs():
     assert difference("", scene, column, (own, other), (None, None)).size == pytest.approx(5e-9, rel=0.2)
     assert difference("", scene, column, (own, None), (None, None)).column.endswith("twin refuses")
     assert difference("", scene, column, (own, own), (None, None)) is None
+
+
+def test_the_stated_error_of_one_straight_bar_is_the_sag_that_its_twin_has():
+    """Of a suspension statics are those of the closed form, whatever its elements; those of one bar have no sag."""
+    for scene in filter(is_one_bar, from_files().values()):
+        own, other = solve(scene, *OF_FORM), solve(held(scene), *(f"cable.{name}" for name in OF_FORM))
+        for name in OF_FORM:
+            truth = other.values[f"cable.{name}"]
+            assert own.errors[name] == pytest.approx(abs(own.values[name] - truth) / abs(truth), rel=1e-9)
 
 
 def test_a_stated_error_beyond_all_measure_excuses_nothing():

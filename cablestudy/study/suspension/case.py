@@ -9,7 +9,7 @@ from cablestudy.cable.linear_range import linear_range
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.refinement import reference_scene
-from cablestudy.study.suspension.group import Group, one_of
+from cablestudy.study.suspension.group import Group, StatedCables, one_of
 from cablestudy.study.suspension.in_wind import InWind
 from cablestudy.study.suspension.load_cases import load_counts, reference_load_counts
 from cablestudy.study.suspension.numbers import topology_of
@@ -18,6 +18,7 @@ from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.failure import explain
 from cablestudy.system.rigid import cross_matrix, to_angles
+from cablestudy.system.suspension import GROUND
 
 IN_MOTION = {"winches": {}, "actuators": {}, "control": None, "exposure": None, "correction": None}  # not on statics
 STIFFNESS_ROUNDING = 1e-12  # of an entry over the geometric mean of those on the diagonal
@@ -70,10 +71,17 @@ class SuspensionCase:
         NoSolutionError, ConvergenceError
             There is none, or it is not stable.
         """
-        group = Group([self.scene]) if self._group is None else self._group
-        failure = group if isinstance(group, Exception) else group.failure(self.place)
-        if failure:
+        group = self._solved_group
+        if failure := group.failure(self.place):
             raise failure
+        return group
+
+    @cached_property
+    def _solved_group(self):
+        """The same, also of a case that failed, whose numbers mean nothing."""
+        group = Group([self.scene]) if self._group is None else self._group
+        if isinstance(group, Exception):
+            raise group
         return group
 
     @cached_property
@@ -133,6 +141,18 @@ class SuspensionCase:
     def body(self, name):
         """Place of a body or free point among all."""
         return self.group.body_places[name]
+
+    def stated_of_cable(self, column, name):
+        """A column that needs no statics for one cable, also where there is no equilibrium.
+
+        The distance of its ends needs one unless both are held.
+        """
+        place = list(self.scene.cables).index(name)
+        if column.name != "chord":
+            return column.compute(StatedCables([self.scene]))[0, place]
+        suspension = self._solved_group.equilibrium.suspension
+        held = not any(end != GROUND and suspension.free[end].any() for end in suspension.owner[place])
+        return (self._solved_group if held else self.group).cables.chord[self.place, place]
 
     def of_cables(self, column):
         """A column of single cables for all cables of this case, shape (c,); `column` is a `Column`."""

@@ -13,7 +13,7 @@ import numpy as np
 from cablestudy.cable.geometry import chord_angles, clearance
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.fields import suggestion
-from cablestudy.study.columns import COLUMNS, MAX_MODE_NUMBER, Column, lacks, written_key
+from cablestudy.study.columns import COLUMNS, MAX_MODE_NUMBER, OF_FORM, Column, lacks, written_key
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
     PEAK_UTILISATION,
@@ -39,8 +39,6 @@ INCLINATION = Column(
     "inclination", "deg", "angle of the chord above the horizontal, from `from` to `to`", "statics",
     lambda results: np.degrees(chord_angles(results.span)[0]),
 )  # fmt: skip
-OF_FORM = ("sag", "sag_ratio", "swing", "lowest_point", "angle_1", "angle_2")  # what its form between the ends decides
-SMALLEST = 1e-250  # what is less is a division of nothing by nothing, as the tension of a slack cable without weight
 CABLE_MASS = next(column for column in OF_CABLES if column.name == "mass")
 ANGLES = ("roll", "pitch", "yaw")
 UNITS = {(False, False): "N/m", (False, True): "N/rad", (True, False): "N", (True, True): "N m/rad"}
@@ -57,8 +55,8 @@ def _of_cable(column, name):
     def compute(case):
         if column.name in OF_FORM:
             _refuse_shapeless(case, name)
-        value = case.of_cables(column)[case.cable(name)]
-        return 0.0 if abs(value) < SMALLEST else value
+        stated = column.needs == "scene"
+        return case.stated_of_cable(column, name) if stated else case.of_cables(column)[case.cable(name)]
 
     key = column.key.replace("cable.", f"cables.{name}.")
     return replace(column, name=f"{name}.{column.name}", compute=compute, key=key)

@@ -23,7 +23,26 @@ HORIZONTAL = ("horizontal_tension", "lambda_squared")  # zero but for rounding w
 TOGETHER = 100  # cables, of several cases, whose modes are computed in one call
 
 
-class CableResults:
+class StatedCables:
+    """What scenes state of their cables, with the attributes of `Results` that columns without statics need.
+
+    Parameters
+    ----------
+    scenes : sequence of SuspensionScene
+        n of them, with the same cables.
+    """
+
+    def __init__(self, scenes):
+        self._scenes = scenes
+
+    def given(self, path):
+        """A number that each cable states, shape (n, c), not a number where it states none."""
+        name = path.removeprefix("cable.")
+        values = [[getattr(cable, name, None) for cable in scene.cables.values()] for scene in self._scenes]
+        return np.array(values, dtype=float)
+
+
+class CableResults(StatedCables):
     """Statics of all cables of some cases, with the attributes of `Results` that columns of cables need.
 
     Parameters
@@ -37,7 +56,8 @@ class CableResults:
     """
 
     def __init__(self, scenes, equilibrium, reference_length):
-        self._scenes, self._equilibrium, self._values = scenes, equilibrium, {}
+        super().__init__(scenes)
+        self._equilibrium, self._values = equilibrium, {}
         self.reference_length = reference_length
         self.form = equilibrium.catenary
         self.span = self.form.span
@@ -71,12 +91,6 @@ class CableResults:
     def utilisation(self):
         """Largest tension over breaking force of each cable, shape (n, c), not a number without one. [-]"""
         return utilisation_of(self)
-
-    def given(self, path):
-        """A number that each cable states, shape (n, c), not a number where it states none."""
-        name = path.removeprefix("cable.")
-        values = [[getattr(cable, name, None) for cable in scene.cables.values()] for scene in self._scenes]
-        return np.array(values, dtype=float)
 
     def column(self, name, compute):
         """A column of single cables for all of these, shape (n, c), computed once.
