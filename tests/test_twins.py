@@ -35,6 +35,7 @@ from twins import (
     GROUND,
     IMAGED,
     LINEAR,
+    LOADED,
     LOOP,
     NO_TWIN,
     OPEN_WIND,
@@ -43,7 +44,9 @@ from twins import (
     STATICS,
     STIFFNESS,
     STRENGTH,
+    VORTICES,
     WIND,
+    blown,
     held,
     swinging,
     without,
@@ -152,12 +155,21 @@ def test_each_entry_of_the_list_has_a_reason_and_a_part_that_exists():
 
 def test_each_column_of_one_cable_has_a_twin_or_a_reason():
     """With those compared by other names: modes, frequency and damping ratio of the gondola."""
-    static = STATICS | SECTION | STRENGTH | GROUND | STIFFNESS | LINEAR
+    static = STATICS | SECTION | STRENGTH | GROUND | STIFFNESS | LINEAR | LOADED | VORTICES
     aliases = static, LOOP, OPEN_WIND, WIND, PEAK, IMAGED, CORRECTED, BOTH, CABLE_WIND, BARE_CABLE, NO_TWIN
     named = {name for names in aliases for name in names} | {"gondola_frequency", "gondola_damping_ratio"}
     modes = {"cable_frequency"} | {family.name for family in FAMILIES}
     own = {column.name for column in COLUMNS if column.needs != "run" and column.name != "iterations"}
     assert own - named - modes == set()
+
+
+def test_vortices_of_a_cable_in_the_wind_and_in_its_ice():
+    iced = {name: scene for name, scene in drawn().items() if scene.get("case") == "ice"}
+    scenes = {name: scene for name, scene in from_files().items() if name.startswith("vortex")} | every(iced, 5)
+    assert len(scenes) > 5
+    for scene in scenes.values():
+        own, other = solve(scene, *VORTICES), solve(blown(scene, True), *VORTICES.values())
+        assert list(other.values.values()) == pytest.approx(list(own.values.values()), rel=1e-12)
 
 
 def test_a_wrong_twin_differs():

@@ -13,6 +13,7 @@ from twins import (
     GROUND,
     IMAGED,
     LINEAR,
+    LOADED,
     LOOP,
     OPEN_WIND,
     PEAK,
@@ -36,6 +37,7 @@ VARIANCES = {*WIND, *OPEN_WIND, *PEAK, *IMAGED, *CORRECTED, *BOTH, *CABLE_WIND, 
 MODES = 8
 KINDS = {"inplane": MODES, "outofplane": MODES, "axial": 2}
 OF_MODES = [f"{kind}_frequency_{number + 1}" for kind, count in KINDS.items() for number in range(count)]
+MOVED, UNMOVED = ("deflection", "linear_deflection", "nonlinearity"), 1e-9  # by loads: less is rounding of places [m]
 OF_FORM = ("sag", "sag_ratio", "lowest_point")
 STILL = 1e-3  # RMS below which one is rounding of others [mm], [mm/s], [N]
 SMALL_RATIO = 1e-3  # damping ratio of the gondola below which rounding is that of larger ones
@@ -166,7 +168,7 @@ def compare(scenes, twins, columns):
     columns : dict
         Column of one cable -> that of the twin.
     """
-    one = solve_all(list(scenes.values()), list(columns))
+    one = solve_all(list(scenes.values()), list(columns), estimate=not columns.keys().isdisjoint(LOADED))
     many = solve_all(list(twins.values()), list(columns.values()))
     for (name, scene), own, other in zip(scenes.items(), one, many, strict=True):
         yield from _differences(name, scene, own, other, columns)
@@ -175,6 +177,8 @@ def compare(scenes, twins, columns):
 def _differences(name, scene, own, other, columns):
     diagonal = [own.values.get(f"end_stiffness{end}") for end in ("", "_zz")]
     for column, twin in columns.items():
+        if column in MOVED and own.values["deflection"] is not None and abs(own.values["deflection"]) < UNMOVED:
+            continue
         scale = math.sqrt(abs(math.prod(diagonal))) if column == "end_stiffness_xz" and None not in diagonal else 0.0
         numbers, errors = (own.values[column], other.values[twin]), (own.errors[column], other.errors[twin])
         if found := difference(name, scene, column, numbers, errors, scale):
@@ -193,7 +197,7 @@ def compare_statics(scenes):
 
 def static_columns(scene):
     """The static columns that a scene has, and those of its twin: dict."""
-    twins = STATICS | STIFFNESS | LINEAR | SECTION | STRENGTH | GROUND
+    twins = STATICS | STIFFNESS | LINEAR | SECTION | STRENGTH | GROUND | LOADED
     twins = {one: twin for one, twin in twins.items() if not (is_one_bar(scene) and one in OF_FORM)}
     return {one: twins[one] for one in columns_with_keys(scene, twins)}
 

@@ -41,12 +41,15 @@ STATICS = {name: f"cable.{name}" for name in OF_CABLE} | {
 # with a key of the scene without which neither file has the column
 SECTION = {name: f"cable.{name}" for name in ("diameter", "area", "elastic_modulus", "density", "stress")}
 STRENGTH = {name: f"cable.{name}" for name in ("breaking_force", "utilisation")}
+LOADED = {name: f"cable.{name}" for name in ("deflection", "linear_deflection", "nonlinearity", "load_sag")}
+VORTICES = {f"shedding_frequency{end}": f"cable.shedding_frequency{end}" for end in ("", "_low", "_high")}
 GROUND = {"clearance": "cable.clearance"}
 STIFFNESS = {
     "end_stiffness": "gondola.stiffness_xx",
     "end_stiffness_yy": "gondola.stiffness_yy",
     "end_stiffness_zz": "gondola.stiffness_zz",
     "end_stiffness_xz": "gondola.stiffness_xz",
+    "end_stiffness_along": "cable.end_stiffness_along",
 }
 LINEAR = {"linear_range": "gondola.linear_range_x"}
 LOOP = {name: name for name in (
@@ -71,7 +74,6 @@ BARE_CABLE = {"tension_rms": "cable.rms_tension"}
 
 # Columns of one cable that have no twin, and why.
 NO_TWIN = {
-    "end_stiffness_along": "a suspension has the stiffness along x, y, z alone",
     "gondola_frequency_static": "frequency_static_K counts a third of the cable's mass",
     "gondola_share": "no column of bodies",
     "mean_displacement": "linear for one cable; of a suspension that of the equilibrium in the wind",
@@ -89,13 +91,6 @@ NO_TWIN = {
         f"gondola_rms{quantity}_cable_wind": "with the winch at rest alone: the winches differ where this is not zero"
         for quantity in ("", "_velocity")
     },
-    "deflection": "no column of suspensions",
-    "linear_deflection": "no column of suspensions",
-    "nonlinearity": "no column of suspensions",
-    "load_sag": "no column of suspensions",
-    "shedding_frequency": "no column of suspensions",
-    "shedding_frequency_low": "no column of suspensions",
-    "shedding_frequency_high": "no column of suspensions",
 }
 
 

@@ -265,7 +265,7 @@ def _shedding(name, meaning, place):
     """Column of a frequency of vortices: low, mean, high are the places 0, 1, 2."""
 
     def compute(results):
-        wind = SimpleNamespace(speed=results.given("wind.speed"), turbulence=results.given("wind.turbulence"))
+        wind = SimpleNamespace(speed=results.given("wind.speed"), turbulence=results.given("wind.turbulence_along"))
         return shedding_frequencies(wind, results.given("wind_diameter"))[place]
 
     return Column(name, "Hz", meaning, "scene", compute, f"wind, {DIAMETER}")

@@ -9,7 +9,8 @@ from cablestudy.cable.linear_range import linear_range
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.refinement import reference_scene
-from cablestudy.study.suspension.group import Group, StatedCables, one_of
+from cablestudy.study.scene_values import merged_loads
+from cablestudy.study.suspension.group import Group, HangingCable, StatedCables, one_of
 from cablestudy.study.suspension.in_wind import InWind
 from cablestudy.study.suspension.load_cases import load_counts, reference_load_counts
 from cablestudy.study.suspension.numbers import topology_of
@@ -153,6 +154,19 @@ class SuspensionCase:
         suspension = self._solved_group.equilibrium.suspension
         held = not any(end != GROUND and suspension.free[end].any() for end in suspension.owner[place])
         return (self._solved_group if held else self.group).cables.chord[self.place, place]
+
+    def hanging(self, name):
+        """`HangingCable` of a name, with the loads that it carries; raises as `group`.
+
+        Cables of a batch have as many places for loads as the one with the most: those without a load are left out.
+        """
+        place = self.cable(name)
+        found, length = self.equilibrium.catenary.take(place), self.group.cables.reference_length[self.place, place]
+        carrying = np.zeros(len(found.span.load_positions), dtype=bool)
+        shares = found.span.load_positions / found.span.unstretched_length
+        for at, fraction, _, _ in merged_loads(self.scene.loads_on(name)):
+            carrying[np.argmin(np.abs(shares - (fraction if np.isnan(at) else at / length)))] = True
+        return HangingCable(replace(found, span=found.span.with_some_loads(carrying)))
 
     def of_cables(self, column):
         """A column of single cables for all cables of this case, shape (c,); `column` is a `Column`."""

@@ -13,7 +13,7 @@ import numpy as np
 from cablestudy.cable.geometry import chord_angles, clearance
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.fields import suggestion
-from cablestudy.study.columns import COLUMNS, MAX_MODE_NUMBER, OF_FORM, Column, lacks, written_key
+from cablestudy.study.columns import COLUMNS, MAX_MODE_NUMBER, OF_FORM, Column, attribute, lacks, written_key
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
     PEAK_UTILISATION,
@@ -35,6 +35,23 @@ OF_CABLES = tuple(
     and (not column.key or column.key.startswith("cable.section_"))
     and column.name not in ("iterations", *INSTEAD)
 )
+# those that need more than its form, of which no table of the command static is made
+MORE = {
+    column.name: replace(column, meaning=meaning or column.meaning)
+    for name, meaning in {
+        "end_stiffness_along": "static stiffness along the chord, one end held",
+        "deflection": "movement of the most moved point load along its force, from the unloaded form between the same "
+        "ends",
+        "linear_deflection": "",
+        "nonlinearity": "",
+        "load_sag": "",
+        "shedding_frequency": "",
+        "shedding_frequency_low": "",
+        "shedding_frequency_high": "",
+    }.items()
+    for column in COLUMNS
+    if column.name == name
+}
 INCLINATION = Column(
     "inclination", "deg", "angle of the chord above the horizontal, from `from` to `to`", "statics",
     lambda results: np.degrees(chord_angles(results.span)[0]),
@@ -53,13 +70,18 @@ def _of_cable(column, name):
     """A column of single cables for one cable of a suspension."""
 
     def compute(case):
+        if column.name in MORE and (key := _missing_key(case.scene, name, own)):
+            raise NoSolutionError(f"{own.name} needs the key {key}, which this case does not have")
         if column.name in OF_FORM:
             _refuse_shapeless(case, name)
+        if column.each:
+            return column.compute(case.hanging(name))
         stated = column.needs == "scene"
         return case.stated_of_cable(column, name) if stated else case.of_cables(column)[case.cable(name)]
 
     key = column.key.replace("cable.", f"cables.{name}.")
-    return replace(column, name=f"{name}.{column.name}", compute=compute, key=key)
+    own = replace(column, name=f"{name}.{column.name}", compute=compute, key=key)
+    return own
 
 
 def _refuse_shapeless(case, name):
@@ -91,9 +113,14 @@ def _clearance(name):
 
 
 def cable_columns(name):
-    """The columns of one cable: list of Column."""
+    """The columns of one cable in the tables of the command static: list of Column."""
     ends = [_end_tension(name, end, word) for end, word in enumerate(("from", "to"))]
     return [*(_of_cable(column, name) for column in OF_CABLES), *ends, _of_cable(INCLINATION, name), _clearance(name)]
+
+
+def all_cable_columns(name):
+    """The columns of one cable without its tension in the wind: list of Column."""
+    return [*cable_columns(name), *(_of_cable(column, name) for column in MORE.values())]
 
 
 # ----------------------------------------------------------------------------------------- of a body or a free point
@@ -227,7 +254,7 @@ def families():
     numbered.insert(1, replace(_static_frequency("BODY", 1), name="BODY.frequency_static_K"))
     stiffness = [*(_stiffness("BODY", axis, axis) for axis in AXES), *linear_ranges("BODY")]
     whole = [column for column in WHOLE if column.needs != "run"]
-    of_owners = [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *cable_columns("CABLE"), *numbered]
+    of_owners = [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *all_cable_columns("CABLE"), *numbered]
     in_wind = [*place_columns("BODY"), *turn_columns("BODY"), *place_columns("BODY.MARKER"), *tension_columns("CABLE")]
     return [*of_owners, *in_wind, *actuator_columns("ACTUATOR"), *whole]
 
@@ -275,7 +302,7 @@ def find(name):
         stiffness = [_stiffness(owner, row, column) for row, column in product(AXES, AXES)]
         static = [_static_frequency(owner, number) for number in range(1, len(AXES) + 1)]
         known, numbered = (
-            [*body_columns(owner), *cable_columns(owner), *stiffness, *static, *linear_ranges(owner)],
+            [*body_columns(owner), *all_cable_columns(owner), *stiffness, *static, *linear_ranges(owner)],
             f"{owner}.frequency_K",
         )
         last = name.rpartition(".")[0]
@@ -313,22 +340,29 @@ def why_not(scene, column):
     numbered = owner in scene.bodies and quantity.startswith(("stiffness_", "frequency_", "linear_range_"))
     if column.name not in names and not numbered:
         return f"{owner} has no column {quantity} ({suggestion(column.name, names)})"
-    if owner in scene.cables and not has_key(scene, owner, column):
-        return f"{column.name} needs the key {written_key(column.key)}, which the scene does not have"
-    return ""
+    key = _missing_key(scene, owner, column) if owner in scene.cables else ""
+    return f"{column.name} needs the key {key}, which the scene does not have" if key else ""
 
 
 def has_key(scene, cable, column):
     """Whether the cable of a name has what one of its columns needs."""
-    if column.key == "ground":
-        return scene.ground is not None
-    return not column.key or getattr(scene.cables[cable], column.key.rpartition(".")[2]) is not None
+    return not _missing_key(scene, cable, column)
+
+
+def _missing_key(scene, cable, column):
+    """The first key that a column of the cable of a name needs and a scene has no value for, or an empty text."""
+    for key in column.keys:
+        name = key.rpartition(".")[2]
+        there = scene.loads_on(cable) if name == "loads" else attribute(scene, key)
+        if there is None or there == ():
+            return written_key(key.split("|")[0])
+    return ""
 
 
 def _columns_of_owners(scene):
     """Name of each body, free point and cable -> function that lists the columns of that name."""
     junctions = [name for name, point in scene.points.items() if point.free]
-    kinds = (scene.bodies, body_columns), (junctions, point_columns), (scene.cables, cable_columns)
+    kinds = (scene.bodies, body_columns), (junctions, point_columns), (scene.cables, all_cable_columns)
     return {name: columns for names, columns in kinds for name in names}
 
 
@@ -343,6 +377,6 @@ def _why_not_of_whole(scene, column):
     if MODE.fullmatch(column.name) or column.name in {other.name for other in WHOLE}:
         return ""
     here = ""
-    if column.name in INSTEAD or f".{column.name}" in {other.name for other in cable_columns("")}:
+    if column.name in INSTEAD or f".{column.name}" in {other.name for other in all_cable_columns("")}:
         here = f"; here it is CABLE.{INSTEAD.get(column.name, column.name)}"
     return f"{column.name} is a column of a single cable{here}"

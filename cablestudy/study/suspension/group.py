@@ -1,14 +1,16 @@
 """Suspensions of equal names and connections: their equilibria, found together, and what their cables carry there."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
+from cablestudy.cable.catenary import Catenary
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import ROUNDING, utilisation_of
+from cablestudy.study.columns import ROUNDING, attribute, utilisation_of
 from cablestudy.study.statics import ClosedStatics
-from cablestudy.study.suspension.linear_motion import drag_of
+from cablestudy.study.suspension.linear_motion import drag_of, wind_diameters
 from cablestudy.study.suspension.load_cases import day_of, load_counts, reference_loads, too_long
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of
 from cablestudy.system import lengths, statics
@@ -36,9 +38,14 @@ class StatedCables:
         self._scenes = scenes
 
     def given(self, path):
-        """A number that each cable states, shape (n, c), not a number where it states none."""
-        name = path.removeprefix("cable.")
-        values = [[getattr(cable, name, None) for cable in scene.cables.values()] for scene in self._scenes]
+        """A number that each cable states, or its scene, shape (n, c), not a number where there is none."""
+        table, _, name = path.rpartition(".")
+        if table == "cable":
+            values = [[getattr(cable, name, None) for cable in scene.cables.values()] for scene in self._scenes]
+        elif name == "wind_diameter":
+            values = [wind_diameters(scene) for scene in self._scenes]
+        else:
+            values = [[attribute(scene, path)] * len(scene.cables) for scene in self._scenes]
         return np.array(values, dtype=float)
 
 
@@ -83,6 +90,11 @@ class CableResults(StatedCables):
         return self.span.chord
 
     @property
+    def end_stiffness_chord(self):
+        """Static stiffness of the end `to` along the chord, the other end held, shape (n, c). [N/m]"""
+        return self.form.end_stiffness[..., 0, 0]
+
+    @property
     def mass(self):
         """Of each cable without ice, shape (n, c). [kg]"""
         return self.given("cable.section_mass") * self.reference_length
@@ -111,6 +123,24 @@ class CableResults(StatedCables):
         """Whether a column of HORIZONTAL is zero but for rounding: the load, and so the cable, is along the chord."""
         along = (name in HORIZONTAL) & (np.abs(self.span.cosine) < ROUNDING)
         return along & (self.span.vertical[..., 2] == 1) if name == "horizontal_tension" else along
+
+
+@dataclass(frozen=True)
+class HangingCable:
+    """One cable of a case where it hangs, with the attributes of `Case` that columns of point loads need."""
+
+    catenary: Catenary
+    exact_statics: ClassVar = True
+
+    @property
+    def form(self):
+        """What `cable.geometry` takes."""
+        return self.catenary
+
+    @property
+    def span(self):
+        """`Span`."""
+        return self.catenary.span
 
 
 class Group:
