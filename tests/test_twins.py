@@ -32,6 +32,7 @@ from twins import (
     BOTH,
     CABLE_WIND,
     CORRECTED,
+    COUPLED,
     GROUND,
     IMAGED,
     LINEAR,
@@ -157,7 +158,7 @@ def test_each_column_of_one_cable_has_a_twin_or_a_reason():
     """With those compared by other names: modes, frequency and damping ratio of the gondola."""
     static = STATICS | SECTION | STRENGTH | GROUND | STIFFNESS | LINEAR | LOADED | VORTICES
     aliases = static, LOOP, OPEN_WIND, WIND, PEAK, IMAGED, CORRECTED, BOTH, CABLE_WIND, BARE_CABLE, NO_TWIN
-    named = {name for names in aliases for name in names} | {"gondola_frequency", "gondola_damping_ratio"}
+    named = {name for names in aliases for name in names} | {*COUPLED, "gondola_damping_ratio"}
     modes = {"cable_frequency"} | {family.name for family in FAMILIES}
     own = {column.name for column in COLUMNS if column.needs != "run" and column.name != "iterations"}
     assert own - named - modes == set()

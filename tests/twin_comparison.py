@@ -10,6 +10,7 @@ from twins import (
     BOTH,
     CABLE_WIND,
     CORRECTED,
+    COUPLED,
     GROUND,
     IMAGED,
     LINEAR,
@@ -217,27 +218,25 @@ def compare_modes(scenes):
 
 
 def compare_gondola(scenes):
-    """Frequency and damping ratio of the gondola's mode without wind, and of the nearest mode of the twin."""
+    """The gondola's mode without wind: its frequency, its share, and the damping ratio of the twin's mode there."""
     for name, whole in scenes.items():
         scene = without(whole, "wind")  # modes of a suspension are not damped by it
-        own = solve(scene, "gondola_frequency", "gondola_damping_ratio")
-        frequency, ratio = (own.values[column] for column in ("gondola_frequency", "gondola_damping_ratio"))
         twin, count = swinging(scene), MODES
+        own, other = solve(scene, *COUPLED, "gondola_damping_ratio"), solve(twin, *COUPLED.values())
+        yield from _differences(name, scene, own, other, COUPLED)
+        frequency, ratio = (own.values[column] for column in ("gondola_frequency", "gondola_damping_ratio"))
         found, damped = damping_of_modes(twin, count)
         while found[-1] < 1.05 * frequency and len(found) == count:
             count *= 3
             found, damped = damping_of_modes(twin, count)
-        place = int(np.argmin(np.abs(found - frequency)))
-        twin_ratio = None if np.isnan(damped[place]) else damped[place]
-        pairs = {"gondola_frequency": (frequency, found[place]), "gondola_damping_ratio": (ratio, twin_ratio)}
-        for column, numbers in pairs.items():
-            # the twin's errors are those asked for
-            asked = (
-                number(scene["model"].get("accuracy", 1e-4), "") if "elements" not in scene.get("model", {}) else 0.0
-            )
-            scale = SMALL_RATIO if column == "gondola_damping_ratio" else 0.0
-            if found_one := difference(name, scene, column, numbers, (own.errors[column], asked), scale):
-                yield found_one
+        twin_ratio = damped[np.argmin(np.abs(found - frequency))]
+        numbers = ratio, None if np.isnan(twin_ratio) else twin_ratio
+        # the twin's error is that asked for
+        exact = "elements" in scene.get("model", {})
+        asked = 0.0 if exact else number(scene["model"].get("accuracy", 1e-4), "")
+        errors = own.errors["gondola_damping_ratio"], asked
+        if found_one := difference(name, scene, "gondola_damping_ratio", numbers, errors, SMALL_RATIO):
+            yield found_one
 
 
 def wind_columns(scene):

@@ -52,6 +52,7 @@ STIFFNESS = {
     "end_stiffness_along": "cable.end_stiffness_along",
 }
 LINEAR = {"linear_range": "gondola.linear_range_x"}
+COUPLED = {"gondola_frequency": "gondola.frequency_x", "gondola_share": "gondola.share_x"}
 LOOP = {name: name for name in (
     "gain", "largest_gain", "gain_margin", "phase_crossover", "phase_margin", "gain_crossover", "delay_margin",
     "sensitivity_peak", "sensitivity_frequency", "bandwidth", "disk_margin", "disk_gain_margin", "disk_phase_margin",
@@ -75,7 +76,6 @@ BARE_CABLE = {"tension_rms": "cable.rms_tension"}
 # Columns of one cable that have no twin, and why.
 NO_TWIN = {
     "gondola_frequency_static": "frequency_static_K counts a third of the cable's mass",
-    "gondola_share": "no column of bodies",
     "mean_displacement": "linear for one cable; of a suspension that of the equilibrium in the wind",
     "force_displacement": "no column of bodies; the twin is held at the place that it has under that force",
     "peak_utilisation": "quasi-static, at the gondola's peak; of a suspension from the RMS of the tension",

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.linear_range import linear_range
+from cablestudy.control.gondola import gondola_mode
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.refinement import reference_scene
@@ -19,7 +20,7 @@ from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.failure import explain
 from cablestudy.system.rigid import cross_matrix, to_angles
-from cablestudy.system.suspension import GROUND
+from cablestudy.system.suspension import AXES, GROUND
 
 IN_MOTION = {"winches": {}, "actuators": {}, "control": None, "exposure": None, "correction": None}  # not on statics
 STIFFNESS_ROUNDING = 1e-12  # of an entry over the geometric mean of those on the diagonal
@@ -335,6 +336,46 @@ class SuspensionCase:
                     f"{body}, not {number}"
                 )
             count = min(2 * count, MOST_MODES)
+
+    def mode_along(self, name, axis):
+        """Modes, and place in them of that with the largest share in the static compliance of a motion of a body.
+
+        Parameters
+        ----------
+        name : str
+            Of a body or free point.
+        axis : int
+            Of `system.suspension.AXES`.
+
+        Raises
+        ------
+        NoSolutionError
+            That motion is held, or none of the lowest MOST_MODES has more of its compliance than what they leave.
+        """
+        body, count = self.body(name), FIRST
+        if not self.equilibrium.suspension.free[body, axis]:
+            raise NoSolutionError(f"{name} is held along {AXES[axis]}: it has no mode")
+        while True:
+            modes = self.modes(count)
+            share = modes.compliance_shares(body, axis)
+            mode = gondola_mode(share)
+            if share[mode] >= 1 - share.sum() or len(modes) < count:
+                return modes, mode
+            if count >= MOST_MODES:
+                raise NoSolutionError(
+                    f"the lowest {len(modes)} modes have {share.sum():.2g} of the static compliance of {name} along "
+                    f"{AXES[axis]}: none of them has the largest share for certain"
+                )
+            count = min(2 * count, MOST_MODES)
+
+    def compliance_share(self, name, axis):
+        """Share of that mode, by a finer model, and its estimated relative error: the change to that model. [-]
+
+        Not a number for an exact choice of elements.
+        """
+        modes, mode = self.mode_along(name, axis)
+        coarse, share = (found.compliance_shares(self.body(name), axis)[mode] for found in (modes, modes.damped))
+        return share, np.nan if self.model is not None else max(ROUNDING, abs(share - coarse) / share)
 
 
 def cases_of(scenes):

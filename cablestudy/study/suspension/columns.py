@@ -172,6 +172,25 @@ def _body_frequency(name, number):
     return Column(f"{name}.frequency_{number}", "Hz", meaning, "modes", compute)
 
 
+def mode_columns(name):
+    """The columns of the mode of a body or free point along each axis: list of Column."""
+    return [column for axis in AXES for column in _mode_along(name, axis)]
+
+
+def _mode_along(name, axis):
+    """Yield the columns of the mode that has most of the static compliance of a motion."""
+    place = AXES.index(axis)
+
+    def frequency(case):
+        modes, mode = case.mode_along(name, place)
+        return modes.frequency[mode], modes.error[mode]
+
+    along = f"of its static compliance {f'about {axis[1]}' if place > 2 else f'along {axis}'}"
+    yield Column(f"{name}.frequency_{axis}", "Hz", f"coupled mode with the largest share {along}", "modes", frequency)
+    yield Column(f"{name}.share_{axis}", "", f"share {along} in that mode, phi^2/w^2 over 1/k", "modes",
+                 lambda case: case.compliance_share(name, place))  # fmt: skip
+
+
 def _static_frequency(name, number):
     def compute(case):
         frequencies = case.static_frequencies(name)
@@ -202,7 +221,8 @@ def linear_ranges(name):
 
 def point_columns(name):
     """The columns of a free point: list of Column."""
-    return [*(_coordinate(name, axis) for axis in range(3)), _mass(name), *linear_ranges(name)]
+    own = [*(_coordinate(name, axis) for axis in range(3)), _mass(name), *linear_ranges(name)]
+    return [*own, *(column for axis in AXES[:3] for column in _mode_along(name, axis))]
 
 
 def body_columns(name):
@@ -252,7 +272,7 @@ def families():
     """Columns that stand for many, with words in capitals for names and numbers, for lists: list of Column."""
     numbered = [replace(column, name=column.name[:-1] + "K") for column in (_body_frequency("BODY", 1), _frequency(1))]
     numbered.insert(1, replace(_static_frequency("BODY", 1), name="BODY.frequency_static_K"))
-    stiffness = [*(_stiffness("BODY", axis, axis) for axis in AXES), *linear_ranges("BODY")]
+    stiffness = [*(_stiffness("BODY", axis, axis) for axis in AXES), *linear_ranges("BODY"), *mode_columns("BODY")]
     whole = [column for column in WHOLE if column.needs != "run"]
     of_owners = [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *all_cable_columns("CABLE"), *numbered]
     in_wind = [*place_columns("BODY"), *turn_columns("BODY"), *place_columns("BODY.MARKER"), *tension_columns("CABLE")]
@@ -302,7 +322,14 @@ def find(name):
         stiffness = [_stiffness(owner, row, column) for row, column in product(AXES, AXES)]
         static = [_static_frequency(owner, number) for number in range(1, len(AXES) + 1)]
         known, numbered = (
-            [*body_columns(owner), *all_cable_columns(owner), *stiffness, *static, *linear_ranges(owner)],
+            [
+                *body_columns(owner),
+                *all_cable_columns(owner),
+                *stiffness,
+                *static,
+                *linear_ranges(owner),
+                *mode_columns(owner),
+            ],
             f"{owner}.frequency_K",
         )
         last = name.rpartition(".")[0]
@@ -337,7 +364,7 @@ def why_not(scene, column):
         missing = f"no body, free point or cable {owner} ({suggestion(owner, columns)})"
         return fixed if owner in scene.points else missing
     names = [*(other.name for other in columns[owner](owner)), *in_wind]
-    numbered = owner in scene.bodies and quantity.startswith(("stiffness_", "frequency_", "linear_range_"))
+    numbered = owner in scene.bodies and quantity.startswith(("stiffness_", "frequency_", "share_", "linear_range_"))
     if column.name not in names and not numbered:
         return f"{owner} has no column {quantity} ({suggestion(column.name, names)})"
     key = _missing_key(scene, owner, column) if owner in scene.cables else ""
