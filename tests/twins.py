@@ -77,7 +77,7 @@ BARE_CABLE = {"tension_rms": "cable.rms_tension"}
 NO_TWIN = {
     "gondola_frequency_static": "frequency_static_K counts a third of the cable's mass",
     "mean_displacement": "linear for one cable; of a suspension that of the equilibrium in the wind",
-    "force_displacement": "no column of bodies; the twin is held at the place that it has under that force",
+    "force_displacement": "the twin is held at the place that it has under that force; test_load_case_forces.py",
     "peak_utilisation": "quasi-static, at the gondola's peak; of a suspension from the RMS of the tension",
     "midspan_rms": "no column of cables of a suspension",
     "winch_rms_speed": "of the end that moves along x; of a suspension the length reeled in",

@@ -260,6 +260,20 @@ class SuspensionCase:
             unknown = max(unknown, self.group.drag_error(self.place) * abs(value))
         return value, max(ROUNDING, unknown / abs(value))
 
+    def force_displacement(self, name, axis):
+        """Displacement of a body or free point along x, y or z (0, 1, 2) by the forces of the load case [m].
+
+        And its estimated relative error. Raises as `group`, and where there are no forces.
+        """
+        if not self.scene.load_case.forces:
+            raise NoSolutionError(
+                f"{name}.force_displacement needs the key cases.*.forces, which this case does not have"
+            )
+        moved, unknown = (part[self.body(name), axis] for part in self.group.force_displacement(self.place))
+        if abs(moved) <= unknown:
+            return 0.0, self.statics_error(None)
+        return moved, max(self.statics_error(None), unknown / abs(moved))
+
     @property
     def size(self):
         """Coordinates of the linear model; 0 where none was made. [-]"""

@@ -59,6 +59,8 @@ INCLINATION = Column(
 CABLE_MASS = next(column for column in OF_CABLES if column.name == "mass")
 ANGLES = ("roll", "pitch", "yaw")
 UNITS = {(False, False): "N/m", (False, True): "N/rad", (True, False): "N", (True, True): "N m/rad"}
+FORCES = "load_case.forces"
+OF_BODIES = ("stiffness_", "frequency_", "share_", "linear_range_", "force_displacement_")  # that stand for many
 MODE = re.compile(r"((?:[^.]+\.)?)frequency_(\d{1,6})(?:_Hz)?")
 ROUNDING = 1e-12  # of an angle over a full turn: what is less is shown as zero
 
@@ -172,6 +174,20 @@ def _body_frequency(name, number):
     return Column(f"{name}.frequency_{number}", "Hz", meaning, "modes", compute)
 
 
+def _force_displacement(name, axis):
+    def compute(case):
+        moved, error = case.force_displacement(name, axis)
+        return 1e3 * moved, error
+
+    meaning = f"displacement along {AXES[axis]} by the forces of the load case, its other loads there before and after"
+    return Column(f"{name}.force_displacement_{AXES[axis]}", "mm", meaning, "statics", compute, FORCES)
+
+
+def force_displacements(name):
+    """The columns of how far the forces of a load case move a body or free point: list of Column."""
+    return [_force_displacement(name, axis) for axis in range(3)]
+
+
 def mode_columns(name):
     """The columns of the mode of a body or free point along each axis: list of Column."""
     return [column for axis in AXES for column in _mode_along(name, axis)]
@@ -222,7 +238,7 @@ def linear_ranges(name):
 def point_columns(name):
     """The columns of a free point: list of Column."""
     own = [*(_coordinate(name, axis) for axis in range(3)), _mass(name), *linear_ranges(name)]
-    return [*own, *(column for axis in AXES[:3] for column in _mode_along(name, axis))]
+    return [*own, *force_displacements(name), *(column for axis in AXES[:3] for column in _mode_along(name, axis))]
 
 
 def body_columns(name):
@@ -272,7 +288,8 @@ def families():
     """Columns that stand for many, with words in capitals for names and numbers, for lists: list of Column."""
     numbered = [replace(column, name=column.name[:-1] + "K") for column in (_body_frequency("BODY", 1), _frequency(1))]
     numbered.insert(1, replace(_static_frequency("BODY", 1), name="BODY.frequency_static_K"))
-    stiffness = [*(_stiffness("BODY", axis, axis) for axis in AXES), *linear_ranges("BODY"), *mode_columns("BODY")]
+    stiffness = [*(_stiffness("BODY", axis, axis) for axis in AXES), *linear_ranges("BODY")]
+    stiffness += [*force_displacements("BODY"), *mode_columns("BODY")]
     whole = [column for column in WHOLE if column.needs != "run"]
     of_owners = [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *all_cable_columns("CABLE"), *numbered]
     in_wind = [*place_columns("BODY"), *turn_columns("BODY"), *place_columns("BODY.MARKER"), *tension_columns("CABLE")]
@@ -328,6 +345,7 @@ def find(name):
                 *stiffness,
                 *static,
                 *linear_ranges(owner),
+                *force_displacements(owner),
                 *mode_columns(owner),
             ],
             f"{owner}.frequency_K",
@@ -364,9 +382,10 @@ def why_not(scene, column):
         missing = f"no body, free point or cable {owner} ({suggestion(owner, columns)})"
         return fixed if owner in scene.points else missing
     names = [*(other.name for other in columns[owner](owner)), *in_wind]
-    numbered = owner in scene.bodies and quantity.startswith(("stiffness_", "frequency_", "share_", "linear_range_"))
-    if column.name not in names and not numbered:
+    if column.name not in names and not (owner in scene.bodies and quantity.startswith(OF_BODIES)):
         return f"{owner} has no column {quantity} ({suggestion(column.name, names)})"
+    if column.key == FORCES and not scene.load_case.forces:
+        return f"{column.name} needs the key cases.*.forces, which the scene does not have"
     key = _missing_key(scene, owner, column) if owner in scene.cables else ""
     return f"{column.name} needs the key {key}, which the scene does not have" if key else ""
 

@@ -188,6 +188,31 @@ class Group:
         """The same without the steady wind of the load cases."""
         return self.reference if self._day is None else self._day.calm
 
+    @cached_property
+    def _unforced(self):
+        """`Day` of all cases without the forces of their load cases."""
+        return day_of(self.reference, self._scenes, forced=False)
+
+    def force_displacement(self, place):
+        """Displacement of bodies and points by the forces of the load case of a case, and its error by rounding.
+
+        Returns
+        -------
+        moved, unknown : ndarray, shape (b, 3)
+            Along x, y, z. [m]
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            Without these forces there is no stable equilibrium.
+        """
+        for found in (self._unforced.calm, self._unforced.equilibrium):
+            if failure := _failure(found, place, "without the forces of the load case: "):
+                raise failure
+        unforced = self._unforced.equilibrium
+        unknown = self.equilibrium.uncertainty.place[place] + unforced.uncertainty.place[place]
+        return self.equilibrium.position[place] - unforced.position[place], unknown[:, :3]
+
     def steady_drag(self, place):
         """That of a case on its cables, as `FixedModel.drag`; None without a steady wind."""
         if self._day is None or self._day.drag is None:

@@ -117,7 +117,7 @@ def _by_bodies(found, place, forces):
     return np.abs((pulled * held).sum(axis=-1) / square).max(axis=-1), whole[:, :3]
 
 
-def day_of(reference, scenes):
+def day_of(reference, scenes, forced=True):
     """Suspensions in the load cases of their scenes.
 
     Parameters
@@ -126,6 +126,8 @@ def day_of(reference, scenes):
         In the reference state, shape (n,).
     scenes : sequence of SuspensionScene
         n of them; all of their load cases have a steady wind, or none has.
+    forced : bool
+        Whether the forces of the load cases on bodies and points act too.
 
     Returns
     -------
@@ -150,7 +152,7 @@ def day_of(reference, scenes):
         position=np.where(standing[:, None, None], reference.position, suspension.position) + _moves_of_bodies(scenes),
         rotation=np.where(standing[:, None, None, None], reference.rotation, suspension.rotation),
         place=suspension.place + _moves_of_ends(scenes),
-        **_forces(scenes, suspension),
+        **(_forces(scenes, suspension) if forced else {}),
     )
     if any(load_counts(scenes[0]).values()):
         loads, beyond = _loads(scenes, loaded.value, warm)
