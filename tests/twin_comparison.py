@@ -38,6 +38,7 @@ VARIANCES = {*WIND, *OPEN_WIND, *PEAK, *IMAGED, *CORRECTED, *BOTH, *CABLE_WIND, 
 MODES = 8
 KINDS = {"inplane": MODES, "outofplane": MODES, "axial": 2}
 OF_MODES = [f"{kind}_frequency_{number + 1}" for kind, count in KINDS.items() for number in range(count)]
+SYMMETRIC = [f"symmetric_frequency_{number + 1}" for number in range(3)]
 MOVED, UNMOVED = ("deflection", "linear_deflection", "nonlinearity"), 1e-9  # by loads: less is rounding of places [m]
 OF_FORM = ("sag", "sag_ratio", "lowest_point")
 STILL = 1e-3  # RMS below which one is rounding of others [mm], [mm/s], [N]
@@ -204,11 +205,13 @@ def static_columns(scene):
 
 
 def compare_modes(scenes):
-    """The lowest modes with fixed ends, whatever their kind: frequencies in ascending order."""
-    one = solve_all(list(scenes.values()), OF_MODES)
+    """The lowest modes with fixed ends: by kind, and whatever their kind, frequencies in ascending order."""
+    of_cable = {name: f"cable.{name}" for name in (*OF_MODES, *SYMMETRIC)}
+    one = solve_all(list(scenes.values()), list(of_cable))
     names = [f"frequency_{number + 1}" for number in range(MODES)]
-    many = solve_all([held(scene) for scene in scenes.values()], names)
+    many = solve_all([held(scene) for scene in scenes.values()], [*names, *of_cable.values()])
     for (name, scene), own, other in zip(scenes.items(), one, many, strict=True):
+        yield from _differences(name, scene, own, other, of_cable)
         pairs = [(own.values[kind], own.errors[kind]) for kind in OF_MODES if own.values[kind] is not None]
         pairs = (sorted(pairs, key=lambda pair: pair[0]) + [(None, None)] * MODES)[:MODES]
         for (value, error), column in zip(pairs, names, strict=True):

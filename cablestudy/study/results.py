@@ -14,7 +14,7 @@ from cablestudy.cable.taut import lambda_squared
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import LIMP, ROUNDING
-from cablestudy.study.load_cases import bare_spans, drag_errors, loaded_spans, shrunk, with_loads
+from cablestudy.study.load_cases import bare_spans, drag_errors, loaded_spans, pressed_by_wind, shrunk, with_loads
 from cablestudy.study.push import pushed_ends
 from cablestudy.study.statics import ClosedStatics
 
@@ -170,7 +170,12 @@ class Results:
     @cached_property
     def _uneven(self):
         """Whether drag changes along a cable: in a steady wind, with a fixed number of elements, shape (n,)."""
-        return (self.given("load_case.wind.dynamic_pressure") > 0) & np.isfinite(self.given("model.elements"))
+        return (self.pressed[0] > 0) & np.isfinite(self.given("model.elements"))
+
+    @cached_property
+    def pressed(self):
+        """Drag of a length across the steady wind, and its direction; see `load_cases.pressed_by_wind`."""
+        return pressed_by_wind(self.values)
 
     @cached_property
     def length_rounding(self):

@@ -11,6 +11,7 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import merged_loads
+from cablestudy.study.suspension.cable_modes import CableModes
 from cablestudy.study.suspension.group import Group, HangingCable, StatedCables, one_of
 from cablestudy.study.suspension.in_wind import InWind
 from cablestudy.study.suspension.load_cases import load_counts, reference_load_counts
@@ -156,6 +157,11 @@ class SuspensionCase:
         held = not any(end != GROUND and suspension.free[end].any() for end in suspension.owner[place])
         return (self._solved_group if held else self.group).cables.chord[self.place, place]
 
+    @cached_property
+    def _cable_modes(self):
+        """`CableModes`: those of single cables, their ends fixed; raises as `group`."""
+        return CableModes(self.scene, self.equilibrium.catenary, self.group.steady_drag(self.place))
+
     def hanging(self, name):
         """`HangingCable` of a name, with the loads that it carries; raises as `group`.
 
@@ -232,7 +238,11 @@ class SuspensionCase:
         modes = self.modes(number)
         if len(modes) < number:
             raise NoSolutionError(f"the model has {len(modes)} modes, not {number}")
-        return modes.frequency[number - 1], modes.error[number - 1]
+        return modes.frequency[number - 1], self.mode_errors(modes)[number - 1]
+
+    def mode_errors(self, modes):
+        """Estimated relative errors of the frequencies of some `CoupledModes`, shape (k,): by them and by the drag."""
+        return modes.error + self.group.drag_error(self.place)
 
     def statics_error(self, column):
         """Estimated relative error of a column that needs no motion: none of what the scene states. [-]"""
@@ -389,7 +399,24 @@ class SuspensionCase:
         """
         modes, mode = self.mode_along(name, axis)
         coarse, share = (found.compliance_shares(self.body(name), axis)[mode] for found in (modes, modes.damped))
-        return share, np.nan if self.model is not None else max(ROUNDING, abs(share - coarse) / share)
+        error = max(ROUNDING, abs(share - coarse) / share) + self.group.drag_error(self.place)
+        return share, np.nan if self.model is not None else error
+
+    def cable_frequency(self, name, column):
+        """Frequency of a mode of one cable, its ends fixed [Hz], and its estimated relative error.
+
+        Parameters
+        ----------
+        name : str
+        column : Column
+            Of one cable.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+        """
+        frequency, error = self._cable_modes.frequency(name, column)
+        return frequency, error + self.group.drag_error(self.place)
 
 
 def cases_of(scenes):

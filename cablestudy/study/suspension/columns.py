@@ -13,7 +13,8 @@ import numpy as np
 from cablestudy.cable.geometry import chord_angles, clearance
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.fields import suggestion
-from cablestudy.study.columns import COLUMNS, MAX_MODE_NUMBER, OF_FORM, Column, attribute, lacks, written_key
+from cablestudy.study.columns import COLUMNS, FAMILIES, MAX_MODE_NUMBER, OF_FORM, Column, attribute, lacks, written_key
+from cablestudy.study.columns import find as find_of_one
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
     PEAK_UTILISATION,
@@ -62,6 +63,7 @@ UNITS = {(False, False): "N/m", (False, True): "N/rad", (True, False): "N", (Tru
 FORCES = "load_case.forces"
 OF_BODIES = ("stiffness_", "frequency_", "share_", "linear_range_", "force_displacement_")  # that stand for many
 MODE = re.compile(r"((?:[^.]+\.)?)frequency_(\d{1,6})(?:_Hz)?")
+OF_CABLE_MODES = re.compile("|".join(family.name.replace("_K", r"_\w+") for family in FAMILIES))
 ROUNDING = 1e-12  # of an angle over a full turn: what is less is shown as zero
 
 
@@ -93,6 +95,15 @@ def _refuse_shapeless(case, name):
             f"{name} is slack and without weight: it has no definite form, so no sag, swing, lowest point, clearance "
             "or angles at its ends"
         )
+
+
+def _cable_mode(column, name):
+    """A mode of single cables for one cable of a suspension, its ends fixed."""
+
+    def compute(case):
+        return case.cable_frequency(name, column)
+
+    return replace(column, name=f"{name}.{column.name}", meaning=f"{column.meaning}, ends fixed", compute=compute)
 
 
 def _end_tension(name, end, word):
@@ -168,7 +179,7 @@ def _stiffness(name, row, column):
 def _body_frequency(name, number):
     def compute(case):
         modes, place = case.mode_of(name, number)
-        return modes.frequency[place], modes.error[place]
+        return modes.frequency[place], case.mode_errors(modes)[place]
 
     meaning = "frequency of the K-th mode with more than half of its kinetic energy in it"
     return Column(f"{name}.frequency_{number}", "Hz", meaning, "modes", compute)
@@ -199,7 +210,7 @@ def _mode_along(name, axis):
 
     def frequency(case):
         modes, mode = case.mode_along(name, place)
-        return modes.frequency[mode], modes.error[mode]
+        return modes.frequency[mode], case.mode_errors(modes)[mode]
 
     along = f"of its static compliance {f'about {axis[1]}' if place > 2 else f'along {axis}'}"
     yield Column(f"{name}.frequency_{axis}", "Hz", f"coupled mode with the largest share {along}", "modes", frequency)
@@ -293,7 +304,8 @@ def families():
     whole = [column for column in WHOLE if column.needs != "run"]
     of_owners = [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *all_cable_columns("CABLE"), *numbered]
     in_wind = [*place_columns("BODY"), *turn_columns("BODY"), *place_columns("BODY.MARKER"), *tension_columns("CABLE")]
-    return [*of_owners, *in_wind, *actuator_columns("ACTUATOR"), *whole]
+    own_modes = [_cable_mode(family, "CABLE") for family in FAMILIES]
+    return [*of_owners, *own_modes, *in_wind, *actuator_columns("ACTUATOR"), *whole]
 
 
 def wind_columns_of(scene, name):
@@ -333,7 +345,9 @@ def find(name):
         if 0 < number <= MAX_MODE_NUMBER:
             return _body_frequency(owner, number) if owner else _frequency(number)
         raise ValueError(f"unknown column {name!r} (frequency_K: K is a whole number from 1 to {MAX_MODE_NUMBER})")
-    owner, dot, _ = name.partition(".")
+    owner, dot, quantity = name.partition(".")
+    if dot and OF_CABLE_MODES.fullmatch(quantity):
+        return _cable_mode(find_of_one(quantity), owner)
     known, numbered = WHOLE, "frequency_K"
     if dot:
         stiffness = [_stiffness(owner, row, column) for row, column in product(AXES, AXES)]
@@ -355,7 +369,8 @@ def find(name):
     for column in known:
         if owner and name in (column.name, column.header):
             return column
-    hint = suggestion(name, [numbered, *(column.name for column in known)])
+    of_cables = [f"{owner}.{family.name}" for family in FAMILIES] if dot else []
+    hint = suggestion(name, [numbered, *of_cables, *(column.name for column in known)])
     raise ValueError(f"unknown column of a suspension {name!r} ({hint})")
 
 
@@ -381,6 +396,8 @@ def why_not(scene, column):
         fixed = f"{owner} is a fixed point, which has no columns"
         missing = f"no body, free point or cable {owner} ({suggestion(owner, columns)})"
         return fixed if owner in scene.points else missing
+    if OF_CABLE_MODES.fullmatch(quantity) and owner in scene.cables:
+        return ""
     names = [*(other.name for other in columns[owner](owner)), *in_wind]
     if column.name not in names and not (owner in scene.bodies and quantity.startswith(OF_BODIES)):
         return f"{owner} has no column {quantity} ({suggestion(column.name, names)})"

@@ -219,7 +219,7 @@ def mode_errors(case, modes, count):
         Not a number where they are not known. [-]
     """
     if case.model is None:
-        return modes.error[:count], modes.damping_error[:count]
+        return case.mode_errors(modes)[:count], modes.damping_error[:count]
     errors = np.full((2, count), np.nan)
     try:
         finer = case.finer.modes(count)
