@@ -211,7 +211,9 @@ def compare_modes(scenes):
     names = [f"frequency_{number + 1}" for number in range(MODES)]
     many = solve_all([held(scene) for scene in scenes.values()], [*names, *of_cable.values()])
     for (name, scene), own, other in zip(scenes.items(), one, many, strict=True):
-        yield from _differences(name, scene, own, other, of_cable)
+        # of a cable with loads which modes count as symmetric depends on the model
+        kinds = {one: twin for one, twin in of_cable.items() if one in OF_MODES or not has_loads(scene)}
+        yield from _differences(name, scene, own, other, kinds)
         pairs = [(own.values[kind], own.errors[kind]) for kind in OF_MODES if own.values[kind] is not None]
         pairs = (sorted(pairs, key=lambda pair: pair[0]) + [(None, None)] * MODES)[:MODES]
         for (value, error), column in zip(pairs, names, strict=True):
