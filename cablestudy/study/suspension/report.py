@@ -154,7 +154,7 @@ def form_tables(scene):
     }
 
 
-def mode_table(case, modes, chosen):
+def mode_table(case, modes, chosen, of_model=False):
     """Coupled modes as rows.
 
     Parameters
@@ -164,6 +164,8 @@ def mode_table(case, modes, chosen):
         Of this case.
     chosen : sequence of int
         Which of them, from 0.
+    of_model : bool
+        Whether damping ratios are those of the model, as of a state space, also where more modes of cables change them.
 
     Returns
     -------
@@ -177,7 +179,7 @@ def mode_table(case, modes, chosen):
         Field("body_share", "body share"),
     )
     share = np.where(modes.body_share > ROUNDING, modes.body_share, 0.0)
-    unknown, rows = _without_ratio(case, modes), []
+    unknown, rows = _without_ratio(case, modes) & (not of_model), []
     for k in map(int, chosen):
         damping = None if unknown[k] else float(modes.damping_ratio[k])  # which takes a finer model
         ratio = 0.0 if damping is not None and abs(damping) <= ROUNDING else damping
