@@ -381,6 +381,8 @@ class SuspensionCase:
             raise NoSolutionError(f"{name} is held along {AXES[axis]}: it has no mode")
         while True:
             modes = self.modes(count)
+            if not len(modes):
+                raise NoSolutionError("the model has 0 modes")
             share = modes.compliance_shares(body, axis)
             mode = gondola_mode(share)
             if share[mode] >= 1 - share.sum() or len(modes) < count:

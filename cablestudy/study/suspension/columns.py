@@ -417,7 +417,7 @@ def _missing_key(scene, cable, column):
     for key in column.keys:
         name = key.rpartition(".")[2]
         there = scene.loads_on(cable) if name == "loads" else attribute(scene, key)
-        if there is None or there == ():
+        if there is None or (isinstance(there, tuple) and not there):
             return written_key(key.split("|")[0])
     return ""
 
