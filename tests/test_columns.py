@@ -52,7 +52,9 @@ def test_every_column_listed_for_suspensions_is_one():
     wheel = "rate_gain: 1, axis: [0, 0, 1], inertia: 1e-3 kg m^2, momentum: 1 N m s, torque: 1 N m"
     mass = "axis: [1, 0, 0], mass: 1 kg, frequency: 1 Hz, stroke: 1 m, force: 1 N"
     mirror = "marker: gondola.focus, bandwidth: 10 Hz"
-    sets = f"actuators={{m: {{{mass}}}, w: {{{wheel}}}}}", "exposure=1 ms", f"correction={{{mirror}}}", "ground=-100"
+    loads = "cables.u1.loads=[{fraction: 0.5, mass: 1 kg}]"
+    motion = f"actuators={{m: {{{mass}}}, w: {{{wheel}}}}}", "exposure=1 ms", f"correction={{{mirror}}}"
+    sets = *motion, "ground=-100", loads, "cases={push: {forces: {gondola: [1, 0, 0]}}}", "case=push"
     _, scene = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", sets)
     words = {"BODY": "gondola", "POINT": "gondola", "CABLE": "u1", "_K_": "_1_", "MARKER": "focus"}
     for name in listed:

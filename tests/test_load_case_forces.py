@@ -15,7 +15,7 @@ from scenes import cells
 from scipy.optimize import root
 from test_suspension_load_cases import numbers
 
-from cablestudy.errors import SceneError
+from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.case import Case
 from cablestudy.study.suspension.case import SuspensionCase
@@ -129,14 +129,16 @@ def test_force_temperature_and_wind_together_are_those_of_a_suspension(made):
     values = cells(alone, "force_displacement", "tension_1", "tension_2", "swing", "sag", "reaction_1_vertical")
     calm = Case(made(one("preload: 8 kN", day.replace("FORCE", ""))))
     held = -calm.catenary.end_forces("global")[1, 0]
-    text = one("unstretched_length: LENGTH", day.replace("FORCE", f", forces: {{gondola: [{held + 500} N, 0, 0]}}"))
+    text = one("unstretched_length: LENGTH", day.replace("FORCE", ", forces: {gondola: [500 N, 0, 0]}"))
     text = text.replace("LENGTH", repr(float(calm.reference_length))).replace("  ends: [[0, 0, 20], [90, 0, 35]]\n", "")
     text = text.replace("gondola: {mass: 200 kg}\n", "").replace("end_1: ", "a: ")
     text += ("points: {a: [0, 0, 20]}\nbodies: {gondola: {at: [90, 0, 35], mass: 200 kg, free: [x], "
-             "attachments: {eye: [0, 0, 0]}}}\ncables: {n: {from: a, to: gondola.eye}}\n")  # fmt: skip
+             f"force: [{held} N, 0, 0], attachments: {{eye: [0, 0, 0]}}}}}}\n"
+             "cables: {n: {from: a, to: gondola.eye}}\n")  # fmt: skip
     many = numbers(made(text), "gondola.x", "n.tension_from", "n.tension_to", "n.swing", "n.sag",
-                   "n.reaction_1_vertical")  # fmt: skip
+                   "n.reaction_1_vertical", "gondola.force_displacement_x")  # fmt: skip
     assert many["gondola.x"] - 90 == pytest.approx(values["force_displacement"] / 1e3, rel=1e-7)
+    assert many["gondola.force_displacement_x"] == pytest.approx(values["force_displacement"], rel=1e-9)
     pairs = ("n.tension_from", "tension_1"), ("n.tension_to", "tension_2"), ("n.swing", "swing"), ("n.sag", "sag"), (
         "n.reaction_1_vertical", "reaction_1_vertical")  # fmt: skip
     for other, own in pairs:
@@ -195,6 +197,7 @@ def mast(*sets):
     return load_scene(MAST, sets)[1]
 
 
+PUSHED = tuple(f"top.force_displacement_{axis}" for axis in "xyz")
 GUYS = tuple(f"guy{k}.unstretched_length" for k in (1, 2, 3))
 
 
@@ -212,9 +215,13 @@ def test_forces_and_moves_keep_the_lengths_of_a_mast(case, force, shift):
     found = mast(f"cases={{lean: {case}}}", "case=lean")
     values = numbers(found, "top.x", "top.y", "top.z", *GUYS)
     assert [values[name] for name in GUYS] == lengths
-    expected = top_under(force, lengths, [tuple(np.array(ANCHORS[0]) + shift), *ANCHORS[1:]])
+    anchors = [tuple(np.array(ANCHORS[0]) + shift), *ANCHORS[1:]]
+    expected = top_under(force, lengths, anchors)
     assert [values[f"top.{axis}"] for axis in "xyz"] == pytest.approx(expected, abs=1e-8)
     assert np.hypot(*expected[:2]) < 0.3  # not the 16 m of guys cut anew
+    if "forces" in case:
+        moved = 1e3 * (expected - top_under((0, 0, 46.6e3), lengths, anchors))
+        assert [*numbers(found, *PUSHED).values()] == pytest.approx(moved, abs=1e-5)
 
 
 def test_a_small_force_moves_a_point_by_its_stiffness():
@@ -231,6 +238,18 @@ def test_a_small_force_moves_a_point_by_its_stiffness():
             stiffness += sign * np.array([float(part) for part in first]) / (2 * step)
     values = numbers(mast("cases={lean: {forces: {top: [10 N, 0, 0]}}}", "case=lean"), "top.x")
     assert values["top.x"] - before[0] == pytest.approx(10 / stiffness[0], rel=1e-3)
+    for force in (10.0, 1e-2, 1e-6, 1e-12):  # whose displacement rounding hides at last
+        made = mast(f"cases={{lean: {{forces: {{top: [{force!r} N, 0, 0]}}}}}}", "case=lean")
+        moved, error = SuspensionCase(made).force_displacement("top", 0)
+        assert (moved == 0) == (force < 1e-8)
+        assert not moved or abs(moved * stiffness[0] / force - 1) <= error + 1e-3
+        assert error < 1e-7 / force  # not so large that it says nothing
+
+
+def test_without_forces_there_is_no_displacement_by_them():
+    for sets in ((), ("cases={lower: {moves: {ground1: [0, 0, -5 mm]}}}", "case=lower")):
+        with pytest.raises(NoSolutionError, match=r"needs the key cases\.\*\.forces"):
+            SuspensionCase(mast(*sets)).force_displacement("top", 0)
 
 
 BODY = """\

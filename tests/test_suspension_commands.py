@@ -373,7 +373,7 @@ def test_a_case_without_equilibrium_leaves_the_others_as_they_are():
             "disc.stiffness_xx_bar",
             "unknown column of a suspension 'disc.stiffness_xx_bar' (did you mean disc.stiffness_",
         ),
-        ("disc.frequency_x", "unknown column of a suspension 'disc.frequency_x' (did you mean disc.frequency_K?)"),
+        ("disc.frequency_q", "unknown column of a suspension 'disc.frequency_q' (did you mean disc.frequency_z?)"),
         ("disc.frequency_0", "unknown column 'disc.frequency_0' (frequency_K: K is a whole number from 1 to "),
         ("frequency_999999", "unknown column 'frequency_999999' (frequency_K: K is a whole number from 1 to "),
         ("disc.frequency_static_7", "unknown column of a suspension 'disc.frequency_static_7' (did you mean "),

@@ -118,6 +118,12 @@ def test_dense_bars_of_the_whole_suspension(strain):
     energy = np.concatenate([50.0 * center**2, turned * (state.suspension.inertia[0] @ turned)])
     assert found.body_energy[0] == pytest.approx(energy[:, :40], abs=1e-7)
     assert found.body_energy.sum(axis=(0, 1)) + found.cable_energy.sum(axis=(0, 1)) == pytest.approx(np.ones(40))
+    # shares of the static compliance, where no other mode has the frequency of one
+    alone = (np.diff(expected[:41], prepend=0.0) > 1e-6) & (np.diff(expected[:41], append=np.inf) > 1e-6)
+    for axis, motion in enumerate(body):
+        compliance = np.linalg.inv(reference.K)[motion, motion]
+        right = (shapes[motion, :40] / (2 * np.pi * expected[:40])) ** 2 / compliance
+        assert found.compliance_shares(0, axis)[alone[:40]] == pytest.approx(right[alone[:40]], rel=1e-6, abs=1e-9)
 
 
 @pytest.mark.parametrize("strain", [3e-3, -3e-3])

@@ -114,6 +114,17 @@ def test_a_part_without_weight_that_is_slack_has_tensions_and_no_form(folder):
     assert row["status"].startswith("the cable hangs folded")
 
 
+def test_a_slack_cable_without_weight_has_no_tension_and_no_form(folder):
+    """As the same cable of a suspension: what its ends and its length say stays."""
+    slack = "{gravity: 0, model: {accuracy: 1e-6}, cable.unstretched_length: 186}"
+    known = {"preload": 0, "min_tension": 0, "stretched_length": 186, "end_stiffness": 0, "reaction_1_vertical": 0}
+    (row,) = swept(folder, f"set: {slack}\ncolumns: [{', '.join(known)}]\n")
+    assert list(row.values()) == [*known.values(), "ok"]
+    for name in ("sag", "swing", "lowest_point", "angle_1", "cable_frequency", "inplane_frequency_2"):
+        (row,) = swept(folder, f"set: {slack}\ncolumns: [{name}, preload]\n", code=3)
+        assert list(row.values()) == [None, 0, "a slack cable without weight has no definite form"]
+
+
 @pytest.mark.parametrize(
     "sets",
     [

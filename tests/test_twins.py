@@ -15,6 +15,7 @@ from command import CONFIGS
 from random_twins import random_scene, straight_scene
 from solved import contents, rows_of_study, solve
 from twin_comparison import (
+    OF_FORM,
     compare_cable_wind,
     compare_gondola,
     compare_loop,
@@ -23,6 +24,7 @@ from twin_comparison import (
     compare_state_space,
     compare_statics,
     difference,
+    is_one_bar,
     largest,
 )
 from twins import (
@@ -30,9 +32,11 @@ from twins import (
     BOTH,
     CABLE_WIND,
     CORRECTED,
+    COUPLED,
     GROUND,
     IMAGED,
     LINEAR,
+    LOADED,
     LOOP,
     NO_TWIN,
     OPEN_WIND,
@@ -41,7 +45,9 @@ from twins import (
     STATICS,
     STIFFNESS,
     STRENGTH,
+    VORTICES,
     WIND,
+    blown,
     held,
     swinging,
     without,
@@ -150,12 +156,21 @@ def test_each_entry_of_the_list_has_a_reason_and_a_part_that_exists():
 
 def test_each_column_of_one_cable_has_a_twin_or_a_reason():
     """With those compared by other names: modes, frequency and damping ratio of the gondola."""
-    static = STATICS | SECTION | STRENGTH | GROUND | STIFFNESS | LINEAR
+    static = STATICS | SECTION | STRENGTH | GROUND | STIFFNESS | LINEAR | LOADED | VORTICES
     aliases = static, LOOP, OPEN_WIND, WIND, PEAK, IMAGED, CORRECTED, BOTH, CABLE_WIND, BARE_CABLE, NO_TWIN
-    named = {name for names in aliases for name in names} | {"gondola_frequency", "gondola_damping_ratio"}
+    named = {name for names in aliases for name in names} | {*COUPLED, "gondola_damping_ratio"}
     modes = {"cable_frequency"} | {family.name for family in FAMILIES}
     own = {column.name for column in COLUMNS if column.needs != "run" and column.name != "iterations"}
     assert own - named - modes == set()
+
+
+def test_vortices_of_a_cable_in_the_wind_and_in_its_ice():
+    iced = {name: scene for name, scene in drawn().items() if scene.get("case") == "ice"}
+    scenes = {name: scene for name, scene in from_files().items() if name.startswith("vortex")} | every(iced, 5)
+    assert len(scenes) > 5
+    for scene in scenes.values():
+        own, other = solve(scene, *VORTICES), solve(blown(scene, True), *VORTICES.values())
+        assert list(other.values.values()) == pytest.approx(list(own.values.values()), rel=1e-12)
 
 
 def test_a_wrong_twin_differs():
@@ -166,6 +181,15 @@ def test_a_wrong_twin_differs():
     assert difference("", scene, column, (own, other), (None, None)).size == pytest.approx(5e-9, rel=0.2)
     assert difference("", scene, column, (own, None), (None, None)).column.endswith("twin refuses")
     assert difference("", scene, column, (own, own), (None, None)) is None
+
+
+def test_the_stated_error_of_one_straight_bar_is_the_sag_that_its_twin_has():
+    """Of a suspension statics are those of the closed form, whatever its elements; those of one bar have no sag."""
+    for scene in filter(is_one_bar, from_files().values()):
+        own, other = solve(scene, *OF_FORM), solve(held(scene), *(f"cable.{name}" for name in OF_FORM))
+        for name in OF_FORM:
+            truth = other.values[f"cable.{name}"]
+            assert own.errors[name] == pytest.approx(abs(own.values[name] - truth) / abs(truth), rel=1e-9)
 
 
 def test_a_stated_error_beyond_all_measure_excuses_nothing():

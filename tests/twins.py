@@ -41,14 +41,18 @@ STATICS = {name: f"cable.{name}" for name in OF_CABLE} | {
 # with a key of the scene without which neither file has the column
 SECTION = {name: f"cable.{name}" for name in ("diameter", "area", "elastic_modulus", "density", "stress")}
 STRENGTH = {name: f"cable.{name}" for name in ("breaking_force", "utilisation")}
+LOADED = {name: f"cable.{name}" for name in ("deflection", "linear_deflection", "nonlinearity", "load_sag")}
+VORTICES = {f"shedding_frequency{end}": f"cable.shedding_frequency{end}" for end in ("", "_low", "_high")}
 GROUND = {"clearance": "cable.clearance"}
 STIFFNESS = {
     "end_stiffness": "gondola.stiffness_xx",
     "end_stiffness_yy": "gondola.stiffness_yy",
     "end_stiffness_zz": "gondola.stiffness_zz",
     "end_stiffness_xz": "gondola.stiffness_xz",
+    "end_stiffness_along": "cable.end_stiffness_along",
 }
 LINEAR = {"linear_range": "gondola.linear_range_x"}
+COUPLED = {"gondola_frequency": "gondola.frequency_x", "gondola_share": "gondola.share_x"}
 LOOP = {name: name for name in (
     "gain", "largest_gain", "gain_margin", "phase_crossover", "phase_margin", "gain_crossover", "delay_margin",
     "sensitivity_peak", "sensitivity_frequency", "bandwidth", "disk_margin", "disk_gain_margin", "disk_phase_margin",
@@ -71,11 +75,9 @@ BARE_CABLE = {"tension_rms": "cable.rms_tension"}
 
 # Columns of one cable that have no twin, and why.
 NO_TWIN = {
-    "end_stiffness_along": "a suspension has the stiffness along x, y, z alone",
     "gondola_frequency_static": "frequency_static_K counts a third of the cable's mass",
-    "gondola_share": "no column of bodies",
     "mean_displacement": "linear for one cable; of a suspension that of the equilibrium in the wind",
-    "force_displacement": "no column of bodies; the twin is held at the place that it has under that force",
+    "force_displacement": "the twin is held at the place that it has under that force; test_load_case_forces.py",
     "peak_utilisation": "quasi-static, at the gondola's peak; of a suspension from the RMS of the tension",
     "midspan_rms": "no column of cables of a suspension",
     "winch_rms_speed": "of the end that moves along x; of a suspension the length reeled in",
@@ -89,13 +91,6 @@ NO_TWIN = {
         f"gondola_rms{quantity}_cable_wind": "with the winch at rest alone: the winches differ where this is not zero"
         for quantity in ("", "_velocity")
     },
-    "deflection": "no column of suspensions",
-    "linear_deflection": "no column of suspensions",
-    "nonlinearity": "no column of suspensions",
-    "load_sag": "no column of suspensions",
-    "shedding_frequency": "no column of suspensions",
-    "shedding_frequency_low": "no column of suspensions",
-    "shedding_frequency_high": "no column of suspensions",
 }
 
 

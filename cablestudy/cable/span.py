@@ -259,6 +259,13 @@ class Span:
             load_masses=None if self.load_masses is None else ascending(self.load_masses),
         )
 
+    def with_some_loads(self, chosen):
+        """The same cable with some of its point loads, a mask of shape (k,)."""
+        parts = {"load_positions": self.load_positions[chosen], "load_forces": self.load_forces[chosen]}
+        for name in ("load_masses", "load_fractions"):
+            parts[name] = None if getattr(self, name) is None else getattr(self, name)[chosen]
+        return replace(self, **parts)
+
     def without_loads(self):
         """The same cable without its point loads."""
         nothing = {"load_masses": None, "load_fractions": None}

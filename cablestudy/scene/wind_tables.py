@@ -70,6 +70,11 @@ class Wind(WindTable):
         """RMS of the speed, given or from the intensity. [m/s]"""
         return self.turbulence_rms if self.turbulence_rms is not None else self.turbulence_intensity * self.speed
 
+    @property
+    def turbulence_along(self):
+        """That along the mean wind, as of a suspension. [m/s]"""
+        return self.turbulence
+
 
 class _Direction(Quantity):
     """An angle in the horizontal plane."""
@@ -113,6 +118,11 @@ class SuspensionWind(WindTable):
             given, scale = self.turbulence_intensity, self.speed
         parts = given if isinstance(given, tuple) else (given, 0.0, 0.0)
         return tuple(scale * part for part in parts)
+
+    @property
+    def turbulence_along(self):
+        """RMS of the speed along the mean wind. [m/s]"""
+        return self.turbulence[0]
 
 
 Area = one_or_three(Quantity("m^2", 0, 1e12), "[along x, along y, along z]")

@@ -175,6 +175,11 @@ class Case:
         return self.results.reference_length[self.index]
 
     @property
+    def limp(self):
+        """See `Results.limp`."""
+        return bool(self.results.limp[self.index])
+
+    @property
     def end_1(self):
         """Place of end 1, shape (3,). [m]"""
         return self.results.end_1[self.index]

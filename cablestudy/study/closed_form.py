@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cablestudy.errors import CablestudyError
-from cablestudy.study.columns import ROUNDING, not_finite, over_strength, value
+from cablestudy.study.columns import OF_FORM, ROUNDING, not_finite, over_strength, shapeless, value
 from cablestudy.study.results import Results
 from cablestudy.study.status import OK, OVER_STRENGTH, status_of
 
@@ -157,6 +157,9 @@ def closed_form(results, required):
     for column in required.closed:
         number = np.asarray(column.compute(results))
         numbers[column.header] = number + 0.0 if number.dtype.kind == "f" else number  # no minus before a zero
+        if column.name in OF_FORM:
+            for case in np.flatnonzero(results.catenary.slack).tolist():
+                fail(case, column.header, shapeless(column, results.limp[case]))
         for case in np.flatnonzero(~np.isfinite(number)).tolist():
             unsolved = results.failures if column.name == "chord" else {}  # with the force of a load case on an end
             fail(case, column.header, unsolved.get(case) or not_finite(column))

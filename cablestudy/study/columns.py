@@ -23,6 +23,9 @@ from cablestudy.wind.drag import shedding_frequencies
 from cablestudy.wind.peak import peak_factor
 
 SHAPELESS = "a part of the cable without weight is slack: it has no definite form"
+LIMP = "a slack cable without weight has no definite form"
+# what the form between the ends decides, which a slack part without weight leaves open
+OF_FORM = ("sag", "sag_ratio", "swing", "lowest_point", "angle_1", "angle_2", "clearance")
 ROUNDING = 1e-12  # relative error of closed forms and modes by rounding; tests hold it against 50 digits
 UPRIGHT = 1e-50  # share of a tension below which the horizontal part of that of an upright cable is zero
 MAX_MODE_NUMBER = 1000
@@ -105,6 +108,11 @@ def utilisation_of(results):
 def over_strength(results):
     """Whether the largest tension of each cable is above its breaking force; False where none is stated."""
     return utilisation_of(results) > 1
+
+
+def _mean_tension(results):
+    """Mean tension of each cable, without what is a division of nothing by nothing where there is none. [N]"""
+    return np.where(results.statics.max_tension > 0, results.statics.mean_tension, 0.0)
 
 
 def _unstretched_length(results):
@@ -257,7 +265,7 @@ def _shedding(name, meaning, place):
     """Column of a frequency of vortices: low, mean, high are the places 0, 1, 2."""
 
     def compute(results):
-        wind = SimpleNamespace(speed=results.given("wind.speed"), turbulence=results.given("wind.turbulence"))
+        wind = SimpleNamespace(speed=results.given("wind.speed"), turbulence=results.given("wind.turbulence_along"))
         return shedding_frequencies(wind, results.given("wind_diameter"))[place]
 
     return Column(name, "Hz", meaning, "scene", compute, f"wind, {DIAMETER}")
@@ -307,7 +315,7 @@ def _rms(part, where, sources):
 
 
 COLUMNS = (
-    Column("preload", "N", "mean tension over the unstretched length", "statics", lambda r: r.statics.mean_tension),
+    Column("preload", "N", "mean tension over the unstretched length", "statics", _mean_tension),
     Column("horizontal_tension", "N", "mean horizontal part of the tension", "statics",
            lambda r: r.statics.horizontal_tension),
     Column("max_tension", "N", "largest tension along the cable", "statics", lambda r: r.statics.max_tension),
@@ -335,7 +343,7 @@ COLUMNS = (
     Column("breaking_force", "N", "tension at which the cable breaks", "scene",
            lambda r: r.given("cable.section_breaking_force"), STRONG),
     Column("strain", "", "mean strain, mean tension over EA", "statics",
-           lambda r: r.statics.mean_tension / r.given("cable.section_axial_stiffness")),
+           lambda r: _mean_tension(r) / r.given("cable.section_axial_stiffness")),
     Column("stress", "MPa", "largest tension over area", "statics", lambda r: stress_of(r) / 1e6, METAL),
     Column("utilisation", "", "largest tension over breaking force", "statics", utilisation_of, STRONG),
     Column("lambda_squared", "", "Irvine's parameter: stiffness by stretching over stiffness by sagging", "statics",
@@ -511,10 +519,13 @@ def without(scene, column):
     return NoSolutionError(f"{column.name} needs the key {lacks(scene, column)}, which this case does not have")
 
 
+def shapeless(column, limp):
+    """The error of a column OF_FORM of a cable of which a part, or all of it where it is `limp`, has no tension."""
+    return NoSolutionError(LIMP if limp else f"no {column.name}: {SHAPELESS}")
+
+
 def not_finite(column):
     """The error of a column whose value is not finite."""
-    if column.name in ("sag", "sag_ratio"):
-        return NoSolutionError(f"no {column.name}: {SHAPELESS}")
     return NoSolutionError(f"{column.header} is not finite")
 
 
@@ -524,6 +535,8 @@ def value(column, case):
     None where the quantity has no value, for example no limit of the gain; NoSolutionError or ConvergenceError where
     there is no solution.
     """
+    if column.name in OF_FORM and case.exact_statics and case.catenary.slack:
+        raise shapeless(column, case.limp)
     number = column.compute(case)
     if not isinstance(number, float | int | None):
         number = np.asarray(number).item()

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.cable.span import Span
+from cablestudy.cable.steady_drag import across
 
 ICE_PARTS = ("thickness", "density", "weight")
 DRAG_POINTS = 9  # along a cable, at which the drag that it has is compared with the uniform one
@@ -133,13 +134,13 @@ def ice_mass(thickness, density, weight, diameter, gravity):
 
 def wind_loads(values, span):
     """Force of the steady wind per unstretched length, global axes, shape (n, 3). [N/m]"""
-    pressed, direction = _pressed(values)
+    pressed, direction = pressed_by_wind(values)
     if not pressed.any():
         return np.zeros((len(values), 3))
-    return pressed[:, None] * _across(direction, span.frame[..., 0, :])
+    return pressed[:, None] * across(direction, span.frame[..., 0, :])
 
 
-def _pressed(values):
+def pressed_by_wind(values):
     """Drag of a length across the steady wind, C_d q D, shape (n,) [N/m]; its direction, shape (n, 3)."""
     pressure = np.nan_to_num(values.given("load_case.wind.dynamic_pressure"))
     if not pressure.any():
@@ -149,15 +150,9 @@ def _pressed(values):
     return np.where(pressure > 0, pressure * drag, 0.0), wind_direction(angle)
 
 
-def _across(direction, tangent):
-    """|u_n| u_n of a unit vector u, with its part u_n across a tangent."""
-    across = direction - tangent * (direction * tangent).sum(axis=-1, keepdims=True)
-    return np.sqrt((across**2).sum(axis=-1, keepdims=True)) * across
-
-
 def drag_errors(values, catenary):
     """Estimated relative error of the equilibrium, since drag is taken as uniform along the cable, shape (n,). [-]"""
-    pressed, direction = _pressed(values)
+    pressed, direction = pressed_by_wind(values)
     return uneven_drag_errors(pressed, direction, catenary)[0] if pressed.any() else pressed
 
 
@@ -194,8 +189,8 @@ def uneven_drag_errors(pressed, direction, catenary):
     tension = np.sqrt((force**2).sum(axis=-1, keepdims=True))
     tension = np.maximum(tension, SLACK * np.maximum(tension.max(axis=1, keepdims=True), SLACK))
     tangent, stiffness = force / tension, np.asarray(span.axial_stiffness)[:, None, None]
-    there = (1 + tension / stiffness) * _across(direction[:, None], tangent)
-    differs = (pressed * length)[:, None, None] * (there - _across(direction, span.frame[..., 0, :])[:, None])
+    there = (1 + tension / stiffness) * across(direction[:, None], tangent)
+    differs = (pressed * length)[:, None, None] * (there - across(direction, span.frame[..., 0, :])[:, None])
     passed = _running_integral(nodes) @ differs
     outer = tangent[..., :, None] * tangent[..., None, :]
     compliance = (np.eye(3) - outer) / tension[..., None] + outer / stiffness[..., None]
@@ -219,34 +214,6 @@ def _running_integral(nodes):
     powers = nodes[:, None] ** order
     upper, lower = nodes[:, None] ** (order + 1), (-1.0) ** (order + 1)
     return (upper - lower) / (2 * (order + 1)) @ np.linalg.inv(powers)
-
-
-def uneven_drag(values, cases):
-    """What the drag of cables made of elements differs by from the uniform one, where they hang.
-
-    Parameters
-    ----------
-    values : SceneValues
-    cases : list of int
-        Those whose elements are solved.
-
-    Returns
-    -------
-    callable or None
-        `State` of these cables -> force per unstretched length at the Gauss points, chord frame, shape (..., n, q, 3)
-        [N/m]; None where no wind blows.
-    """
-    pressed, direction = _pressed(values)
-    pressed, direction = pressed[cases], direction[cases]
-    if not pressed.any():
-        return None
-
-    def at_points(state):
-        local = (state.span.frame @ direction[..., None])[:, None, None, :, 0]
-        there = state.stretch[..., None] * _across(local, state.direction)
-        return pressed[:, None, None, None] * (there - _across(local, np.array([1.0, 0.0, 0.0])))
-
-    return at_points
 
 
 def wind_direction(angle):

@@ -7,8 +7,8 @@ import numpy as np
 from cablestudy.cable import equilibrium
 from cablestudy.cable.dynamics import ALL_AT_ONCE, Dynamics
 from cablestudy.cable.element import counts_of_pieces, mesh_pieces, mesh_segments
+from cablestudy.cable.steady_drag import uneven_drag
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.load_cases import uneven_drag
 from cablestudy.study.results import along
 from cablestudy.system.ends import Ends
 
@@ -246,5 +246,5 @@ def _solved(results, cases, mesh, level):
     catenary = results.catenary.take(np.array(cases))
     if level is not None:
         return Models(equilibrium.from_catenary(catenary, mesh), None, catenary.span, level[0])
-    drag = uneven_drag(results.values, cases)
+    drag = uneven_drag(*(part[cases] for part in results.pressed))
     return Models(*equilibrium.solve_many(catenary, mesh, drag), catenary.span, 1)

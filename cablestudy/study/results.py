@@ -9,11 +9,12 @@ import numpy as np
 from cablestudy.cable import initial_length
 from cablestudy.cable.catenary import FOLDED, solve, travel_shares
 from cablestudy.cable.element import pieces
+from cablestudy.cable.newton import UNDETERMINED
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import ROUNDING
-from cablestudy.study.load_cases import bare_spans, drag_errors, loaded_spans, shrunk, with_loads
+from cablestudy.study.columns import LIMP, ROUNDING
+from cablestudy.study.load_cases import bare_spans, drag_errors, loaded_spans, pressed_by_wind, shrunk, with_loads
 from cablestudy.study.push import pushed_ends
 from cablestudy.study.statics import ClosedStatics
 
@@ -76,16 +77,18 @@ class Results:
     @cached_property
     def failures(self):
         """Case -> NoSolutionError or ConvergenceError of a case without an equilibrium."""
-        span, reasons, _ = self._span_and_reasons
+        _, reasons, _ = self._span_and_reasons
         record = self.catenary.record
         failures = {}
-        for case in np.flatnonzero(~record.converged).tolist():
-            if span.weight[case] == 0 and not span.load_forces[case].any():
-                failures[case] = NoSolutionError("a slack cable without weight has no definite form")
-            else:
-                steps = int(record.steps[case])
-                failures[case] = ConvergenceError(f"catenary: no convergence in {steps} steps", record)
+        for case in np.flatnonzero(~record.converged & ~self.limp).tolist():
+            steps = int(record.steps[case])
+            failures[case] = ConvergenceError(f"catenary: no convergence in {steps} steps", record)
         return failures | {case: NoSolutionError(reason) for case, reason in reasons.items()}
+
+    @property
+    def limp(self):
+        """Which cables are longer than their chord without any load: no tension, and no definite form, shape (n,)."""
+        return self.catenary.record.reason == UNDETERMINED
 
     @property
     def form(self):
@@ -167,7 +170,12 @@ class Results:
     @cached_property
     def _uneven(self):
         """Whether drag changes along a cable: in a steady wind, with a fixed number of elements, shape (n,)."""
-        return (self.given("load_case.wind.dynamic_pressure") > 0) & np.isfinite(self.given("model.elements"))
+        return (self.pressed[0] > 0) & np.isfinite(self.given("model.elements"))
+
+    @cached_property
+    def pressed(self):
+        """Drag of a length across the steady wind, and its direction; see `load_cases.pressed_by_wind`."""
+        return pressed_by_wind(self.values)
 
     @cached_property
     def length_rounding(self):
@@ -259,7 +267,7 @@ class Results:
         """
         self.check(case)
         if self.folded[case]:
-            raise NoSolutionError(NO_MOTION)
+            raise NoSolutionError(LIMP if self.limp[case] else NO_MOTION)
         fraction = self.catenary.segments.fraction
         if fraction.shape[-1] == 1 and not self._bent[case]:
             return 0.0, 1.0

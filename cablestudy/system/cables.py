@@ -12,10 +12,12 @@ from math import ceil
 import numpy as np
 
 from cablestudy.cable import equilibrium
+from cablestudy.cable.assembly import SPATIAL
 from cablestudy.cable.catenary import GAUSS_POINTS, travel_shares
 from cablestudy.cable.dynamics import ALL_AT_ONCE, Dynamics
 from cablestudy.cable.element import basis, counts_of_pieces, mesh_pieces, mesh_segments, pieces
 from cablestudy.cable.plane_modes import nodal_tangent
+from cablestudy.cable.steady_drag import uneven_drag
 from cablestudy.system.cable_coordinates import Coordinates, MeshGroup
 from cablestudy.system.coupling_damping import Strain
 from cablestudy.system.ends import Ends, EndsOfLarge
@@ -34,11 +36,14 @@ class FixedModel:
     ----------
     elements, order : int
     mass : {"lumped", "consistent", "blended"}
+    drag : tuple of ndarray, optional
+        Of a steady wind, of shapes (c,) [N/m] and (c, 3) [-]: see `steady_drag.uneven_drag`. The elements follow it.
     """
 
     elements: int
     order: int = 1
     mass: str = "lumped"
+    drag: tuple | None = None
 
 
 class Cables:
@@ -52,10 +57,13 @@ class Cables:
         Of all cables, or of each: model, and ratio [-], loss_factor [-] or time [s]; viscous [N s/m^2].
     static : ndarray, shape (c, 3, 3), optional
         Their `Catenary.global_end_stiffness`, where it is known. [N/m]
+    drag : tuple of ndarray, optional
+        As of `FixedModel`.
     """
 
-    def __init__(self, catenary, damping, static=None):
+    def __init__(self, catenary, damping, static=None, drag=None):
         self.catenary, self.count, self._static = catenary, len(catenary.span.chord), static
+        self._drag = drag
         self.damping = list(damping) if isinstance(damping, (list, tuple)) else [damping] * self.count
 
     def take(self, first, catenary):
@@ -76,10 +84,24 @@ class Cables:
         """Which have mass, and hang slack without weight: nothing says where that mass is; shape (c,)."""
         return (np.asarray(self.catenary.span.mass) > 0) & self.catenary.slack
 
+    @property
+    def modal(self):
+        """Which of them have modal damping, shape (c,)."""
+        return self.heavy & [one.model == "modal" and bool(one.ratio) for one in self.damping]
+
     @cached_property
     def folded(self):
         """Which of them hang folded, and have no definite motion, shape (c,)."""
         return self.heavy & self.catenary.folded
+
+    @cached_property
+    def blown(self):
+        """Which of them are in a steady wind that their elements follow, shape (c,)."""
+        return np.zeros(self.count, dtype=bool) if self._drag is None else self.heavy & (self._drag[0] > 0)
+
+    def uneven_drag(self, places):
+        """See `steady_drag.uneven_drag`, of some cables; None where none of them is blown."""
+        return uneven_drag(*(part[places] for part in self._drag)) if self.blown[places].any() else None
 
     @cached_property
     def travel_time(self):
@@ -199,17 +221,18 @@ class Models:
         for place, mesh in enumerate(self.meshes):
             if mesh is not None:
                 alone = place if self._large(mesh) else None
-                members.setdefault((mesh, bool(symmetric[place]), alone), []).append(place)
-        for (mesh, *_), places in members.items():
+                blown = bool(self._fixed and cables.blown[place])
+                members.setdefault((mesh, bool(symmetric[place]), blown, alone), []).append(place)
+        for (mesh, _, blown, _), places in members.items():
             catenary = cables.catenary.take(np.array(places))
             if self._fixed:
-                state, record = equilibrium.solve_many(catenary, mesh)
+                state, record = equilibrium.solve_many(catenary, mesh, cables.uneven_drag(places))
                 failed = np.flatnonzero(~record.converged)
                 if len(failed):
                     raise equilibrium.refusal(record.of(failed[0]), mesh)
             else:
                 state = equilibrium.from_catenary(catenary, mesh)
-            dynamics = Dynamics(state)
+            dynamics = Dynamics(state, (SPATIAL,) if blown else None)  # uneven drag couples the planes
             if self._large(mesh):
                 ends = EndsOfLarge(dynamics, catenary.span.frame, self._most)
             else:

@@ -59,7 +59,7 @@ class Search:
         self.equilibrium, self.count, self.accuracy, self._model = equilibrium, count, accuracy, model
         self.layout, self.cables = (
             Layout(equilibrium),
-            cables or Cables(equilibrium.catenary, damping, equilibrium.end_stiffness),
+            cables or Cables(equilibrium.catenary, damping, equilibrium.end_stiffness, model and model.drag),
         )
         if not equilibrium.record.converged:
             raise ConvergenceError("modes need an equilibrium, and the search for the pose found none")

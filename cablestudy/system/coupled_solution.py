@@ -9,7 +9,7 @@ import numpy as np
 from cablestudy.system.cable_coordinates import Coordinates
 from cablestudy.system.coupled import Layout
 from cablestudy.system.damping import COUPLED, damping_ratios
-from cablestudy.system.linear import ReducedSystem
+from cablestudy.system.linear import ReducedSystem, compliance_shares
 
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 KINDS = ("in-plane", "out-of-plane", "axial")
@@ -175,8 +175,7 @@ class CoupledModes:
         elements, and for modal damping, whose effect on a mode that moves the ends of cables grows with their modes.
         """
         cables = self.solution.models.cables
-        modal = any(one.model == "modal" and one.ratio for one in cables.damping)
-        if (modal and cables.heavy.any()) or self.damped is self:
+        if cables.modal.any() or self.damped is self:
             return np.full(len(self), np.nan) if cables.heavy.any() else self.error
         ratio = self.damping_ratio.copy()
         other = damping_ratios(self.system, self.solution.omega, self.shapes, COUPLED // 2)
@@ -184,6 +183,32 @@ class CoupledModes:
             for values in (ratio, other):
                 values[first - 1 : last].sort()
         return np.abs(ratio - other) / np.where(ratio > 0, ratio, 1.0)
+
+    @property
+    def growing_damping(self):
+        """Which modes have a damping ratio that grows with the number of modes of their cables, shape (k,).
+
+        Those that move an end of a cable with modal damping: the ratio then has no limit as modes are added.
+        """
+        cables, ends = self.solution.models.cables, self.layout.ends(self.layout.bodies(self.shapes))
+        moved = np.where(cables.modal, cables.mass, 0.0)[:, None] * (ends**2).sum(axis=1)
+        return (moved > NOISE).any(axis=0)
+
+    def compliance_shares(self, body, axis):
+        """Share of each mode in the static compliance of a free motion of a body, see `linear.compliance_shares`.
+
+        Parameters
+        ----------
+        body, axis : int
+            Among all bodies and junctions, and of AXES.
+
+        Returns
+        -------
+        ndarray, shape (k,)
+        """
+        motion = int(np.flatnonzero(self.layout.free == 6 * body + axis)[0])
+        moved = self.layout.bodies(self.shapes)[motion] / (2 * np.pi * self.frequency)
+        return compliance_shares(moved, self.solution.reduced.compliance(motion))
 
     def nodes(self, mode):
         """Places of the nodes of each cable from its end 1, and their displacements in one mode (from 0), global axes.

@@ -403,6 +403,19 @@ def solved(matrices, right):
         return np.concatenate([solved(matrices[:half], right[:half]), solved(matrices[half:], right[half:])])
 
 
+def compliance_shares(moved, compliance):
+    """Share of each mode in the static compliance of a displacement: all of them add up to one. [-]
+
+    Parameters
+    ----------
+    moved : ndarray, shape (..., k)
+        Displacement in each mode of unit strain energy, phi/w of a mass-normalised one.
+    compliance : float or ndarray, shape (..., 1)
+        Displacement per force there.
+    """
+    return moved**2 / compliance
+
+
 def shares(parts):
     """Parts over their sum, zeros where that is zero, shape (n,). [-]"""
     total = parts.sum()
@@ -463,6 +476,12 @@ class ReducedSystem:
         bodies = _solve_lower(lower, vectors[modal:], transposed=True)
         shapes = np.concatenate([vectors[:modal] / self.omega[:, None], bodies])
         return _normalised(shapes, (vectors * (matrix @ vectors)).sum(axis=0))
+
+    def compliance(self, motion):
+        """Static displacement of a free displacement of the bodies (its number) per force there. [m/N, rad/(N m)]"""
+        force = np.zeros(self.stiffness.shape[0])
+        force[motion] = 1.0
+        return float(_factors(self.stiffness).solve(force)[motion])
 
     def frequencies(self, count):
         """Of the lowest modes, ascending; those of a system without shapes to be known. [rad/s]"""

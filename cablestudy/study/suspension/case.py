@@ -1,14 +1,18 @@
 """One suspension: its equilibrium, what its cables carry and its coupled modes, each computed when it is needed."""
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from cablestudy.cable.linear_range import linear_range
+from cablestudy.control.gondola import gondola_mode
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.refinement import reference_scene
-from cablestudy.study.suspension.group import Group, one_of
+from cablestudy.study.scene_values import merged_loads
+from cablestudy.study.suspension.cable_modes import CableModes
+from cablestudy.study.suspension.group import Group, HangingCable, StatedCables, one_of
 from cablestudy.study.suspension.in_wind import InWind
 from cablestudy.study.suspension.load_cases import load_counts, reference_load_counts
 from cablestudy.study.suspension.numbers import topology_of
@@ -17,6 +21,7 @@ from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.failure import explain
 from cablestudy.system.rigid import cross_matrix, to_angles
+from cablestudy.system.suspension import AXES, GROUND
 
 IN_MOTION = {"winches": {}, "actuators": {}, "control": None, "exposure": None, "correction": None}  # not on statics
 STIFFNESS_ROUNDING = 1e-12  # of an entry over the geometric mean of those on the diagonal
@@ -69,10 +74,17 @@ class SuspensionCase:
         NoSolutionError, ConvergenceError
             There is none, or it is not stable.
         """
-        group = Group([self.scene]) if self._group is None else self._group
-        failure = group if isinstance(group, Exception) else group.failure(self.place)
-        if failure:
+        group = self._solved_group
+        if failure := group.failure(self.place):
             raise failure
+        return group
+
+    @cached_property
+    def _solved_group(self):
+        """The same, also of a case that failed, whose numbers mean nothing."""
+        group = Group([self.scene]) if self._group is None else self._group
+        if isinstance(group, Exception):
+            raise group
         return group
 
     @cached_property
@@ -96,13 +108,13 @@ class SuspensionCase:
         """
         (found, drag), known = self.group.windy, self.group.known[self.place]
         if drag is None:
-            return InWind(self.scene, self.calm, self.equilibrium, None, self.model, known)
+            return InWind(self.scene, self.calm, self.equilibrium, None, self._exact_model, known)
         if not found.record.converged[self.place]:
             raise ConvergenceError(f"no equilibrium in the mean wind: {explain(one_of(found, self.place))}")
         if reason := found.stability.reason(self.place):
             raise NoSolutionError(f"in the mean wind: {reason}")
         windy = one_of(found, self.place)
-        return InWind(self.scene, self.calm, windy, drag.take(self.place), self.model, known)
+        return InWind(self.scene, self.calm, windy, drag.take(self.place), self._exact_model, known)
 
     @property
     def moves(self):
@@ -132,6 +144,36 @@ class SuspensionCase:
     def body(self, name):
         """Place of a body or free point among all."""
         return self.group.body_places[name]
+
+    def stated_of_cable(self, column, name):
+        """A column that needs no statics for one cable, also where there is no equilibrium.
+
+        The distance of its ends needs one unless both are held.
+        """
+        place = list(self.scene.cables).index(name)
+        if column.name != "chord":
+            return column.compute(StatedCables([self.scene]))[0, place]
+        suspension = self._solved_group.equilibrium.suspension
+        held = not any(end != GROUND and suspension.free[end].any() for end in suspension.owner[place])
+        return (self._solved_group if held else self.group).cables.chord[self.place, place]
+
+    @cached_property
+    def _cable_modes(self):
+        """`CableModes`: those of single cables, their ends fixed; raises as `group`."""
+        return CableModes(self.scene, self.equilibrium.catenary, self.group.steady_drag(self.place))
+
+    def hanging(self, name):
+        """`HangingCable` of a name, with the loads that it carries; raises as `group`.
+
+        Cables of a batch have as many places for loads as the one with the most: those without a load are left out.
+        """
+        place = self.cable(name)
+        found, length = self.equilibrium.catenary.take(place), self.group.cables.reference_length[self.place, place]
+        carrying = np.zeros(len(found.span.load_positions), dtype=bool)
+        shares = found.span.load_positions / found.span.unstretched_length
+        for at, fraction, _, _ in merged_loads(self.scene.loads_on(name)):
+            carrying[np.argmin(np.abs(shares - (fraction if np.isnan(at) else at / length)))] = True
+        return HangingCable(replace(found, span=found.span.with_some_loads(carrying)))
 
     def of_cables(self, column):
         """A column of single cables for all cables of this case, shape (c,); `column` is a `Column`."""
@@ -196,7 +238,11 @@ class SuspensionCase:
         modes = self.modes(number)
         if len(modes) < number:
             raise NoSolutionError(f"the model has {len(modes)} modes, not {number}")
-        return modes.frequency[number - 1], modes.error[number - 1]
+        return modes.frequency[number - 1], self.mode_errors(modes)[number - 1]
+
+    def mode_errors(self, modes):
+        """Estimated relative errors of the frequencies of some `CoupledModes`, shape (k,): by them and by the drag."""
+        return modes.error + self.group.drag_error(self.place)
 
     def statics_error(self, column):
         """Estimated relative error of a column that needs no motion: none of what the scene states. [-]"""
@@ -224,6 +270,20 @@ class SuspensionCase:
             unknown = max(unknown, self.group.drag_error(self.place) * abs(value))
         return value, max(ROUNDING, unknown / abs(value))
 
+    def force_displacement(self, name, axis):
+        """Displacement of a body or free point along x, y or z (0, 1, 2) by the forces of the load case [m].
+
+        And its estimated relative error. Raises as `group`, and where there are no forces.
+        """
+        if not self.scene.load_case.forces:
+            raise NoSolutionError(
+                f"{name}.force_displacement needs the key cases.*.forces, which this case does not have"
+            )
+        moved, unknown = (part[self.body(name), axis] for part in self.group.force_displacement(self.place))
+        if abs(moved) <= unknown:
+            return 0.0, self.statics_error(None)
+        return moved, max(self.statics_error(None), unknown / abs(moved))
+
     @property
     def size(self):
         """Coordinates of the linear model; 0 where none was made. [-]"""
@@ -234,6 +294,11 @@ class SuspensionCase:
         """`FixedModel` of the scene, or None where it states an accuracy."""
         model = self.scene.model
         return FixedModel(model.elements, model.order, model.mass) if model.elements else None
+
+    @property
+    def _exact_model(self):
+        """The same with the steady wind that its elements follow; raises as `group`."""
+        return self.model and replace(self.model, drag=self.group.steady_drag(self.place))
 
     def modes(self, count):
         """The lowest coupled modes, at least so many where there are: `CoupledModes`.
@@ -249,7 +314,7 @@ class SuspensionCase:
             self._modes[count] = self.group.modes(self.place, count)
         else:
             damping = [cable.damping for cable in self.scene.cables.values()]
-            self._modes[count] = coupled_modes(self.equilibrium, count, damping=damping, model=self.model)
+            self._modes[count] = coupled_modes(self.equilibrium, count, damping=damping, model=self._exact_model)
         return self._modes[count]
 
     def modes_up_to(self, frequency):
@@ -295,6 +360,65 @@ class SuspensionCase:
                     f"{body}, not {number}"
                 )
             count = min(2 * count, MOST_MODES)
+
+    def mode_along(self, name, axis):
+        """Modes, and place in them of that with the largest share in the static compliance of a motion of a body.
+
+        Parameters
+        ----------
+        name : str
+            Of a body or free point.
+        axis : int
+            Of `system.suspension.AXES`.
+
+        Raises
+        ------
+        NoSolutionError
+            That motion is held, or none of the lowest MOST_MODES has more of its compliance than what they leave.
+        """
+        body, count = self.body(name), FIRST
+        if not self.equilibrium.suspension.free[body, axis]:
+            raise NoSolutionError(f"{name} is held along {AXES[axis]}: it has no mode")
+        while True:
+            modes = self.modes(count)
+            if not len(modes):
+                raise NoSolutionError("the model has 0 modes")
+            share = modes.compliance_shares(body, axis)
+            mode = gondola_mode(share)
+            if share[mode] >= 1 - share.sum() or len(modes) < count:
+                return modes, mode
+            if count >= MOST_MODES:
+                raise NoSolutionError(
+                    f"the lowest {len(modes)} modes have {share.sum():.2g} of the static compliance of {name} along "
+                    f"{AXES[axis]}: none of them has the largest share for certain"
+                )
+            count = min(2 * count, MOST_MODES)
+
+    def compliance_share(self, name, axis):
+        """Share of that mode, by a finer model, and its estimated relative error: the change to that model. [-]
+
+        Not a number for an exact choice of elements.
+        """
+        modes, mode = self.mode_along(name, axis)
+        coarse, share = (found.compliance_shares(self.body(name), axis)[mode] for found in (modes, modes.damped))
+        error = max(ROUNDING, abs(share - coarse) / share) + self.group.drag_error(self.place)
+        return share, np.nan if self.model is not None else error
+
+    def cable_frequency(self, name, column):
+        """Frequency of a mode of one cable, its ends fixed [Hz], and its estimated relative error.
+
+        Parameters
+        ----------
+        name : str
+        column : Column
+            Of one cable.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+        """
+        frequency, error = self._cable_modes.frequency(name, column)
+        return frequency, error + self.group.drag_error(self.place)
 
 
 def cases_of(scenes):

@@ -13,7 +13,8 @@ import numpy as np
 from cablestudy.cable.geometry import chord_angles, clearance
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.fields import suggestion
-from cablestudy.study.columns import COLUMNS, MAX_MODE_NUMBER, Column, lacks, written_key
+from cablestudy.study.columns import COLUMNS, FAMILIES, MAX_MODE_NUMBER, OF_FORM, Column, attribute, lacks, written_key
+from cablestudy.study.columns import find as find_of_one
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
     PEAK_UTILISATION,
@@ -35,16 +36,34 @@ OF_CABLES = tuple(
     and (not column.key or column.key.startswith("cable.section_"))
     and column.name not in ("iterations", *INSTEAD)
 )
+# those that need more than its form, of which no table of the command static is made
+MORE = {
+    column.name: replace(column, meaning=meaning or column.meaning)
+    for name, meaning in {
+        "end_stiffness_along": "static stiffness along the chord, one end held",
+        "deflection": "movement of the most moved point load along its force, from the unloaded form between the same "
+        "ends",
+        "linear_deflection": "",
+        "nonlinearity": "",
+        "load_sag": "",
+        "shedding_frequency": "",
+        "shedding_frequency_low": "",
+        "shedding_frequency_high": "",
+    }.items()
+    for column in COLUMNS
+    if column.name == name
+}
 INCLINATION = Column(
     "inclination", "deg", "angle of the chord above the horizontal, from `from` to `to`", "statics",
     lambda results: np.degrees(chord_angles(results.span)[0]),
 )  # fmt: skip
-OF_FORM = ("sag", "sag_ratio", "swing", "lowest_point", "angle_1", "angle_2")  # what its form between the ends decides
-SMALLEST = 1e-250  # what is less is a division of nothing by nothing, as the tension of a slack cable without weight
 CABLE_MASS = next(column for column in OF_CABLES if column.name == "mass")
 ANGLES = ("roll", "pitch", "yaw")
 UNITS = {(False, False): "N/m", (False, True): "N/rad", (True, False): "N", (True, True): "N m/rad"}
+FORCES = "load_case.forces"
+OF_BODIES = ("stiffness_", "frequency_", "share_", "linear_range_", "force_displacement_")  # that stand for many
 MODE = re.compile(r"((?:[^.]+\.)?)frequency_(\d{1,6})(?:_Hz)?")
+OF_CABLE_MODES = re.compile("|".join(family.name.replace("_K", r"_\w+") for family in FAMILIES))
 ROUNDING = 1e-12  # of an angle over a full turn: what is less is shown as zero
 
 
@@ -55,13 +74,18 @@ def _of_cable(column, name):
     """A column of single cables for one cable of a suspension."""
 
     def compute(case):
+        if column.name in MORE and (key := _missing_key(case.scene, name, own)):
+            raise NoSolutionError(f"{own.name} needs the key {key}, which this case does not have")
         if column.name in OF_FORM:
             _refuse_shapeless(case, name)
-        value = case.of_cables(column)[case.cable(name)]
-        return 0.0 if abs(value) < SMALLEST else value
+        if column.each:
+            return column.compute(case.hanging(name))
+        stated = column.needs == "scene"
+        return case.stated_of_cable(column, name) if stated else case.of_cables(column)[case.cable(name)]
 
     key = column.key.replace("cable.", f"cables.{name}.")
-    return replace(column, name=f"{name}.{column.name}", compute=compute, key=key)
+    own = replace(column, name=f"{name}.{column.name}", compute=compute, key=key)
+    return own
 
 
 def _refuse_shapeless(case, name):
@@ -71,6 +95,15 @@ def _refuse_shapeless(case, name):
             f"{name} is slack and without weight: it has no definite form, so no sag, swing, lowest point, clearance "
             "or angles at its ends"
         )
+
+
+def _cable_mode(column, name):
+    """A mode of single cables for one cable of a suspension, its ends fixed."""
+
+    def compute(case):
+        return case.cable_frequency(name, column)
+
+    return replace(column, name=f"{name}.{column.name}", meaning=f"{column.meaning}, ends fixed", compute=compute)
 
 
 def _end_tension(name, end, word):
@@ -93,9 +126,14 @@ def _clearance(name):
 
 
 def cable_columns(name):
-    """The columns of one cable: list of Column."""
+    """The columns of one cable in the tables of the command static: list of Column."""
     ends = [_end_tension(name, end, word) for end, word in enumerate(("from", "to"))]
     return [*(_of_cable(column, name) for column in OF_CABLES), *ends, _of_cable(INCLINATION, name), _clearance(name)]
+
+
+def all_cable_columns(name):
+    """The columns of one cable without its tension in the wind: list of Column."""
+    return [*cable_columns(name), *(_of_cable(column, name) for column in MORE.values())]
 
 
 # ----------------------------------------------------------------------------------------- of a body or a free point
@@ -141,10 +179,43 @@ def _stiffness(name, row, column):
 def _body_frequency(name, number):
     def compute(case):
         modes, place = case.mode_of(name, number)
-        return modes.frequency[place], modes.error[place]
+        return modes.frequency[place], case.mode_errors(modes)[place]
 
     meaning = "frequency of the K-th mode with more than half of its kinetic energy in it"
     return Column(f"{name}.frequency_{number}", "Hz", meaning, "modes", compute)
+
+
+def _force_displacement(name, axis):
+    def compute(case):
+        moved, error = case.force_displacement(name, axis)
+        return 1e3 * moved, error
+
+    meaning = f"displacement along {AXES[axis]} by the forces of the load case, its other loads there before and after"
+    return Column(f"{name}.force_displacement_{AXES[axis]}", "mm", meaning, "statics", compute, FORCES)
+
+
+def force_displacements(name):
+    """The columns of how far the forces of a load case move a body or free point: list of Column."""
+    return [_force_displacement(name, axis) for axis in range(3)]
+
+
+def mode_columns(name):
+    """The columns of the mode of a body or free point along each axis: list of Column."""
+    return [column for axis in AXES for column in _mode_along(name, axis)]
+
+
+def _mode_along(name, axis):
+    """Yield the columns of the mode that has most of the static compliance of a motion."""
+    place = AXES.index(axis)
+
+    def frequency(case):
+        modes, mode = case.mode_along(name, place)
+        return modes.frequency[mode], case.mode_errors(modes)[mode]
+
+    along = f"of its static compliance {f'about {axis[1]}' if place > 2 else f'along {axis}'}"
+    yield Column(f"{name}.frequency_{axis}", "Hz", f"coupled mode with the largest share {along}", "modes", frequency)
+    yield Column(f"{name}.share_{axis}", "", f"share {along} in that mode, phi^2/w^2 over 1/k", "modes",
+                 lambda case: case.compliance_share(name, place))  # fmt: skip
 
 
 def _static_frequency(name, number):
@@ -177,7 +248,8 @@ def linear_ranges(name):
 
 def point_columns(name):
     """The columns of a free point: list of Column."""
-    return [*(_coordinate(name, axis) for axis in range(3)), _mass(name), *linear_ranges(name)]
+    own = [*(_coordinate(name, axis) for axis in range(3)), _mass(name), *linear_ranges(name)]
+    return [*own, *force_displacements(name), *(column for axis in AXES[:3] for column in _mode_along(name, axis))]
 
 
 def body_columns(name):
@@ -228,10 +300,12 @@ def families():
     numbered = [replace(column, name=column.name[:-1] + "K") for column in (_body_frequency("BODY", 1), _frequency(1))]
     numbered.insert(1, replace(_static_frequency("BODY", 1), name="BODY.frequency_static_K"))
     stiffness = [*(_stiffness("BODY", axis, axis) for axis in AXES), *linear_ranges("BODY")]
+    stiffness += [*force_displacements("BODY"), *mode_columns("BODY")]
     whole = [column for column in WHOLE if column.needs != "run"]
-    of_owners = [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *cable_columns("CABLE"), *numbered]
+    of_owners = [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *all_cable_columns("CABLE"), *numbered]
     in_wind = [*place_columns("BODY"), *turn_columns("BODY"), *place_columns("BODY.MARKER"), *tension_columns("CABLE")]
-    return [*of_owners, *in_wind, *actuator_columns("ACTUATOR"), *whole]
+    own_modes = [_cable_mode(family, "CABLE") for family in FAMILIES]
+    return [*of_owners, *own_modes, *in_wind, *actuator_columns("ACTUATOR"), *whole]
 
 
 def wind_columns_of(scene, name):
@@ -271,13 +345,23 @@ def find(name):
         if 0 < number <= MAX_MODE_NUMBER:
             return _body_frequency(owner, number) if owner else _frequency(number)
         raise ValueError(f"unknown column {name!r} (frequency_K: K is a whole number from 1 to {MAX_MODE_NUMBER})")
-    owner, dot, _ = name.partition(".")
+    owner, dot, quantity = name.partition(".")
+    if dot and OF_CABLE_MODES.fullmatch(quantity):
+        return _cable_mode(find_of_one(quantity), owner)
     known, numbered = WHOLE, "frequency_K"
     if dot:
         stiffness = [_stiffness(owner, row, column) for row, column in product(AXES, AXES)]
         static = [_static_frequency(owner, number) for number in range(1, len(AXES) + 1)]
         known, numbered = (
-            [*body_columns(owner), *cable_columns(owner), *stiffness, *static, *linear_ranges(owner)],
+            [
+                *body_columns(owner),
+                *all_cable_columns(owner),
+                *stiffness,
+                *static,
+                *linear_ranges(owner),
+                *force_displacements(owner),
+                *mode_columns(owner),
+            ],
             f"{owner}.frequency_K",
         )
         last = name.rpartition(".")[0]
@@ -285,7 +369,8 @@ def find(name):
     for column in known:
         if owner and name in (column.name, column.header):
             return column
-    hint = suggestion(name, [numbered, *(column.name for column in known)])
+    of_cables = [f"{owner}.{family.name}" for family in FAMILIES] if dot else []
+    hint = suggestion(name, [numbered, *of_cables, *(column.name for column in known)])
     raise ValueError(f"unknown column of a suspension {name!r} ({hint})")
 
 
@@ -311,26 +396,36 @@ def why_not(scene, column):
         fixed = f"{owner} is a fixed point, which has no columns"
         missing = f"no body, free point or cable {owner} ({suggestion(owner, columns)})"
         return fixed if owner in scene.points else missing
+    if OF_CABLE_MODES.fullmatch(quantity) and owner in scene.cables:
+        return ""
     names = [*(other.name for other in columns[owner](owner)), *in_wind]
-    numbered = owner in scene.bodies and quantity.startswith(("stiffness_", "frequency_", "linear_range_"))
-    if column.name not in names and not numbered:
+    if column.name not in names and not (owner in scene.bodies and quantity.startswith(OF_BODIES)):
         return f"{owner} has no column {quantity} ({suggestion(column.name, names)})"
-    if owner in scene.cables and not has_key(scene, owner, column):
-        return f"{column.name} needs the key {written_key(column.key)}, which the scene does not have"
-    return ""
+    if column.key == FORCES and not scene.load_case.forces:
+        return f"{column.name} needs the key cases.*.forces, which the scene does not have"
+    key = _missing_key(scene, owner, column) if owner in scene.cables else ""
+    return f"{column.name} needs the key {key}, which the scene does not have" if key else ""
 
 
 def has_key(scene, cable, column):
     """Whether the cable of a name has what one of its columns needs."""
-    if column.key == "ground":
-        return scene.ground is not None
-    return not column.key or getattr(scene.cables[cable], column.key.rpartition(".")[2]) is not None
+    return not _missing_key(scene, cable, column)
+
+
+def _missing_key(scene, cable, column):
+    """The first key that a column of the cable of a name needs and a scene has no value for, or an empty text."""
+    for key in column.keys:
+        name = key.rpartition(".")[2]
+        there = scene.loads_on(cable) if name == "loads" else attribute(scene, key)
+        if there is None or (isinstance(there, tuple) and not there):
+            return written_key(key.split("|")[0])
+    return ""
 
 
 def _columns_of_owners(scene):
     """Name of each body, free point and cable -> function that lists the columns of that name."""
     junctions = [name for name, point in scene.points.items() if point.free]
-    kinds = (scene.bodies, body_columns), (junctions, point_columns), (scene.cables, cable_columns)
+    kinds = (scene.bodies, body_columns), (junctions, point_columns), (scene.cables, all_cable_columns)
     return {name: columns for names, columns in kinds for name in names}
 
 
@@ -345,6 +440,6 @@ def _why_not_of_whole(scene, column):
     if MODE.fullmatch(column.name) or column.name in {other.name for other in WHOLE}:
         return ""
     here = ""
-    if column.name in INSTEAD or f".{column.name}" in {other.name for other in cable_columns("")}:
+    if column.name in INSTEAD or f".{column.name}" in {other.name for other in all_cable_columns("")}:
         here = f"; here it is CABLE.{INSTEAD.get(column.name, column.name)}"
     return f"{column.name} is a column of a single cable{here}"

@@ -1,14 +1,16 @@
 """Suspensions of equal names and connections: their equilibria, found together, and what their cables carry there."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
+from cablestudy.cable.catenary import Catenary
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import ROUNDING, utilisation_of
+from cablestudy.study.columns import ROUNDING, attribute, utilisation_of
 from cablestudy.study.statics import ClosedStatics
-from cablestudy.study.suspension.linear_motion import drag_of
+from cablestudy.study.suspension.linear_motion import drag_of, wind_diameters
 from cablestudy.study.suspension.load_cases import day_of, load_counts, reference_loads, too_long
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of
 from cablestudy.system import lengths, statics
@@ -23,7 +25,31 @@ HORIZONTAL = ("horizontal_tension", "lambda_squared")  # zero but for rounding w
 TOGETHER = 100  # cables, of several cases, whose modes are computed in one call
 
 
-class CableResults:
+class StatedCables:
+    """What scenes state of their cables, with the attributes of `Results` that columns without statics need.
+
+    Parameters
+    ----------
+    scenes : sequence of SuspensionScene
+        n of them, with the same cables.
+    """
+
+    def __init__(self, scenes):
+        self._scenes = scenes
+
+    def given(self, path):
+        """A number that each cable states, or its scene, shape (n, c), not a number where there is none."""
+        table, _, name = path.rpartition(".")
+        if table == "cable":
+            values = [[getattr(cable, name, None) for cable in scene.cables.values()] for scene in self._scenes]
+        elif name == "wind_diameter":
+            values = [wind_diameters(scene) for scene in self._scenes]
+        else:
+            values = [[attribute(scene, path)] * len(scene.cables) for scene in self._scenes]
+        return np.array(values, dtype=float)
+
+
+class CableResults(StatedCables):
     """Statics of all cables of some cases, with the attributes of `Results` that columns of cables need.
 
     Parameters
@@ -37,7 +63,8 @@ class CableResults:
     """
 
     def __init__(self, scenes, equilibrium, reference_length):
-        self._scenes, self._equilibrium, self._values = scenes, equilibrium, {}
+        super().__init__(scenes)
+        self._equilibrium, self._values = equilibrium, {}
         self.reference_length = reference_length
         self.form = equilibrium.catenary
         self.span = self.form.span
@@ -63,6 +90,11 @@ class CableResults:
         return self.span.chord
 
     @property
+    def end_stiffness_chord(self):
+        """Static stiffness of the end `to` along the chord, the other end held, shape (n, c). [N/m]"""
+        return self.form.end_stiffness[..., 0, 0]
+
+    @property
     def mass(self):
         """Of each cable without ice, shape (n, c). [kg]"""
         return self.given("cable.section_mass") * self.reference_length
@@ -71,12 +103,6 @@ class CableResults:
     def utilisation(self):
         """Largest tension over breaking force of each cable, shape (n, c), not a number without one. [-]"""
         return utilisation_of(self)
-
-    def given(self, path):
-        """A number that each cable states, shape (n, c), not a number where it states none."""
-        name = path.removeprefix("cable.")
-        values = [[getattr(cable, name, None) for cable in scene.cables.values()] for scene in self._scenes]
-        return np.array(values, dtype=float)
 
     def column(self, name, compute):
         """A column of single cables for all of these, shape (n, c), computed once.
@@ -97,6 +123,24 @@ class CableResults:
         """Whether a column of HORIZONTAL is zero but for rounding: the load, and so the cable, is along the chord."""
         along = (name in HORIZONTAL) & (np.abs(self.span.cosine) < ROUNDING)
         return along & (self.span.vertical[..., 2] == 1) if name == "horizontal_tension" else along
+
+
+@dataclass(frozen=True)
+class HangingCable:
+    """One cable of a case where it hangs, with the attributes of `Case` that columns of point loads need."""
+
+    catenary: Catenary
+    exact_statics: ClassVar = True
+
+    @property
+    def form(self):
+        """What `cable.geometry` takes."""
+        return self.catenary
+
+    @property
+    def span(self):
+        """`Span`."""
+        return self.catenary.span
 
 
 class Group:
@@ -143,6 +187,37 @@ class Group:
     def calm(self):
         """The same without the steady wind of the load cases."""
         return self.reference if self._day is None else self._day.calm
+
+    @cached_property
+    def _unforced(self):
+        """`Day` of all cases without the forces of their load cases."""
+        return day_of(self.reference, self._scenes, forced=False)
+
+    def force_displacement(self, place):
+        """Displacement of bodies and points by the forces of the load case of a case, and its error by rounding.
+
+        Returns
+        -------
+        moved, unknown : ndarray, shape (b, 3)
+            Along x, y, z. [m]
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            Without these forces there is no stable equilibrium.
+        """
+        for found in (self._unforced.calm, self._unforced.equilibrium):
+            if failure := _failure(found, place, "without the forces of the load case: "):
+                raise failure
+        unforced = self._unforced.equilibrium
+        unknown = self.equilibrium.uncertainty.place[place] + unforced.uncertainty.place[place]
+        return self.equilibrium.position[place] - unforced.position[place], unknown[:, :3]
+
+    def steady_drag(self, place):
+        """That of a case on its cables, as `FixedModel.drag`; None without a steady wind."""
+        if self._day is None or self._day.drag is None:
+            return None
+        return tuple(part[place] for part in self._day.pressed)
 
     def drag_error(self, place):
         """Estimated relative error of a case, since drag is taken as uniform along each cable. [-]"""

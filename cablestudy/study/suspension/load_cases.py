@@ -51,6 +51,18 @@ class Day:
     problems: list
 
     @cached_property
+    def pressed(self):
+        """Drag of a length of each cable across the steady wind, zero of those without mass, shape (n, c) [N/m].
+
+        And the direction of the wind, shape (n, c, 3). [-]
+        """
+        mass = self.equilibrium.suspension.cable_mass
+        pressure, speed = self.drag.density / 2 * (self.drag.velocity**2).sum(axis=-1), size(self.drag.velocity)
+        direction = self.drag.velocity / np.maximum(speed, np.finfo(float).tiny)[:, None]
+        pressed = np.where(mass > 0, pressure[:, None] * self.drag.cables, 0.0)
+        return pressed, np.broadcast_to(direction[:, None], (*mass.shape, 3))
+
+    @cached_property
     def drag_change(self):
         """What the equilibrium changes by, since drag is taken as uniform along each cable, to first order.
 
@@ -66,15 +78,12 @@ class Day:
         error, moved = np.zeros(shape[0]), np.zeros(found.position.shape)
         if self.drag is None:
             return error, moved
-        pressure = self.drag.density / 2 * (self.drag.velocity**2).sum(axis=-1)
-        pressed = np.where(found.suspension.cable_mass > 0, pressure[:, None] * self.drag.cables, 0.0)
+        pressed, direction = self.pressed
         case, cable = np.nonzero((pressed > 0) & found.record.converged[:, None])
         own, forces = np.zeros(shape), np.zeros((*shape, 2, 3))
         if len(case):
-            speed = np.maximum(size(self.drag.velocity), np.finfo(float).tiny)
-            direction = (self.drag.velocity / speed[:, None])[case]
-            one = found.catenary.take((case, cable))
-            own[case, cable], forces[case, cable] = uneven_drag_errors(pressed[case, cable], direction, one)
+            one, blown = found.catenary.take((case, cable)), pressed[case, cable]
+            own[case, cable], forces[case, cable] = uneven_drag_errors(blown, direction[case, cable], one)
         for place in np.unique(case).tolist():
             more, moved[place] = _by_bodies(found, place, forces[place])
             error[place] = np.minimum(np.nan_to_num(own[place] + SECOND_ORDER * more, nan=UNKNOWN), UNKNOWN).max()
@@ -108,7 +117,7 @@ def _by_bodies(found, place, forces):
     return np.abs((pulled * held).sum(axis=-1) / square).max(axis=-1), whole[:, :3]
 
 
-def day_of(reference, scenes):
+def day_of(reference, scenes, forced=True):
     """Suspensions in the load cases of their scenes.
 
     Parameters
@@ -117,6 +126,8 @@ def day_of(reference, scenes):
         In the reference state, shape (n,).
     scenes : sequence of SuspensionScene
         n of them; all of their load cases have a steady wind, or none has.
+    forced : bool
+        Whether the forces of the load cases on bodies and points act too.
 
     Returns
     -------
@@ -141,7 +152,7 @@ def day_of(reference, scenes):
         position=np.where(standing[:, None, None], reference.position, suspension.position) + _moves_of_bodies(scenes),
         rotation=np.where(standing[:, None, None, None], reference.rotation, suspension.rotation),
         place=suspension.place + _moves_of_ends(scenes),
-        **_forces(scenes, suspension),
+        **(_forces(scenes, suspension) if forced else {}),
     )
     if any(load_counts(scenes[0]).values()):
         loads, beyond = _loads(scenes, loaded.value, warm)

@@ -7,6 +7,7 @@ import numpy as np
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.notes import of_comparison
+from cablestudy.study.row import MODAL
 from cablestudy.study.suspension.columns import body_columns, cable_columns, has_key, point_columns
 from cablestudy.study.suspension.numbers import numbers_of
 from cablestudy.study.suspension.rows import value
@@ -153,7 +154,7 @@ def form_tables(scene):
     }
 
 
-def mode_table(case, modes, chosen):
+def mode_table(case, modes, chosen, of_model=False):
     """Coupled modes as rows.
 
     Parameters
@@ -163,6 +164,8 @@ def mode_table(case, modes, chosen):
         Of this case.
     chosen : sequence of int
         Which of them, from 0.
+    of_model : bool
+        Whether damping ratios are those of the model, as of a state space, also where more modes of cables change them.
 
     Returns
     -------
@@ -176,10 +179,11 @@ def mode_table(case, modes, chosen):
         Field("body_share", "body share"),
     )
     share = np.where(modes.body_share > ROUNDING, modes.body_share, 0.0)
-    damping = np.where(np.abs(modes.damping_ratio) > ROUNDING, modes.damping_ratio, 0.0)
-    rows = []
+    unknown, rows = _without_ratio(case, modes) & (not of_model), []
     for k in map(int, chosen):
-        numbers = k + 1, float(modes.frequency[k]), float(damping[k]), modes.moves[k], float(share[k])
+        damping = None if unknown[k] else float(modes.damping_ratio[k])  # which takes a finer model
+        ratio = 0.0 if damping is not None and abs(damping) <= ROUNDING else damping
+        numbers = k + 1, float(modes.frequency[k]), ratio, modes.moves[k], float(share[k])
         rows.append(dict(zip((field.name for field in fields), numbers, strict=True)))
 
     def errors():
@@ -189,6 +193,16 @@ def mode_table(case, modes, chosen):
             yield {name: error for name, error in stated.items() if not np.isnan(error)}
 
     return Table(fields, rows, errors=errors)
+
+
+def _without_ratio(case, modes):
+    """Which modes have no damping ratio to an accuracy, shape (k,): see `CoupledModes.growing_damping`."""
+    return modes.growing_damping & (case.model is None)
+
+
+def damping_warnings(case, modes, chosen):
+    """Why some of the chosen modes (from 0) have no damping ratio: at most one line."""
+    return (f"damping ratios left out: {MODAL}",) if _without_ratio(case, modes)[list(chosen)].any() else ()
 
 
 def mode_errors(case, modes, count):
@@ -207,7 +221,7 @@ def mode_errors(case, modes, count):
         Not a number where they are not known. [-]
     """
     if case.model is None:
-        return modes.error[:count], modes.damping_error[:count]
+        return case.mode_errors(modes)[:count], modes.damping_error[:count]
     errors = np.full((2, count), np.nan)
     try:
         finer = case.finer.modes(count)

@@ -1,0 +1,101 @@
+"""Modes of single cables of a suspension between fixed ends, by the code of a scene of one cable.
+
+The ends are those of the equilibrium. A cable of the suspension has an elastic catenary there, from which `Results`,
+`Case` and `Refinement` of one cable go on: its modes by kind and symmetry, and their errors, are computed in one place.
+"""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from cablestudy.study.case import Case
+from cablestudy.study.closed_form import ColumnRequirements
+from cablestudy.study.models import solve_models
+from cablestudy.study.refinement import Refinement, needs_of, refine
+from cablestudy.study.results import Results
+
+
+class CablesAtRest(Results):
+    """`Results` of all cables of a suspension where they hang, without the way there.
+
+    Parameters
+    ----------
+    catenary : Catenary
+        Of shape (c,).
+    exact : bool
+        Whether their elements are an exact choice, which follows the drag of a steady wind.
+    drag : tuple of ndarray or None
+        As of `FixedModel`.
+    """
+
+    def __init__(self, catenary, exact, drag):
+        super().__init__(None)
+        count = len(catenary.span.chord)
+        self.catenary, self._exact = catenary, exact
+        self.pressed = (np.zeros(count), np.zeros((count, 3))) if drag is None else drag
+
+    @property
+    def failures(self):
+        """None: the cables are in equilibrium."""
+        return {}
+
+    @property
+    def span(self):
+        """The cables under their loads, fields of shape (c,)."""
+        return self.catenary.span
+
+    @property
+    def limp(self):
+        """Which have no definite form, shape (c,)."""
+        return self.catenary.slack
+
+    @property
+    def _uneven(self):
+        return (self.pressed[0] > 0) & self._exact
+
+
+class CableModes:
+    """Modes of the cables of one suspension between fixed ends.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+    catenary, drag
+        As of `CablesAtRest`.
+    """
+
+    def __init__(self, scene, catenary, drag):
+        self._scene, self._cases = scene, {}
+        self._results = CablesAtRest(catenary, scene.model.elements is not None, drag)
+
+    def _case(self, name):
+        """`Case` of the cable of a name."""
+        if name not in self._cases:
+            place = list(self._scene.cables).index(name)
+            one = SimpleNamespace(model=self._scene.model, cable=self._scene.cables[name], gondola=None, winch=None)
+            self._cases[name] = Case(one, self._results, place)
+            self._cases[name]._closed.key = name  # what its results are shared by
+        return self._cases[name]
+
+    def frequency(self, name, column):
+        """Frequency of one mode [Hz], and its estimated relative error; not a number for an exact choice of elements.
+
+        Parameters
+        ----------
+        name : str
+            Of the cable.
+        column : Column
+            Of one cable, of a mode.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+        """
+        case, required = self._case(name), ColumnRequirements([column])
+        if self._scene.model.elements is not None:
+            return case.frequency(*column.mode), np.nan
+        search = Refinement(case, required.sample, needs_of(case, required))
+        refine([search], solve_models)
+        if column.header not in search.values:
+            raise search.failures.get(column.header) or search.failures[None]
+        return search.values[column.header], search.errors[column.header]
