@@ -466,10 +466,10 @@ def test_a_component_of_a_default_vector_may_be_set():
 def test_a_study_varies_a_component_of_a_default_vector():
     columns = "columns: [gondola.x, max_tension]\n"
     whole = read_study(study_on_good("vary: [{bodies.gondola.force: [[0, 0, 0], [500, 0, 0]]}]\n" + columns))
-    written = [whole.case(row)[1] for row in range(2)]
+    written = [dict(whole.case(row)[1]) for row in range(2)]
     name = study_on_good("vary: [{bodies.gondola.force.0: [0, 500 N]}]\n" + columns)
     indexed = read_study(name)
-    assert [indexed.case(row)[1] for row in range(2)] == written
+    assert [dict(indexed.case(row)[1]) for row in range(2)] == written
     rows = table_of("sweep", name, "--no-write")
     assert rows[1]["gondola.x_m"] > rows[0]["gondola.x_m"] + 0.1
 
