@@ -16,7 +16,7 @@ from test_suspension_extremes import EXTREMES, platform
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.study.suspension.case import cases_of
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of
 from cablestudy.system import lengths, rounding, statics, tangent
 from cablestudy.system.descent import CONVERGED, ROUNDED, UNHELD, UNMET, evaluate
@@ -230,28 +230,31 @@ cables:
 """
 
 
-def junction(tmp_path, gravity, stiffness, at):
-    (tmp_path / "scene.yaml").write_text(JUNCTION.format(gravity=gravity, stiffness=stiffness, at=at))
-    return SuspensionCase(load_scene(tmp_path / "scene.yaml")[1])
+def junctions(tmp_path, gravity, stiffness):
+    """Three cases, solved together, that begin in different places."""
+    scenes = []
+    for at in (10, 24, 50):
+        (tmp_path / "scene.yaml").write_text(JUNCTION.format(gravity=gravity, stiffness=stiffness, at=at))
+        scenes.append(load_scene(tmp_path / "scene.yaml")[1])
+    return cases_of(scenes)
 
 
-@pytest.mark.parametrize("at", [10, 24, 50])
 @pytest.mark.parametrize(("gravity", "stiffness"), [(9.81, 1e8), (9.81, 1e12), (1.0, 1e10), (0.01, 1e8)])
-def test_a_place_that_weight_alone_determines_has_its_error_stated(tmp_path, gravity, stiffness, at):
+def test_a_place_that_weight_alone_determines_has_its_error_stated(tmp_path, gravity, stiffness):
     """By symmetry the junctions are in the middle."""
-    case = junction(tmp_path, gravity, stiffness, at)
-    for name in "ab":
-        value, error = case.coordinate(name, 0)
-        assert abs(value / 36 - 1) <= error
-        assert error < 1e-3
-        assert error > 1e-12 / gravity**2  # w^2/(24 T) is the stiffness of this motion
+    for case in junctions(tmp_path, gravity, stiffness):
+        for name in "ab":
+            value, error = case.coordinate(name, 0)
+            assert abs(value / 36 - 1) <= error
+            assert error < 1e-3
+            assert error > 1e-12 / gravity**2  # w^2/(24 T) is the stiffness of this motion
 
 
-@pytest.mark.parametrize("at", [10, 24, 50])
 @pytest.mark.parametrize(("gravity", "stiffness"), [(1e-3, 1e8), (1e-6, 1e12), (0, 1e10)])
-def test_a_place_that_nothing_determines_is_refused(tmp_path, gravity, stiffness, at):
-    with pytest.raises(NoSolutionError, match=r"nothing determines [ab] x: .*state an unstretched_length"):
-        junction(tmp_path, gravity, stiffness, at).coordinate("a", 0)
+def test_a_place_that_nothing_determines_is_refused(tmp_path, gravity, stiffness):
+    for case in junctions(tmp_path, gravity, stiffness):
+        with pytest.raises(NoSolutionError, match=r"nothing determines [ab] x: .*state an unstretched_length"):
+            case.coordinate("a", 0)
 
 
 def test_a_load_on_a_plumb_line_whose_tension_is_its_weight_may_be_anywhere():
