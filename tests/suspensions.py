@@ -139,3 +139,13 @@ def turned(one, seed, order=True):
         cable_names=tuple(one.cable_names[i] for i in order),
         **by_cable,
     ), turn
+
+
+def stacked(cases):
+    """Suspensions of one topology as the cases of one, shape (n,); names are those of the first."""
+    first = cases[0]
+    for one in cases:
+        assert one.given == first.given
+        assert np.array_equal(one.owner, first.owner)
+    arrays = {name: np.stack([getattr(one, name) for one in cases]) for name in first._arrays()}
+    return replace(first, **arrays)

@@ -1,5 +1,6 @@
 """Every example of README, ARCHITECTURE and docs/ prints what the page says it prints."""
 
+import os
 import re
 import subprocess
 import sys
@@ -26,7 +27,7 @@ def folder():
 
 @pytest.fixture(scope="module")
 def programs():
-    """Where the shell finds a `cablestudy` that does not start anew each time; the commands of the tour do."""
+    """Where the shell finds a `cablestudy` that does not start anew each time."""
     with served() as path:
         yield path
 
@@ -81,8 +82,9 @@ TOUR = [
 
 
 @pytest.mark.parametrize("command", TOUR)
-def test_commands_of_the_tour_do_their_work(command, folder):
-    environment = {**refresh.os.environ, "PATH": f"{Path(refresh.sys.executable).parent}:{refresh.os.environ['PATH']}"}
+def test_commands_of_the_tour_do_their_work(command, folder, programs):
+    places = (programs, Path(sys.executable).parent, os.environ["PATH"])
+    environment = {**os.environ, "PATH": os.pathsep.join(map(str, places))}
     shell = ["bash", "-o", "pipefail", "-c", command]
     done = subprocess.run(shell, cwd=folder, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

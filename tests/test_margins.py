@@ -38,10 +38,10 @@ class Chain:
             if np.linalg.eigvals(np.eye(k) + self.left.T @ self.right).real.min() > 0.2:
                 break
         gains = np.geomspace(1e-5, 1e3, 2000)
-        grows = [self.poles(gain).real.max() > 1e-12 for gain in gains]
+        grows = self.poles(gains).real.max(axis=-1) > 1e-12
         first = int(np.argmax(grows))
         self.limit = None
-        if any(grows):
+        if grows.any():
             self.limit = bisected(lambda gain: self.poles(gain).real.max(), gains[first - 1], gains[first])
         self.gain = self.limit / 2 if self.limit else 1.0
 
@@ -68,8 +68,9 @@ class Chain:
         return A, B, C
 
     def poles(self, gain):
+        """Eigenvalues of the closed loop, shape (2 * 6 + k,) or, of gains of shape (n,), (n, 2 * 6 + k)."""
         A, B, C = self.matrices()
-        return np.linalg.eigvals(A - gain * B @ C)
+        return np.linalg.eigvals(A - np.asarray(gain)[..., None, None] * (B @ C))
 
     def unit_gain(self, s):
         own = self.omega**2 / (s[:, None] ** 2 + 2 * self.ratio * self.omega * s[:, None] + self.omega**2)

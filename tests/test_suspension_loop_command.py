@@ -1,5 +1,6 @@
 """The command `loop` of a suspension: response in time against scipy and neighbouring equilibria; its tables."""
 
+import json
 from functools import cache
 
 import numpy as np
@@ -77,9 +78,9 @@ def test_singular_values_are_those_of_the_loop():
 
 
 def test_the_tables_are_those_of_windrms():
-    loop, coordinates = (table_of("loop", NET, "--table", name) for name in ("loop", "coordinates"))
-    assert loop == table_of("windrms", NET, "--table", "loop")
-    assert coordinates == table_of("windrms", NET, "--table", "coordinates")
+    loop, wind = (json.loads(run(command, NET, "--format", "json").out) for command in ("loop", "windrms"))
+    for name in ("loop", "coordinates"):
+        assert loop[name]["rows"] == wind[name]["rows"]
 
 
 def test_every_winch_is_in_the_file_and_the_busiest_on_the_screen():

@@ -10,26 +10,26 @@ NEAREST, FARTHEST = 1e-7, 0.9  # movements that are looked at, over the shortest
 POINTS, PASSES = 40, 6  # movements at once, and how often the interval of two of them is divided again
 
 
-def forces(span, moves, distances):
+def forces(rest, moves, distances):
     """Force on what is moved, beyond that at rest, and its linear part.
 
     Parameters
     ----------
-    span : Span
-        The cables, of shape (c,).
+    rest : Catenary
+        The cables at rest, of shape (c,).
     moves : ndarray, shape (c, 3)
         Movement of end 2 against end 1 per movement of the place, global axes. [-]
-    distances : ndarray, shape (n,)
+    distances : ndarray, shape (...)
         Movements of the place, of any sign. [m]
 
     Returns
     -------
-    force, linear : ndarray, shape (n,)
+    force, linear : ndarray, shape (...)
         Against the movement; not a number where a cable has no equilibrium. [N]
     """
-    rest = catenary.solve(span)
+    span = rest.span
     at_rest, chord = -rest.end_forces("global")[..., 1, :], span.chord[..., None] * span.frame[..., 0, :]
-    there = np.asarray(distances)[:, None, None] * moves
+    there = np.asarray(distances)[..., None, None] * moves
     found = catenary.solve(
         Span.between(
             np.zeros(3),
@@ -54,7 +54,9 @@ def linear_range(span, moves):
 
     Parameters
     ----------
-    span, moves
+    span : Span
+        The cables, of shape (c,).
+    moves
         As for `forces`.
 
     Returns
@@ -65,24 +67,24 @@ def linear_range(span, moves):
     moving = np.abs(moves).max(axis=-1) > 0
     if not moving.any():
         return None
-    span, moves = span.take(np.flatnonzero(moving)), moves[moving]
-    chord = float(span.chord.min())
-    places = [_first(span, moves, sign, chord) for sign in (1.0, -1.0)]
-    return min((place for place in places if place is not None), default=None)
-
-
-def _first(span, moves, sign, chord):
-    """The same for one sign."""
-    distances = np.geomspace(NEAREST * chord, FARTHEST * chord, 2 * POINTS)
+    rest, moves = catenary.solve(span.take(np.flatnonzero(moving))), moves[moving]
+    chord = float(rest.span.chord.min())
+    distances = np.geomspace(NEAREST * chord, FARTHEST * chord, 2 * POINTS) * [[1.0], [-1.0]]
+    found = []
     for _ in range(PASSES):
-        force, linear = forces(span, moves, sign * distances)
-        if not linear.all() or np.isnan(force[0]):
-            return None
-        beyond = ~(np.abs(force / linear - 1) <= APART)
-        if not beyond.any():
-            return None
-        place = int(np.argmax(beyond))
-        if not place:
+        divided = []
+        for row, force, linear in zip(distances, *forces(rest, moves, distances), strict=True):
+            if not linear.all() or np.isnan(force[0]):
+                continue
+            beyond = ~(np.abs(force / linear - 1) <= APART)
+            if beyond.any():
+                place = int(np.argmax(beyond))
+                if place:
+                    divided.append(np.linspace(row[place - 1], row[place], POINTS))
+                else:
+                    found.append(abs(row[0]))
+        distances = np.array(divided)
+        if not divided:
             break
-        distances = np.linspace(distances[place - 1], distances[place], POINTS)
-    return float(distances[0])
+    found += [abs(row[0]) for row in distances]
+    return float(min(found)) if found else None

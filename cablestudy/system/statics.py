@@ -238,8 +238,9 @@ def meet(suspension, state, record):
         put(final, active, state)
         put(whole, active, replace(last, steps=whole.steps[active] + last.steps))
         met = (np.abs(error) <= rounding.least).all(axis=-1)
-        slow[active] = np.where(log_error(error) > SLOW * best[active], slow[active] + 1, 0)
-        best[active] = np.minimum(best[active], log_error(error))
+        left = log_error(error)
+        slow[active] = np.where((left > SLOW * best[active]) | np.isinf(left), slow[active] + 1, 0)
+        best[active] = np.minimum(best[active], left)
         stuck = slow[active] >= PATIENCE
         rounded = stuck & (np.abs(error) <= rounding.most).all(axis=-1)
         ended = met | ~last.converged | stuck
