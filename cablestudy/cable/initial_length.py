@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from cablestudy.cable.bracketing import bracket, zeros_between
 from cablestudy.cable.catenary import solve
 from cablestudy.errors import NoSolutionError
 
@@ -66,7 +67,7 @@ def closer_strain_for_tension(span, tension, at="mean"):
     if not np.isfinite(least):
         raise NoSolutionError(f"at no length with {name} of {tension:.6g} N has the cable a definite form")
     if tension > least:
-        return float(_between(excess, lowest, highest, 0))
+        return float(_between(excess, [lowest], [highest], [0])[0])
     if tension >= least * (1 - ROUNDING):
         return lowest
     length = span.chord / (1 + lowest)
@@ -147,32 +148,23 @@ def _root(function, guess, highest):
 
     The function takes places and which of the n they belong to.
     """
-    from scipy.optimize import elementwise
-
     step = np.minimum(np.maximum(1e-3 * np.abs(guess), 1e-15), (highest - LOOSEST) / 8)
     guess = np.clip(guess, LOOSEST + 2 * step, highest - 2 * step)
     root, rest = np.full(len(guess), np.nan), np.arange(len(guess))
     near = np.maximum(guess - NEAR * step, LOOSEST), np.minimum(guess + NEAR * step, highest)
     for right, (least, most) in ((guess + step, near), (highest, (np.full(len(guess), LOOSEST), highest))):
-        bracket = elementwise.bracket_root(
-            function, (guess - step)[rest], right[rest], xmin=least[rest], xmax=most[rest], args=(rest,),
-            maxiter=BRACKETS,
-        )  # fmt: skip
-        found = rest[bracket.success]
-        if len(found):
-            root[found] = _between(function, *(end[bracket.success] for end in bracket.bracket), found)
-        rest = rest[~bracket.success]
+        found, low, high = bracket(function, (guess - step)[rest], right[rest], least[rest], most[rest], rest, BRACKETS)
+        if found.any():
+            root[rest[found]] = _between(function, low[found], high[found], rest[found])
+        rest = rest[~found]
         if not len(rest):
             break
     return root
 
 
 def _between(function, low, high, index):
-    """Zeros between two places of different sign."""
-    from scipy.optimize import elementwise
-
-    tolerances = {"xatol": 0.0, "xrtol": 5e-16, "fatol": 4e-16, "frtol": 0.0}
-    return elementwise.find_root(function, (low, high), args=(index,), tolerances=tolerances, maxiter=MAX_STEPS).x
+    """Zeros between two places of different sign, shape (k,)."""
+    return zeros_between(function, low, high, index, rtol=5e-16, smallest=4e-16, steps=MAX_STEPS)
 
 
 def _least_tension(span, highest, at="mean"):
