@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import elementwise
 
-from cablestudy.cable.bracketing import bracket, zeros_between
+from cablestudy.cable.bracketing import bracket, minima_between, zeros_between
 
 COUNT = 400
 NOTHING = {"xatol": 0.0, "frtol": 0.0}
@@ -61,6 +61,26 @@ def test_brackets_are_those_of_scipy(seed):
     np.testing.assert_array_equal(found, expected.success)
     np.testing.assert_array_equal(below[found], expected.bracket[0][found])
     np.testing.assert_array_equal(above[found], expected.bracket[1][found])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_minima_are_those_of_scipy(seed):
+    rng = np.random.default_rng(seed)
+    place, size = rng.normal(size=COUNT), 10.0 ** rng.integers(-6, 6, COUNT)
+    kind, every = rng.integers(0, 5, COUNT), np.arange(COUNT)
+
+    def function(x, index):
+        y = (x - place[index]) * size[index]
+        forms = [y**2, 1 - 1 / (1 + y**2), np.abs(y), -np.cos(np.minimum(np.abs(y), 3.0)), y**4 + np.sin(9 * y)]
+        return np.select([kind[index] == k for k in range(len(forms))], forms)
+
+    middle = place + rng.normal(size=COUNT) / size
+    low, high = (middle + side * 3 * np.abs(rng.normal(size=COUNT)) / size for side in (-1, 1))
+    for tolerances in ({}, {"xatol": 1e-7, "xrtol": 0.0, "frtol": 1e-14}):
+        expected = elementwise.find_minimum(function, (low, middle, high), args=(every,), tolerances=tolerances)
+        assert 0.1 * COUNT < np.isfinite(expected.x).sum() < COUNT
+        found = minima_between(function, low, middle, high, every, *tolerances.values())
+        np.testing.assert_array_equal(found, [expected.x, expected.f_x])
 
 
 def test_no_value_is_no_zero():

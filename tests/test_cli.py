@@ -26,6 +26,8 @@ pytestmark = pytest.mark.usefixtures("folder")
 PRELOAD = str(CONFIGS / "preload.yaml")
 TOO_SLACK = ("--set", "cable.preload=1 N")
 HEAVY = ("numpy", "scipy", "pandas", "pydantic", "pint", "matplotlib", "yaml")
+SUSPENSIONS = "cablestudy.study.suspension.case"
+PARTS = ("scipy.optimize", "scipy.interpolate", "scipy.linalg", "scipy.signal", SUSPENSIONS)  # each slow to import
 
 
 COMMANDS = {
@@ -315,8 +317,7 @@ try:
     main({list(map(str, arguments))!r})
 except SystemExit as stop:
     assert not stop.code, stop.code
-names = {{name.partition('.')[0] for name in sys.modules}}
-print(*sorted(names & set({HEAVY!r})), file=sys.stderr)
+print(*sorted(set({(*HEAVY, *PARTS)!r}) & sys.modules.keys()), file=sys.stderr)
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=LONGEST)
     return set(done.stderr.splitlines()[-1].split())
@@ -338,6 +339,21 @@ def test_a_command_imports_only_what_it_needs(folder):
     assert "pint" in _imported("static", scene, "--set", "cable.area=0.01 inch^2")
     assert "pandas" not in _imported("columns")
     assert _imported("columns", "--format", "csv") & {"pint", "pandas", "matplotlib"} == set()
+
+
+@pytest.mark.parametrize(
+    ("command", "file", "slow"),
+    [
+        ("static", "guy.yaml", set()),  # lengths from a preload, units such as kg/m^3
+        ("static", "line.yaml", set()),  # the clearance above a profile of the ground
+        ("static", "suspensions/trifilar.yaml", {SUSPENSIONS}),
+        ("modes", "carlina.yaml", {"scipy"}),  # sparse matrices of mass
+        ("windrms", "suspensions/carlina-balloon-wind.yaml", {"scipy", "scipy.linalg", "scipy.optimize", SUSPENSIONS}),
+    ],
+)
+def test_what_is_slow_to_import_is_imported_for_what_needs_it_alone(command, file, slow):
+    """Half of the time of most commands on one scene is that of imports."""
+    assert _imported(command, CONFIGS / file, "--quiet") - {"numpy", "pydantic", "yaml"} <= slow
 
 
 @pytest.mark.parametrize(

@@ -1,17 +1,22 @@
-"""Zeros of many functions of one number at once: brackets by growing steps, and Chandrupatla's method between two ends.
+"""Zeros and minima of many functions of one number at once: brackets by growing steps, and Chandrupatla's methods.
 
-The numbers are those of `scipy.optimize.elementwise` (`bracket_root`, `find_root`), to the last digit. Importing
-scipy.optimize takes longer than all else that a command on one cable does, and its loop five times as long as this one.
+The numbers are those of `scipy.optimize.elementwise` (`bracket_root`, `find_root`, `find_minimum`), to the last digit.
+Importing scipy.optimize takes longer than all else that a command on one cable does.
 
 References
 ----------
 Chandrupatla 1997, A new hybrid quadratic/bisection algorithm for finding the zero of a nonlinear function without using
 derivatives, Advances in Engineering Software 28(3), 145-149.
+
+Chandrupatla 1998, An efficient quadratic fit-sectioning algorithm for minimization without derivatives, Computer
+Methods in Applied Mechanics and Engineering 152(1-2), 211-217.
 """
 
 import numpy as np
 
 ROUNDING = 4 * np.finfo(float).eps  # width of a bracket over its zero, which cannot be much less
+PLACED = np.sqrt(np.finfo(float).eps)  # to which rounding lets the place of a minimum be found, relative
+SMALLER_PART = 1.5 - 0.5 * 5**0.5  # of an interval in the golden section
 TINY = np.finfo(float).tiny  # a value that is as good as zero; four times as wide is a bracket about zero
 
 
@@ -109,3 +114,61 @@ def _share(x1, x2, x3, f1, f2, f3, edge):
         safe = (1 - np.sqrt(1 - xi) < phi) & (phi < np.sqrt(xi))
         quadratic = f1 / (f1 - f2) * f3 / (f3 - f2) - alpha * f1 / (f3 - f1) * f2 / (f2 - f3)
     return np.clip(np.where(safe, quadratic, 0.5), edge, 1 - edge)
+
+
+def minima_between(function, low, middle, high, index, width=TINY, rtol=PLACED, settled=TINY, steps=100):
+    """Local minima between ascending places: places and values, each of shape (n,).
+
+    Not a number where the value at `middle` is not the least of the three, or one is not finite.
+
+    Parameters
+    ----------
+    function, index
+        As of `bracket`.
+    low, middle, high : ndarray, shape (n,)
+    width, rtol : float
+        Half the distance of places that are as good as one, and that over the place.
+    settled : float
+        How much values that are as good as equal differ, relative.
+    steps : int
+        At most.
+    """
+    index = np.asarray(index)
+    # rows: place and value
+    one, best, other = (np.array([x, function(x, index)]) for x in np.array([low, middle, high], dtype=float))
+    found, going, before = np.full(best.shape, np.nan), np.arange(best.shape[1]), other[0]
+    near = width
+    for step in range(steps + 1):
+        if step:
+            x, before = _fitted(one, best, other, before, near)
+            new = np.array([x, function(x, index[going])])
+            beyond, worse = np.sign(x - best[0]) == np.sign(other[0] - best[0]), new[1] > best[1]
+            one, best, other = (
+                np.where(beyond, np.where(worse, one, best), np.where(worse, new, one)),
+                np.where(worse, best, new),
+                np.where(beyond, np.where(worse, new, other), np.where(worse, other, best)),
+            )
+        none = (best[1] > one[1]) | (best[1] > other[1]) | ~np.isfinite(one + best + other).all(axis=0)
+        found[:, going] = np.where(none, np.nan, best)
+        turned = np.abs(other[0] - best[0]) < np.abs(best[0] - one[0])
+        one, other = np.where(turned, other, one), np.where(turned, one, other)  # the second interval is the larger
+        near = np.abs(best[0]) * rtol + width
+        level = one[1] - 2 * best[1] + other[1] <= 2 * (np.abs(best[1]) * settled + TINY)
+        on = ~(none | level | (np.abs(other[0] - best[0]) <= 2 * near))
+        if not on.any():
+            break
+        going, one, best, other, before, near = (part[..., on] for part in (going, one, best, other, before, near))
+    return found
+
+
+def _fitted(one, best, other, before, near):
+    """Next places, shape (n,), and the minima of the parabolas through three points, which they are where it is safe.
+
+    Safe is a parabola whose minimum moved little since the one before; else the golden section of the larger interval.
+    """
+    first, second = best[0] - one[0], other[0] - best[0]
+    a, b = first * (other[1] - best[1]), second * (one[1] - best[1])
+    quadratic = 0.5 * (a / (a + b) * (one[0] - other[0]) + best[0] + other[0])
+    apart = np.where(np.abs(quadratic - best[0]) <= near, best[0] + np.sign(second) * near, quadratic)
+    golden = best[0] + SMALLER_PART * second
+    return np.where(np.abs(quadratic - before) < 0.5 * np.abs(first), apart, golden), quadratic

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cablestudy.cable.bracketing import bracket, zeros_between
+from cablestudy.cable.bracketing import bracket, minima_between, zeros_between
 from cablestudy.cable.catenary import solve
 from cablestudy.errors import NoSolutionError
 
@@ -169,8 +169,6 @@ def _between(function, low, high, index):
 
 def _least_tension(span, highest, at="mean"):
     """Chord strain and value of the least tension over all lengths."""
-    from scipy.optimize import elementwise
-
     near = np.geomspace(1e-14, 1e-2, 50)  # a steep cable has its least tension just before it is slack
     long = np.geomspace(1 + LOOSEST, 0.1, 50)[:-1] - 1  # under loads larger than its weight, where it is long
     strain = np.concatenate(
@@ -180,7 +178,8 @@ def _least_tension(span, highest, at="mean"):
     tension = _tension(span, strain, at)
     place = int(np.argmin(np.where(np.isnan(tension), np.inf, tension)))
     if 0 < place < len(strain) - 1:
-        found = elementwise.find_minimum(lambda x: _tension(span, x, at), tuple(strain[place - 1 : place + 2]))
-        if found.success and found.f_x <= tension[place]:
-            return float(found.x), float(found.f_x)
+        around = strain[place - 1 : place + 2, None]
+        (found,), (value,) = minima_between(lambda x, _: _tension(span, x, at), *around, [0])
+        if value <= tension[place]:
+            return float(found), float(value)
     return float(strain[place]), float(tension[place])
