@@ -348,6 +348,8 @@ def test_a_command_imports_only_what_it_needs(folder):
         ("static", "line.yaml", set()),  # the clearance above a profile of the ground
         ("static", "suspensions/trifilar.yaml", {SUSPENSIONS}),
         ("modes", "carlina.yaml", {"scipy"}),  # sparse matrices of mass
+        ("windrms", "carlina.yaml", {"scipy"}),
+        ("loop", "carlina.yaml", {"scipy"}),
         ("windrms", "suspensions/carlina-balloon-wind.yaml", {"scipy", "scipy.linalg", "scipy.optimize", SUSPENSIONS}),
     ],
 )
