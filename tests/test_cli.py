@@ -347,10 +347,11 @@ def test_a_command_imports_only_what_it_needs(folder):
         ("static", "guy.yaml", set()),  # lengths from a preload, units such as kg/m^3
         ("static", "line.yaml", set()),  # the clearance above a profile of the ground
         ("static", "suspensions/trifilar.yaml", {SUSPENSIONS}),
+        ("static", "suspensions/cable-robot.yaml", {SUSPENSIONS}),  # tensions that no bound changes
         ("modes", "carlina.yaml", {"scipy"}),  # sparse matrices of mass
         ("windrms", "carlina.yaml", {"scipy"}),
         ("loop", "carlina.yaml", {"scipy"}),
-        ("windrms", "suspensions/carlina-balloon-wind.yaml", {"scipy", "scipy.linalg", "scipy.optimize", SUSPENSIONS}),
+        ("windrms", "suspensions/fast-wind.yaml", {"scipy", "scipy.linalg", "scipy.optimize", SUSPENSIONS}),
     ],
 )
 def test_what_is_slow_to_import_is_imported_for_what_needs_it_alone(command, file, slow):
