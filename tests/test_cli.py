@@ -17,7 +17,7 @@ from command import CARLINA, CONFIGS, LONGEST, ROOT, SLACK, process, rows_of, ru
 
 from cablestudy import __version__
 from cablestudy.cli import main
-from cablestudy.study import report
+from cablestudy.study import all_columns, report, validate
 
 GUY = CONFIGS / "guy.yaml"
 
@@ -123,11 +123,16 @@ def test_json_carries_units_and_a_single_scene_is_one_row():
 @pytest.mark.parametrize("style", ["md", "csv", "json", "jsonl"])
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize(
-    ("command", "function"),
-    [("static", "static_table"), ("modes", "mode_table"), ("validate", "validate_table"), ("columns", "columns_table")],
+    ("command", "module", "function"),
+    [
+        ("static", report, "static_table"),
+        ("modes", report, "mode_table"),
+        ("validate", validate, "validate_table"),
+        ("columns", all_columns, "columns_table"),
+    ],
 )
-def test_a_number_that_is_not_finite_is_never_printed(monkeypatch, command, function, value, style):
-    original = getattr(report, function)
+def test_a_number_that_is_not_finite_is_never_printed(monkeypatch, command, module, function, value, style):
+    original = getattr(module, function)
 
     def spoilt(*arguments):
         found = original(*arguments)
@@ -135,7 +140,7 @@ def test_a_number_that_is_not_finite_is_never_printed(monkeypatch, command, func
         table.rows[-1][table.fields[0].name] = value
         return found
 
-    monkeypatch.setattr(report, function, spoilt)
+    monkeypatch.setattr(module, function, spoilt)
     outcome = run(command, *([] if command == "columns" else [GUY]), "--format", style, code=3)
     assert outcome.out == ""
     assert len(outcome.lines) == 1
