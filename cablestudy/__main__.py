@@ -1,9 +1,12 @@
 """The command `cablestudy`, also as `python -m cablestudy`: Ctrl-C ends it with one line, while it is imported too."""
 
+import atexit
+import gc
 import os
 import signal
 
 INTERRUPTED = 130  # exit code, as of the commands
+ALLOCATED = 5_000  # new objects that begin a search for garbage: modules make many and no garbage (the default is 700)
 
 
 def main():
@@ -11,9 +14,10 @@ def main():
     by_default = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # ignored in the background of a shell
     if by_default:
         signal.signal(signal.SIGINT, _end)
-    os.environ.setdefault(
-        "PYDANTIC_DISABLE_PLUGINS", "__all__"
-    )  # to look for any it reads the metadata of all packages
+    gc.set_threshold(ALLOCATED)
+    atexit.register(gc.freeze)  # else all that is left is searched for garbage once more when the program ends
+    # pydantic would read the metadata of all packages to look for plugins
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     from cablestudy.cli import main as command
 
     try:

@@ -5,9 +5,9 @@ import re
 from cablestudy.cli import main as program
 from cablestudy.cli.help import GROUPS
 from cablestudy.scene.keys import keys_of
+from cablestudy.study.all_columns import columns_table
 from cablestudy.study.markdown import short
 from cablestudy.study.materials import materials_table
-from cablestudy.study.report import columns_table
 
 FILES = {
     "scene": ("Keys of a scene", "a scene of one cable", "`ends` or `chord` under `cable`"),

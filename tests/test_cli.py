@@ -17,7 +17,7 @@ from command import CARLINA, CONFIGS, LONGEST, ROOT, SLACK, process, rows_of, ru
 
 from cablestudy import __version__
 from cablestudy.cli import main
-from cablestudy.study import report
+from cablestudy.study import all_columns, report, validate
 
 GUY = CONFIGS / "guy.yaml"
 
@@ -26,6 +26,8 @@ pytestmark = pytest.mark.usefixtures("folder")
 PRELOAD = str(CONFIGS / "preload.yaml")
 TOO_SLACK = ("--set", "cable.preload=1 N")
 HEAVY = ("numpy", "scipy", "pandas", "pydantic", "pint", "matplotlib", "yaml")
+SUSPENSIONS = "cablestudy.study.suspension.case"
+PARTS = ("scipy.optimize", "scipy.interpolate", "scipy.linalg", "scipy.signal", SUSPENSIONS)  # each slow to import
 
 
 COMMANDS = {
@@ -121,11 +123,16 @@ def test_json_carries_units_and_a_single_scene_is_one_row():
 @pytest.mark.parametrize("style", ["md", "csv", "json", "jsonl"])
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize(
-    ("command", "function"),
-    [("static", "static_table"), ("modes", "mode_table"), ("validate", "validate_table"), ("columns", "columns_table")],
+    ("command", "module", "function"),
+    [
+        ("static", report, "static_table"),
+        ("modes", report, "mode_table"),
+        ("validate", validate, "validate_table"),
+        ("columns", all_columns, "columns_table"),
+    ],
 )
-def test_a_number_that_is_not_finite_is_never_printed(monkeypatch, command, function, value, style):
-    original = getattr(report, function)
+def test_a_number_that_is_not_finite_is_never_printed(monkeypatch, command, module, function, value, style):
+    original = getattr(module, function)
 
     def spoilt(*arguments):
         found = original(*arguments)
@@ -133,7 +140,7 @@ def test_a_number_that_is_not_finite_is_never_printed(monkeypatch, command, func
         table.rows[-1][table.fields[0].name] = value
         return found
 
-    monkeypatch.setattr(report, function, spoilt)
+    monkeypatch.setattr(module, function, spoilt)
     outcome = run(command, *([] if command == "columns" else [GUY]), "--format", style, code=3)
     assert outcome.out == ""
     assert len(outcome.lines) == 1
@@ -315,8 +322,7 @@ try:
     main({list(map(str, arguments))!r})
 except SystemExit as stop:
     assert not stop.code, stop.code
-names = {{name.partition('.')[0] for name in sys.modules}}
-print(*sorted(names & set({HEAVY!r})), file=sys.stderr)
+print(*sorted(set({(*HEAVY, *PARTS)!r}) & sys.modules.keys()), file=sys.stderr)
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=LONGEST)
     return set(done.stderr.splitlines()[-1].split())
@@ -338,6 +344,24 @@ def test_a_command_imports_only_what_it_needs(folder):
     assert "pint" in _imported("static", scene, "--set", "cable.area=0.01 inch^2")
     assert "pandas" not in _imported("columns")
     assert _imported("columns", "--format", "csv") & {"pint", "pandas", "matplotlib"} == set()
+
+
+@pytest.mark.parametrize(
+    ("command", "file", "slow"),
+    [
+        ("static", "guy.yaml", set()),  # lengths from a preload, units such as kg/m^3
+        ("static", "line.yaml", set()),  # the clearance above a profile of the ground
+        ("static", "suspensions/trifilar.yaml", {SUSPENSIONS}),
+        ("static", "suspensions/cable-robot.yaml", {SUSPENSIONS}),  # tensions that no bound changes
+        ("modes", "carlina.yaml", {"scipy"}),  # sparse matrices of mass
+        ("windrms", "carlina.yaml", {"scipy"}),
+        ("loop", "carlina.yaml", {"scipy"}),
+        ("windrms", "suspensions/fast-wind.yaml", {"scipy", "scipy.linalg", "scipy.optimize", SUSPENSIONS}),
+    ],
+)
+def test_what_is_slow_to_import_is_imported_for_what_needs_it_alone(command, file, slow):
+    """Half of the time of most commands on one scene is that of imports."""
+    assert _imported(command, CONFIGS / file, "--quiet") - {"numpy", "pydantic", "yaml"} <= slow
 
 
 @pytest.mark.parametrize(

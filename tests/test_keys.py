@@ -9,7 +9,7 @@ from cablestudy.cli.help import COMMANDS
 from cablestudy.scene.keys import KINDS, NO_UNIT, REQUIRED, keys_of
 from cablestudy.scene.schema import scene_schema, study_schema, suspension_schema
 from cablestudy.scene.units import DIMENSIONS
-from cablestudy.study.report import columns_table
+from cablestudy.study.all_columns import columns_table
 
 sys.path.insert(0, str(ROOT / "docs"))
 import reference

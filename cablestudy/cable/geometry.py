@@ -7,6 +7,7 @@ a linear function of the arc length vanishes.
 
 import numpy as np
 
+from cablestudy.cable.bracketing import zeros_between
 from cablestudy.errors import NoSolutionError
 
 ROUNDING = 1e-13  # of a distance over the chord
@@ -185,13 +186,7 @@ def clearance(cable, end_1, ground):
 
 def _crossings(cable, place):
     """Where one cable passes a coordinate x, measured from end 1, shares of the unstretched length, shape (j,)."""
-    from scipy.optimize import brentq
-
     edges = np.asarray(cable.edges)
     beyond = places(cable, edges)[:, 0] - place
-
-    def gap(position):
-        return places(cable, np.array([position]))[0, 0] - place
-
     between = np.flatnonzero(beyond[:-1] * beyond[1:] < 0)
-    return np.array([brentq(gap, edges[i], edges[i + 1], xtol=1e-15) for i in between])
+    return zeros_between(lambda at, _: places(cable, at)[:, 0] - place, edges[between], edges[between + 1], between)

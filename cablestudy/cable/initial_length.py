@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from cablestudy.cable.bracketing import bracket, minima_between, zeros_between
 from cablestudy.cable.catenary import solve
 from cablestudy.errors import NoSolutionError
 
@@ -66,7 +67,7 @@ def closer_strain_for_tension(span, tension, at="mean"):
     if not np.isfinite(least):
         raise NoSolutionError(f"at no length with {name} of {tension:.6g} N has the cable a definite form")
     if tension > least:
-        return float(_between(excess, lowest, highest, 0))
+        return float(_between(excess, [lowest], [highest], [0])[0])
     if tension >= least * (1 - ROUNDING):
         return lowest
     length = span.chord / (1 + lowest)
@@ -147,38 +148,27 @@ def _root(function, guess, highest):
 
     The function takes places and which of the n they belong to.
     """
-    from scipy.optimize import elementwise
-
     step = np.minimum(np.maximum(1e-3 * np.abs(guess), 1e-15), (highest - LOOSEST) / 8)
     guess = np.clip(guess, LOOSEST + 2 * step, highest - 2 * step)
     root, rest = np.full(len(guess), np.nan), np.arange(len(guess))
     near = np.maximum(guess - NEAR * step, LOOSEST), np.minimum(guess + NEAR * step, highest)
     for right, (least, most) in ((guess + step, near), (highest, (np.full(len(guess), LOOSEST), highest))):
-        bracket = elementwise.bracket_root(
-            function, (guess - step)[rest], right[rest], xmin=least[rest], xmax=most[rest], args=(rest,),
-            maxiter=BRACKETS,
-        )  # fmt: skip
-        found = rest[bracket.success]
-        if len(found):
-            root[found] = _between(function, *(end[bracket.success] for end in bracket.bracket), found)
-        rest = rest[~bracket.success]
+        found, low, high = bracket(function, (guess - step)[rest], right[rest], least[rest], most[rest], rest, BRACKETS)
+        if found.any():
+            root[rest[found]] = _between(function, low[found], high[found], rest[found])
+        rest = rest[~found]
         if not len(rest):
             break
     return root
 
 
 def _between(function, low, high, index):
-    """Zeros between two places of different sign."""
-    from scipy.optimize import elementwise
-
-    tolerances = {"xatol": 0.0, "xrtol": 5e-16, "fatol": 4e-16, "frtol": 0.0}
-    return elementwise.find_root(function, (low, high), args=(index,), tolerances=tolerances, maxiter=MAX_STEPS).x
+    """Zeros between two places of different sign, shape (k,)."""
+    return zeros_between(function, low, high, index, rtol=5e-16, smallest=4e-16, steps=MAX_STEPS)
 
 
 def _least_tension(span, highest, at="mean"):
     """Chord strain and value of the least tension over all lengths."""
-    from scipy.optimize import elementwise
-
     near = np.geomspace(1e-14, 1e-2, 50)  # a steep cable has its least tension just before it is slack
     long = np.geomspace(1 + LOOSEST, 0.1, 50)[:-1] - 1  # under loads larger than its weight, where it is long
     strain = np.concatenate(
@@ -188,7 +178,8 @@ def _least_tension(span, highest, at="mean"):
     tension = _tension(span, strain, at)
     place = int(np.argmin(np.where(np.isnan(tension), np.inf, tension)))
     if 0 < place < len(strain) - 1:
-        found = elementwise.find_minimum(lambda x: _tension(span, x, at), tuple(strain[place - 1 : place + 2]))
-        if found.success and found.f_x <= tension[place]:
-            return float(found.x), float(found.f_x)
+        around = strain[place - 1 : place + 2, None]
+        (found,), (value,) = minima_between(lambda x, _: _tension(span, x, at), *around, [0])
+        if value <= tension[place]:
+            return float(found), float(value)
     return float(strain[place]), float(tension[place])

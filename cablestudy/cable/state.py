@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.bracketing import zeros_between
 from cablestudy.cable.element import Mesh, basis, lagrange
 from cablestudy.cable.segment import SegmentedCable
 from cablestudy.cable.span import Span
@@ -128,7 +129,5 @@ def sag(state, start):
 
     position = start
     if span.cosine > 1e-9 and abs(vertical_and_horizontal(start)[1]) > 1e-16:
-        from scipy.optimize import brentq
-
-        position = brentq(lambda s: vertical_and_horizontal(s)[1], 0.0, 1.0, xtol=1e-15)
+        (position,) = zeros_between(lambda s, _: np.array([vertical_and_horizontal(s[0])[1]]), [0.0], [1.0], [0])
     return -float(vertical_and_horizontal(position)[0] * span.unstretched_length)

@@ -8,6 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from cablestudy.cable.bracketing import zeros_between
+
 
 def lambda_squared(span, tension):
     """Irvine's parameter: stiffness by stretching over stiffness by sagging. [-]
@@ -69,19 +71,19 @@ def symmetric_roots(count, squared):
     Root y = Omega/2 of cos(y) (1 - q) + q sin(y)/y = 0 with q = lambda^2/Omega^2: Irvine's tan(y) = y - 4 y^3/lambda^2
     without its poles. Root k lies between (k - 1/2) pi (no sag) and (k + 1/2) pi.
     """
-    from scipy.optimize import elementwise
-
     squared = np.asarray(squared, dtype=float)[..., None]
     begin = (np.arange(1, count + 1) - 0.5) * np.pi
     squared, begin = np.broadcast_arrays(squared, begin)
 
-    def equation(y, parameter):
-        ratio = parameter / (4 * y * y)
+    shape, squared, begin = begin.shape, squared.ravel(), begin.ravel()
+
+    def equation(y, index):
+        ratio = squared[index] / (4 * y * y)
         return np.cos(y) * (1 - ratio) + ratio * np.sin(y) / y
 
     # slightly wider than the interval: without sag the root is its end
-    bracket = (begin * (1 - 1e-12), begin + np.pi * (1 - 1e-12))
-    return 2 * elementwise.find_root(equation, bracket, args=(squared,), tolerances={"xrtol": 1e-15}).x
+    low, high = begin * (1 - 1e-12), begin + np.pi * (1 - 1e-12)
+    return 2 * zeros_between(equation, low, high, np.arange(len(begin)), rtol=1e-15).reshape(shape)
 
 
 def symmetric_frequencies(count, span, tension, stretched=True):

@@ -5,6 +5,7 @@ A loop gain is a function of s, shape (f,) [rad/s], with values of shape (f, k, 
 
 import numpy as np
 
+from cablestudy.cable.bracketing import minima_between, zeros_between
 from cablestudy.control.law import INTEGRATOR
 
 PER_DECADE = 40
@@ -189,16 +190,13 @@ def maxima(function, low, top, high, *which):
     which : ndarray, shape (p,)
         Further arguments of the function.
     """
-    from scipy.optimize import elementwise
-
     # in steps of the distance of the frequencies: a peak may be a billionth of its frequency wide
-    found = elementwise.find_minimum(
-        lambda step, top, width, *which: -function(top + step * width, *which),
-        ((low - top) / (high - low), np.zeros(len(top)), (high - top) / (high - low)),
-        args=(top, high - low, *which),
-        tolerances={"xatol": PLACED, "xrtol": 0.0, "frtol": SETTLED},
-    )
-    return top + found.x * (high - low), np.nan_to_num(-found.f_x, nan=-np.inf)
+    width = high - low
+    found, value = minima_between(
+        lambda step, index: -function(top[index] + step * width[index], *(one[index] for one in which)),
+        (low - top) / width, np.zeros(len(top)), (high - top) / width, np.arange(len(top)), PLACED, 0.0, SETTLED,
+    )  # fmt: skip
+    return top + found * width, np.nan_to_num(-value, nan=-np.inf)
 
 
 def _placed(function, omega, width):
@@ -222,7 +220,6 @@ def passages(function, omega, value):
         seen where its values show that it may. [rad/s]
     value : ndarray, shape (f, k)
     """
-    from scipy.optimize import elementwise
 
     def one(omega, which):
         return np.take_along_axis(function(omega), which[:, None], axis=1)[:, 0]
@@ -235,9 +232,9 @@ def passages(function, omega, value):
     place, which = np.nonzero((value[:-1] < 0) != (value[1:] < 0))
     if not len(place):
         return np.zeros(0), which
-    found = elementwise.find_root(one, (omega[place], omega[place + 1]), args=(which,))
-    order = np.argsort(found.x)
-    return found.x[order], which[order]
+    found = zeros_between(one, omega[place], omega[place + 1], which)
+    order = np.argsort(found)
+    return found[order], which[order]
 
 
 def _turning(function, omega, value):

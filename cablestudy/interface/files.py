@@ -17,7 +17,7 @@ def validate(files, set=()):
     mistakes : list of Mistake
     notes : list of str
     """
-    from cablestudy.study.report import validate_table
+    from cablestudy.study.validate import validate_table
 
     return validate_table(files, tuple(set))
 
@@ -62,7 +62,7 @@ def template(kind):
 
 def columns(text=""):
     """Every column, or those with a text in their names: what it is of, name, unit, meaning, what it needs: Table."""
-    from cablestudy.study.report import columns_table
+    from cablestudy.study.all_columns import columns_table
 
     return columns_table(text)
 

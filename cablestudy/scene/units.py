@@ -1,7 +1,7 @@
 """Text with a unit -> SI numbers, correctly rounded: "1.85 mm" is the double 0.00185.
 
-The units are those of pint, which is imported when the first unit is read that is neither the program's own nor a
-decimal multiple of one of a few, since that takes half a second.
+The units are those of pint, which is imported when the first unit is read that is not made of the SI units of
+`_METRIC`, since that takes a third of a second.
 Number and factor are decimal, so that their product is rounded once.
 """
 
@@ -62,15 +62,33 @@ _SCALES = {
     "F": (Decimal("459.67"), Decimal(5) / 9),
 }
 
-# Multiples of these need no pint.
+# Units that need no pint: factor, and powers of m, kg, s, K and rad.
+_NO_DIMENSION = (0, 0, 0, 0, 0)
+_PI = Decimal("3.14159265358979323846264338327950288")
+_METRIC = {
+    "m": (Decimal(1), (1, 0, 0, 0, 0)), "g": (Decimal("0.001"), (0, 1, 0, 0, 0)), "s": (Decimal(1), (0, 0, 1, 0, 0)),
+    "N": (Decimal(1), (1, 1, -2, 0, 0)), "Pa": (Decimal(1), (-1, 1, -2, 0, 0)), "Hz": (Decimal(1), (0, 0, -1, 0, 0)),
+    "rad": (Decimal(1), (0, 0, 0, 0, 1)),
+}  # fmt: skip
 _PREFIXES = {"k": 3, "M": 6, "G": 9, "c": -2, "m": -3, "u": -6, "µ": -6}
-_PREFIXED = {"m": 1, "m^2": 2, "N": 1, "Pa": 1, "Hz": 1, "s": 1}  # and the power of the prefix
+_METRIC |= {
+    prefix + symbol: (factor.scaleb(power), dimension)
+    for symbol, (factor, dimension) in _METRIC.items()
+    for prefix, power in _PREFIXES.items()
+}
+_METRIC |= {
+    "t": (Decimal(1000), (0, 1, 0, 0, 0)), "tonne": (Decimal(1000), (0, 1, 0, 0, 0)),
+    "min": (Decimal(60), (0, 0, 1, 0, 0)), "h": (Decimal(3600), (0, 0, 1, 0, 0)), "K": (Decimal(1), (0, 0, 0, 1, 0)),
+    "deg": (_PI / 180, (0, 0, 0, 0, 1)), "%": (Decimal("0.01"), _NO_DIMENSION),
+    "percent": (Decimal("0.01"), _NO_DIMENSION),
+}  # fmt: skip
 
 _QUANTITY = re.compile(
     r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)(?:/([0-9]{1,9}))?\s*(.*?)\s*", re.DOTALL
 )
 # Names with small powers, joined by * / and brackets: nothing in it can grow, and nothing is ever evaluated.
 _NAME = r"[A-Za-zµμΩ°%][A-Za-z0-9_]*"
+_POWER = re.compile(rf"({_NAME})(?:\^([-+]?[0-9]{{1,2}}))?")
 _UNIT = re.compile(rf"(?:{_NAME}(?:\s*(?:\^|\*\*)\s*[-+]?[0-9]{{1,2}})?|1(?=\s*/)|[*/()· ])+")
 
 
@@ -200,10 +218,11 @@ def _factor(name, unit):
     """Ratio of a unit as written ("" for the program's own) to one of DIMENSIONS, to 28 digits, as Decimal."""
     if name in ("", unit):
         return Decimal(1)
-    if unit in _PREFIXED and name[1:] == unit and name[0] in _PREFIXES:
-        return Decimal(1).scaleb(_PREFIXES[name[0]] * _PREFIXED[unit])
     if unit == "dB":  # a level is not a multiple of anything, so that its unit is all that is checked
         raise _NotAQuantityError("")
+    metric = _metric_ratio(name, unit)
+    if metric is not None:
+        return metric
     ratio, dimension = _root(name)
     scale, expected = _root(unit)
     if dimension != expected:
@@ -212,6 +231,27 @@ def _factor(name, unit):
         noun = "" if degrees else _dimension_name(dimension)
         raise _NotAQuantityError(f" ({'; '.join(filter(None, (noun, meant and f'did you mean {meant}?')))})")
     return ratio / scale
+
+
+def _metric_ratio(name, other):
+    """Ratio of two units as written that are made of those of `_METRIC`; None of others, or where they do not fit."""
+    one, another = _metric_root(name), _metric_root(other)
+    return one[0] / another[0] if one and another and one[1] == another[1] else None
+
+
+def _metric_root(name):
+    """Factor and powers of m, kg, s, K and rad of products of `_METRIC` and quotients by one of them, or None."""
+    over, *under = name.strip().replace("**", "^").replace("°", "deg").split("/")
+    words = [] if over.strip() == ("1" if under else "") else re.split(r"\s*[*·]\s*|\s+", over.strip())
+    factor, dimension = Decimal(1), _NO_DIMENSION
+    for sign, word in (*((1, word) for word in words), *((-1, word.strip()) for word in under)):
+        found = _POWER.fullmatch(word)
+        if found is None or found[1] not in _METRIC or len(under) > 1:
+            return None
+        power, (size, powers) = sign * int(found[2] or 1), _METRIC[found[1]]
+        factor *= size**power
+        dimension = tuple(a + power * b for a, b in zip(dimension, powers, strict=True))
+    return factor, dimension
 
 
 def _of_force_or_mass(name, expected):
@@ -228,6 +268,9 @@ def common_factor(name, other):
     """Ratio of one unit to another, both as written, as Decimal; ValueError when they do not fit each other."""
     if name == other:
         return Decimal(1)
+    metric = _metric_ratio(name, other)
+    if metric is not None:
+        return metric
     try:
         (ratio, dimension), (scale, expected) = _root(name), _root(other)
     except _NotAQuantityError as error:

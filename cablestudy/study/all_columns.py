@@ -1,10 +1,12 @@
-"""Columns by name, of one cable and of suspensions, and why a scene cannot have one."""
+"""Columns by name, of one cable and of suspensions, why a scene cannot have one, and the table of all."""
 
+from cablestudy.errors import SceneError
 from cablestudy.scene.scene import quantity_of
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study import columns as of_one_cable
 from cablestudy.study.columns import Column
 from cablestudy.study.suspension import columns as of_suspensions
+from cablestudy.study.table import Field, Table
 
 OF_SUSPENSIONS = {c.name for c in of_suspensions.WHOLE} - {c.name for c in of_one_cable.COLUMNS}
 HEADERS = {c.header for c in of_suspensions.WHOLE if c.name in OF_SUSPENSIONS}
@@ -50,3 +52,38 @@ def why_not(scene, column):
         return f"{column.name} is of a cable with fixed ends: the scene must not have the key {column.without}"
     key = of_one_cable.lacks(scene, column)
     return f"{column.name} needs the key {key}, which the scene does not have" if key else ""
+
+
+def columns_table(text=""):
+    """Table of columns: what it is of (one cable, or a suspension), name, unit, meaning, what it needs.
+
+    Parameters
+    ----------
+    text : str
+        Only those with this text in their names; blanks are underscores, as in headings.
+
+    Raises
+    ------
+    SceneError
+        There is none.
+    """
+    asked = "_".join(text.split())
+    kinds = {"cable": (*of_one_cable.COLUMNS, *of_one_cable.FAMILIES), "suspension": of_suspensions.families()}
+    found = [(kind, c) for kind, columns in kinds.items() for c in columns if asked in c.header]
+    if not found:  # perhaps one of a family: sag of n1, or mode 3
+        try:
+            found = [("suspension" if "." in asked or asked.startswith("frequency_") else "cable", find(asked))]
+        except ValueError as error:
+            raise SceneError(str(error)) from None
+    rows = [
+        {"of": kind, "column": c.header, "unit": c.unit, "meaning": c.meaning, "needs": c.needs, "key": keys_of(c)}
+        for kind, c in found
+    ]
+    return Table(tuple(Field(name, name) for name in rows[0]), rows)
+
+
+def keys_of(column):
+    """The keys that a column needs, as the file has them."""
+    return ", ".join(
+        of_one_cable.written_key(key).replace("|", " or ").replace("load_case.", "cases.*.") for key in column.keys
+    )

@@ -1,21 +1,10 @@
-"""Tables of the commands static, modes, columns and validate."""
+"""Tables of the commands static and modes."""
 
 import numpy as np
 
 from cablestudy.cable.catenary import split
-from cablestudy.errors import SceneError
-from cablestudy.scene.document import apply_sets, read_file, resolve_base
-from cablestudy.scene.likely_mistakes import likely_mistakes
-from cablestudy.scene.sampling import FEWEST
-from cablestudy.scene.scene import is_study, read_scene
-from cablestudy.scene.study import study_of
-from cablestudy.scene.words import counted
-from cablestudy.study.all_columns import find
-from cablestudy.study.case_modes import errors_of
-from cablestudy.study.columns import COLUMNS, FAMILIES, STATUS, lacks, written_key
-from cablestudy.study.prepare import prepare
+from cablestudy.study.columns import COLUMNS, STATUS, lacks
 from cablestudy.study.row import evaluate
-from cablestudy.study.suspension.columns import families
 from cablestudy.study.table import Field, Table
 
 PARTICIPATION = "N/(m sqrt(kg))"  # unit
@@ -95,82 +84,14 @@ def modes_as_rows(case, modes, chosen, more):
 
 def _errors_of_modes(case, modes, chosen):
     """Yield the estimated error of each chosen frequency, where it is known: header -> number."""
+    from cablestudy.study.case_modes import errors_of
+
     errors, _ = errors_of(case, modes.first(int(max(chosen, default=-1)) + 1))
     for k in chosen:
         yield {} if errors[k] is None else {"frequency_Hz": errors[k]}
-
-
-def columns_table(text=""):
-    """Table of columns: what it is of (one cable, or a suspension), name, unit, meaning, what it needs.
-
-    Parameters
-    ----------
-    text : str
-        Only those with this text in their names; blanks are underscores, as in headings.
-
-    Raises
-    ------
-    SceneError
-        There is none.
-    """
-    asked = "_".join(text.split())
-    kinds = {"cable": (*COLUMNS, *FAMILIES), "suspension": families()}
-    found = [(kind, c) for kind, columns in kinds.items() for c in columns if asked in c.header]
-    if not found:  # perhaps one of a family: sag of n1, or mode 3
-        try:
-            found = [("suspension" if "." in asked or asked.startswith("frequency_") else "cable", find(asked))]
-        except ValueError as error:
-            raise SceneError(str(error)) from None
-    rows = [
-        {"of": kind, "column": c.header, "unit": c.unit, "meaning": c.meaning, "needs": c.needs, "key": keys_of(c)}
-        for kind, c in found
-    ]
-    return Table(tuple(Field(name, name) for name in rows[0]), rows)
-
-
-def keys_of(column):
-    """The keys that a column needs, as the file has them."""
-    return ", ".join(written_key(key).replace("|", " or ").replace("load_case.", "cases.*.") for key in column.keys)
 
 
 def shape_positions(case):
     """Shares of the unstretched length at which a picture draws the static shape, loads included: shape (j,)."""
     edges = np.cumsum(split(case.span).fraction)
     return np.unique(np.concatenate([np.linspace(0.0, 1.0, 401), edges[:-1]]))
-
-
-def validate_table(files, sets=()):
-    """Read and check files, with `--set` options.
-
-    Returns
-    -------
-    table : Table
-        File, kind, number of cases (of a scene its load cases, or 1), status.
-    mistakes : list of Mistake
-    notes : list of str
-        Warnings about files without a mistake.
-    """
-    rows, mistakes, notes = [], [], []
-    for file in files:
-        try:
-            kind, cases, known = _validate(file, sets)
-            notes += known
-            rows.append({"file": file, "kind": kind, "cases": cases, "status": "ok"})
-        except SceneError as error:
-            mistakes += error.mistakes
-            rows.append({"file": file, "status": counted(len(error.mistakes), "mistake")})
-    return Table(tuple(Field(name, name) for name in ("file", "kind", "cases", "status")), rows), mistakes, notes
-
-
-def _validate(file, sets):
-    document = read_file(file)
-    if is_study(document):
-        study = study_of(document, sets)
-        prepare(study)
-        notes, sample = [], study.sample
-        if sample and sample.method == "saltelli" and sample.count < FEWEST:
-            few = f"sample: {sample.count} points; --sensitivity needs at least {FEWEST}"
-            notes = [f"{study.where(('sample', 'count'))}: {few}"]
-        return "study", study.count, [*study.likely_mistakes(), *study.notes, *notes]
-    document = apply_sets(resolve_base(document), sets)
-    return "scene", len(read_scene(document).cases) or 1, likely_mistakes(document)

@@ -67,6 +67,9 @@ def ritz(system, basis, vectors):
 
 def _assigned(part):
     """Rows and columns of the assignment with the largest sum of entries."""
+    best = part.argmax(axis=1) if part.size else []
+    if len(np.unique(best)) == len(part):  # no sum of one entry of each row is larger, and none need be searched
+        return np.arange(len(part)), best
     from scipy.optimize import linear_sum_assignment
 
     return linear_sum_assignment(part, maximize=True)

@@ -109,8 +109,6 @@ def _objective(method, count, unknowns):
 
 def _least_distance(particular, space, count, objective, desired, low, high, unit):
     """Coordinates z of the solution in the null space of the equations, or None where the bounds leave none."""
-    from scipy.optimize import nnls
-
     # S (t_0 + Z z - target) = S Z z - f, with z = V (w + f')/s; motions that change no tension are left out
     left_vectors, values, right_vectors = np.linalg.svd(objective @ space, full_matrices=False)
     kept = values > RANK * values.max(initial=0.0)
@@ -124,6 +122,8 @@ def _least_distance(particular, space, count, objective, desired, low, high, uni
         return start
     if not kept.any():
         return None
+    from scipy.optimize import nnls
+
     multipliers, _ = nnls(np.vstack([rows.T, bounds]), np.append(np.zeros(rows.shape[1]), 1.0), maxiter=100 * count)
     gap = np.vstack([rows.T, bounds]) @ multipliers - np.append(np.zeros(rows.shape[1]), 1.0)
     if -gap[-1] <= OUTSIDE**2:
@@ -140,8 +140,6 @@ def _least_distance(particular, space, count, objective, desired, low, high, uni
 
 def _nearest(particular, space, count, low, high, unit):
     """Coordinates z for which the sum of the tensions outside the bounds is least, by a linear program."""
-    from scipy.optimize import linprog
-
     size = space.shape[1]
     if size == 0:
         return np.zeros(0)
@@ -152,5 +150,7 @@ def _nearest(particular, space, count, low, high, unit):
     bounds = np.concatenate([(particular[:count] - low)[lower], (high - particular[:count])[upper]])
     cost = np.append(np.zeros(size), np.ones(count))
     limits = [(None, None)] * size + [(0, None)] * count
+    from scipy.optimize import linprog
+
     found = linprog(cost, A_ub=rows, b_ub=bounds / unit, bounds=limits, method="highs")
     return found.x[:size] * unit if found.success else np.zeros(size)

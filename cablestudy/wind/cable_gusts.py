@@ -12,6 +12,7 @@ from math import ceil
 import numpy as np
 
 from cablestudy.wind.coherence import Rod
+from cablestudy.wind.spline import CardinalSplines
 from cablestudy.wind.variance import Noise
 
 PER_DECADE, DEGREE = 24, 7  # ratios at which the covariance is computed, and of the spline
@@ -104,10 +105,8 @@ class CableGusts:
 
     def _shares(self, frequency):
         """Share of each known covariance in that at frequencies, shape (k, f)."""
-        from scipy.interpolate import make_interp_spline
-
         known = self._known[0]
         if known is None:
             return np.ones((1, len(frequency)))
         place = np.clip(np.log(self.ratio(frequency)), known[0], known[-1])
-        return make_interp_spline(known, np.eye(len(known)), k=DEGREE)(place).T
+        return CardinalSplines(known, DEGREE)(place).T

@@ -15,6 +15,7 @@ import numpy as np
 from cablestudy.system.rigid import cross_matrix, size
 from cablestudy.wind.mean import body_forces
 from cablestudy.wind.spectrum import admittance, speed_spectrum
+from cablestudy.wind.spline import CardinalSplines
 from cablestudy.wind.variance import Noise
 
 PER_DECADE, DEGREE = 8, 5  # kappa at which the covariance is computed, and of the spline: 6e-6 of a variance
@@ -173,16 +174,15 @@ class Gusts:
         -------
         cables, bodies : ndarray, shape (k, f)
         """
-        from scipy.interpolate import make_interp_spline
-
         known = self._known[0]
         if known is None:
             return (np.ones((1, len(kappa))),) * 2
         known, place = np.log(known), np.log(np.maximum(kappa, 1e-300))
         low, high = known[[0, -1]]
-        spline = make_interp_spline(known, np.eye(len(known)), k=DEGREE)
+        splines = CardinalSplines(known, DEGREE)
         # nearly coherent: linear in kappa, d/d log kappa = kappa d/d kappa
-        bodies = spline(np.clip(place, low, high)) - np.maximum(-np.expm1(place - low), 0.0)[:, None] * spline(low, 1)
+        below = np.maximum(-np.expm1(place - low), 0.0)[:, None]
+        bodies = splines(np.clip(place, low, high)) - below * splines.first_slope
         # all that cables take part in falls with 1/kappa at last, and the speeds at the bodies remain as they are
         return (np.exp(np.minimum(high - place, 0.0))[:, None] * bodies).T, bodies.T
 
