@@ -88,7 +88,7 @@ def solve(scene, *names, estimate=False):
 
 
 def damping_of_modes(scene, count):
-    """Frequencies [Hz] and damping ratios [-] of the lowest coupled modes of a suspension; NaN without a ratio."""
+    """Frequencies [Hz] and damping ratios [-] of the lowest coupled modes of a suspension."""
     rows = cs.load(scene).compute("modes", count=count).table.rows
     return tuple(np.array([row[name] for row in rows], dtype=float) for name in ("frequency_Hz", "damping_ratio"))
 

@@ -5,8 +5,6 @@ bars: each has the frequency 2 c N/L sin a and the coupling m L/(2 N^2) cot^2 a,
 movement by 2 zeta c m/N sum cos^2 a/sin a, about 4 zeta c m/pi (1 + 1/2 + 1/3 + ...).
 """
 
-import json
-
 import numpy as np
 import pytest
 from command import run
@@ -62,21 +60,3 @@ def test_notes_tell_of_how_many_modes_the_damping_is():
     for damping in ("{model: hysteretic, loss_factor: 0.02}", "{model: modal, ratio: 0, viscous: 0.01}"):
         lines = run("modes", scene, "--explain", "--set", f"cable.damping={damping}").lines
         assert not [line for line in lines if "damping" in line]
-
-
-def test_with_an_accuracy_modal_damping_gives_no_ratio_to_modes_that_move_the_ends_of_cables():
-    """Nor does a scene of one cable give one to its gondola; modes of the cables alone have that of the scene."""
-
-    def modes(*sets):
-        options = [word for one in sets for word in ("--set", one)]
-        answer = run("modes", "configs/suspensions/carlina-net.yaml", "-n", "9", "--format", "json", *options)
-        return [row["damping_ratio"] for row in json.loads(answer.out)["rows"]], answer.err
-
-    ratios, said = modes("cable.damping.ratio=0.013")
-    assert ratios == [None] * 9
-    assert "damping ratios left out: modal damping grows with the number of modes: take hysteretic or " in said
-    held, silent = modes("cable.damping.ratio=0.013", "bodies.gondola.free=[]")
-    assert held == pytest.approx([0.013] * 9, rel=1e-6)
-    exact, still = modes("cable.damping.ratio=0.013", "model={elements: 9}")
-    assert None not in exact
-    assert "left out" not in silent + still

@@ -45,7 +45,7 @@ def form(scene, table: Text | None = None):
 def modes(scene, count: Modes | None = None, upto: Frequency | None = None, estimate: bool = False):
     """`estimate` changes nothing: the errors are known."""
     from cablestudy.study.suspension.notes import notes_of, warnings_of
-    from cablestudy.study.suspension.report import damping_warnings, mode_notes, mode_table
+    from cablestudy.study.suspension.report import mode_notes, mode_table
 
     limit, case, size = frequency_limit(count, upto), scene.case, count or DEFAULT_MODES
     found = case.modes(size) if limit is None else case.modes_up_to(limit)
@@ -53,7 +53,7 @@ def modes(scene, count: Modes | None = None, upto: Frequency | None = None, esti
     return Answer(
         table=mode_table(case, found, asked),
         explain=lambda: (*notes_of(case), *mode_notes(case, found, len(asked))),
-        warnings=(*warnings_of(case), *damping_warnings(case, found, asked), *fewer_modes(found, size, limit)),
+        warnings=(*warnings_of(case), *fewer_modes(found, size, limit)),
         draw=lambda plots: plots.suspension_modes(case, found, len(asked)),
         case=case,
     )

@@ -184,16 +184,6 @@ class CoupledModes:
                 values[first - 1 : last].sort()
         return np.abs(ratio - other) / np.where(ratio > 0, ratio, 1.0)
 
-    @property
-    def growing_damping(self):
-        """Which modes have a damping ratio that grows with the number of modes of their cables, shape (k,).
-
-        Those that move an end of a cable with modal damping: the ratio then has no limit as modes are added.
-        """
-        cables, ends = self.solution.models.cables, self.layout.ends(self.layout.bodies(self.shapes))
-        moved = np.where(cables.modal, cables.mass, 0.0)[:, None] * (ends**2).sum(axis=1)
-        return (moved > NOISE).any(axis=0)
-
     def compliance_shares(self, body, axis):
         """Share of each mode in the static compliance of a free motion of a body, see `linear.compliance_shares`.
 

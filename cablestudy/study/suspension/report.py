@@ -7,7 +7,6 @@ import numpy as np
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.notes import of_comparison
-from cablestudy.study.row import MODAL
 from cablestudy.study.suspension.columns import body_columns, cable_columns, has_key, point_columns
 from cablestudy.study.suspension.numbers import numbers_of
 from cablestudy.study.suspension.rows import value
@@ -154,7 +153,7 @@ def form_tables(scene):
     }
 
 
-def mode_table(case, modes, chosen, of_model=False):
+def mode_table(case, modes, chosen):
     """Coupled modes as rows.
 
     Parameters
@@ -164,8 +163,6 @@ def mode_table(case, modes, chosen, of_model=False):
         Of this case.
     chosen : sequence of int
         Which of them, from 0.
-    of_model : bool
-        Whether damping ratios are those of the model, as of a state space, also where more modes of cables change them.
 
     Returns
     -------
@@ -179,11 +176,10 @@ def mode_table(case, modes, chosen, of_model=False):
         Field("body_share", "body share"),
     )
     share = np.where(modes.body_share > ROUNDING, modes.body_share, 0.0)
-    unknown, rows = _without_ratio(case, modes) & (not of_model), []
+    damping = np.where(np.abs(modes.damping_ratio) > ROUNDING, modes.damping_ratio, 0.0)
+    rows = []
     for k in map(int, chosen):
-        damping = None if unknown[k] else float(modes.damping_ratio[k])  # which takes a finer model
-        ratio = 0.0 if damping is not None and abs(damping) <= ROUNDING else damping
-        numbers = k + 1, float(modes.frequency[k]), ratio, modes.moves[k], float(share[k])
+        numbers = k + 1, float(modes.frequency[k]), float(damping[k]), modes.moves[k], float(share[k])
         rows.append(dict(zip((field.name for field in fields), numbers, strict=True)))
 
     def errors():
@@ -193,16 +189,6 @@ def mode_table(case, modes, chosen, of_model=False):
             yield {name: error for name, error in stated.items() if not np.isnan(error)}
 
     return Table(fields, rows, errors=errors)
-
-
-def _without_ratio(case, modes):
-    """Which modes have no damping ratio to an accuracy, shape (k,): see `CoupledModes.growing_damping`."""
-    return modes.growing_damping & (case.model is None)
-
-
-def damping_warnings(case, modes, chosen):
-    """Why some of the chosen modes (from 0) have no damping ratio: at most one line."""
-    return (f"damping ratios left out: {MODAL}",) if _without_ratio(case, modes)[list(chosen)].any() else ()
 
 
 def mode_errors(case, modes, count):

@@ -219,7 +219,7 @@ def linear_model(case, found):
 
 def mode_table(choice):
     """Table of the modes that a choice keeps."""
-    return coupled_mode_table(choice.case, choice.found, choice.chosen, of_model=True)
+    return coupled_mode_table(choice.case, choice.found, choice.chosen)
 
 
 def curves(choice):
