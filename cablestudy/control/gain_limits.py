@@ -14,7 +14,7 @@ import numpy as np
 from cablestudy.control.law import SMALL
 from cablestudy.control.margins import Margins, gain_of_peak, sensitivity
 from cablestudy.control.margins_crossings import crossing_near, crossings, refined
-from cablestudy.control.margins_grid import beside, by_parts, curve, eigenvalues, frequencies
+from cablestudy.control.margins_grid import beside, by_parts, curve, curve_beside, distinct, eigenvalues, frequencies
 
 UNDAMPED = 1e-8  # damping ratio below which a mode counts as undamped
 NEGLIGIBLE = 1e-9  # growth over frequency, of such a mode, that is not called instability: twofold in 1e8 oscillations
@@ -26,7 +26,7 @@ NEAR = 0.5  # relative distance of an eigenvalue from -1 over a gain up to which
 FIRST_STEP = 1e-6  # relative, of the search for a crossing near another one
 SETTLED = 1e-12  # relative, of a frequency that is found
 HIGHEST = 1e3  # gain up to which the sensitivity of a loop without limit is looked at, over its highest pole
-FARTHEST = 1e9  # gain up to which stability is judged, over the lowest pole
+FARTHEST = 1e9  # gain up to which stability is judged, over the lowest pole: beyond it rounding decides
 CLOSED = 3.0  # gains between which poles of the closed loop follow from a crossing, over its gain
 
 
@@ -107,7 +107,8 @@ class StableGains:
     @cached_property
     def _crossings(self):
         omega, _, values = self.curve
-        return crossings(omega[None], values[None]).sorted()
+        found = crossings(omega[None], values[None])
+        return found.take(found.factor < FARTHEST * np.abs(self.poles).min(initial=np.inf)).sorted()
 
     @property
     def limit(self):
@@ -126,14 +127,9 @@ class StableGains:
         rest, found = self._crossings, []
         while len(rest) and (not found or rest.factor[0] < found[0].factor):
             near, rest = _least(self.loop_gain, rest)
-            found += [one for one, outward in self._described(near) if outward and one.factor < self._farthest]
+            found += [one for one, outward in self._described(near) if outward and one.factor < np.inf]
             found.sort(key=lambda one: one.factor)
         return found
-
-    @property
-    def _farthest(self):
-        """Gain beyond which rounding decides. [rad/s]"""
-        return FARTHEST * np.abs(self.poles).min(initial=np.inf)
 
     def _described(self, crossings):
         """Each as a `Limit`, and whether the pole crosses to the right: list of pairs."""
@@ -197,8 +193,9 @@ class StableGains:
         near = near.take((near.factor < CLOSED * gain) & (gain < CLOSED * near.factor))
         poles = 1j * near.place + 1j / (near.factor * near.slope) * (gain / near.factor - 1)
         added = beside(np.append(poles, -gain)) if gain else np.zeros(0)
-        low, high = self.curve[0][[0, -1]]
-        return np.union1d(self.curve[0], added[(added > low) & (added < high)])
+        omega, matrices, _ = self.curve
+        closer = curve_beside(self.loop_gain, gain, omega, matrices) if gain else omega
+        return distinct(np.append(closer, added[(added > omega[0]) & (added < omega[-1])]))
 
     def margins(self, gain):
         """`Margins` of the loop with a gain. [rad/s]"""
@@ -222,7 +219,7 @@ class StableGains:
         gain, omega, reached = most or HIGHEST * np.abs(self.poles).max(), self.curve[0], False
         for _ in range(2):  # beside the poles without the loop, then beside those with that gain
             gain, found = gain_of_peak(lambda s: by_parts(self.loop_gain, s.imag), omega, peak, gain)
-            omega = np.union1d(omega, self.frequencies(gain))
+            omega = distinct(np.append(omega, self.frequencies(gain)))
             reached = reached or found is not None
         return gain if most or reached else None
 

@@ -57,7 +57,8 @@ class Crossings:
     @property
     def factor(self):
         """Of the gain, that each needs, interpolated, shape (c,)."""
-        return -1 / (self.values[:, 0] + self.slope * (self.place - self.omega[:, 0])).real
+        with np.errstate(divide="ignore", invalid="ignore"):  # of values that rounding leaves of zero
+            return -1 / (self.values[:, 0] + self.slope * (self.place - self.omega[:, 0])).real
 
     @property
     def outward(self):
@@ -89,8 +90,8 @@ def crossings(omega, values):
     row, place, which = np.nonzero(crosses & (np.minimum(before.real, after.real) < 0) & (np.abs(before) > least))
     omega = np.stack([omega[row, place], omega[row, place + 1]], axis=1)
     found = Crossings(omega, np.stack([before[row, place, which], after[row, place, which]], axis=1))
-    with np.errstate(divide="ignore"):
-        return found.take(found.factor > 0)
+    factor = found.factor
+    return found.take((factor > 0) & (factor < np.inf))
 
 
 def refined(function, found):

@@ -11,6 +11,7 @@ from cablestudy.control.law import INTEGRATOR
 PER_DECADE = 40
 RANGE = 1e-4, 1e3  # frequencies that are evaluated, over the least and largest of the poles
 ASIDE = np.array([0.3, 0.7, 1.2, 2.0, 3.5, 6.0, 12.0])  # distances from a pole, in its half-widths
+ALIKE = 1e-13  # relative distance of frequencies that are one
 BROAD = 0.12  # largest such distance, relative to the frequency of the pole: beyond it the decades are as close
 UNDAMPED = 1e-9  # damping ratio below which the loop gain at the pole itself is as good as infinite
 TURN = 0.1  # of a delay from one frequency to the next [rad]
@@ -18,6 +19,7 @@ AT_ONCE = 100  # frequencies of one call
 # Between two frequencies more are taken where an eigenvalue turns so far, or where one near the negative real axis
 # changes so much (its angle over that to the axis, the logarithm of its size) that it may cross and come back.
 FAR_TURN, NEAR_AXIS, SHARE, GROWTH = 0.5, 0.8, 0.25, 0.3
+HIGH, TURNED = 3.0, 0.5  # distance of an eigenvalue from -1 up to which its change, relative to it, is followed
 COARSE, HALVINGS = 1e-3, 7  # relative distance of two frequencies that are close enough, and how often it is halved
 REACH = 2.0  # a peak between frequencies is at most so many times its visible height above the highest of them
 FLAT = 0.02  # peaks so much, relative, below the highest are refined too
@@ -46,7 +48,13 @@ def frequencies(poles, notches=(), law=INTEGRATOR):
     low, high = RANGE[0] * centre.min(), RANGE[1] * centre.max()
     decades = np.geomspace(low, high, 2 + int(PER_DECADE * np.log10(high / low)))
     turns = TURN / law.delay * np.arange(1, law.reach * law.delay / TURN) if law.delay else np.zeros(0)
-    return np.unique(np.concatenate([decades, turns[turns < high], beside(poles)]))
+    return distinct(np.concatenate([decades, turns[turns < high], beside(poles)]))
+
+
+def distinct(omega):
+    """Frequencies in ascending order, without those that only rounding tells from others: these would hide a peak."""
+    omega = np.unique(omega)
+    return omega[np.append(True, np.diff(omega) > ALIKE * omega[1:])]
 
 
 def beside(poles):
@@ -111,10 +119,25 @@ def curve(function, omega, matrices=None, upto=np.inf):
     values : ndarray, shape (g, k)
         Its eigenvalues.
     """
-    omega, matrices = finite(omega, by_parts(function, omega) if matrices is None else matrices)
+    return _closer(function, *finite(omega, by_parts(function, omega) if matrices is None else matrices), _unsure, upto)
+
+
+def curve_beside(function, gain, omega, matrices):
+    """Frequencies of a `curve`, closer where the sensitivity with a gain [rad/s] turns, ascending. [rad/s]"""
+
+    def turning(values):
+        before, after = (1 + gain * part for part in paired(values))
+        near = np.minimum(np.abs(before), np.abs(after))
+        return ((near < HIGH) & (np.abs(after - before) > TURNED * near)).any(axis=1)
+
+    return _closer(function, omega, matrices, turning)[0]
+
+
+def _closer(function, omega, matrices, unsure, upto=np.inf):
+    """Frequencies, matrices and eigenvalues as of `curve`, with more between those that `unsure` chooses of these."""
     values = eigenvalues(matrices)
     for _ in range(HALVINGS):
-        wide = _unsure(values) & (np.diff(omega) > COARSE * omega[1:]) & (omega[1:] < upto)
+        wide = unsure(values) & (np.diff(omega) > COARSE * omega[1:]) & (omega[1:] < upto)
         if not wide.any():
             break
         between = (omega[1:] + omega[:-1])[wide] / 2
