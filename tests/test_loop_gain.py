@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from references.bar_loop import BarLoop
+from references.bars_in_wind import BarsInWind
 from test_suspension_loop_bars import scene_of
 
 from cablestudy.scene.suspension import SuspensionScene
@@ -12,9 +13,9 @@ from cablestudy.study.suspension.driven_cables import DrivenCables
 BARS, TURN = 6, 2 * np.pi
 
 
-def both(seed):
+def both(seed, **changes):
     """`LoopGain` of a scene with all modes of its bars, and the dense bars."""
-    data = scene_of(seed)
+    data = scene_of(seed) | changes
     case = SuspensionCase(
         SuspensionScene.model_validate({**data, "model": {"elements": BARS, "order": 1, "mass": "lumped"}})
     )
@@ -74,3 +75,31 @@ def test_the_shift_of_a_pole_by_the_gain(seed):
     poles, shifts = found.poles_of(0, np.arange(len(found.elements[0].omega))[-3:])
     for pole, shift in zip(poles, shifts, strict=True):
         assert change[np.argmin(np.abs(before - pole))] == pytest.approx(shift, rel=0.05)
+
+
+@pytest.mark.parametrize("seed", [0, 2, 14])
+def test_the_air_damps_what_winches_move_of_the_cables(seed):
+    """Dense bars with the drag of each node on its own velocity, whatever moves it."""
+    wind = {
+        "speed": 12.0,
+        "direction": 0.4,
+        "turbulence_intensity": 0.1,
+        "length_scale": 50.0,
+        "mean": False,
+        "on": "cables",
+    }
+    drag = {"cable_drag_coefficient": 1.2, "air_density": 1.2}
+    found, bars = both(seed, wind=wind | drag)
+    still, _ = both(seed)
+    state = SuspensionCase(SuspensionScene.model_validate(scene_of(seed))).equilibrium
+    diameter = np.sqrt(4 * bars.scene["cable"]["area"] / np.pi)
+    spectrum = {"density": 1.2, "turbulence": (1.0, 1.0, 1.0), "coherence_decay": 10.0, "length_scale": 50.0}
+    moving = BarsInWind(state, BARS, wind | spectrum, np.full(len(found.elements), 1.2 * diameter))
+    bars.C = bars.C + np.einsum("kin,kij,kjm->nm", moving.moves, moving.drags, moving.moves)
+    lowest = min(element.omega.min() for element in found.elements)
+    for omega in lowest * np.array([0.05, 0.3, 0.7, 1.5]):
+        value, without = (one(np.array([1j * omega]))[0] for one in (found, still))
+        expected = dense_gain(bars, 1j * omega)
+        change = np.abs(expected - without).max()
+        assert change > 1e-5 * np.abs(expected).max()
+        assert np.abs(value - expected).max() < 0.01 * change
