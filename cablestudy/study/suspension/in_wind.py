@@ -14,6 +14,7 @@ from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Respons
 from cablestudy.wind.peak import peak_factor
 
 COUNTS = (64, 100, 160)  # modes of the models that are tried
+MORE = (300, 600)  # where notches are at frequencies that those have not
 ELEMENTS = (250,)  # of a model with an exact choice of elements
 SAFETY = 2.0  # on the change of a margin by fewer modes
 ROUNDING = 1e-14  # of a displacement by the mean wind over the longest chord: what is less is shown as zero
@@ -60,10 +61,16 @@ class InWind:
             self._known[moving] = Movement(scene, self._known[linear])
         return self._known[moving]
 
-    @property
+    @cached_property
     def _counts(self):
-        """Modes of the models that are tried."""
-        return COUNTS if self._model is None else ELEMENTS
+        """Modes of the models that are tried: from the fewest on with which the frequencies of notches are known."""
+        if self._model is not None:
+            return ELEMENTS
+        for count in (*COUNTS, *MORE):
+            movement = self.movement_of(count)
+            if movement.knows_notches or len(movement.modes) < count:
+                break
+        return tuple(one for one in COUNTS if one >= count) or (count,)
 
     @cached_property
     def _outcome(self):

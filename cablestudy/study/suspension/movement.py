@@ -152,18 +152,35 @@ class Movement:
             for own in frequencies
         )
 
+    @cached_property
+    def _shares(self):
+        """Share of each mode in the static compliance of each measured coordinate, shape (k, m). [-]"""
+        return (self._measurable[1][:, : len(self.modes)] / self.modes.solution.omega) ** 2 / self._compliance[:, None]
+
+    @cached_property
+    def _compliance(self):
+        """Static, of each measured coordinate, shape (k,). [m/N], [rad/(N m)]"""
+        rows = self._measurable[1]
+        stiffness = self.motion.dynamic_stiffness(np.zeros(1))[0].real
+        return (rows * np.linalg.solve(stiffness, rows.T).T).sum(axis=1)
+
+    @property
+    def knows_notches(self):
+        """Whether no mode that the model lacks may have a larger share than the one that a notch `coupled` is of."""
+        table = self.scene.control and self.scene.control.notch
+        if not table or table.frequency != "coupled":
+            return True
+        return bool((self._shares.max(axis=1) > 1 - self._shares.sum(axis=1)).all())
+
     def _coupled_frequencies(self):
         """Frequency of the mode with the largest share in the static compliance of each measured coordinate. [Hz]"""
-        compliance = (self._measurable[1][:, : len(self.modes)] / self.modes.solution.omega) ** 2
-        return self.modes.frequency[np.argmax(np.round(compliance / compliance.max(axis=1, keepdims=True), 9), axis=1)]
+        shares = self._shares / self._shares.max(axis=1, keepdims=True)
+        return self.modes.frequency[np.argmax(np.round(shares, 9), axis=1)]
 
     def _static_frequencies(self):
         """Frequency of each measured coordinate on its static compliance with the body's own mass. [Hz]"""
-        rows = self._measurable[1]
-        stiffness = self.motion.dynamic_stiffness(np.zeros(1))[0].real
-        compliance = (rows * np.linalg.solve(stiffness, rows.T).T).sum(axis=1)
         inertia = np.diagonal(self.layout.mass[self.body])[[MOTIONS.index(name) for name in self.measured]]
-        return 1 / np.sqrt(compliance * inertia) / TURN
+        return 1 / np.sqrt(self._compliance * inertia) / TURN
 
     @cached_property
     def allocation(self):
