@@ -2,12 +2,11 @@
 
     C1(s) = [w_i/s + w_p + w_d s/(1 + s/w_f)] exp(-s T)/(1 + s/w_b)
 
-As a state space the delay is a chain of equal Padé approximants of order [8/8] (Golub and Van Loan, Matrix
-Computations, 2013, section 9.3.1), as many as make the phase right to PHASE each up to a stated frequency. Their
-magnitude is one at all frequencies, as that of the delay. Where the loop gain is below a third neither it nor its
-approximant can encircle -1; up to there both agree to PHASE, so that by Rouche's theorem both loops have equally many
-unstable poles, except where |1 + L| is as small as that. Poles near the imaginary axis are then computed with exp(-s T)
-itself (`stability`).
+Stability and margins take exp(-s T) itself, over frequency. As a state space the delay is a chain of equal Padé
+approximants of order [8/8] (Golub and Van Loan, Matrix Computations, 2013, section 9.3.1), as many as make the phase
+right to PHASE each up to a stated frequency. Their magnitude is one at all frequencies, as that of the delay. Where the
+loop gain is below a third neither it nor its approximant can encircle -1; up to there both agree to PHASE, so that by
+Rouche's theorem both loops have equally many unstable poles, except where |1 + L| is as small as that.
 """
 
 from dataclasses import dataclass

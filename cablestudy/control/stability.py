@@ -1,7 +1,7 @@
-"""Stability of the winch loop: one verdict for a gain, and the largest stable gain.
+"""Which modes of one cable a gain of its winch could drive, and the stability of the loop with them.
 
-The poles of the closed loop are the eigenvalues of its A, taken with every mode of the cable that the gain could drive.
-For a mode of frequency W far above the gondola's, the winch moves the pole by about
+Stability follows from the loop gain over frequency (`gain_limits`), with every mode of the cable that the gain could
+drive. For a mode of frequency W far above the gondola's, the winch moves the pole by about
 
     ds = gain |N(i W)| F_1 F_2 / (2 M W^4)
 
@@ -16,7 +16,7 @@ m A^2 (l - 1/k)/2 at least; the force on a mass M is that of the waves beside it
 The masses have the share 4/(k l + 3) of the modal mass at most, and beyond k l = HALVED half of the viscous damping is
 guaranteed.
 
-Another law than an integrator may make the loop gain large far above the gondola's frequency. All modes are then in A
+Another law than an integrator may make the loop gain large far above the gondola's frequency. All modes then count
 up to where the loop gain of waves that do not return, about gain |C| Z/(M W), is below BROAD.
 
 Damped strain alone guarantees nothing for waves across the cable. There a growth below NEGLIGIBLE of the frequency is

@@ -133,23 +133,6 @@ def second_order(layout, kept, winches=(), markers=()):
     )
 
 
-def winch_forces(layout, kept, winches):
-    """Forces on the coordinates by the lengths that winches reel in, their first and their second derivatives.
-
-    Parameters
-    ----------
-    layout, kept, winches
-        As for `second_order`.
-
-    Returns
-    -------
-    tuple of 3 ndarray, shape (n, i)
-    """
-    modal = sum(len(one.element.omega) for one in kept)
-    system = layout.system([one.element for one in kept], reeled(layout.equilibrium, winches))
-    return tuple(_winch_forces(layout, system, modal, load_off_ends(layout.equilibrium, winches)))
-
-
 def _winch_forces(layout, system, modal, lifted):
     static, *moving = (dense(part) for part in system.driven)
     static = static.copy()

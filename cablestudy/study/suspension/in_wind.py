@@ -85,12 +85,10 @@ class InWind:
         for count in self._counts:
             doing(f"motion with {count} modes")
             movement = self.movement_of(count)
+            movement.check_stable()
             response = Response(movement, self.scene) if self._drag is not None else None
-            if response is None or len(movement.modes) < count:
+            if response is None or len(movement.modes) < count or response.moving_error <= 2 * self._accuracy:
                 break
-            if movement.stable and response.moving_error <= 2 * self._accuracy:
-                break
-        movement.check_stable()
         if movement.loop is not None and movement.with_critical_modes is not movement:
             movement = movement.with_critical_modes
             response = response and Response(movement, self.scene)

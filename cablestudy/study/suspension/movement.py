@@ -127,10 +127,6 @@ class Movement:
         """Displacements of the controlled body in shapes of the suspension, shape (6, r)."""
         return self.layout.displaced(self.layout.bodies(shapes))[self.body]
 
-    def measured_of(self, shapes):
-        """What is measured of shapes of the suspension, shape (k, r)."""
-        return self._of_body(shapes)[[MOTIONS.index(name) for name in self.measured]]
-
     @property
     def measured(self):
         """Names of what is measured: list of str."""
