@@ -218,7 +218,7 @@ class StableGains:
         """
         gain, omega, reached = most or HIGHEST * np.abs(self.poles).max(), self.curve[0], False
         for _ in range(2):  # beside the poles without the loop, then beside those with that gain
-            gain, found = gain_of_peak(lambda s: by_parts(self.loop_gain, s.imag), omega, peak, gain)
+            gain, found = gain_of_peak(self.loop_gain, omega, peak, gain)
             omega = distinct(np.append(omega, self.frequencies(gain)))
             reached = reached or found is not None
         return gain if most or reached else None

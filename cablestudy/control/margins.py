@@ -232,20 +232,26 @@ def gain_of_peak(unit_gain, omega, peak, most):
 
     Where it is larger with the gain g, so it is for all gains down to the next such one below g.
     """
-    found = None
+
+    def at(omega):
+        return _finite(by_parts(unit_gain, omega))
+
+    found, value = None, at(omega)
     for _ in range(STEPS):
 
-        def size(omega, gain=most):
-            return 1 / np.maximum(_least(_finite(unit_gain(1j * omega)), gain), np.finfo(float).tiny)
+        def size(value, gain=most):
+            return 1 / np.maximum(_least(value, gain), np.finfo(float).tiny)
 
-        def inverse(omega, gain=most):
-            return _next_below(_finite(unit_gain(1j * omega)), peak, gain)
+        def inverse(value, gain=most):
+            return _next_below(value, peak, gain)
 
-        height, place = highest(size, omega)
+        height, place = highest(lambda some, size=size: size(at(some)), omega, size(value))
         if height <= peak * (1 + REACHED):
             break
-        omega = np.union1d(omega, place)
-        least, found = highest(inverse, omega)
+        if place not in omega:
+            row = np.searchsorted(omega, place)
+            omega, value = np.insert(omega, row, place), np.insert(value, row, at(np.array([place])), axis=0)
+        least, found = highest(lambda some, inverse=inverse: inverse(at(some)), omega, inverse(value))
         most = 1 / max(least, (1 + REACHED) / most)  # rounding may hide the next gain, all but reached
     else:
         raise NoSolutionError(f"no gain with a sensitivity of at most {peak:g} was found in {STEPS} steps")
