@@ -422,6 +422,7 @@ def interrupted_in_import_of(module, folder, *arguments, **options):
     (folder / f"{module}.py").write_text(
         "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\nraise ImportError('went on')\n", encoding="utf-8"
     )
+    options.setdefault("preexec_fn", partial(signal.signal, signal.SIGINT, signal.SIG_DFL))  # tests may ignore it
     return process(*arguments, env={**os.environ, "PYTHONPATH": str(folder)}, **options)
 
 
