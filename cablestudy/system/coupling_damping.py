@@ -116,7 +116,7 @@ class StrainDamping:
         self.strain, self.viscous = element.strain, element.viscous
         self.omega, self.coupling = element.omega, element.coupling
         self.stiffness, self.inertia = element.stiffness, element.inertia
-        self.residual, self._matrices = element.residual_damping, element.matrices()
+        self.residual, self._matrices = element.residual_damping, element.matrices  # made where a sum needs them
 
     @property
     def spoilt(self):
@@ -172,7 +172,7 @@ class StrainDamping:
     def _sum_over(self, resolvent):
         """The `PoleSum` of what `resolvent` says."""
         value, left, right = resolvent
-        mass, damping, stiffness = self._matrices
+        mass, damping, stiffness = self._matrices()
         if self.strain.law == "hysteretic":
             return PoleSum.of((stiffness, mass), -value, left, right)
         return PoleSum.of((stiffness, damping, mass), value, left, right)

@@ -280,11 +280,7 @@ class Movement:
     def with_critical_modes(self):
         """The same movement, with the modes that would grow first where its gain is nearly the largest one."""
         linear = self.driven.with_critical_modes(self.linear, self.loop.gain)
-        if linear is self.linear:
-            return self
-        found = Movement(self.scene, linear)
-        found.__dict__["driven"] = self.driven
-        return found
+        return self if linear is self.linear else Movement(self.scene, linear)
 
     @cached_property
     def stable(self):
