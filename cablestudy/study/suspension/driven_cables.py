@@ -26,7 +26,6 @@ from cablestudy.study.suspension.driven_waves import ACROSS, Effects, dense
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
 from cablestudy.system.linear import LinearSystem
-from cablestudy.wind.gusts import damping_of_bodies
 
 MOST_WAVES, MOST_OF_CABLE = 240, 1600  # half-waves along a cable that are resolved, and its modes that are computed
 MOST_MODES = 300  # modes of cables that a gain could drive; more are refused
@@ -150,7 +149,7 @@ class DrivenCables:
         stiffness, mass = (dense(part) for part in layout.own)
         air = linear.air_on(self.models)
         elements = [replace(one, air=air.get(cable)) for cable, one in enumerate(self.models.elements)]
-        damping = damping_of_bodies(linear.drag, layout, np.eye(len(mass))) if linear.braked else np.zeros_like(mass)
+        damping = np.zeros_like(mass) + linear.air_on_bodies(np.eye(len(mass)))
         *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, movement.actuators)
         bodies = LinearSystem(*matrices, feedback=feedback)
 

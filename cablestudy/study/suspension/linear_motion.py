@@ -299,6 +299,10 @@ class LinearMotion:
         """Aerodynamic damping of each cable of some `Models`, see `Superelement.air`: dict, empty without."""
         return damping_of_cables(models, self.equilibrium, self.drag) if self.braked else {}
 
+    def air_on_bodies(self, shapes):
+        """Aerodynamic damping of coordinates by the drag on bodies, see `damping_of_bodies`; 0 without."""
+        return damping_of_bodies(self.drag, self.layout, shapes) if self.braked else 0.0
+
     @cached_property
     def motion(self):
         """`LinearSystem`."""
@@ -312,5 +316,5 @@ class LinearMotion:
 
     def _motion_of(self, whole):
         omega, shapes = self._basis
-        damping = damping_of_bodies(self.drag, self.layout, shapes) if self.braked else 0.0
+        damping = self.air_on_bodies(shapes)
         return motion(self.layout, whole, omega, shapes, len(self.winches), self.actuators, damping)
