@@ -139,3 +139,13 @@ def test_what_a_costly_search_leaves_alone_is_listed():
     ((low, high),) = result.gaps
     assert low < 0.6 < high
     assert not found(function, 1.0, 1e-2, 1e2).gaps
+
+
+def test_no_value_about_the_place_nearest_to_zero():
+    """The search for an extremum fits parabolas, which an infinite value would make not a number."""
+
+    def dip(x):
+        return np.where(abs(x - 1.3) < 0.1, np.nan, (x - 1.3) ** 2 + 0.02 + 0.01 * x)
+
+    with np.errstate(all="raise"):
+        assert zeros(dip, [[places_between(0.5, 3.0, 12)]], CHEAP).places == []

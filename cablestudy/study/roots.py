@@ -307,6 +307,7 @@ class _Scan:
         from scipy.optimize import minimize_scalar
 
         place_at = _way(low, high)
+        farthest = np.abs(self.finite()[1]).max()  # finite, unlike inf: the search fits parabolas
 
         def distance(part):
             place = place_at(part)
@@ -314,7 +315,7 @@ class _Scan:
             value = sign * self.tried[place]
             if value <= 0:
                 raise _SignFoundError
-            return np.inf if isnan(value) else value
+            return farthest if isnan(value) else value
 
         try:
             options = {"maxiter": self._effort.steps, "xatol": EDGE}

@@ -5,6 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.assembly import joined, sparse_product
+from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.plane_modes import unresolved_share
 from cablestudy.system.coupling_damping import Strain
 from cablestudy.system.superelement import Superelement
@@ -150,13 +151,10 @@ class Ends:
         return moments * mass * (mass * slow) ** np.arange(3)
 
     @cached_property
-    def _modes(self):
-        return self._dynamics.modes(self._count).first(self._count)
-
-    @property
     def _basis(self):
         """Angular frequencies [rad/s] and shapes (`Modes.shapes`) of the coordinates inside."""
-        return 2 * np.pi * self._modes.frequency, self._modes.shapes
+        modes = self._dynamics.modes(self._count).first(self._count)
+        return 2 * np.pi * modes.frequency, modes.shapes
 
     @cached_property
     def _static_shapes(self):
@@ -243,7 +241,9 @@ class EndsOfLarge(Ends):
 
     @cached_property
     def _basis(self):
-        omega, shapes = super()._basis
+        # a model of its own: what the eigen-solution leaves in it is ten times as large as the modes
+        modes = Dynamics(self.state, self._dynamics.planes).modes(self._count).first(self._count)
+        omega, shapes = 2 * np.pi * modes.frequency, modes.shapes
         found = [self._response(*parts, shapes[0]) for parts in self._static_shapes]
         more = np.concatenate([vectors for _, vectors in found], axis=-1)
         return (

@@ -157,7 +157,7 @@ def strips(solution, layout, shapes, drag):
     ends = np.concatenate([ends, pulled.reshape(-1, 6, 2)], axis=-1)
     shapes = np.concatenate([shapes, np.zeros((len(shapes), 2))], axis=-1)
     nodes = solution.models.nodes(solution.coordinates.amplitudes(shapes), ends)
-    return _strips(solution.models, equilibrium, nodes, drag)
+    return list(_strips(solution.models, equilibrium, nodes, drag))
 
 
 def damping_of_cables(models, equilibrium, drag):
@@ -181,7 +181,7 @@ def damping_of_cables(models, equilibrium, drag):
 
 
 def _strips(models, equilibrium, nodes, drag):
-    """The `Strip` of each cable that the wind acts on.
+    """Yield the `Strip` of each cable that the wind acts on.
 
     Parameters
     ----------
@@ -190,16 +190,11 @@ def _strips(models, equilibrium, nodes, drag):
     nodes : list of (ndarray, ndarray)
         Of each cable, as `Models.nodes`: the last two displacements are those of `Strip.pulled`.
     drag : Drag
-
-    Returns
-    -------
-    list of Strip
     """
     speed = float(np.sqrt((drag.velocity**2).sum()))
     begin = equilibrium.suspension.ends(equilibrium.position, equilibrium.rotation)[:, 0]
     tangents, meshes = _tangents(models), models.meshes
     stretch = 1 + equilibrium.catenary.mean_tension / equilibrium.catenary.span.axial_stiffness
-    found = []
     for cable in np.flatnonzero(drag.cables > 0).tolist():
         mesh, (places, moved) = meshes[cable], nodes[cable]
         if mesh is None:
@@ -211,8 +206,7 @@ def _strips(models, equilibrium, nodes, drag):
         length = float(equilibrium.lengths[cable] * stretch[cable])
         matrices = drag_matrices(np.broadcast_to(tangent, places.shape), drag.velocity / speed)
         matrices = float(drag.density) * drag.cables[cable] * speed * matrices
-        found.append(Strip(cable, mesh, length, begin[cable] + places, moved[..., :-2], moved[..., -2:], matrices))
-    return found
+        yield Strip(cable, mesh, length, begin[cable] + places, moved[..., :-2], moved[..., -2:], matrices)
 
 
 @cache
