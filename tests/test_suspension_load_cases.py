@@ -10,7 +10,7 @@ import re
 
 import numpy as np
 import pytest
-from command import run, table_of
+from command import CONFIGS, run, table_of
 from references import catenary_mp
 from scenes import cells, scene
 from scipy.optimize import root
@@ -906,3 +906,22 @@ def test_the_guys_of_a_mast_stand_at_45_degrees_in_the_wind():
         expected = math.degrees(math.atan2(way[2], math.hypot(*way[:2])))
         assert values[f"guy{k}.inclination"] == pytest.approx(expected, rel=1e-9)
         assert expected == pytest.approx(45, abs=2)
+
+
+def test_an_insulator_between_two_spans_swings(tmp_path):
+    """docs/power-line.md: moments about the arm of wind and weight of half of both spans, and of the insulator.
+
+    The spans pull back, as their clamp is above and beside the line between the dead ends.
+    """
+    page = (CONFIGS.parent / "docs" / "power-line.md").read_text(encoding="utf-8")
+    file = tmp_path / "line.yaml"
+    file.write_text(re.search(r"## Several spans\n.*?```yaml\n(.*?)```", page, re.DOTALL)[1], encoding="utf-8")
+    spans, pressure = np.array([300.0, 200.0]), 1.2 * 1.2 / 2 * 30**2  # drag coefficient and density of the air
+    weight, wind = G * 1.628 * spans.sum() / 2, pressure * 0.02814 * spans.sum() / 2
+    clamp = table_of("static", file, "--case", "storm", "--table", "points")[0]
+    cables = {row["name"]: row for row in table_of("static", file, "--case", "storm", "--table", "cables")}
+    pull = sum(cables[name]["horizontal_tension_N"] / span for name, span in zip(("left", "right"), spans, strict=True))
+    across, below = clamp["y_m"], 2 - clamp["z_m"]
+    turning = (wind - pull * across) * below + pressure * 0.25 * below**2 / 2  # what is normal to the insulator
+    assert turning == pytest.approx((weight + pull * clamp["z_m"] + G * 30) * across, rel=2e-3)
+    assert cables["insulator"]["inclination_from_plumb_deg"] > 40
