@@ -1,6 +1,7 @@
 """Coupled modes of suspensions against closed forms, dense bars, continuous cables and invariances."""
 
 import math
+import tracemalloc
 
 import counted_modes
 import numpy as np
@@ -440,6 +441,21 @@ def test_the_error_by_the_mesh_is_estimated_from_one_model(order):
     estimate = coarse.unresolved.sum(axis=0) / 2
     assert (error <= estimate).all()
     assert estimate.max() <= 500 * error.max()
+
+
+def test_a_large_model_keeps_its_modes_and_not_what_their_computation_leaves():
+    """The eigen-solution takes ten times the memory of the modes."""
+    search = Search(platform(strain=-3e-3), 12)
+    models = Models(search.cables, search.cables.meshes(np.full(8, 200.0)), most=300)
+    tracemalloc.start()
+    try:
+        assert (models.first > 0).all()
+        kept, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    modes = [group.ends.motion(np.eye(len(group.ends.omega[0]))[None], np.zeros((1, 6, 1))) for group in models.groups]
+    assert len(modes) == 8
+    assert kept < 2 * sum(one.nbytes for one in modes)
 
 
 def test_modes_whose_order_is_not_certain_have_the_larger_error():

@@ -223,17 +223,25 @@ class Movement:
         NoSolutionError
             The loop is unstable without gain, or could drive too many modes.
         """
-        loops, gain, found = self.linear.loops, self.given_loop.gain, None
+        loops, gain, found, tried = self.linear.loops, self.given_loop.gain, None, []
         control = repr((self.scene.control.model_copy(update={"gain": None}), self.given_loop.law))
         self.check_open()
         for _ in range(TRIALS):
-            key = ceil(log2(gain or LITTLE)), control
-            if key not in loops:
-                loops[key] = DrivenCables(self, 2.0 ** key[0], found)
-            found, limit = loops[key], loops[key].gains.limit
-            gain = limit.factor if limit else UNLIMITED * self.modes.solution.omega[0]
-            if gain <= 2.0 ** key[0]:
+            tried.append((ceil(log2(gain or LITTLE)), control))
+            if tried[-1] in loops:
+                found = loops[tried[-1]]
                 break
+            most = 2.0 ** tried[-1][0]
+            before = found if found and found.models is self.modes.solution.models else None
+            found = None  # its models may be large
+            found = DrivenCables(self, most, before)
+            limit = found.gains.limit
+            gain = limit.factor if limit else UNLIMITED * self.modes.solution.omega[0]
+            if gain <= most:
+                break
+        else:
+            tried = tried[:1]  # another loop may try as many gains from the next one on
+        loops.update(dict.fromkeys(tried, found))
         return found
 
     @property
