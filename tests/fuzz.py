@@ -459,7 +459,7 @@ def faults(done):
     """Yield what is wrong with the end of a command."""
     lines = done.err.splitlines()
     # a sweep that says how long it will take may take so long, and a search that says what it is at
-    announced = re.search(r"^(\d+ of \d+ rows, .* (min|h) left|\w+: \d\d+ s, .+)$", done.err, re.MULTILINE)
+    announced = re.search(r"^(\d+ of \d+ rows, .* (\d\d s|min|h) left|\w+: \d\d+ s, .+)$", done.err, re.MULTILINE)
     if "Traceback" in done.err:
         yield f"traceback: {lines[-1][:200]}"
     elif done.code not in (0, 2, 3) and not (announced and done.code == -signal.SIGXCPU):

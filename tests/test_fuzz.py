@@ -57,6 +57,7 @@ FINE = {"arguments": ["static"], "code": 0, "out": "| sag | 1 |\n", "err": "", "
         ({"code": -9}, "exit code -9"),
         ({"err": "x.py:3: RuntimeWarning: overflow\n"}, "warning: x.py:3: RuntimeWarning: overflow"),
         ({"seconds": 31.0}, "31 s"),
+        ({"seconds": 32.0, "err": "4 of 9 rows, 0.111 rows/s, 45 s left\n"}, None),
         ({"code": -24, "seconds": 60.0, "err": "31 of 99999 rows, 5 rows/s, 5.5 h left\n"}, None),
         ({"seconds": 40.0, "err": "loop: 8 s\nloop: 16 s, motion with 64 modes\n"}, None),
         ({"seconds": 40.0, "err": "loop: 16 s\nloop: 32 s\n"}, "40 s"),

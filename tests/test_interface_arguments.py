@@ -233,6 +233,7 @@ def test_all_wrong_arguments_are_told_at_once():
         ({"cable.diameter": Fraction(1, 64)}, {"cable.diameter": 0.015625}),
         ({"cable.diameter": np.array(0.02)}, {"cable.diameter": 0.02}),
         ({"gravity": np.int64(9)}, {"gravity": 9}),
+        ({"cable.strength": np.ma.masked}, {"cable.strength": None}),  # not zero
         (pd.Series({"cable.diameter": "20 mm", "gravity": 9.0}), {"cable.diameter": "20 mm", "gravity": 9.0}),
         (pd.Series(["gravity=9"]), {"gravity": 9}),
         ({"cable.ends": np.array([[0, 0, 0], [60.0, 0, 80]])}, {}),

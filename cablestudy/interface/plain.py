@@ -40,7 +40,7 @@ def unwrapped(value: Any) -> Any:
     if type(value) in (str, int, float, bool):
         return value
     if is_array(value) and not value.shape:
-        value = value.item()
+        value = value.tolist()  # None where it is masked
     if isinstance(value, bool):
         return value
     with suppress(OverflowError):  # a fraction that no float is near
