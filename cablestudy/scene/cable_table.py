@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from cablestudy.scene.fields import Quantity, Table
+from cablestudy.scene.fields import LEAST, Quantity, Table
 from cablestudy.scene.load_tables import MAX_LOADS, Load, Reference
 from cablestudy.scene.section import Section, Tension, limited, within
 
@@ -16,7 +16,7 @@ CHORD_RANGE = (1e-9, 1e9)  # [m] squares, and those of frequencies, stay finite
 
 Coordinate = Annotated[float, Quantity("m", -1e9, 1e9)]
 Length = Annotated[float, Quantity("m", *CHORD_RANGE)]
-Ratio = Annotated[float, Quantity("", 0, 2)]
+Ratio = Annotated[float, Quantity("", 0, 2, LEAST)]
 Inclination = Annotated[
     float, Quantity("rad", -math.pi / 2, math.pi / 2, limits="from -90 deg to 90 deg (a bare number is rad)")
 ]
@@ -35,10 +35,10 @@ class Damping(Table):
     )
     ratio: Ratio | None = Field(None, description="Modal: damping ratio of every mode")
     loss_factor: Ratio | None = Field(None, description="Hysteretic: axial stiffness EA (1 + i loss_factor)")
-    time: Annotated[float, Quantity("s", 0, 1e12)] | None = Field(
+    time: Annotated[float, Quantity("s", 0, 1e12, LEAST)] | None = Field(
         None, description="Kelvin-Voigt: axial stiffness EA (1 + i omega time)"
     )
-    viscous: Annotated[float, Quantity("N s/m^2", 0, 1e6)] = Field(
+    viscous: Annotated[float, Quantity("N s/m^2", 0, 1e6, LEAST)] = Field(
         0.0, description="Force per length and velocity against all motion, with any model; alone: no other damping"
     )
 

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from cablestudy.scene.fields import Name, Quantity, QuantityOrTable, Table
+from cablestudy.scene.fields import LEAST, Name, Quantity, QuantityOrTable, Table
 from cablestudy.scene.suspension_tables import MOTIONS, each_once
 
 _MARGIN = ("dB", 1e-6, 300)
@@ -54,16 +54,16 @@ def _none_word(value):
 class Controller(Table):
     """PID controller with notch that drives winches; without other gains an integrator."""
 
-    gain: Annotated[float | AutoGain, QuantityOrTable("rad/s", 0, 1e12, table=AutoGain)] = Field(
+    gain: Annotated[float | AutoGain, QuantityOrTable("rad/s", 0, 1e12, LEAST, table=AutoGain)] = Field(
         description="Integral gain, or {auto: 6 dB}: the largest with this gain margin and a sensitivity of at most 2"
     )
     notch: Annotated[Notch | None, BeforeValidator(_none_word)] = Field(
         Notch.model_construct(), description="Notch filter, or none"
     )
-    proportional_gain: Annotated[float, Quantity("", 0, 1e9)] = Field(
+    proportional_gain: Annotated[float, Quantity("", 0, 1e9, LEAST)] = Field(
         0.0, description="Movement of the winch per displacement that is measured; needs bandwidth of the winch"
     )
-    derivative_gain: Annotated[float, Quantity("s", 0, 1e9)] = Field(
+    derivative_gain: Annotated[float, Quantity("s", 0, 1e9, LEAST)] = Field(
         0.0, description="The same per velocity; needs derivative_filter, and bandwidth of the winch"
     )
     derivative_filter: Annotated[float, Quantity("Hz", 1e-9, 1e9)] | None = Field(
@@ -93,7 +93,7 @@ class Controller(Table):
 class Drive(Table):
     """What a winch does with what its controller asks for."""
 
-    delay: Annotated[float, Quantity("s", 0, 1e6)] = Field(
+    delay: Annotated[float, Quantity("s", 0, 1e6, LEAST)] = Field(
         0.0, description="From the measurement to the movement of the winch, in the loop"
     )
     bandwidth: Annotated[float, Quantity("Hz", 1e-9, 1e9)] | None = Field(

@@ -12,6 +12,7 @@ from cablestudy.scene.layers import ALTERNATIVES, OF_SECTION, matches
 from cablestudy.scene.units import DIMENSIONS, article, expected, show, to_si
 
 ALL = "all"  # of --case: each of the load cases
+LEAST = 1e-30  # of gains, delays and damping that may be zero: quotients of smaller ones overflow
 
 
 def wrong(message):
@@ -72,6 +73,8 @@ class Quantity(_Type):
         A key of `units.DIMENSIONS`: what the value is in after reading.
     low, high : float
         Smallest and largest value allowed. [unit]
+    least : float
+        Where `low` is zero: the smallest value allowed beside it. [unit]
     limits : str
         How messages name `low` and `high`; by default as numbers.
     words : tuple of str
@@ -81,6 +84,7 @@ class Quantity(_Type):
     unit: str
     low: float
     high: float
+    least: float = 0.0
     limits: str = ""
     words: tuple[str, ...] = ()
 
@@ -93,7 +97,7 @@ class Quantity(_Type):
         except ValueError as error:
             either = f"expected one of {', '.join(self.words)}, or " if self.words else ""
             raise wrong(str(error).replace("expected ", either, 1) if either else str(error)) from None
-        if self.low <= number <= self.high:
+        if self.low <= number <= self.high and not 0 < number < self.least:
             return number
         if not math.isfinite(number):
             raise wrong(f"expected {expected(self.unit)}, got {show(value)}, which is not finite")
@@ -106,7 +110,8 @@ class Quantity(_Type):
         raise wrong(f"must be {self._range()}, got {show(value)}")
 
     def _range(self):
-        return self.limits or f"from {self.low:g} to {self.high:g} {self.unit}".strip()
+        low = f"0, or from {self.least:g}" if self.least else f"from {self.low:g}"
+        return self.limits or f"{low} to {self.high:g} {self.unit}".strip()
 
     def schema(self):
         """JSON Schema: a number in SI, or text of a number and a unit."""

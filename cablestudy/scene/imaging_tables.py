@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from cablestudy.scene.fields import Name, Quantity, Table
+from cablestudy.scene.fields import LEAST, Name, Quantity, Table
 
 Exposure = Annotated[float, Quantity("s", 1e-12, 1e12)]
 
@@ -13,7 +13,9 @@ class Correction(Table):
     """The tip/tilt/piston mirror that follows the motion."""
 
     bandwidth: Annotated[float, Quantity("Hz", 1e-9, 1e9)] = Field(description="Bandwidth of the correction")
-    delay: Annotated[float, Quantity("s", 0, 1e6)] = Field(0.0, description="Time between measurement and correction")
+    delay: Annotated[float, Quantity("s", 0, 1e6, LEAST)] = Field(
+        0.0, description="Time between measurement and correction"
+    )
 
     def relations(self):
         """The mirror's loop, an integrator with a delay, is stable."""
