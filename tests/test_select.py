@@ -209,6 +209,7 @@ def test_a_column_is_asked_for_once():
         (["--best", "least mass"], ["--best: expected 'min COLUMN' or 'max COLUMN', got 'least mass'"]),
         (["--best", "min masss"], ["--best: unknown column 'masss' (did you mean mass?)"]),
         (["--best", "max status"], ["--best: status is text, which has no max"]),
+        (["--pareto", "min case"], ["--pareto: unknown column 'case' ('cablestudy columns' lists them)"]),
         (["--pareto", "mass, min sag"], ["--pareto: expected 'min COLUMN' or 'max COLUMN', got 'mass'"]),
         (["--pareto", "min sag,"], ["--pareto: expected 'min COLUMN' or 'max COLUMN', got ''"]),
         (["--pareto", "min masss"], ["--pareto: unknown column 'masss' (did you mean mass?)"]),

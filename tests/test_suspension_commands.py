@@ -676,3 +676,30 @@ def test_modes_beside_a_slack_cable_without_weight_are_refused():
     assert done.lines == ["scene.yaml: s0, s1: slack and without weight, so that nothing determines where its mass is"]
     heavy = run("modes", "scene.yaml", "--set", "gravity=9.81", "-n", "2", "--format", "csv")
     assert len(heavy.out.splitlines()) == 3
+
+
+def test_stated_tensions_that_move_a_point_are_told():
+    """A force in the file belongs to the state in which the guys are cut; one in a load case does not."""
+    mast = CONFIGS / "suspensions" / "mast-guys.yaml"
+    cut = run("static", mast, "--set", "points.top.force=[10 kN, 0, 46.6 kN]", "--table", "points", "--format", "json")
+    (top,) = rows_of(cut.out, "json")
+    begin = f"note: the stated tensions or sags move top by {math.dist((0, 0, 50), list(top.values())[1:]):.4g} m from"
+    assert [line.startswith(begin) for line in cut.lines] == [True]
+    case = ("--set", "cases={push: {forces: {top: [100 N, 0, 0]}}}", "--case", "push")
+    kept = run("static", mast, *case, "--table", "points", "--format", "json")
+    assert kept.lines == []
+    # a guy resists along its foot, two behind it half as much together; Ernst's modulus of steel for their sag
+    stiff, weight, foot = 210e9 * 150e-6, 7800 * 150e-6 * 9.81, 50.0
+    stiff /= 1 + (weight * foot) ** 2 * stiff / (12 * 20e3**3)
+    assert rows_of(kept.out, "json")[0]["x_m"] == pytest.approx(100 / (0.75 * stiff / math.hypot(50, 50)), rel=0.01)
+
+
+def test_an_anchor_at_a_depth_of_30_km():
+    """A cable with 605 modes below those asked for, of which 600 are computed."""
+    study = CONFIGS / "suspensions" / "gondola-cables.yaml"
+    deep = ("--no-write", "--row", "2", "--set", "points.down4=[175.678 m, 0, -30 km]", "--format", "json")
+    done = run("sweep", study, *deep, code=3)
+    assert done.lines[0].startswith(
+        "row 2: 0 of the lowest 400 modes have more than half of their kinetic energy in go"
+    )
+    assert rows_of(done.out, "json")[0]["frequency_1_Hz"] > 0

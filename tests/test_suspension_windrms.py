@@ -6,7 +6,7 @@ import math
 import re
 
 import pytest
-from command import run, study_file, table_of
+from command import CONFIGS, run, study_file, table_of
 
 from cablestudy.errors import ConvergenceError
 from cablestudy.scene.scene import load_scene
@@ -251,3 +251,9 @@ def test_an_accuracy_that_is_not_reached_is_told_with_what_was_tried(folder):
     assert len(told) == 1
     assert re.search(r"^note: motion in the wind: 3 models of 64, 100, 160 modes tried: estimated error", told[0])
     assert "modes tried" not in run("windrms", "gram.yaml", "--set", "model.accuracy=0.1").err
+
+
+def test_a_coherence_that_hardly_decays_is_refused():
+    slow = ("--set", "wind.coherence_decay=5e-324")
+    done = run("windrms", CONFIGS / "suspensions" / "carlina-net-wind.yaml", *slow, code=2)
+    assert done.lines == ["--set wind.coherence_decay: must be 0, or from 1e-30 to 1e+06, got 5e-324"]

@@ -12,7 +12,7 @@ from cablestudy.scene.layers import ALTERNATIVES, OF_SECTION, matches
 from cablestudy.scene.units import DIMENSIONS, article, expected, show, to_si
 
 ALL = "all"  # of --case: each of the load cases
-LEAST = 1e-30  # of gains, delays and damping that may be zero: quotients of smaller ones overflow
+LEAST = 1e-30  # of gains, delays, damping and decays that may be zero: quotients of smaller ones overflow
 
 
 def wrong(message):

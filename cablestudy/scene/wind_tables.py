@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, StrictBool, TypeAdapter
 
 from cablestudy.scene.cable_table import Point as Place
-from cablestudy.scene.fields import Either, Quantity, Table, wrong
+from cablestudy.scene.fields import LEAST, Either, Quantity, Table, wrong
 from cablestudy.scene.units import show
 
 Coefficient = Annotated[float, Quantity("", 1e-6, 1e6)]
@@ -105,7 +105,7 @@ class SuspensionWind(WindTable):
     turbulence_rms: TurbulenceRms | None = Field(
         None, description="RMS of the speed, along the mean wind; or along, across, vertical"
     )
-    coherence_decay: Annotated[float, Quantity("", 0, 1e6)] = Field(
+    coherence_decay: Annotated[float, Quantity("", 0, 1e6, LEAST)] = Field(
         10.0, description="C of the coherence exp(-C f d/U) at the distance d (Davenport)"
     )
     on: Literal["both", "bodies", "cables"] = Field("both", description="What the wind acts on")
