@@ -299,6 +299,7 @@ def test_a_key_without_a_value_is_refused_in_a_study(folder, text, message):
         ("winch.controller.gain={auto: {gain_margin: 6 dB, sensitivity: 1}}", "sensitivity: must be from 1.001 to"),
         ("wind={speed: 1e308, turbulence_rms: 1, length_scale: 1}", "must be from 1e-06 to 1e+06 m/s, got 1e+308"),
         ("<<=1", "--set <<: unknown key (allowed: gravity, "),
+        ("cable.\udcff=1", 'cable: expected text in UTF-8, got "\\udcff"'),  # a byte that is none
     ],
 )
 def test_values_out_of_range_are_refused_by_every_command(folder, option, message):

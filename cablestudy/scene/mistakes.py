@@ -69,6 +69,7 @@ _EXPECTED = {
     "bool_type": "expected true or false",
     "string_type": "expected text",
     "string_too_short": "expected text",
+    "string_unicode": "expected text in UTF-8",
     "empty_name": "a name has at least one character",
     "list_type": "expected a list",
     "tuple_type": "expected a list",

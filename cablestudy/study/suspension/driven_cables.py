@@ -22,6 +22,7 @@ from cablestudy.control.margins import Margins
 from cablestudy.control.motion import actuated
 from cablestudy.control.stability import too_many
 from cablestudy.control.suspension import load_off_ends
+from cablestudy.errors import ConvergenceError
 from cablestudy.study.suspension.driven_waves import ACROSS, Effects, dense
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
@@ -132,7 +133,13 @@ class DrivenCables:
             raise too_many(self._in_words, int(min(waves[kind, cable], 1e9)), highest[kind, cable])
         linear, cables = self._movement.linear, base.models.cables
         search = Search(linear.equilibrium, len(base.omega), linear.accuracy, cables=cables)
-        return Models(cables, cables.meshes(search.orders_of(waves.max(axis=0))), most=MOST_OF_CABLE)
+        models = Models(cables, cables.meshes(search.orders_of(waves.max(axis=0))), most=MOST_OF_CABLE)
+        try:
+            models.first  # noqa: B018 all modes are computed
+        except ConvergenceError as error:
+            up_to = waves[kind, cable] / time[kind, cable] / 2
+            raise ConvergenceError(f"{self._in_words} needs modes of a cable up to {up_to:.4g} Hz: {error}") from None
+        return models
 
     def _chosen(self):
         """Modes of each cable that the gain could drive, or that are needed: list of (ndarray of bool, shape (n,))."""
