@@ -155,8 +155,8 @@ class Response:
         """The error of a pole that nothing damps: NoSolutionError."""
         moved = self.movement.mode_name(int(np.argmin(np.abs(self.movement.motion.unit - np.abs(pole)))))
         return NoSolutionError(
-            f"undamped: {moved} has a damping ratio below {self._integrals.least:g}, so that its RMS in the wind is not "
-            f"finite (cable.damping)"
+            f"undamped: {moved} has a damping ratio below {self._integrals.least:g}, so that its RMS in the wind is "
+            f"not finite (cable.damping)"
         )
 
     @cached_property
