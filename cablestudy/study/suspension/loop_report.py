@@ -12,10 +12,10 @@ from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.loop_in_time import OF_WIND, TimeCase, remarks_of
-from cablestudy.study.loop_report import CURVES, decibels
+from cablestudy.study.loop_report import CURVES, decibels, over_frequency
 from cablestudy.study.ssm import number_of
 from cablestudy.study.suspension.wind_report import coordinate_table, loop_table, made
-from cablestudy.study.table import Field, Table
+from cablestudy.study.table import Field
 from cablestudy.system.first_order import LinearControl
 from cablestudy.system.suspension import AXES
 
@@ -66,18 +66,13 @@ def response_table(movement, span):
     frequency = np.unique(np.concatenate([np.geomspace(low, high, count), own[(own > low) & (own < high)]]))
     gain = loop.gain * movement.gains.loop_gain(2j * np.pi * frequency)
     sensitivity = np.linalg.inv(np.eye(gain.shape[-1]) + gain)
-    columns = {Field("frequency_Hz", "frequency", "Hz"): frequency}
+    columns = {}
     for name, value in zip(CURVES, (gain, sensitivity, sensitivity @ gain), strict=True):
         title = name.replace("_", " ")
         values = decibels(np.linalg.svd(value, compute_uv=False))
         columns[Field(f"{name}_largest_dB", f"{title} largest", "dB")] = values[:, 0]
         columns[Field(f"{name}_smallest_dB", f"{title} smallest", "dB")] = values[:, -1]
-    names = [field.name for field in columns]
-    rows = [
-        {name: cell if np.isfinite(cell) else None for name, cell in zip(names, cells, strict=True)}
-        for cells in np.stack(list(columns.values()), axis=1).tolist()
-    ]
-    return Table(tuple(columns), rows)
+    return over_frequency(frequency, columns)
 
 
 def time_case(document, case, options):
