@@ -13,7 +13,7 @@ from cablestudy.wind.variance import Panels, mixed_variances, variances
 
 TURN = 2 * np.pi
 UNDAMPED = 1e-9  # damping ratio below which a resonance is not bounded,
-ALONG_CABLES = 1e-12  # and that where the wind acts along cables: strain damps waves across them next to nothing
+ALONG_CABLES = 1e-10  # and that where the wind acts along cables: strain damps waves across them next to nothing
 EXCITED = 1e-6  # share of a variance by a motion that is as good as undamped, from which it is refused
 ROUNDING = 1e-15  # of the largest pole: decay that rounding may make
 STILL = 1e-16  # of the energy of an output over the largest of all: what is less is none
