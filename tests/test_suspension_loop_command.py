@@ -1,6 +1,7 @@
 """The command `loop` of a suspension: response in time against scipy and neighbouring equilibria; its tables."""
 
 import json
+import re
 from functools import cache
 
 import numpy as np
@@ -125,8 +126,25 @@ def test_mistakes_are_one_line(given):
 
 
 def test_an_unstable_loop_is_no_answer():
+    """But by how much its gain is too large, and its response over frequency."""
     done = run("loop", NET, "--set", "control.gain=12", code=3)
     assert "the loop is unstable at 12 rad/s" in done.err
+    assert re.search(r"gain margin +\| +-1\.6\d+ \| dB", done.out)
+    assert "phase margin" not in done.out
+    over = run("loop", NET, "--set", "control.gain=12", "--response", "0.1Hz:1Hz:3", code=3)
+    assert over.err == done.err
+    assert len(over.out.splitlines()) > 5
+    done = run("loop", NET, "--set", "control.gain=12", "--time", "1 s", code=3)
+    assert done.out == ""
+
+
+def test_the_page_of_an_unstable_loop_says_why_and_shows_the_rest(tmp_path):
+    page = tmp_path / "net.html"
+    done = run("report", NET, "--set", "control.gain=12", "--out", page, code=3)
+    assert "the loop is unstable at 12 rad/s" in done.err
+    text = page.read_text(encoding="utf-8")
+    assert "gain margin" in text
+    assert "Loop gain, sensitivity and margins" in text  # the picture
 
 
 def test_a_loop_that_needs_too_large_a_model_says_what_for(monkeypatch):

@@ -963,9 +963,10 @@ def test_the_coherence_along_a_cable_of_many_elements(segments):
     """Of a force that is the same everywhere: the double integral of exp(-k |a - b|) in closed form."""
     mesh = mesh_segments(np.ones(1), segments, 6)
     nodes = len(mesh.node_positions)
-    none = np.zeros((nodes, 3))
-    strip = Strip(0, mesh, 100.0, none, none[..., None], none[..., None], none[..., None])
-    forces = np.stack([strip.lengths, 2 * strip.lengths], axis=-1)[:, None, :]
+    none, lengths = np.zeros((nodes, 3)), 100.0 * mesh.node_weights
+    inside, stretch = np.zeros((segments, 7, 3, 3)), np.ones((segments, 6))
+    strip = Strip(0, mesh, 100.0, none, none[..., None], none[..., None], none[..., None], inside, stretch)
+    forces = np.stack([lengths, 2 * lengths], axis=-1)[:, None, :]
     kappa = np.array([1e-5, 1e-3, 0.01, 0.05])
     x = kappa * strip.length
     series = x * (1 / 6 - x * (1 / 24 - x * (1 / 120 - x * (1 / 720 - x / 5040))))

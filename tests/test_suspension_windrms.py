@@ -8,10 +8,12 @@ import re
 import pytest
 from command import CONFIGS, run, study_file, table_of
 
+import cablestudy as cs
 from cablestudy.errors import ConvergenceError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.all_columns import find
 from cablestudy.study.suspension import rows
+from cablestudy.study.suspension.columns import find as find_of_many
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -125,6 +127,60 @@ def test_gain_beyond_the_largest_is_refused_with_the_motion_that_grows(scene):
     assert all(words in result.err for words in ("the loop is unstable", "box", "stable below"))
     assert len(result.err.splitlines()) == 1
     run("windrms", scene, "--set", below, "--table", "loop")
+
+
+def test_an_unstable_loop_has_its_limits_and_the_motion_with_the_winches_at_rest(scene, folder):
+    """The limits are those of a gain below them; the motion is that of the scene without winches."""
+    known = cs.load(str(scene)).compute("windrms").tables["loop"].rows[0]
+    limit = known["largest_gain_rad_per_s"]
+    found = cs.load(str(scene), set=[f"control.gain={2 * limit!r}", "control.max_speed=1 m/s"]).compute("windrms")
+    row = found.tables["loop"].rows[0]
+    assert row["gain_rad_per_s"] == 2 * limit
+    assert row["gain_margin_dB"] == pytest.approx(20 * math.log10(0.5), rel=1e-9)
+    for name in ("largest_gain_rad_per_s", "phase_crossover_Hz"):
+        assert row[name] == pytest.approx(known[name], rel=1e-9)
+    numbers = [name for name, cell in row.items() if cell is not None]
+    assert numbers == ["gain_rad_per_s", "largest_gain_rad_per_s", "gain_margin_dB", "phase_crossover_Hz"]
+    (folder / "rest.yaml").write_text(SCENE)
+    at_rest = cs.load("rest.yaml").compute("windrms").tables
+    for table in ("motion", "rotations"):
+        for open_, closed, alone in zip(found.tables["open_loop"].rows, found.tables[table].rows,
+                                        at_rest[table].rows, strict=False):  # fmt: skip
+            moved = [name for name in alone if name.startswith("rms")]
+            assert [open_[name] for name in moved] == pytest.approx([alone[name] for name in moved], rel=1e-6, abs=1e-9)
+            assert [closed[name] for name in moved] == [None] * len(moved)
+    assert [list(one.values())[2] for one in found.tables["coordinates"].rows] == [None] * 3
+    assert len(found.failures) == 1
+    assert found.failures[0].startswith("the loop is unstable at ")
+
+
+@pytest.mark.parametrize("columns", [
+    ("largest_gain", "gain_margin"), ("box.rms_x_open_loop",), ("gain", "box.rms", "phase_margin"), ("winch_rms_speed",)
+])  # fmt: skip
+def test_the_row_of_an_unstable_loop_says_so_whatever_it_shows(scene, columns):
+    columns = [find_of_many(name) for name in columns]
+    model = load_scene(scene, ["control.gain=5000"])[1]
+    row = rows.evaluate_suspensions([model], columns)[0]
+    refused = {"box.rms_mm", "phase_margin_deg", "winch_rms_speed_mm_per_s"}
+    assert {column.header for column in columns if row.cells[column.header] is None} <= refused
+    assert row.cells["status"].startswith("the loop is unstable at 5000 rad/s: ")
+    assert row.cells["status"].count("unstable") == 1
+
+
+def test_what_nothing_damps_refuses_the_motion_that_it_is_and_no_other(folder):
+    """No strain of straight wires is damped here but that of two: along x alone a motion is bounded."""
+    (folder / "one.yaml").write_text(
+        SCENE.replace("on: bodies", "on: bodies, aerodynamic_damping: false").replace(
+            "intensity: 0.2", "intensity: [0.2, 0.2, 0.2]"
+        )
+    )
+    own = [f"cables.{name}.damping={{model: kelvin_voigt, time: 2 ms}}" for name in ("px", "nx")]
+    model, full = (load_scene("one.yaml", sets)[1] for sets in (["cable.damping.time=0", *own], []))
+    columns = [find(name) for name in ("box.rms_x", "box.rms_y", "box.rms_z")]
+    found, whole = (rows.evaluate_suspensions([one], columns)[0].cells for one in (model, full))
+    assert found["box.rms_x_mm"] == pytest.approx(whole["box.rms_x_mm"], rel=1e-4)
+    assert (found["box.rms_y_mm"], found["box.rms_z_mm"]) == (None, None)
+    assert found["status"].startswith("undamped: mode ")
 
 
 @pytest.mark.parametrize(

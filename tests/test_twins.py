@@ -104,6 +104,11 @@ def chosen(names):
     return {name: from_files()[name] for name in names}
 
 
+def weightless(name, **model):
+    """A scene of a file without gravity and with other elements: where its winch reels in is along x."""
+    return {**from_files()[name], "gravity": 0.0, "model": model}
+
+
 PARTS = {  # what is compared, and of which scenes
     "statics of files": lambda: compare_statics(from_files()),
     "statics": lambda: compare_statics(drawn()),
@@ -115,6 +120,7 @@ PARTS = {  # what is compared, and of which scenes
     "wind, winch at rest": lambda: compare_open_wind(every(drawn(), 9, few_elements)),
     "wind of files, winch at rest": lambda: compare_open_wind(chosen(["carlina", "carlina-inclined", "carlina-pid"])),
     "loop of files": lambda: compare_loop(chosen(["carlina", "carlina-inclined"])),
+    "loop of many elements": lambda: compare_loop({"carlina, 717 modes": weightless("carlina", elements=30, order=8)}),
     "loop and wind": lambda: compare_loop({f"straight {seed}": straight_scene(seed) for seed in STRAIGHT}),
     "loop and wind, other winch": lambda: compare_loop(
         {f"random {seed}": drawn()[f"random {seed}"] for seed in REELED}

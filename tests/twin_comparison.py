@@ -86,7 +86,6 @@ def _weightless_and_level(scene):
 CLASSES = {
     "hysteretic": lambda scene: number(_damping(scene).get("loss_factor", 0.0), "") > 0,
     "modal, to an accuracy": lambda scene: "elements" not in scene.get("model", {}) and "ratio" in _modal(scene),
-    "modal, many elements": lambda scene: "ratio" in _modal(scene) and scene.get("model", {}).get("elements", 0) > 20,
     "bars, kelvin_voigt": lambda scene: _bars(scene) and "time" in _damping(scene),
     "winch not along x": lambda scene: "winch" in scene and not _weightless_and_level(scene),
     "one element with a load": lambda scene: scene.get("model", {}).get("elements") == 1 and has_loads(scene),

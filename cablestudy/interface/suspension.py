@@ -61,14 +61,15 @@ def modes(scene, count: Modes | None = None, upto: Frequency | None = None, esti
 
 def windrms(scene, table: Text | None = None, estimate: bool = False):
     """`table`: the only one that is asked for; `estimate`: whether the errors of fixed elements are estimated."""
-    from cablestudy.study.suspension.notes import notes_of
+    from cablestudy.study.suspension.notes import notes_of, warnings_of
     from cablestudy.study.suspension.wind_report import remarks_of, wind_tables
 
     case = _solved(scene, estimate)
-    tables = wind_tables(scene.document, case, table)
-    return _of_tables(
-        table, tables, case, lambda: notes_of(case), remarks_of(case, tables), lambda plots: plots.suspension_wind(case)
-    )
+    tables, failures = wind_tables(scene.document, case, table)
+    remarks = warnings_of(case) if failures else remarks_of(case, tables)
+    draw = None if failures else lambda plots: plots.suspension_wind(case)
+    answer = _of_tables(table, tables, case, lambda: notes_of(case), remarks, draw)
+    return replace(answer, failures=failures)
 
 
 def loop(
@@ -98,9 +99,11 @@ def loop(
     )
     if asked:
         return in_time(answer, loop_report.time_case(scene.document, case, asked))
-    if span:
-        return replace(answer, table=loop_report.response_table(movement, span))
-    tables = loop_report.loop_tables(case, table)
+    if span:  # an unstable loop too has a response over frequency
+        failures = loop_report.unstable(movement)
+        return replace(answer, table=loop_report.response_table(movement, span), failures=failures)
+    tables, failures = loop_report.loop_tables(case, table)
+    answer = replace(answer, failures=failures)
     return replace(answer, table=tables[table]) if table else replace(answer, tables=tables)
 
 

@@ -107,14 +107,15 @@ def _suspension_in_motion(page, scene):
         with page.section("Loop"):
             found = scene.compute("windrms", estimate=True)
             _tables(page, scene, "windrms", {name: found.tables[name] for name in LOOP})
-            page.draw(lambda plots: plots.suspension_loop(found.case.in_wind.movement), PICTURES["loop"])
+            page.draw(lambda plots: plots.suspension_loop(found.case.in_wind.controlled), PICTURES["loop"])
     if scene.model.wind is not None:
         with page.section("Wind"):
             found = found or scene.compute("windrms", estimate=True)
             _told(page, "windrms", found)
             tables = {name: table for name, table in found.tables.items() if name not in LOOP}
             _tables(page, scene, "windrms", tables)
-            page.draw(found.draw, PICTURES["windrms"])
+            if found.draw is not None:
+                page.draw(found.draw, PICTURES["windrms"])
 
 
 def _answer(page, scene, what, known=()):

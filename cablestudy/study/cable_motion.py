@@ -20,19 +20,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.cable.element import basis, lagrange
-from cablestudy.control.gain_limits import UNDAMPED
-from cablestudy.control.plant import NEAR
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.cable_wind import DIRECTIONS, STILL, at_points, blowing, drag_loads
+from cablestudy.study.cable_wind import DIRECTIONS, STILL, blowing, drag_loads
 from cablestudy.study.windrms import QUADRATURE, scaling
 from cablestudy.system.linear import upper
 from cablestudy.system.residues import Residues
 from cablestudy.wind.cable_gusts import INTERPOLATED, CableGusts
-from cablestudy.wind.coherence import ratio_of, rod
+from cablestudy.wind.coherence import at_points, ratio_of, rod, tangents
 from cablestudy.wind.drag import cable_damping, drag_matrices
-from cablestudy.wind.integrals import frequency_range
+from cablestudy.wind.integrals import ALONG_CABLES, Integrals, frequency_range
 from cablestudy.wind.spectrum import speed_spectrum
-from cablestudy.wind.variance import Panels, frequency_edges, smooth_on, variances
+from cablestudy.wind.variance import frequency_edges, smooth_on
 
 MOST_MODES = 160  # of one plane: static displacements by the others fall with the cube of their number, 1e-7
 NOTHING = 100  # times the floor of a spectrum: a variance below it is none
@@ -127,7 +125,9 @@ class _Cable:
             second = system.end_shapes
             held[:, axes, 0] = (np.eye(len(axes)) - second) @ ends[0, axes]
             held[:, axes, 1] = second @ ends[1, axes]
-        shapes, self._tangent = at_points(state, self._rod, np.concatenate([held, modes], axis=-1))
+        points = self._rod.points[0]
+        shapes = at_points(state.mesh, np.concatenate([held, modes], axis=-1), points)
+        self._tangent = tangents(state.mesh, state.direction, points)
         self._held, self._shapes = shapes[..., :2], shapes[..., 2:]
         self._middle = _at(state.mesh, float(case.results.catenary.middle[case.index]), modes)
         self._ends = np.zeros((6, 2))  # global axes
@@ -149,15 +149,20 @@ class _Cable:
             return np.zeros(5)
         wind, size = self._wind, np.abs(upper(outputs.poles))
         main = float(size.min()) / (2 * np.pi)
-        _check_damped(upper(outputs.poles)[size < 2 * np.pi * NEAR * main])
         span = frequency_range(main, wind.speed / wind.length_scale, what="the cable")
         gusts = gusts_on(span)
-        panels = Panels(smooth_on(frequency_edges(*span), [gusts.spectrum]))
-        noise, found = gusts.noise(panels.frequency), np.zeros(5)
-        found[moved] = variances(outputs, panels, noise, np.ones((1, len(panels.frequency))))[0]
+        edges, found = smooth_on(frequency_edges(*span), [gusts.spectrum]), np.zeros(5)
+        integrals = Integrals.on(edges, gusts, {"value": np.ones_like}, ALONG_CABLES)
+        found[moved] = integrals.variances(outputs)[0]
+        _check_damped(integrals.undamped(outputs, found[moved], self._energy(2 * np.pi * main)[moved]))
         if not np.isfinite(found).all():
             raise NoSolutionError("the wind's force on the cable is too large for a number")
         return np.where(found > NOTHING * STILL**2 * np.array([*[found[:3].max()] * 3, 1.0, 1.0]), found, 0.0)
+
+    def _energy(self, omega):
+        """Energy per square of the place of mid-span along three axes and of two tensions, about, shape (5,)."""
+        span, pulled = self._case.span, (self._ends * (self._model.stiffness @ self._ends)).sum(axis=0)
+        return np.append(np.full(3, float(span.mass * span.unstretched_length) * omega**2), 1 / pulled)
 
     def response(self, part, direction):
         """How the wind on some modes that move together moves the cable.
@@ -298,11 +303,13 @@ def _at(mesh, place, shapes):
 
 
 def _check_damped(poles):
-    """Refuse a cable with a mode that nothing damps."""
-    ratio = -poles.real / np.abs(poles)
-    worst = int(np.argmin(ratio))
-    if ratio[worst] < UNDAMPED:
-        raise NoSolutionError(
-            f"undamped: the damping ratio of the cable's mode of {np.abs(poles[worst]) / (2 * np.pi):.4g} Hz is "
-            f"{max(0.0, ratio[worst]):.2g}, below {UNDAMPED:g}, so that no RMS is finite (cable.damping)"
-        )
+    """Refuse a cable with a mode that nothing damps; `poles` of `Integrals.undamped`."""
+    if not poles.any():
+        return
+    poles = poles[poles != 0]
+    worst = poles[np.argmin(np.abs(poles))]
+    ratio = max(0.0, -worst.real / abs(worst))
+    raise NoSolutionError(
+        f"undamped: the damping ratio of the cable's mode of {abs(worst) / (2 * np.pi):.4g} Hz is {ratio:.2g}, below "
+        f"{ALONG_CABLES:g}, so that no RMS is finite (cable.damping)"
+    )

@@ -9,12 +9,11 @@ the larger one of wind across and along the vertical plane of the cable, between
 
 import numpy as np
 
-from cablestudy.cable.element import basis, lagrange
 from cablestudy.control.force_transmission import modal_force_transmission
 from cablestudy.study.loops import with_viscous
 from cablestudy.system.superelement import GONDOLA, GROUND
 from cablestudy.wind.cable_gusts import CableGusts
-from cablestudy.wind.coherence import ratio_of, rod
+from cablestudy.wind.coherence import at_points, ratio_of, rod, tangents
 from cablestudy.wind.drag import drag_matrices
 from cablestudy.wind.spectrum import speed_spectrum
 
@@ -41,7 +40,11 @@ class CableWind:
             axes = list(system.axes)
             shapes[:, axes, 0] = system.end_shapes @ along[axes]
         shapes[..., 1:] = case.dynamics.modes(len(model.omega)).shapes[..., : len(model.omega)][..., observable]
-        self._shapes, self._tangent = at_points(state, self._rod, shapes)
+        points = self._rod.points[0]
+        self._shapes, self._tangent = (
+            at_points(state.mesh, shapes, points),
+            tangents(state.mesh, state.direction, points),
+        )
         self._blowing = blowing(span)
 
     def loads(self, direction):
@@ -90,29 +93,6 @@ class CableWind:
 def blowing(span):
     """Unit vectors of the mean wind in the chord frame of a `Span`: across and along its vertical plane."""
     return {"across": np.array([0.0, 0.0, 1.0]), "along": span.frame @ span.level}
-
-
-def at_points(state, rod, shapes):
-    """Shapes and unit tangent at the points of a `Rod`.
-
-    Parameters
-    ----------
-    state : State
-        Of one cable.
-    rod : Rod
-    shapes : ndarray, shape (nodes, 3, k)
-
-    Returns
-    -------
-    shapes : ndarray, shape (n, q, 3, k)
-    tangent : ndarray, shape (n, q, 3)
-        Chord frame.
-    """
-    element, points = basis(state.mesh.order), rod.points[0]
-    by_element = shapes[state.mesh.element_nodes]
-    found = np.einsum("qi,eiak->eqak", lagrange(element.nodes, points), by_element, optimize=True)
-    tangent = np.einsum("qp,epa->eqa", lagrange(element.points, points), state.direction)
-    return found, tangent / np.sqrt((tangent**2).sum(axis=-1, keepdims=True))
 
 
 def drag_loads(rod, shapes, matrices):

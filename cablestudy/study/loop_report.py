@@ -118,15 +118,20 @@ def response_table(loop, span):
     span : (float, float, int)
         From `ssm.read_span`. Resonances in the range have rows of their own beside these.
     """
-    frequency = frequencies_of(loop, span)
-    fields, columns = [Field("frequency_Hz", "frequency", "Hz")], [frequency]
+    frequency, columns = frequencies_of(loop, span), {}
     for name, value in zip(CURVES, curves(loop, frequency), strict=True):
         title = name.replace("_", " ")
-        fields += [Field(f"{name}_dB", title, "dB"), Field(f"{name}_phase_deg", f"{title} phase", "deg")]
-        columns += [decibels(value), Phase()(value)]
-    names = [field.name for field in fields]
+        columns[Field(f"{name}_dB", title, "dB")] = decibels(value)
+        columns[Field(f"{name}_phase_deg", f"{title} phase", "deg")] = Phase()(value)
+    return over_frequency(frequency, columns)
+
+
+def over_frequency(frequency, columns):
+    """Table of numbers over frequency [Hz], shape (f,): `Field` -> shape (f,); what is not finite is empty."""
+    columns = {Field("frequency_Hz", "frequency", "Hz"): frequency, **columns}
+    names = [field.name for field in columns]
     rows = [
         {name: cell if np.isfinite(cell) else None for name, cell in zip(names, cells, strict=True)}
-        for cells in np.stack(columns, axis=1).tolist()
+        for cells in np.stack(list(columns.values()), axis=1).tolist()
     ]
-    return Table(tuple(fields), rows)
+    return Table(tuple(columns), rows)

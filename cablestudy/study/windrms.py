@@ -12,7 +12,7 @@ from cablestudy.control.plant import largest
 from cablestudy.errors import NoSolutionError
 from cablestudy.wind.cable_gusts import INTERPOLATED, BodyGusts
 from cablestudy.wind.imaging import seen_weights
-from cablestudy.wind.integrals import UNDAMPED, Integrals, frequency_range
+from cablestudy.wind.integrals import ALONG_CABLES, UNDAMPED, Integrals, frequency_range
 from cablestudy.wind.peak import peak_factor
 from cablestudy.wind.spectrum import admittance, force_spectrum, speed_spectrum
 from cablestudy.wind.variance import frequency_edges, smooth_on
@@ -25,7 +25,6 @@ SMALL = 24  # coordinates of a system that costs less with all of them than twic
 ORDERS = 1, 2, 3, 4, 6  # of these vectors
 SHAKEN = 8  # modes that the wind on the cable shakes, to whose damping forces they answer, for each order but the first
 QUADRATURE = 1e-10  # error of the variances by the rule on the panels: that of Davenport's spectrum is 4e-11
-NEGLIGIBLE = 1e-12  # damping ratio that is none, of a gondola that the wind moves by way of the cable
 NUMBERS = ("displacement", "velocity", "open_displacement", "open_velocity")
 
 
@@ -182,7 +181,7 @@ def respond_along(loop, cable, gusts_on, corner, tolerance=TOLERANCE):
     """
     plant, span = loop.plant, frequency_range(gondola_frequency(loop), corner, loop.gain)
     gusts, system = gusts_on(span), plant.system_of(cable)
-    integrals = _Integrals(loop, gusts, span, {}, least=NEGLIGIBLE)
+    integrals = _Integrals(loop, gusts, span, {}, least=ALONG_CABLES)
     kept = plant.needed(cable, SHIFT, min(RESONANT, tolerance))
     few = system.few(kept, ORDERS[0])
     whole = integrals.within(few).variances(system.within(few))
@@ -303,8 +302,8 @@ class _Integrals:
             The wind excites a motion of the gondola that nothing damps.
         """
         found = self._integrals.variances(response, names)
-        worst = self._integrals.undamped(response, found[0], np.eye(found.shape[1])[0])
-        if worst is not None:
+        worst = self._integrals.undamped(response, found[0], np.eye(found.shape[1])[0])[0]
+        if worst:
             raise NoSolutionError(
                 f"undamped: the wind moves the gondola at {abs(worst) / (2 * np.pi):.4g} Hz, where the damping ratio "
                 f"is {abs(worst.real) / abs(worst):.1e}, so that no RMS is finite (cable.damping)"

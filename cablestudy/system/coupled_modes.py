@@ -30,6 +30,7 @@ DAMPED = 3.0  # least multiple of the highest frequency up to which the finer mo
 FAR = 0.5  # estimated error by cables without modes over the error allowed, up to which they are tried
 LEVELS, TRIALS = 8, 12
 EXACT = 1e-10  # error of a frequency that modes of cables may leave where the choice of elements is exact
+MOST_DAMPED = 1800  # modes of a cable of such elements whose modal damping counts: an eigenvalue problem of a second
 
 
 class Search:
@@ -87,7 +88,7 @@ class Search:
         """
         cables = self.cables
         if self._model is not None:
-            return self._of_elements(self._most)
+            return self._of_elements()
         if not cables.heavy.any():
             solution = self._modes(Models(cables, [None] * cables.count), np.zeros(cables.count))
             return self._finished(solution, np.full(len(solution.omega), NOISE))
@@ -130,17 +131,26 @@ class Search:
         found = self._finished(solution, np.full(len(solution.omega), NOISE))
         return replace(found, error=np.maximum(solution.unresolved.sum(axis=0) / 2, NOISE))
 
-    def _of_elements(self, most):
-        """`CoupledModes` of an exact choice of elements, with some modes of each cable.
-
-        Modal damping is that of all modes, which are computed where damping is asked for.
-        """
+    def _of_elements(self):
+        """`CoupledModes` of an exact choice of elements, with some modes of each cable."""
         cables = self.cables
-        models = Models(cables, fixed_meshes(cables, self._model), fixed=True, most=min(most, MAX_MODES))
+        models = Models(cables, fixed_meshes(cables, self._model), fixed=True, most=min(self._most, MAX_MODES))
         solution = self._modes(models, np.where(cables.heavy, np.inf, 0.0))
         modal = any(one.model == "modal" and one.ratio for one in cables.damping)
-        finer = partial(self._of_elements, MAX_MODES) if modal and most < MAX_MODES and not models.complete else None
+        finer = partial(self._damped_by_all, models.meshes) if modal and not models.complete else None
         return self._finished(solution, np.full(len(solution.omega), np.nan), finer)
+
+    def _damped_by_all(self, meshes):
+        """`CoupledModes` of elements with MAX_MODES of each cable, and the modal damping of all.
+
+        That of the others is what it does to slow movements of the ends: see `Superelement.combine`.
+        """
+        models, limits = Models(self.cables, meshes, fixed=True, most=MOST_DAMPED), np.zeros(self.cables.count)
+        for group in models.groups:
+            omega = np.sort(group.ends.omega, axis=-1)
+            limits[group.places] = omega[:, MAX_MODES] if omega.shape[-1] > MAX_MODES else np.inf
+        solution = self._modes(models, limits)
+        return self._finished(solution, np.full(len(solution.omega), np.nan))
 
     def _finer(self, orders, limits, highest, error):
         """`CoupledModes` of a finer model with more modes of cables."""

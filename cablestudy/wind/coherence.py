@@ -95,15 +95,8 @@ def rod(mesh, stretch):
     """The `Rod` of a cable with the stretch |r'| at the Gauss points of its elements, shape (n, p). [-]"""
     from scipy.linalg import eigh
 
-    element = basis(mesh.order)
-    points, weights = basis(mesh.order + 1).points, basis(mesh.order + 1).weights
-    values, between = lagrange(element.nodes, points), lagrange(element.points, points)
-    slopes, stretched = between @ element.derivative, stretch @ between.T
-    length = float((mesh.sizes[:, None] * weights * stretched).sum())
-    share = mesh.sizes[:, None] * weights * stretched / length
-    flat = weights / (mesh.sizes[:, None] * stretched) * length
-    stiffness = add_elements(mesh, 1, slopes.T @ (flat[..., None] * slopes))
-    mass = add_elements(mesh, 1, values.T @ (share[..., None] * values))
+    points, weights = gauss(mesh.order)
+    values, share, length, stiffness, mass = galerkin(mesh, stretch, points, weights)
     if mesh.nodes <= MOST_FUNCTIONS:
         square, shapes = eigh(stiffness.toarray(), mass.toarray())
     else:
@@ -118,6 +111,56 @@ def rod(mesh, stretch):
     at_points = values @ shapes[mesh.element_nodes]
     collect = (share[..., None] * at_points).reshape(-1, len(square)).T
     return Rod(np.broadcast_to(points, share.shape), collect, square, shapes[[0, -1]].T, length, share)
+
+
+def gauss(order):
+    """Points of an element of an order on [0, 1], one more than has its tension, and their weights, shape (q,) both."""
+    return basis(order + 1).points, basis(order + 1).weights
+
+
+def galerkin(mesh, stretch, points, weights):
+    """The rod of a cable in its shape functions.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        n elements of p + 1 nodes.
+    stretch : ndarray, shape (n, p)
+        |r'| at the points of the tensions. [-]
+    points, weights : ndarray, shape (q,)
+        Of integrals over an element, on [0, 1].
+
+    Returns
+    -------
+    values : ndarray, shape (q, p + 1)
+        Shape functions at the points.
+    share : ndarray, shape (n, q)
+        Of each point in the stretched length.
+    length : float
+        Stretched over unstretched.
+    stiffness, mass : sparse array, shape (nodes, nodes)
+        The stretched length counted as 1.
+    """
+    element = basis(mesh.order)
+    values, between = lagrange(element.nodes, points), lagrange(element.points, points)
+    slopes, stretched = between @ element.derivative, stretch @ between.T
+    length = float((mesh.sizes[:, None] * weights * stretched).sum())
+    share = mesh.sizes[:, None] * weights * stretched / length
+    flat = weights / (mesh.sizes[:, None] * stretched) * length
+    stiffness = add_elements(mesh, 1, slopes.T @ (flat[..., None] * slopes))
+    return values, share, length, stiffness, add_elements(mesh, 1, values.T @ (share[..., None] * values))
+
+
+def at_points(mesh, values, points):
+    """Values of the nodes, shape (nodes, 3, k), at points of each element, shape (n, q, 3, k)."""
+    between = lagrange(basis(mesh.order).nodes, points)
+    return np.einsum("qi,eiak->eqak", between, values[mesh.element_nodes], optimize=True)
+
+
+def tangents(mesh, direction, points):
+    """Unit tangents at points of each element, shape (n, q, 3), of those at the points of the tensions, (n, p, 3)."""
+    found = np.einsum("qp,epa->eqa", lagrange(basis(mesh.order).points, points), direction)
+    return found / np.sqrt((found**2).sum(axis=-1, keepdims=True))
 
 
 def ratio_of(wind, length):

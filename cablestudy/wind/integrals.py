@@ -12,7 +12,8 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.wind.variance import Panels, mixed_variances, variances
 
 TURN = 2 * np.pi
-UNDAMPED = 1e-9  # damping ratio below which a resonance is not bounded
+UNDAMPED = 1e-9  # damping ratio below which a resonance is not bounded,
+ALONG_CABLES = 1e-10  # and that where the wind acts along cables: strain damps waves across them next to nothing
 EXCITED = 1e-6  # share of a variance by a motion that is as good as undamped, from which it is refused
 ROUNDING = 1e-15  # of the largest pole: decay that rounding may make
 STILL = 1e-16  # of the energy of an output over the largest of all: what is less is none
@@ -104,7 +105,7 @@ class Integrals:
         return mixed_variances(known, rest, self.gusts.matrix_times, self.panels, self.noise, weights)
 
     def undamped(self, response, whole, stiffness):
-        """The pole that nothing damps, of those that the gusts excite the one that moves an output most; or None.
+        """Of each output the pole that nothing damps, of those that the gusts excite the one that moves it most.
 
         Parameters
         ----------
@@ -113,18 +114,23 @@ class Integrals:
             Variances of its outputs.
         stiffness : ndarray, shape (o,)
             Energy per square of each output, by which they are compared; 0 of one that does not matter.
+
+        Returns
+        -------
+        ndarray, complex, shape (o,)
+            0 of an output that no such pole moves. [rad/s]
         """
         known, _ = response.split(TURN * self.panels.highest)
         left = known.some(~damped(known, self.least) & (known.poles != 0))
         if not len(left.poles):
-            return None
+            return np.zeros(len(whole), dtype=complex)
         size, given = np.abs(left.poles), left.given[:, :, None]
         force = (left.given * self.gusts.matrix_times(size / TURN, given.conj())[..., 0]).sum(axis=1).real
         own = np.abs(left.shown.T) ** 2 * stiffness * (force / (2 * self.least * size))[:, None]  # at most
         energy = whole * stiffness
         rounded = STILL * max(own.max(), energy.max())
-        excited = np.where(own > np.maximum(EXCITED * energy, rounded), own, 0.0).max(axis=1)
-        return left.poles[np.argmax(excited)] if excited.any() else None
+        excited = own > np.maximum(EXCITED * energy, rounded)
+        return np.where(excited.any(axis=0), left.poles[np.argmax(own, axis=0)], 0.0)
 
 
 def damped(residues, least=UNDAMPED):

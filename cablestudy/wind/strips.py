@@ -1,13 +1,13 @@
 """Cables in turbulent wind: the drag along each, and the coherence along one cable and between two.
 
-The drag on a node is linear in the turbulence and in the motion against it, see `drag`; as sums over the nodes it gives
+The drag on a cable is linear in the turbulence and in the motion against it, see `drag`; integrals along the cable give
 the forces on the coordinates of a suspension and the aerodynamic damping. The coherence exp(-kappa r) of two places of
-one cable is Green's function of a rod, see `coherence`; so with g the forces at the nodes by a turbulence that is the
-same at all of them, their covariance is
+one cable is Green's function of a rod, see `coherence`; so with g the forces by a turbulence that has the form of each
+shape function of the elements, the covariance of the forces is
 
-    2 g^T (S/kappa + kappa diag(w) + E)^-1 g,
+    2 g^T (S/kappa + kappa W + E)^-1 g,
 
-S being the stiffness of the rod, w the length that belongs to each node, E one at both ends.
+S being the stiffness of the rod, W its mass, E one at both ends.
 
 Two cables that meet at a body are coherent near their common end alone, over a small part of the distance of two nodes.
 Their covariance is a sum over Gauss points that lie close together at the ends of each element: over t with the place
@@ -19,10 +19,10 @@ from functools import cache, cached_property
 
 import numpy as np
 
-from cablestudy.cable.assembly import add_elements
 from cablestudy.cable.element import Mesh, basis, lagrange, mesh_segments
 from cablestudy.cable.plane_modes import nodal_tangent
 from cablestudy.system.suspension import outward
+from cablestudy.wind.coherence import at_points, galerkin, gauss, tangents
 from cablestudy.wind.drag import drag_matrices
 
 MORE = 4  # points of an element than its order: an error of 1e-6 of the RMS on six cables that meet
@@ -47,7 +47,11 @@ class Strip:
         Static displacements where either end is moved out of the cable along its tangent by one, and nothing else: the
         work of a load on them is what it takes off the tension there.
     drag : ndarray, shape (p, 3, 3)
-        Force per length and speed, symmetric, see `drag.drag_matrices`. [N s/m^2]
+        Force per length and speed at the nodes, symmetric, see `drag.drag_matrices`. [N s/m^2]
+    inside : ndarray, shape (elements, points, 3, 3)
+        The same at the points of the elements, see `_inside`.
+    stretch : ndarray, shape (elements, order)
+        As for `coherence.galerkin`. [-]
     """
 
     cable: int
@@ -57,19 +61,26 @@ class Strip:
     shapes: np.ndarray
     pulled: np.ndarray
     drag: np.ndarray
+    inside: np.ndarray
+    stretch: np.ndarray
 
-    @property
-    def lengths(self):
-        """Stretched length that belongs to each node, shape (p,). [m]"""
-        return self.length * self.mesh.node_weights
+    @cached_property
+    def _rod(self):
+        """See `coherence.galerkin`."""
+        return galerkin(self.mesh, self.stretch, *_inside(self.mesh.order))
 
     @cached_property
     def forces(self):
-        """Work by a unit speed of the turbulence along x, y, z at each node on each of `shapes`, then of `pulled`.
+        """Work on each of `shapes`, then of `pulled`, by a turbulence along x, y, z of the form of each shape function.
 
-        Shape (3, p, m + 2).
+        Shape (3, p, m + 2); of a unit speed everywhere it is the sum over the nodes.
         """
-        return np.moveaxis(self.drag @ self._whole * self.lengths[:, None, None], 1, 0)
+        values, share, *_ = self._rod
+        whole = at_points(self.mesh, self._whole, _inside(self.mesh.order)[0])
+        pushed = self.inside @ whole * (self.length * share[..., None, None])
+        found = np.zeros((len(self.places), 3, pushed.shape[-1]))
+        np.add.at(found, self.mesh.element_nodes, np.einsum("qi,eqam->eiam", values, pushed, optimize=True))
+        return np.moveaxis(found, 1, 0)
 
     @property
     def _whole(self):
@@ -110,7 +121,7 @@ class Strip:
         Parameters
         ----------
         forces : ndarray, shape (p, c, m)
-            By a unit speed at each node.
+            By a turbulence of the form of each shape function.
         kappa : ndarray, shape (q,)
             Positive. [1/m]
 
@@ -119,16 +130,15 @@ class Strip:
         ndarray, shape (q, m, m)
         """
         nodes, _, count = forces.shape
-        diagonal, ends = np.diag(self.lengths), np.zeros(nodes)
+        *_, rod, mass = self._rod
+        rod, mass, ends = rod.toarray() / self.length, mass.toarray() * self.length, np.zeros(nodes)
         ends[[0, -1]] = 1.0
-        rod, ends = _rod(self.mesh) / self.length, np.diag(ends)
+        ends = np.diag(ends)
         if len(self.mesh.sizes) > 1:  # most of the matrix is zero
-            halves = (
-                _solved_half(rod / one + one * diagonal + ends, self.mesh.order, forces) for one in kappa.tolist()
-            )
+            halves = (_solved_half(rod / one + one * mass + ends, self.mesh.order, forces) for one in kappa.tolist())
             return np.stack([2 * half.T @ half for half in halves])
         kappa = kappa[:, None, None]
-        moved = np.linalg.inv(rod / kappa + kappa * diagonal + ends) @ forces.reshape(nodes, -1)
+        moved = np.linalg.inv(rod / kappa + kappa * mass + ends) @ forces.reshape(nodes, -1)
         return 2 * forces.reshape(-1, count).T @ moved.reshape(len(kappa), -1, count)
 
 
@@ -193,8 +203,7 @@ def _strips(models, equilibrium, nodes, drag):
     """
     speed = float(np.sqrt((drag.velocity**2).sum()))
     begin = equilibrium.suspension.ends(equilibrium.position, equilibrium.rotation)[:, 0]
-    tangents, meshes = _tangents(models), models.meshes
-    stretch = 1 + equilibrium.catenary.mean_tension / equilibrium.catenary.span.axial_stiffness
+    states, meshes = _states(models), models.meshes
     for cable in np.flatnonzero(drag.cables > 0).tolist():
         mesh, (places, moved) = meshes[cable], nodes[cable]
         if mesh is None:
@@ -202,11 +211,42 @@ def _strips(models, equilibrium, nodes, drag):
             blend = mesh.node_positions[:, None]
             places = (1 - blend) * places[0] + blend * places[1]
             moved = (1 - blend[..., None]) * moved[0] + blend[..., None] * moved[1]
-        tangent = tangents.get(cable, equilibrium.catenary.span.frame[cable, 0])
-        length = float(equilibrium.lengths[cable] * stretch[cable])
-        matrices = drag_matrices(np.broadcast_to(tangent, places.shape), drag.velocity / speed)
-        matrices = float(drag.density) * drag.cables[cable] * speed * matrices
-        yield Strip(cable, mesh, length, begin[cable] + places, moved[..., :-2], moved[..., -2:], matrices)
+        mean = 1 + equilibrium.catenary.mean_tension[cable] / equilibrium.catenary.span.axial_stiffness[cable]
+        *course, stretch = _course(mesh, states.get(cable), equilibrium.catenary.span.frame[cable], float(mean))
+        size = float(drag.density) * drag.cables[cable] * speed
+        matrices = (size * drag_matrices(tangent, drag.velocity / speed) for tangent in course)
+        length = float(equilibrium.lengths[cable]) * galerkin(mesh, stretch, *_inside(mesh.order))[2]
+        shapes = moved[..., :-2], moved[..., -2:]
+        yield Strip(cable, mesh, length, begin[cable] + places, *shapes, *matrices, stretch)
+
+
+def _course(mesh, state, frame, mean):
+    """Unit tangents at the nodes, and at the points of the elements, global axes; and the stretch of the elements.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    state : State or None
+        None of a straight cable.
+    frame : ndarray, shape (3, 3)
+        Of the chord.
+    mean : float
+        Mean stretch, which bars have everywhere.
+
+    Returns
+    -------
+    ndarray, shapes (nodes, 3), (elements, points, 3) and (elements, order)
+    """
+    points, stretch = _inside(mesh.order)[0], np.full((mesh.elements, mesh.order), mean)
+    nodal = np.broadcast_to(frame[0], (mesh.nodes, 3)) if state is None else nodal_tangent(state) @ frame
+    if state is None or mesh.order == 1:
+        return nodal, nodal[mesh.element_nodes], stretch
+    return nodal, tangents(mesh, state.direction, points) @ frame, state.stretch
+
+
+def _inside(order):
+    """Points of an element on [0, 1], of bars their nodes, where they have their drag; and weights: shape (q,) both."""
+    return (np.array([0.0, 1.0]), np.array([0.5, 0.5])) if order == 1 else gauss(order)
 
 
 @cache
@@ -217,21 +257,13 @@ def _points(order):
     return t**2 * (3 - 2 * t), weights * 3 * t * (1 - t)
 
 
-def _tangents(models):
-    """Unit tangents at the nodes of the cables with mass, global axes: cable -> shape (p, 3)."""
-    found = {}
-    for group in models.groups:
-        turned = nodal_tangent(group.ends.state) @ group.ends.state.span.frame
-        found.update(zip(group.places.tolist(), turned, strict=True))
-    return found
-
-
-def _rod(mesh):
-    """Stiffness of a rod of unit length on the nodes of a mesh, shape (p, p)."""
-    element = basis(mesh.order)
-    weights = element.weights / mesh.sizes[:, None]
-    slopes = element.derivative
-    return add_elements(mesh, 1, slopes.T @ (weights[..., None] * slopes)).toarray()
+def _states(models):
+    """`State` of each cable with mass, by its number: dict."""
+    return {
+        cable: group.ends.state.take(place)
+        for group in models.groups
+        for place, cable in enumerate(group.places.tolist())
+    }
 
 
 def _solved_half(matrix, width, forces):

@@ -164,6 +164,7 @@ def _of(response, names, place, frequency):
         for (one, other), total in zip(PAIRS, variance[3:], strict=True):
             covariance[one, other] = covariance[other, one] = (total - variance[one] - variance[other]) / 2
         every = response.variances
+        response.check_damped(known, state)
         rms = {name: np.sqrt(every.weighted["value"][state, every.rows[name]]) for name in known}
         # what is not in the range of the picture counts too
         exact = np.array([rms.get(name, 0.0) for name in places])

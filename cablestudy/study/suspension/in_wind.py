@@ -112,9 +112,10 @@ class InWind:
 
     @property
     def solved(self):
-        """Whether the motion was computed."""
+        """Whether the motion was computed, that of an unstable loop with its winches at rest too."""
         known = [self.__dict__[name] for name in ("_outcome", "_judged") if name in self.__dict__]
-        return any(not isinstance(one, Exception) for one in known)
+        at_rest = self.__dict__.get("_at_rest")
+        return any(not isinstance(one, Exception) for one in known) or (at_rest is not None and at_rest.solved)
 
     @property
     def _found(self):
@@ -126,6 +127,11 @@ class InWind:
     def movement(self):
         """`Movement`; raises as `response`."""
         return self._found[0]
+
+    @property
+    def described(self):
+        """`movement`, or of an unstable loop, which has no response, `controlled`; raises as that."""
+        return self.controlled if isinstance(self._outcome, NoSolutionError) else self.movement
 
     @property
     def response(self):
@@ -143,7 +149,7 @@ class InWind:
         """The movement of `controlled`, or the error that says why there is none: computed once for a row."""
         try:
             movement = self.movement_of(self._counts[0])
-            movement.check_stable()
+            movement.check_open()
         except (NoSolutionError, ConvergenceError) as error:
             return error
         return movement
@@ -152,14 +158,32 @@ class InWind:
     def controlled(self):
         """`Movement` with the fewest modes, for numbers of the loop: its loop gain has all modes of the cables.
 
+        With the loop it may be unstable.
+
         Raises
         ------
         NoSolutionError, ConvergenceError
-            What moves is unstable, or there are no modes to the accuracy.
+            It is unstable with the winches at rest, or there are no modes to the accuracy.
         """
         if isinstance(self._judged, Exception):
             raise self._judged
         return self._judged
+
+    def check_stable(self):
+        """Refuse an unstable loop: NoSolutionError; raises as `controlled` too."""
+        self.controlled.check_stable()
+
+    @cached_property
+    def _at_rest(self):
+        """`InWind` with the winches at rest, which shares what does not depend on the loop."""
+        scene = self.scene.model_copy(update={"control": None})
+        return InWind(scene, self._calm, self._equilibrium, self._drag, self._model, self._known)
+
+    @property
+    def _open(self):
+        """`InWind` of numbers with the winches at rest: this one, which has both, where its loop is stable."""
+        refused = self.scene.control is not None and isinstance(self._outcome, NoSolutionError)
+        return self._at_rest if refused else self
 
     @property
     def loop_error(self):
@@ -168,6 +192,7 @@ class InWind:
 
     def margin(self, name):
         """A number of `Margins` by its name, and its estimated relative error by what the cables' models leave open."""
+        self.check_stable()
         found, others = getattr(self.controlled.margins, name), self.controlled.perturbed_margins
         if not others:
             return found, np.nan
@@ -207,8 +232,11 @@ class InWind:
 
         Not a number for an exact choice of elements, whose own error is not known.
         """
-        found, state = self.response.variances, OPEN if open_loop else CLOSED
-        rows = [found.rows[name] for name in names if name in found.rows]
+        response, state = (self._open.response, OPEN) if open_loop else (self.response, CLOSED)
+        found = response.variances
+        names = [name for name in names if name in found.rows]
+        response.check_damped(names, state)
+        rows = [found.rows[name] for name in names]
         total = found.weighted[variance][state, rows].sum()
         error = found.error[variance][state, rows].sum() / (2 * total) if total > 0 else 0.0
         return np.sqrt(total), error if self._model is None else np.nan

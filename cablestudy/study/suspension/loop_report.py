@@ -8,14 +8,14 @@ from cablestudy.control import loop_response
 from cablestudy.control.pose_state_space import Labels, state_space
 from cablestudy.control.statespace import MODAL
 from cablestudy.control.suspension import labels
-from cablestudy.errors import SceneError
+from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.loop_in_time import OF_WIND, TimeCase, remarks_of
-from cablestudy.study.loop_report import CURVES, decibels
+from cablestudy.study.loop_report import CURVES, decibels, over_frequency
 from cablestudy.study.ssm import number_of
-from cablestudy.study.suspension.wind_report import coordinate_table, loop_table
-from cablestudy.study.table import Field, Table
+from cablestudy.study.suspension.wind_report import coordinate_table, loop_table, made
+from cablestudy.study.table import Field
 from cablestudy.system.first_order import LinearControl
 from cablestudy.system.suspension import AXES
 
@@ -33,12 +33,23 @@ def check_control(document, scene):
 def loop_tables(case, only=None):
     """The tables `loop`, and `coordinates` with the margin of each alone, of a `SuspensionCase`: dict; or one of them.
 
+    And why cells of them are empty: tuple of str.
+
     Raises
     ------
     NoSolutionError, ConvergenceError
-        The loop is unstable, or there is none.
+        There is no loop.
     """
-    return {name: make(case) for name, make in TABLES.items() if only in (None, name)}
+    return made(case, {name: make for name, make in TABLES.items() if only in (None, name)})
+
+
+def unstable(movement):
+    """Why a `Movement` is unstable: tuple of str, empty where it is stable."""
+    try:
+        movement.check_stable()
+    except NoSolutionError as error:
+        return (str(error),)
+    return ()
 
 
 def response_table(movement, span):
@@ -55,18 +66,13 @@ def response_table(movement, span):
     frequency = np.unique(np.concatenate([np.geomspace(low, high, count), own[(own > low) & (own < high)]]))
     gain = loop.gain * movement.gains.loop_gain(2j * np.pi * frequency)
     sensitivity = np.linalg.inv(np.eye(gain.shape[-1]) + gain)
-    columns = {Field("frequency_Hz", "frequency", "Hz"): frequency}
+    columns = {}
     for name, value in zip(CURVES, (gain, sensitivity, sensitivity @ gain), strict=True):
         title = name.replace("_", " ")
         values = decibels(np.linalg.svd(value, compute_uv=False))
         columns[Field(f"{name}_largest_dB", f"{title} largest", "dB")] = values[:, 0]
         columns[Field(f"{name}_smallest_dB", f"{title} smallest", "dB")] = values[:, -1]
-    names = [field.name for field in columns]
-    rows = [
-        {name: cell if np.isfinite(cell) else None for name, cell in zip(names, cells, strict=True)}
-        for cells in np.stack(list(columns.values()), axis=1).tolist()
-    ]
-    return Table(tuple(columns), rows)
+    return over_frequency(frequency, columns)
 
 
 def time_case(document, case, options):

@@ -317,15 +317,21 @@ class Movement:
             With the motion that grows, and why.
         """
         self.check_open()
-        loop = self.loop
         if not self.stable:
-            pole = loop.growing
-            moving = self._named(pole, loop) if pole else f"a motion of {self.limit.omega / TURN:.4g} Hz grows"
-            limit = self.largest_gain
-            below = f"{limit:.4g} rad/s" if loop.law.integrates_only else f"{limit / loop.gain:.4g} times these gains"
-            stable = f"; stable below {below}" if limit else ""
-            said = loop.law.said(loop.gain, 4).removeprefix("a gain of ")
-            raise NoSolutionError(f"the loop is unstable at {said}: {moving}{stable}")
+            raise NoSolutionError(self._complaint)
+
+    @cached_property
+    def _complaint(self):
+        """Which motion grows with the loop, and below which gain none does."""
+        loop, limit = self.loop, self.largest_gain
+        pole = loop.growing
+        moving = self._named(pole, loop) if pole else f"a motion of {self.limit.omega / TURN:.4g} Hz grows"
+        said = loop.law.said(loop.gain, 4).removeprefix("a gain of ")
+        found = f"the loop is unstable at {said}: {moving}"
+        if limit is None:
+            return found
+        below = f"{limit:.4g} rad/s" if loop.law.integrates_only else f"{limit / loop.gain:.4g} times these gains"
+        return f"{found}; stable below {below}"
 
     def mode_name(self, place):
         """Number of a coordinate, what it moves and its frequency, in words."""

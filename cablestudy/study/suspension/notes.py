@@ -118,7 +118,7 @@ def _of_wind(case):
     """How the motion in the wind and under control was computed, where it was."""
     if not case.moves:
         return
-    movement, wind = case.in_wind.movement, case.scene.wind
+    movement, wind = case.in_wind.described, case.scene.wind
     modes, strokes = len(movement.modes), sum(not one.wheel for one in movement.actuators)
     shapes = counted(len(movement.motion) - modes - strokes, "static shape")
     if movement.loop is not None and case.model is not None:

@@ -84,19 +84,31 @@ def listed(case, names, columns_of, kinds=(), failures=None):
         for column in columns_of(name):
             field = _field(column, name)
             fields.setdefault(field.name, field)
-            cells[field.name], error = None, None
-            try:
-                cells[field.name], error = value(case, column)
-            except NoSolutionError as why:
-                if failures is None:
-                    raise
-                failures.append(str(why))
+            cells[field.name], error = tried(case, column, failures)
             if error is not None:
                 stated[field.name] = error
         rows.append(cells)
         errors.append(stated)
     used = [field for field in fields.values() if not rows or any(field.name in row for row in rows)]
     return Table((Field("name", "name", label=True), *used), rows, errors=lambda: iter(errors))
+
+
+def tried(case, column, failures=None):
+    """A number of a case and its error, see `rows.value`; None both, and why in the list of failures, if there is one.
+
+    Raises
+    ------
+    NoSolutionError
+        It cannot be had, and there is no list.
+    ConvergenceError
+    """
+    try:
+        return value(case, column)
+    except NoSolutionError as why:
+        if failures is None:
+            raise
+        failures.append(str(why))
+        return None, None
 
 
 def _field(column, name):

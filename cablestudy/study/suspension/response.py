@@ -13,7 +13,7 @@ import numpy as np
 from cablestudy.control.pose_state_space import by_forces
 from cablestudy.errors import NoSolutionError
 from cablestudy.wind.imaging import seen_weights
-from cablestudy.wind.integrals import UNDAMPED, Integrals
+from cablestudy.wind.integrals import ALONG_CABLES, UNDAMPED, Integrals
 from cablestudy.wind.variance import smooth_on, with_turns
 
 TURN = 2 * np.pi
@@ -114,7 +114,8 @@ class Response:
         weights = {"value": np.ones_like, "rate": lambda f: (TURN * f) ** 2}
         weights |= seen_weights(scene.exposure, scene.correction)
         edges = with_turns(gusts.edges(*self.range), self.loop.law.delay if self.loop else 0.0)
-        return Integrals.on(smooth_on(edges, weights.values()), gusts, weights)
+        least = ALONG_CABLES if gusts.strips else UNDAMPED
+        return Integrals.on(smooth_on(edges, weights.values()), gusts, weights, least)
 
     @cached_property
     def _late_error(self):
@@ -126,22 +127,37 @@ class Response:
         late = replace(integrals, weights={name: weight * late for name, weight in integrals.weights.items()})
         return DELAYED * loop.gain_beyond * late.variances(self.movement.residues[1])
 
-    def check_damped(self):
+    @cached_property
+    def _undamped(self):
+        """`Integrals.undamped` of the outputs, with the loop and with the winches at rest, shape (2, o)."""
+        states = zip(self.movement.residues, self._variances[0][0], strict=True)
+        found = [self._integrals.undamped(residues, value, self.stiffness) for residues, value in states]
+        return np.broadcast_to(found, (2, len(self.names)))
+
+    def check_damped(self, names, state):
         """Refuse a resonance that the wind excites and nothing bounds.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Of the outputs that it would move.
+        state : {CLOSED, OPEN}
 
         Raises
         ------
         NoSolutionError
         """
-        for residues, value in zip(self.movement.residues, self._variances[0][0], strict=True):
-            worst = self._integrals.undamped(residues, value, self.stiffness)
-            if worst is None:
-                continue
-            mode = int(np.argmin(np.abs(self.movement.motion.unit - np.abs(worst))))
-            raise NoSolutionError(
-                f"undamped: {self.movement.mode_name(mode)} has a damping ratio below {UNDAMPED:g}, so that its "
-                f"RMS in the wind is not finite (cable.damping)"
-            )
+        worst = self._undamped[state, [self.names.index(name) for name in names]]
+        if worst.any():
+            raise self._not_finite(worst[np.argmax(worst != 0)])
+
+    def _not_finite(self, pole):
+        """The error of a pole that nothing damps: NoSolutionError."""
+        moved = self.movement.mode_name(int(np.argmin(np.abs(self.movement.motion.unit - np.abs(pole)))))
+        return NoSolutionError(
+            f"undamped: {moved} has a damping ratio below {self._integrals.least:g}, so that its RMS in the wind is "
+            f"not finite (cable.damping)"
+        )
 
     @cached_property
     def moving_error(self):
@@ -167,8 +183,7 @@ class Response:
 
     @cached_property
     def variances(self):
-        """`Variances` of all outputs."""
-        self.check_damped()
+        """`Variances` of all outputs, without what nothing damps: see `check_damped`."""
         value, added = self._variances
         if not np.isfinite(value).all():
             raise NoSolutionError("a variance of the motion in the wind is not a number")
@@ -187,9 +202,18 @@ class Response:
 
     @cached_property
     def winch_speeds(self):
-        """Variances of speed and acceleration of each winch, and their estimated errors: two of shape (2, i)."""
+        """Variances of speed and acceleration of each winch, and their estimated errors: two of shape (2, i).
+
+        Raises
+        ------
+        NoSolutionError
+            A resonance that nothing damps moves a winch.
+        """
         integrals, names = self._integrals, ("value", "rate")
         whole, fewer = (integrals.variances(one, names) for one in self.movement.winch_residues)
+        worst = integrals.undamped(self.movement.winch_residues[0], whole[0], np.ones(whole.shape[1]))
+        if worst.any():
+            raise self._not_finite(worst[np.argmax(worst != 0)])
         return whole, np.abs(whole - fewer) + INTERPOLATED * whole
 
     @cached_property

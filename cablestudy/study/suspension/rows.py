@@ -84,15 +84,22 @@ def _cells(case, columns):
             cells[column.header], errors[column.header] = value(case, column)
         except CablestudyError as error:
             failures[column.header] = error
-    if any(column.needs == "wind" for column in columns) and not failures:
-        failures.update(_exceeded(case))
+    if not failures:
+        failures.update(_doubts(case, any(column.needs == "wind" for column in columns)))
     return cells, errors, failures
 
 
-def _exceeded(case):
-    """Limits that are exceeded in the wind, or why that is not known: dict of CablestudyError."""
+def _doubts(case, blown):
+    """An unstable loop, or, where `blown`, limits exceeded in the wind, or why these are not known: of CablestudyError.
+
+    Returns
+    -------
+    dict
+    """
     try:
-        return {name: NoSolutionError(text) for name, text in limits_passed(case).items()}
+        if case.scene.control is not None and case.moves:
+            case.in_wind.check_stable()
+        return {name: NoSolutionError(text) for name, text in limits_passed(case).items()} if blown else {}
     except CablestudyError as error:
         return {"limits": error}
 

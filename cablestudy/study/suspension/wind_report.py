@@ -13,8 +13,7 @@ from cablestudy.study.notes import beyond_linear, larger_by_loop
 from cablestudy.study.status import SLACK
 from cablestudy.study.suspension.columns import cable_columns, has_key, linear_ranges
 from cablestudy.study.suspension.notes import LISTED, warnings_of
-from cablestudy.study.suspension.report import listed
-from cablestudy.study.suspension.rows import value
+from cablestudy.study.suspension.report import listed, tried
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
     WINCHES,
@@ -44,8 +43,10 @@ def wind_tables(document, case, only=None):
 
     Returns
     -------
-    dict
+    tables : dict
         Name -> Table; without those that the scene has nothing for.
+    failures : tuple of str
+        Why cells of them are empty: an unstable loop, a motion that nothing damps.
 
     Raises
     ------
@@ -59,7 +60,28 @@ def wind_tables(document, case, only=None):
         raise missing(document, "wind", "windrms")
     if only and not getattr(scene, TABLES[only][0]):
         raise SceneError(f"--table {only}: the scene has no {TABLES[only][0]}")
-    return {name: make(case) for name, (key, make) in TABLES.items() if getattr(scene, key) and only in (None, name)}
+    return made(
+        case, {name: make for name, (key, make) in TABLES.items() if getattr(scene, key) and only in (None, name)}
+    )
+
+
+def made(case, makers):
+    """Tables by their names, and why cells of them are empty: tuple of str.
+
+    Parameters
+    ----------
+    case : SuspensionCase
+    makers : dict
+        Name -> function of the case and a list of failures, which makes the table.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        The motion, or the loop, cannot be had, stable or not.
+    """
+    _, failures = case.in_wind.controlled.stable, []
+    tables = {name: make(case, failures) for name, make in makers.items()}
+    return tables, tuple(dict.fromkeys(failures))
 
 
 def _places(scene):
@@ -88,26 +110,35 @@ def _actuator_columns(scene):
     return lambda name: actuator_columns(name, hasattr(scene.actuators[name], "torque"))
 
 
-def _listed(case, names, columns_of):
+def _listed(case, names, columns_of, failures=None):
     """One row for each name, without the columns that the scene lacks the keys for."""
-    return listed(case, names, lambda name: [one for one in columns_of(name) if not lacks(case.scene, one)])
+    there = lambda name: [one for one in columns_of(name) if not lacks(case.scene, one)]  # noqa: E731
+    return listed(case, names, there, failures=failures)
 
 
-def loop_table(case, more=()):
-    """Gain, margins, peak of the sensitivity and more columns of a `SuspensionCase`; raises as `SuspensionCase`."""
-    (cells, errors), columns = ({}, {}), (*LOOP, *more)
+def loop_table(case, failures=None, more=()):
+    """Gain, margins, peak of the sensitivity and more columns of a `SuspensionCase`.
+
+    Parameters
+    ----------
+    case : SuspensionCase
+    failures
+        As for `wind_tables`.
+    more : sequence of Column
+    """
+    cells, errors, columns = {}, {}, (*LOOP, *more)
     for column in columns:
-        cells[column.header], error = value(case, column)
-        errors[column.header] = error
-    known = {header: error for header, error in errors.items() if error is not None}
-    return Table(tuple(column.field for column in columns), [cells], single=True, errors=lambda: iter([known]))
+        cells[column.header], error = tried(case, column, failures)
+        if error is not None:
+            errors[column.header] = error
+    return Table(tuple(column.field for column in columns), [cells], single=True, errors=lambda: iter([errors]))
 
 
-def coordinate_table(case):
-    """Each measured coordinate: its notch, and by how much its gain alone may grow."""
+def coordinate_table(case, _=None):
+    """Each measured coordinate: its notch, and by how much its gain alone may grow, which an unstable loop lacks."""
     movement = case.in_wind.controlled
     body = movement.equilibrium.suspension.body_names[movement.body]
-    limits = movement.single_limits if movement.loop.gain else {}
+    limits = movement.single_limits if movement.loop.gain and movement.stable else {}
     rows = []
     for name, notch in zip(movement.measured, movement.notches, strict=True):
         limit = limits.get(name, np.inf)
@@ -125,14 +156,16 @@ def coordinate_table(case):
 
 
 TABLES = {  # name -> the key of the scene that it needs, and what makes it of a case
-    "motion": ("bodies", lambda case: _listed(case, _places(case.scene), _closed(place_columns))),
-    "rotations": ("bodies", lambda case: _listed(case, list(case.scene.bodies), _closed(turn_columns))),
-    "open_loop": ("control", lambda case: _listed(case, _places(case.scene), _open)),
-    "cables": ("cables", lambda case: listed(case, list(case.scene.cables), partial(_cable_columns, case.scene))),
-    "actuators": ("actuators", lambda case: _listed(case, list(case.scene.actuators), _actuator_columns(case.scene))),
-    "loop": ("control", lambda case: loop_table(case, WINCHES if case.scene.control.max_speed else ())),
+    "motion": ("bodies", lambda case, why: _listed(case, _places(case.scene), _closed(place_columns), why)),
+    "rotations": ("bodies", lambda case, why: _listed(case, list(case.scene.bodies), _closed(turn_columns), why)),
+    "open_loop": ("control", lambda case, why: _listed(case, _places(case.scene), _open, why)),
+    "cables": ("cables", lambda case, why: listed(
+        case, list(case.scene.cables), partial(_cable_columns, case.scene), failures=why)),
+    "actuators": ("actuators", lambda case, why: _listed(
+        case, list(case.scene.actuators), _actuator_columns(case.scene), why)),
+    "loop": ("control", lambda case, why: loop_table(case, why, WINCHES if case.scene.control.max_speed else ())),
     "coordinates": ("control", coordinate_table),
-}
+}  # fmt: skip
 
 
 def _peaks_and_ranges(case):
