@@ -92,7 +92,7 @@ def test_encirclements_of_the_exact_loop_count_the_unstable_poles(name):
     loop, exact = loop_of(name), Exact(name)
     for factor in (0.1, 0.5, 2.0, 6.0, 15.0, 40.0):
         try:
-            found = stability.unstable_poles(loop.plant, factor * loop.gain)
+            found = stability.loop_up_to(loop.plant, factor * loop.gain).unstable(factor * loop.gain)
         except NoSolutionError:  # refused, and not judged wrongly
             assert (name, factor >= 6) == ("long delay", True)
             continue

@@ -53,7 +53,7 @@ def encirclements(plant, gain):
 @pytest.mark.parametrize("gain", [0.1, 1.0, 4.0, 6.0, 20.0, 60.0])
 def test_encirclements_count_the_unstable_eigenvalues(name, gain):
     plant = plant_of(name)
-    assert encirclements(plant, gain) == stability.unstable_poles(plant, gain)
+    assert encirclements(plant, gain) == stability.loop_up_to(plant, gain).unstable(gain)
 
 
 @pytest.mark.parametrize("name", LOOPS)

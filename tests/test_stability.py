@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from references.continuous_cable import dynamic_end_stiffness
 from scenes import cells, scene
+from scipy.optimize import brentq
 
 from cablestudy.control.stability import NEGLIGIBLE, UNDAMPED, driven_up_to
 from cablestudy.control.winch import Loop
@@ -298,3 +299,34 @@ def test_a_notch_without_damping_has_the_largest_gain_that_little_damping_has():
     notch = "winch.controller.notch={{frequency: static, damping_ratio: {}}}".format
     limits = [cells(scene(notch(ratio)), "largest_gain")["largest_gain"] for ratio in (0, 1e-9)]
     assert limits[0] == pytest.approx(limits[1], rel=1e-6)
+
+
+def rod_limit(eta, mass, stiffness, density, length, omega):
+    """Largest gain of an integrator that moves end 2 of a straight damped rod with a body, near a frequency [rad/s]."""
+
+    def loop_gain(w):
+        s, modulus = 1j * w, stiffness * (1 + 1j * eta)
+        end = np.sqrt(modulus * density) * s / np.tanh(s * length * np.sqrt(density / modulus))
+        return end / (mass * s**2 + end) / s
+
+    crossing = brentq(lambda w: loop_gain(w).imag, 0.98 * omega, 1.02 * omega, xtol=1e-12 * omega)
+    return -1 / loop_gain(crossing).real
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-4, 1e-6])
+def test_the_stated_error_of_the_largest_gain_of_a_straight_rod_is_true(accuracy):
+    """Its modes that matter, along it, lie among hundreds across it, which the winch does not drive."""
+    data = {
+        "gravity": 0.0,
+        "cable": {"chord": 230.78, "diameter": 0.012276, "elastic_modulus": 7.9368e10, "density": 4564.86,
+                  "unstretched_length": 230.37, "damping": {"loss_factor": 0.02}},
+        "gondola": {"mass": 188.49}, "model": {"accuracy": accuracy},
+        "winch": {"location": "gondola", "controller": {"gain": 0.1, "notch": "none"}},
+    }  # fmt: skip
+    row = evaluate(Scene.model_validate(data), [find("largest_gain"), find("phase_crossover"), find("axial_stiffness")])
+    area = np.pi / 4 * 0.012276**2
+    omega = 2 * np.pi * row.cells["phase_crossover_Hz"]
+    right = rod_limit(0.02, 188.49, area * 7.9368e10, area * 4564.86, 230.37, omega)
+    stated = row.errors["largest_gain_rad_per_s"]
+    assert stated <= accuracy
+    assert row.cells["largest_gain_rad_per_s"] == pytest.approx(right, rel=stated)

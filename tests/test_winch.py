@@ -51,7 +51,7 @@ def rigid(mass, stiffness, location="ground", gain=0.0, notch=None, time=0.0):
 def test_poles_to_the_right_are_counted_right(which):
     loop = loop_of(*which)
     for gain in loop.largest_gain * np.geomspace(0.01, 10, 12):
-        assert stability.unstable_poles(loop.plant, gain) == loop_matrix.unstable(loop, gain), gain
+        assert stability.loop_up_to(loop.plant, gain).unstable(gain) == loop_matrix.unstable(loop, gain), gain
 
 
 REFUSED = re.compile(
@@ -292,7 +292,7 @@ def test_a_notch_on_a_damped_spring_by_the_roots_of_its_polynomial(ratio):
     limit = loop.largest_gain
     assert (right(limit * (1 - 1e-6)), right(limit * (1 + 1e-6))) == (0, 2)
     for gain in limit * np.geomspace(1e-3, 1e3, 24):
-        assert stability.unstable_poles(loop.plant, gain) == right(gain)
+        assert stability.loop_up_to(loop.plant, gain).unstable(gain) == right(gain)
 
 
 def test_a_notch_that_takes_the_spring_away_leaves_the_roll_off():

@@ -15,11 +15,11 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.gain_limits import UNDAMPED, Limit
+from cablestudy.control.gain_limits import UNDAMPED
 from cablestudy.control.gondola import gondola_mode
 from cablestudy.control.law import INTEGRATOR, Law
 from cablestudy.control.margins_grid import frequencies
-from cablestudy.control.stability import largest_gain, limit_like, unstable_poles
+from cablestudy.control.stability import LargestGain, largest_gain, loop_up_to
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.first_order import Allocation, equations
 from cablestudy.system.linear import assemble, upper
@@ -88,11 +88,12 @@ class Plant:
     tolerance : float
         Relative error of the response that modes may cause which are left out of it; 0 keeps all. [-]
     resolved : callable or None
-        For stability: (Plant, gain [rad/s]) -> Superelement whose modes are right as far as the gain could drive them,
-        and the frequency up to which they are [rad/s]. Without it all modes of `cable` count.
+        For stability: (Plant, gain [rad/s], factor of the orders of its elements) -> Superelement whose modes are right
+        as far as the gain could drive them, and the frequency up to which they are [rad/s]. Without it all modes of
+        `cable` count.
     known : dict
-        Verdicts by gain, and "limit": the largest gain. Models of the same plant at several levels of refinement share
-        it: verdicts do not depend on the level, and the largest gain of one is near that of another.
+        Verdicts by gain; "limit": `LargestGain`, None, or the error that says why there is none; "guess": about that
+        gain. Models of the same plant at several levels of refinement share it: cables of their own decide on it.
     damping : float
         Viscous, on the gondola. [N s/m]
     law : Law
@@ -123,15 +124,19 @@ class Plant:
     @cached_property
     def _limit(self):
         """`Limit` or None, or the error that says why there is none."""
-        known = self.known.get("limit")
-        try:
-            if isinstance(known, Limit):
-                return limit_like(self, known)
-            if "limit" not in self.known:
+        if "limit" not in self.known:
+            try:
                 self.known["limit"] = largest_gain(self)
-        except NoSolutionError as error:
-            self.known["limit"] = error
-        return self.known["limit"]
+            except NoSolutionError as error:
+                self.known["limit"] = error
+        known = self.known["limit"]
+        return known.of(self) if isinstance(known, LargestGain) else known
+
+    @property
+    def limit_error(self):
+        """Estimated relative error of the largest gain; 0 where it is not known. [-]"""
+        known = self.known.get("limit")
+        return known.error if isinstance(known, LargestGain) else 0.0
 
     @property
     def largest_gain(self):
@@ -146,9 +151,11 @@ class Plant:
         return self.largest_gain and self._limit.omega / (2 * np.pi)
 
     def stable(self, gain):
-        """Whether the loop is stable with a gain [rad/s]; raises as `stability.unstable_poles`."""
+        """Whether the loop is stable with a gain [rad/s]; raises as `stability.ResolvedLoop`."""
         if gain not in self.known:
-            self.known[gain] = unstable_poles(self, gain) == 0
+            found = loop_up_to(self, gain)
+            self.known[gain] = found.unstable(found.gain) == 0
+            self.known["guess"] = found.gains.least_crossing
         return self.known[gain]
 
     def controller(self, s):
@@ -165,6 +172,11 @@ class Plant:
     def broad(self):
         """Whether the law is no integrator, so that the loop gain may be large far above the gondola's frequency."""
         return not self._integrator
+
+    @property
+    def drives_every_mode(self):
+        """Whether each mode that moves the gondola counts: of no integrator, or of a gondola lighter than its cable."""
+        return self.broad or self.mass < float(self.cable.inertia[GONDOLA, GONDOLA])
 
     def right_up_to(self, omega):
         """Up to where a delay is right in a state space with modes of some frequencies. [rad/s]"""

@@ -29,11 +29,12 @@ from functools import partial
 
 import numpy as np
 
-from cablestudy.control.gain_limits import NEGLIGIBLE, UNDAMPED, StableGains
+from cablestudy.control.gain_limits import NEGLIGIBLE, UNDAMPED, Limit, StableGains
 from cablestudy.control.law import SMALL
 from cablestudy.control.margins import gain_of_peak
-from cablestudy.errors import NoSolutionError
+from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.system.linear import upper
+from cablestudy.system.superelement import Superelement
 
 # which modes are in the model of the loop
 DRIVEN = 0.02  # a mode is included if the gain shifts its pole by more than this share of its decay
@@ -48,6 +49,9 @@ EXACT = 0.1  # the same where a pole decides, relative to the tolerance of the r
 # search for the largest gain
 LEAST, MOST = 1e-4, 1e9  # range of gains, relative to the gondola's frequency
 WIDER, NARROWER = 4, 3  # factors from one range of gains to the next, upwards and downwards
+FINER = 1.7  # orders of the elements from one cable to the next by which the largest gain is confirmed
+DOUBT = 3.0  # its error over their difference
+ALLOWED, MOST_ERROR = 30.0, 100.0  # error that ends it, and that is given at all, over the tolerance of the response
 BEYOND = 0.03  # a gain this much above a crossing is judged, since the crossing lacks modes that hardly matter
 BESIDE_GAIN = 0.1  # largest relative distance of places beside the frequency where the sensitivity decides
 AROUND = np.linspace(-1.5, 1.5, 13)  # places beside the frequency where the sensitivity decides, in half-widths
@@ -72,6 +76,29 @@ class Waves:
     time_across: float
     time_along: float
     part: float = 1.0
+
+
+@dataclass(frozen=True)
+class LargestGain:
+    """The gain below which a loop is stable, and what decided on it.
+
+    Attributes
+    ----------
+    limit : Limit
+    cable : Superelement
+    notch : Notch or None
+    error : float
+        Estimated relative error of the gain by that cable. [-]
+    """
+
+    limit: Limit
+    cable: Superelement
+    notch: object
+    error: float
+
+    def of(self, plant):
+        """`Limit` of a plant that differs at most in its notch, as that at a coupled frequency of a finer model."""
+        return self.limit if plant.notch == self.notch else self.limit.of(partial(plant.unit_matrix, self.cable))
 
 
 def driven_up_to(plant, waves, gain):
@@ -133,7 +160,6 @@ class ResolvedLoop:
     plant : Plant
     gain : float
         [rad/s]
-
     Attributes
     ----------
     cable : Superelement
@@ -148,9 +174,9 @@ class ResolvedLoop:
     """
 
     def __init__(self, plant, gain):
-        whole, limit = (plant.excited, np.inf) if plant.resolved is None else plant.resolved(plant, gain)
+        whole, highest = (plant.excited, np.inf) if plant.resolved is None else plant.resolved(plant, gain, 1.0)
         self.plant, self.gain = plant, gain
-        chosen = _driven(plant, whole, gain) & (whole.omega <= limit)
+        chosen = _driven(plant, whole, gain) & (whole.omega <= highest)
         if plant.broad:  # nothing is known of where poles are that matter
             chosen[plant.needed(whole, NEEDED_BROAD, 1.0)] = True
         if chosen.sum() > MOST_MODES:
@@ -205,13 +231,18 @@ def _driven(plant, cable, gain):
     omega, main = cable.omega, plant.main
     force = [np.abs(cable.participation[:, end]) for end in plant.ends]
     moved = force[0] > 1e-9 * force[0].max(initial=0.0)
-    if plant.broad or plant.mass < cable.inertia[plant.ends[0], plant.ends[0]]:
-        return moved | chosen  # a light gondola is moved by every mode
+    if plant.drives_every_mode:
+        return moved | chosen
     held = np.maximum(
         np.abs(plant.mass * omega**2 - cable.stiffness[plant.ends[0], plant.ends[0]]), plant.mass * main**2
     )
     push = gain * np.abs(plant.controller(1j * omega)) * force[0] * force[1] / (2 * omega * held)
     return chosen | (push > DRIVEN * np.maximum(cable.decay, NEGLIGIBLE * omega))
+
+
+def loop_up_to(plant, gain):
+    """`ResolvedLoop` of a plant for gains up to one [rad/s], which is that of a lower gain beyond what is judged."""
+    return ResolvedLoop(plant, min(gain, MOST * plant.main))
 
 
 def largest_gain(plant):
@@ -223,13 +254,13 @@ def largest_gain(plant):
 
     Returns
     -------
-    Limit or None
-        None when it always is.
+    LargestGain or None
+        None when the loop always is stable.
 
     Raises
     ------
     NoSolutionError
-        It depends on modes that are as good as undamped, or on too many.
+        It depends on modes that are as good as undamped, or on too many; or its error is too large.
     """
     low, gain = 0.0, _first_guess(plant)
     while low < MOST * plant.main:
@@ -239,9 +270,30 @@ def largest_gain(plant):
                 said = plant.said((1 + BEYOND) * limit.factor, 4).removeprefix("a gain of ")
                 ratio = found.gains.open_ratio(limit.omega)
                 raise undamped(1j * limit.omega, ratio, f"no largest gain: at {said} ")
-            return limit
+            return _confirmed(plant, found, limit)
         low, gain = found.gain, WIDER * found.gain
     return None
+
+
+def _confirmed(plant, found, limit):
+    """`LargestGain` by cables with finer and finer elements, until two agree; raises as `largest_gain`."""
+    known = LargestGain(limit, found.exact(limit.omega), plant.notch, 0.0)
+    if plant.resolved is None or not plant.tolerance:
+        return known
+    finer, allowed = FINER, ALLOWED * plant.tolerance
+    while True:
+        try:
+            cable = plant.resolved(plant, found.gain, finer)[0]
+        except CablestudyError:  # so many elements cannot be had
+            break
+        limit = known.limit.of(partial(plant.unit_matrix, cable))
+        known = LargestGain(limit, cable, plant.notch, DOUBT * abs(limit.factor / known.limit.factor - 1))
+        if known.error <= allowed:
+            return known
+        finer *= FINER
+    if known.error > MOST_ERROR * plant.tolerance:
+        raise NoSolutionError(f"the error of the largest gain is about {known.error:.1e} with the finest elements")
+    return known
 
 
 def _resolved(plant, low, gain):
@@ -257,20 +309,8 @@ def _resolved(plant, low, gain):
 
 def _first_guess(plant):
     """A gain a little above the least crossing of the imaginary axis, with the modes that hardly any gain needs."""
-    limits = _resolved(plant, 0.0, 1e-3 * plant.main).gains.limits
-    least = min(limits[0].factor, plant.main) if limits else plant.main
+    least = plant.known.get("guess") or _resolved(plant, 0.0, 1e-3 * plant.main).gains.least_crossing or plant.main
     return float(np.clip(1.2 * least, 1e-3 * plant.main, 1e3 * plant.main))
-
-
-def limit_like(plant, known):
-    """The largest gain of a plant that differs little from another one, whose `Limit` is known.
-
-    Raises
-    ------
-    NoSolutionError
-        The gain could drive too many modes.
-    """
-    return ResolvedLoop(plant, known.factor).polished(known)
 
 
 def sensitive_gain(plant, peak, most):
@@ -328,7 +368,7 @@ def too_many(said, count, omega):
 
 def complaint(plant, gain):
     """Why a gain is refused, with the largest stable one where it is known."""
-    found = ResolvedLoop(plant, min(gain, MOST * plant.main))
+    found = loop_up_to(plant, gain)
     pole = found.growing(found.gain)
     text = f"unstable loop at {plant.said(gain)}: a motion of {abs(pole.imag) / (2 * np.pi):.4g} Hz "
     text += f"grows by {pole.real:.3g} 1/s; "
@@ -343,15 +383,3 @@ def complaint(plant, gain):
     if plant.law.integrates_only:
         return text + f"the largest stable gain is {limit:.6g} rad/s"
     return text + f"it is stable with all gains less than {limit / gain:.6g} times as large"
-
-
-def unstable_poles(plant, gain):
-    """How many poles lie to the right for a gain, pairs counted twice.
-
-    Raises
-    ------
-    NoSolutionError
-        The gain could drive too many modes, or the delay is too long.
-    """
-    gain = min(gain, MOST * plant.main)  # beyond it nothing changes
-    return ResolvedLoop(plant, gain).unstable(gain)

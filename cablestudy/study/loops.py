@@ -10,7 +10,7 @@ from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
 from cablestudy.control.gondola import coupled_modes, gondola_mode
 from cablestudy.control.law import INTEGRATOR, Law
 from cablestudy.control.plant import Notch, Plant
-from cablestudy.control.stability import Waves, driven_up_to, too_many
+from cablestudy.control.stability import MOST_MODES, Waves, driven_up_to, too_many
 from cablestudy.control.winch import Loop
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.cache import share
@@ -19,9 +19,10 @@ from cablestudy.study.models import MAX_MODES
 RESOLVED = 1e-7  # largest error of the frequency of a mode that the gain could drive
 RESERVE = 9  # orders of each element beyond those that its waves need
 HIGHEST, MOST_ORDERS = 44, 600  # of an element, and of the longest smooth piece
+MOST_TO_CONFIRM = 900  # of a piece, of a cable that confirms a largest gain
 FINER = 1.3  # models that follow each other, in orders
 TRIALS = 4
-LIMIT_STEP = 2.0  # of the frequency up to which modes are resolved
+LIMIT_STEP = 1.25  # of the frequency up to which modes are resolved
 RESPONSE_SHARE = 0.01  # of the accuracy: error by modes that the response leaves out
 NO_DAMPING, NEARLY_REAL = 1e-12, 1e-6  # ratio that is none; imaginary part over size of a pole without oscillation
 LIGHT, DISTINCT = (1e-4, 0.1), 0.8  # damping ratios, and share, with which the gondola's pole is found at once
@@ -277,15 +278,16 @@ def _resolution(case, rate):
     """What gives a plant the cable with every mode right that a gain could drive: see `Plant.resolved`."""
     found, known = {}, []
 
-    def resolved(plant, gain):
+    def resolved(plant, gain, finer):
         if not known:
             known.append(_waves(case))
         limit = driven_up_to(plant, known[0], gain)
         # in steps, so that gains that are alike share a model
         limit = float(plant.main * LIMIT_STEP ** np.ceil(np.log(limit / plant.main) / np.log(LIMIT_STEP)))
-        if limit not in found:
-            found[limit] = with_viscous(_resolved(case, plant.said(gain, 4), limit, known[0].time_across), rate)
-        return found[limit], limit
+        if (limit, finer) not in found:
+            cable = _resolved(case, plant, gain, limit, known[0].time_across, finer)
+            found[limit, finer] = with_viscous(cable, rate)
+        return found[limit, finer], limit
 
     return resolved
 
@@ -303,25 +305,30 @@ def _waves(case):
     return Waves(float(across.max()), float(along.max()), float(case.results.travel_time[case.index]), time, part)
 
 
-def _resolved(case, said, limit, time):
-    """The superelement of a case whose modes up to a frequency [rad/s] are resolved."""
-    half_waves = limit / np.pi * time if np.isfinite(limit) else np.inf
+def _resolved(case, plant, gain, limit, time, finer):
+    """The superelement of a case whose modes up to a frequency [rad/s], those that a gain could drive, are resolved.
+
+    With elements whose orders are `finer` times what these modes need.
+    """
+    half_waves, said = limit / np.pi * time if np.isfinite(limit) else np.inf, plant.said(gain, 4)
     longest = float(case.results.longest_segment[case.index])
     orders = PER_WAVE * half_waves * longest
-    if not orders <= MOST_ORDERS:
-        raise too_many(said, int(min(half_waves, 1e9)), limit)
+    modes = half_waves * (sum(len(axes) for axes in case.excited.planes) - 1)  # across the cable
+    if not orders <= MOST_ORDERS or (plant.drives_every_mode and modes > MOST_MODES):
+        raise too_many(said, int(min(modes, 1e9)), limit)
     several = max(1, ceil(orders / (HIGHEST - RESERVE)))
     own = case.level[0] * case.level[1] if case.level else 0
-    total = orders + several * RESERVE
-    total = own if total <= own else ceil(total) + own // 2  # a model of its own for each of the row
+    total = finer * (orders + several * RESERVE)
+    if finer > 1 and total > MOST_TO_CONFIRM:
+        raise too_many(said, int(modes), limit)
+    total = own if total <= own else ceil(total)
     for _ in range(TRIALS):
         elements = ceil(total / HIGHEST)
         order = ceil(total / elements)
         level = case.level if total == own else (elements, order)
-        finer = case if level == case.level else case.refined(*level)
-        modes = finer.excited.modes(finer.excited.dof)
-        errors = modes.errors[2 * np.pi * modes.frequency <= limit]
-        if errors.max(initial=0.0) <= RESOLVED:
-            return finer.end_model_along_x
+        model = case if level == case.level else case.refined(*level)
+        modes = model.excited.modes(model.excited.dof)
+        if modes.errors[2 * np.pi * modes.frequency <= limit].max(initial=0.0) <= RESOLVED:
+            return model.end_model_along_x
         total = ceil(FINER * total) + 2
     raise NoSolutionError(f"the modes that {said} could drive, up to {limit / (2 * np.pi):.4g} Hz, are not resolved")

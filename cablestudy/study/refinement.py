@@ -356,7 +356,7 @@ class Refinement:
         left = left_of_two if count == 2 else left_of_three
         least = max(SETTINGS.modal_rounding, self.finer.omitted)
         if header in self.needs.near_limit:
-            least = max(least, SETTINGS.omitted_near_limit * self._accuracy)
+            least = max(least, SETTINGS.omitted_near_limit * self._accuracy, self.finer.plant.limit_error)
         return max(least, left([(orders, values[header]) for orders, values in self._history[-3:]]))
 
     def _refuse(self, failures):

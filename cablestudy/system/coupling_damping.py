@@ -244,7 +244,7 @@ class UnevenDamping:
         """See `Superelement.dynamic_stiffness`."""
         below, n = np.imag(s) < 0, len(self.omega)
         s = np.where(below, np.conj(s), s)
-        if self._summed is None:
+        if self._solved_for(s):
             every = [part[:, n:][:, columns] for part in self.matrices]
             value = _quadratic([part[n:][rows] for part in every], s)
             value = value - self.held_by_modes(s, rows) @ _quadratic([part[:n] for part in every], s)
@@ -252,10 +252,15 @@ class UnevenDamping:
             value = self._summed(s, rows, columns)
         return np.where(below[:, None, None], value.conj(), value)
 
+    def _solved_for(self, s):
+        """Whether equations are solved: places so few that poles cost more, or a sum that rounding spoils."""
+        few = len(s) <= FEW and "pole_sum" not in self.__dict__
+        return few or self.pole_sum is None
+
     @cached_property
     def _summed(self):
-        """`PoleSum`, or None where rounding spoils it."""
-        return None if self.pole_sum is None else PoleSum.of(self.matrices[::-1], *self.pole_sum)
+        """`PoleSum` where rounding does not spoil it."""
+        return PoleSum.of(self.matrices[::-1], *self.pole_sum)
 
     def held_by_modes(self, s, ends):
         """Force on some ends that holds them per modal force, where viscous damping is uneven.
@@ -273,7 +278,7 @@ class UnevenDamping:
             [sqrt(kg)]
         """
         s, n = np.asarray(s, dtype=complex), len(self.omega)
-        if self.pole_sum is None:
+        if self._solved_for(s):
             return self._solved(s, _quadratic([part[n:, :n][ends] for part in self.matrices], s))
         return self._by_pole(s, ends) @ self.pole_sum[2]
 
