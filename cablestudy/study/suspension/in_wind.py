@@ -11,6 +11,7 @@ from cablestudy.study.columns import relative
 from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.movement import Movement
 from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
+from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.wind.peak import peak_factor
 
 COUNTS = (64, 100, 160)  # modes of the models that are tried
@@ -207,7 +208,8 @@ class InWind:
 
         Not a number for an exact choice of elements, whose own error is not known.
         """
-        found, state = self.response.variances, OPEN if open_loop else CLOSED
+        response, state = self.response, OPEN if open_loop else CLOSED
+        found = response.variances if variance in OWN else response.seen
         rows = [found.rows[name] for name in names if name in found.rows]
         total = found.weighted[variance][state, rows].sum()
         error = found.error[variance][state, rows].sum() / (2 * total) if total > 0 else 0.0

@@ -12,6 +12,7 @@ from cablestudy.control.motion import Actuator, basis, motion
 from cablestudy.control.pose_state_space import ExactResponse, by_forces, winch_speeds
 from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, second_order
 from cablestudy.scene.actuator_tables import ReactionWheel
+from cablestudy.study.suspension.turbulence import Turbulence
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.residues import beside, residues
@@ -220,29 +221,27 @@ class LinearMotion:
         )
 
     @cached_property
-    def fewer_motion(self):
-        """The `motion` in that space."""
-        return self.motion.within(self.fewer)
+    def fast_poles(self):
+        """Those of the modes that `fewer` leaves out, with the winches at rest. [rad/s]"""
+        eigen, size, modes = self.motion.eigen, len(self.motion), len(self.modes) - self.driven
+        energy = np.abs(eigen.right[:size] * self.motion.unit[:, None]) ** 2
+        return eigen.values[energy[int(FEWER * modes) : modes].sum(axis=0) > energy.sum(axis=0) / 2]
 
-    def residues_of(self, motion, loop=None, space=None, speeds=False):
+    def residues_of(self, loop=None, speeds=False):
         """`Residues` of all outputs, those of actuators too, by the inputs of `Gusts.into`; `Beside` with a delay.
 
         Parameters
         ----------
-        motion : LinearSystem
-            That of this object, or in a space of its coordinates.
         loop : PoseLoop, optional
             Of this motion.
-        space : ndarray, shape (m, r), optional
         speeds : bool
             The speeds of the winches, instead of the outputs.
         """
         into = self.gusts.into
         forces = np.zeros((len(self.motion), into.shape[1]))  # strokes are not blown
         forces[: len(into)] = into
-        forces = forces if space is None else space.T @ forces
-        driven = motion, forces, loop, self.actuators, self._direct
-        found = residues((loop or motion).eigen, *(winch_speeds if speeds else by_forces)(*driven))
+        driven = self.motion, forces, loop, self.actuators, self._direct
+        found = residues((loop or self.motion).eigen, *(winch_speeds if speeds else by_forces)(*driven))
         if loop is None or not loop.law.delay:
             return found
         exact = ExactResponse(*driven)
@@ -265,14 +264,9 @@ class LinearMotion:
         return found
 
     @cached_property
-    def residues(self):
-        """`residues_of` it."""
-        return self.residues_of(self.motion)
-
-    @cached_property
-    def fewer_residues(self):
-        """The same in the space `fewer`."""
-        return self.residues_of(self.fewer_motion, space=self.fewer)
+    def at_rest(self):
+        """`Turbulence` with the winches at rest."""
+        return Turbulence(self, self.residues_of())
 
     @cached_property
     def gusts(self):

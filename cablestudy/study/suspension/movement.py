@@ -13,6 +13,7 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.loops import law_from
 from cablestudy.study.suspension.driven_cables import DrivenCables
+from cablestudy.study.suspension.turbulence import Turbulence
 
 TURN = 2 * np.pi
 LITTLE = 1e-6  # gain over the lowest frequency, of a loop whose gain follows from a margin
@@ -51,32 +52,11 @@ class Movement:
         return self.linear.outputs
 
     @cached_property
-    def fewer_loop(self):
-        """The `PoseLoop` in the space `LinearMotion.fewer`, or None."""
-        linear = self.linear
-        return self.loop and replace(self.loop.within(linear.fewer), motion=linear.fewer_motion)
-
-    @cached_property
-    def residues(self):
-        """`LinearMotion.residues` with the loop, where it does something, and with the winches at rest: list."""
-        open_, loop = self.linear.residues, self.loop
-        return [self.linear.residues_of(self.motion, loop), open_] if loop and loop.gain else [open_]
-
-    @cached_property
-    def fewer_residues(self):
-        """The same in the space `LinearMotion.fewer`."""
-        linear, loop = self.linear, self.fewer_loop
-        open_ = linear.fewer_residues
-        return [linear.residues_of(loop.motion, loop, linear.fewer), open_] if loop and loop.gain else [open_]
-
-    @property
-    def winch_residues(self):
-        """`Residues` of the speeds of the winches, and those in the space `LinearMotion.fewer`."""
-        linear, fewer = self.linear, self.fewer_loop
-        return (
-            linear.residues_of(self.motion, self.loop, speeds=True),
-            linear.residues_of(fewer.motion, fewer, linear.fewer, speeds=True),
-        )
+    def turbulence(self):
+        """`Turbulence` with the loop, where it does something, and with the winches at rest: list."""
+        linear, loop = self.linear, self.loop
+        closed = [Turbulence(linear, linear.residues_of(loop), loop)] if loop and loop.gain else []
+        return [*closed, linear.at_rest]
 
     # --------------------------------------------------------------------------------------------------- loop
 

@@ -5,25 +5,22 @@ forces by all places together, its spectrum is Y S Y^H. Its integral follows fro
 loop closed and with the winches at rest.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from cablestudy.control.pose_state_space import by_forces
 from cablestudy.errors import NoSolutionError
+from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.wind.imaging import seen_weights
-from cablestudy.wind.integrals import UNDAMPED, Integrals
-from cablestudy.wind.variance import smooth_on, with_turns
+from cablestudy.wind.integrals import UNDAMPED
 
-TURN = 2 * np.pi
-LOWEST, HIGHEST = 1e-4, 1e3  # range over the slowest and fastest of wind, loop and lowest mode
 ACCURACY = 1e-4  # where the scene has a fixed model
 INTERPOLATED = 6e-6  # error of a variance by the covariances between known ones, see `wind.gusts`
 TENSION = 6.0  # what modes left out add to a tension over what the highest ones add: with fewer of them it falls slowly
 ABOVE = 1e-3  # of the variance of a tension: by waves along the cables, far above the modes of the model
 ROUNDING = 1e-16  # of the energy of an output over the largest of all: what is less is shown as zero
-DELAYED = 4.0  # largest relative error of a variance by a pole that lacks the right delay, over the loop gain there
 AT_ONCE = 500_000  # entries of the responses that are computed at once
 CLOSED, OPEN = 0, 1
 
@@ -72,8 +69,12 @@ class Response:
     @property
     def loop(self):
         """The `PoseLoop` where it does something, else None."""
-        loop = self.movement.loop
-        return loop if loop is not None and loop.gain else None
+        return self._states[0].loop
+
+    @property
+    def _states(self):
+        """`Turbulence` with the loop, where it does something, and with the winches at rest: list."""
+        return self.movement.turbulence
 
     # ------------------------------------------------------------------------------------------------ frequencies
 
@@ -85,7 +86,7 @@ class Response:
         frequency : ndarray, shape (f,)
             [Hz]
         """
-        found = [one.response(2j * np.pi * frequency) for one in self.movement.residues]
+        found = [one.residues.response(2j * np.pi * frequency) for one in self._states]
         return np.swapaxes(np.stack(found), -1, -2)
 
     def spectra(self, frequency):
@@ -98,34 +99,6 @@ class Response:
 
     # -------------------------------------------------------------------------------------------------- integrals
 
-    @cached_property
-    def range(self):
-        """Lowest and highest frequency of the integrals. [Hz]"""
-        movement = self.movement
-        wind, lowest = movement.scene.wind, movement.modes.frequency[0]
-        corner = wind.speed / wind.length_scale
-        slow = [corner, lowest] + ([] if self.loop is None else [self.loop.gain / TURN])
-        return LOWEST * min(slow), HIGHEST * max(corner, lowest)
-
-    @cached_property
-    def _integrals(self):
-        """`Integrals` of values, rates and what a telescope sees."""
-        scene, gusts = self.scene, self.movement.gusts
-        weights = {"value": np.ones_like, "rate": lambda f: (TURN * f) ** 2}
-        weights |= seen_weights(scene.exposure, scene.correction)
-        edges = with_turns(gusts.edges(*self.range), self.loop.law.delay if self.loop else 0.0)
-        return Integrals.on(smooth_on(edges, weights.values()), gusts, weights)
-
-    @cached_property
-    def _late_error(self):
-        """Error of the variances with the loop by poles that lack the right delay, shape (w, o)."""
-        loop, integrals = self.loop, self._integrals
-        if loop is None or not loop.law.delay:
-            return 0.0
-        late = TURN * integrals.panels.frequency > loop.right_up_to
-        late = replace(integrals, weights={name: weight * late for name, weight in integrals.weights.items()})
-        return DELAYED * loop.gain_beyond * late.variances(self.movement.residues[1])
-
     def check_damped(self):
         """Refuse a resonance that the wind excites and nothing bounds.
 
@@ -133,8 +106,8 @@ class Response:
         ------
         NoSolutionError
         """
-        for residues, value in zip(self.movement.residues, self._variances[0][0], strict=True):
-            worst = self._integrals.undamped(residues, value, self.stiffness)
+        for state in self._states:
+            worst = state.undamped(self.stiffness)
             if worst is None:
                 continue
             mode = int(np.argmin(np.abs(self.movement.motion.unit - np.abs(worst))))
@@ -147,38 +120,39 @@ class Response:
     def moving_error(self):
         """Largest relative error by the modes left out of the variances of displacement and velocity of bodies. [-]"""
         places = [row for row, name in enumerate(self.names) if name.endswith((".x", ".y", ".z"))]
-        whole, added = (part[:2, :, places] for part in self._variances)
         groups = np.array(_groups(self.names))[places]
         found = [0.0]
-        for group in set(groups.tolist()):
-            own = groups == group
-            part, total = added[..., own].sum(axis=-1), whole[..., own].sum(axis=-1)
-            found += (part[total > 0] / total[total > 0]).tolist()
+        for state in self._states:
+            whole, added, _ = state.variances
+            for group in set(groups.tolist()):
+                own = np.array(places)[groups == group]
+                part, total = added[:, own].sum(axis=-1), whole[:, own].sum(axis=-1)
+                found += (part[total > 0] / total[total > 0]).tolist()
         return max(found)
 
     @cached_property
-    def _variances(self):
-        """Variances of all outputs, and what the highest modes add to them, both of shape (w, 2, o) or (w, 1, o)."""
-        whole, fewer = (
-            np.stack([self._integrals.variances(one) for one in residues], axis=1)
-            for residues in (self.movement.residues, self.movement.fewer_residues)
-        )
-        return whole, np.abs(whole - fewer)
+    def variances(self):
+        """`Variances` of all outputs and their rates."""
+        self.check_damped()
+        return self._described(list(OWN), [state.variances for state in self._states])
 
     @cached_property
-    def variances(self):
-        """`Variances` of all outputs."""
+    def seen(self):
+        """`Variances` of what a telescope sees of all outputs, see `seen_weights`."""
         self.check_damped()
-        value, added = self._variances
+        weights = seen_weights(self.scene.exposure, self.scene.correction)
+        return self._described(list(weights), [state.seen(weights) for state in self._states])
+
+    def _described(self, names, found):
+        """`Variances` from those that each `Turbulence` has found, for the names of their weights."""
+        value, added, late = (np.stack(np.broadcast_arrays(*parts), axis=1) for parts in zip(*found, strict=True))
         if not np.isfinite(value).all():
             raise NoSolutionError("a variance of the motion in the wind is not a number")
         energy = value * self.stiffness
         value = np.where(energy > ROUNDING * energy.max(axis=-1, keepdims=True), value, 0.0)
         tension = np.array([".tension_" in name for name in self.names])
         added = np.where(tension, _of_tensions(value, added, tension), added)
-        error = added + INTERPOLATED * value
-        error[:, CLOSED] += self._late_error
-        names, both_states = list(self._integrals.weights), (2, len(self.names))
+        error, both_states = added + INTERPOLATED * value + late, (2, len(self.names))
         values, errors = (
             {name: np.broadcast_to(part, both_states) for name, part in zip(names, parts, strict=True)}
             for parts in (value, error)
@@ -188,9 +162,8 @@ class Response:
     @cached_property
     def winch_speeds(self):
         """Variances of speed and acceleration of each winch, and their estimated errors: two of shape (2, i)."""
-        integrals, names = self._integrals, ("value", "rate")
-        whole, fewer = (integrals.variances(one, names) for one in self.movement.winch_residues)
-        return whole, np.abs(whole - fewer) + INTERPOLATED * whole
+        whole, added = self._states[CLOSED].winch_speeds
+        return whole, added + INTERPOLATED * whole
 
     @cached_property
     def stiffness(self):
