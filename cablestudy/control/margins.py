@@ -42,16 +42,20 @@ class Margins:
     check_peak : callable
         Called with the frequency of a peak of the sensitivity or of the disk margin [rad/s]: raises NoSolutionError
         where that peak is no number of this loop.
+    matrices : ndarray, shape (f, k, k), optional
+        L at these frequencies, where it is known.
     """
 
     loop_gain: Callable
     omega: np.ndarray
     check_peak: Callable = lambda omega: None
+    matrices: np.ndarray | None = None
 
     @cached_property
     def _curve(self):
         """Frequencies at which L is finite [rad/s], and L there, shape (f, k, k)."""
-        return finite(self.omega, by_parts(self.loop_gain, self.omega))
+        matrices = by_parts(self.loop_gain, self.omega) if self.matrices is None else self.matrices
+        return finite(self.omega, matrices)
 
     @cached_property
     def _sensitivity(self):

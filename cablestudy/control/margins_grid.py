@@ -123,14 +123,23 @@ def curve(function, omega, matrices=None, upto=np.inf):
 
 
 def curve_beside(function, gain, omega, matrices):
-    """Frequencies of a `curve`, closer where the sensitivity with a gain [rad/s] turns, ascending. [rad/s]"""
+    """Those of a `curve`, closer where the sensitivity with a gain [rad/s] turns, and the loop gain there."""
 
     def turning(values):
         before, after = (1 + gain * part for part in paired(values))
         near = np.minimum(np.abs(before), np.abs(after))
         return ((near < HIGH) & (np.abs(after - before) > TURNED * near)).any(axis=1)
 
-    return _closer(function, omega, matrices, turning)[0]
+    return _closer(function, omega, matrices, turning)[:2]
+
+
+def with_more(function, omega, matrices, added):
+    """Frequencies and the loop gain there, with some that are `added` where they are not among them. [rad/s]"""
+    every = distinct(np.append(omega, added))
+    new = np.setdiff1d(every, omega)
+    new, found = finite(new, by_parts(function, new))
+    place = np.searchsorted(omega, new)
+    return np.insert(omega, place, new), np.insert(matrices, place, found, axis=0)
 
 
 def _closer(function, omega, matrices, unsure, upto=np.inf):

@@ -56,8 +56,8 @@ class DrivenCables:
         With control, and stable without.
     gain : float
         [rad/s]
-    before : DrivenCables, optional
-        Of another gain.
+    others : sequence of DrivenCables
+        Of other gains of this loop: what is equal is shared.
 
     Attributes
     ----------
@@ -68,6 +68,8 @@ class DrivenCables:
         Without control: those of the model, and about where those of the modes are that the gain could drive. [rad/s]
     gains : StableGains
         The largest gain among them, right if it is at most `gain`.
+    tried : list of (Models, LoopGain or callable, ndarray, StableGains)
+        These four, the last ones after those with which waves across the cables were resolved less far.
 
     Raises
     ------
@@ -75,20 +77,14 @@ class DrivenCables:
         They are too many.
     """
 
-    def __init__(self, movement, gain, before=None):
+    def __init__(self, movement, gain, others=()):
         self._movement, self._gain, self._effects = movement, gain, Effects(movement)
         self._base, self._elements = movement.modes.solution, movement.linear.model is not None
         resolved_to = self._base.omega[-1]
+        others, self.tried = [one for other in others for one in other.tried], []
         for _ in range(TRIALS):
-            self.models = self._models(resolved_to)
-            same = before is not None and before.models is self.models
-            self.loop_gain = before.loop_gain if same else self._loop_gain()
-            poles = self._poles()
-            if same and np.array_equal(poles, before.poles):
-                self.gains = before.gains
-            else:
-                self.gains = StableGains(self.loop_gain, poles, movement.notches, movement.given_loop.law)
-            self.poles = poles
+            self._resolve(self._models(resolved_to), [*others, *self.tried])
+            self.tried.append((self.models, self.loop_gain, self.poles, self.gains))
             limit = self.gains.limit
             self.resolved = limit is None or self._elements or limit.omega <= resolved_to
             if self.resolved or resolved_to == self._farthest:
@@ -176,6 +172,18 @@ class DrivenCables:
                 shift = (np.abs(moved) - alone)[:, None] * MODES_TOGETHER
                 poles.append((moved.real[:, None] + 1j * (alone[:, None] + shift)).ravel())
         return np.concatenate(poles)
+
+    def _resolve(self, models, others):
+        """Take models, and what follows from them; of `others`, see `tried`, what is equal is shared."""
+        others = [one for one in others if one[0].equal(models)]
+        self.models = others[0][0] if others else models
+        self.loop_gain = others[0][1] if others else self._loop_gain()
+        self.poles = self._poles()
+        for *_, poles, gains in others:
+            if np.array_equal(poles, self.poles):
+                self.gains = gains
+                return
+        self.gains = StableGains(self.loop_gain, self.poles, self._movement.notches, self._movement.given_loop.law)
 
     def with_critical_modes(self, linear, gain):
         """A `LinearMotion` with the modes above its own that would grow first, where a gain [rad/s] is nearly that."""

@@ -19,6 +19,7 @@ TURN = 2 * np.pi
 LITTLE = 1e-6  # gain over the lowest frequency, of a loop whose gain follows from a margin
 UNLIMITED = 1e3  # gain up to which a loop that seems to have no limit is examined, over its lowest frequency
 TRIALS = 4  # of the gain that decides which modes of cables are looked at
+SAFETY = 3.0  # of the first one, over the largest gain to first order
 
 
 class Movement:
@@ -203,18 +204,29 @@ class Movement:
         NoSolutionError
             The loop is unstable without gain, or could drive too many modes.
         """
-        loops, gain, found = self.linear.loops, self.given_loop.gain, None
         control = repr((self.scene.control.model_copy(update={"gain": None}), self.given_loop.law))
+        known = self.linear.loops.setdefault(control, {})  # by powers of two
         self.check_open()
+        gain = max(self.given_loop.gain, SAFETY * (self.given_loop.limit_by_modes or LITTLE))
+        try:
+            self._driven_by(gain, known)
+        except NoSolutionError:  # it is far above the largest gain
+            gain = self.given_loop.gain or LITTLE
         for _ in range(TRIALS):
-            key = ceil(log2(gain or LITTLE)), control
-            if key not in loops:
-                loops[key] = DrivenCables(self, 2.0 ** key[0], found)
-            found, limit = loops[key], loops[key].gains.limit
-            gain = limit.factor if limit else UNLIMITED * self.modes.solution.omega[0]
-            if gain <= 2.0 ** key[0]:
+            found = self._driven_by(gain, known)
+            limit = found.gains.limit
+            more = limit.factor if limit else UNLIMITED * self.modes.solution.omega[0]
+            if more <= 2.0 ** ceil(log2(gain)):
                 break
+            gain = more
         return found
+
+    def _driven_by(self, gain, known):
+        """`DrivenCables` of a gain [rad/s], to the next power of two; of `known` ones by these powers, to be filled."""
+        power = ceil(log2(gain))
+        if power not in known:
+            known[power] = DrivenCables(self, 2.0**power, list(known.values()))
+        return known[power]
 
     @property
     def gains(self):
