@@ -274,13 +274,13 @@ class UnevenDamping:
         """
         s, n = np.asarray(s, dtype=complex), len(self.omega)
         if self.pole_sum is None:
-            return self._solved(s, _quadratic([part[n:, :n][ends] for part in self.matrices], s))
-        return self._by_pole(s, ends) @ self.pole_sum[2]
+            return self._held_by_solving(s, ends)
+        return _held_by_poles(self.matrices, self.pole_sum, s, ends)
 
-    def _by_pole(self, s, ends):
-        """The same as a part of each pole of `pole_sum`, shape (m, e, 2 n)."""
-        (poles, shapes, _), n = self.pole_sum, len(self.omega)
-        return _quadratic([part[n:, :n][ends] @ shapes for part in self.matrices], s) / (s[:, None, None] - poles)
+    def _held_by_solving(self, s, ends):
+        """`held_by_modes` by a system of equations for each s."""
+        n = len(self.omega)
+        return self._solved(s, _quadratic([part[n:, :n][ends] for part in self.matrices], s))
 
     def _solved(self, s, force):
         """Forces, shape (m, e, n), times the inverse of the block of the modes, by a system of equations for each s."""
@@ -299,21 +299,21 @@ class UnevenDamping:
         """
         if not len(self.omega):
             return None
-        n, slowness = len(self.omega), np.diag(1 / self.omega)
-        _, damping, stiffness = (part[:n, :n] for part in self.matrices)
+        n, every = len(self.omega), slice(None)
+        unit = np.outer(self.omega, self.omega)
+        _, damping, stiffness = (part[:n, :n] / unit for part in self.matrices)
         s = checked(self.omega)
         try:
             with np.errstate(all="ignore"):  # what is not finite is not trusted
-                give = np.linalg.inv(slowness @ stiffness @ slowness)
-                matrix = [[-give @ slowness @ damping @ slowness, -give @ slowness], [slowness, np.zeros((n, n))]]
+                give, slowness = np.linalg.inv(stiffness), np.diag(1 / self.omega)
+                matrix = [[-give @ damping, -give / self.omega], [slowness, np.zeros((n, n))]]
                 value, vectors = np.linalg.eig(np.block(matrix))
-                poles, shapes, inverse = 1 / value, vectors[:n] / self.omega[:, None], np.linalg.inv(vectors)[:, n:]
-                summed = (shapes / (s[:, None, None] - poles)) @ inverse
-                solved = self._solved(s, np.broadcast_to(np.eye(n), (len(s), n, n)))
+                found = 1 / value, vectors[:n] / self.omega[:, None], np.linalg.inv(vectors)[:, n:]
+                summed, solved = _held_by_poles(self.matrices, found, s, every), self._held_by_solving(s, every)
                 error = (np.abs(summed - solved).max(axis=(1, 2)) / np.abs(solved).max(axis=(1, 2))).max()
         except np.linalg.LinAlgError:
             return None
-        return (poles, shapes, inverse) if error <= TRUSTED else None
+        return found if error <= TRUSTED else None
 
     @property
     def poles(self):
@@ -325,6 +325,13 @@ class UnevenDamping:
 def checked(omega):
     """Places at which a sum over poles is held against solved systems, for modes at `omega`, shape (8,). [rad/s]"""
     return (0.03 + 1j) * np.geomspace(omega.min() / 10, np.median(omega), 8)
+
+
+def _held_by_poles(matrices, pole_sum, s, ends):
+    """`UnevenDamping.held_by_modes` by a sum over poles."""
+    (poles, shapes, inverse), n = pole_sum, len(pole_sum[1])
+    forces = _quadratic([part[n:, :n][ends] @ shapes for part in matrices], s)
+    return (forces / (s[:, None, None] - poles)) @ inverse
 
 
 def _quadratic(matrices, s):
