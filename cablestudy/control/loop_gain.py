@@ -16,7 +16,7 @@ Z_r being Z without this mode. A gain g moves it by -g X/(2 s) to first order, w
     X = s^4 (w^T Z_r^-1 F + m^T H) A C1 N P Z_r^-1 w.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -53,6 +53,8 @@ class LoopGain:
         A.
     controller : callable
         s, shape (f,) -> C1 N, shape (f, k).
+    near : LoopGain or None
+        Of cables that differ little: poles of modes that damping couples follow from its poles to first order.
     """
 
     bodies: LinearSystem
@@ -63,6 +65,7 @@ class LoopGain:
     measured: np.ndarray
     shares: np.ndarray
     controller: object
+    near: "LoopGain | None" = None
 
     @np.errstate(divide="ignore", invalid="ignore")  # at the pole of an undamped mode it is infinite
     def __call__(self, s):
@@ -90,12 +93,12 @@ class LoopGain:
     @cached_property
     def _parts(self):
         """Each cable that holds a body: `_Part`."""
-        found = []
+        found, near = [], iter(self.near._parts if self.near else ())
         for element, moved, reeled in zip(self.elements, self.moved, self.reeled, strict=True):
             ends, winches = np.flatnonzero(moved.any(axis=1)), np.flatnonzero(reeled.any(axis=0))
             if len(ends):
                 element = element.at_ends(np.concatenate([np.eye(6)[:, ends], reeled[:, winches]], axis=1))
-                found.append(_Part(*_divided(element), moved[ends], winches))
+                found.append(_part(element, moved[ends], winches, next(near, None)))
         return found
 
     def poles_of(self, cable, modes):
@@ -139,15 +142,19 @@ class _Part:
 
     Attributes
     ----------
+    coupled : ndarray of bool
+        Modes of the cable that damping may couple; of all, if of none.
     element : Superelement
+        With these.
     others : Superelement or None
-        Modes beside it that damping couples to no other.
+        With the others.
     moved : ndarray, shape (e, d)
         Displacements of the ends that bodies move.
     winches : ndarray of int
         Which reel it in.
     """
 
+    coupled: np.ndarray
     element: object
     others: object
     moved: np.ndarray
@@ -164,11 +171,23 @@ class _Part:
         return value - (moving @ products.reshape(len(others.omega), -1)).reshape(value.shape)
 
 
-def _divided(element):
-    """A `Superelement` with the modes that damping may couple, and one with the others, or None."""
-    count, coupled = len(element.omega), np.zeros(len(element.omega), dtype=bool)
+def _part(element, moved, winches, near=None):
+    """`_Part` of a `Superelement` at ends that are moved; `near` is that of nearly the same one."""
+    coupled = _coupled(element) if near is None else near.coupled
+    others = None
+    if coupled.any() and not coupled.all():
+        element, others = element.select(coupled), element.select(~coupled)
+    if near is not None:
+        element = replace(element, near=near.element)
+    return _Part(coupled, element, others, moved, winches)
+
+
+def _coupled(element):
+    """Modes of a `Superelement` that damping may couple, array of bool; all, if any, with masses that it carries."""
+    count = len(element.omega)
     if element.carried is not None and element.uneven:
-        return element, None
+        return np.ones(count, dtype=bool)
+    coupled = np.zeros(count, dtype=bool)
     if element.strain is not None:
         strained = np.abs(element.strain.coupling).max(axis=1, initial=0.0) / element.omega
         strained = (strained + np.sqrt(np.abs(np.diagonal(element.strain.modes)))) / element.omega
@@ -176,6 +195,4 @@ def _divided(element):
     if element.air is not None:
         braked = np.diagonal(element.air)[:count] / element.omega
         coupled[np.argsort(-braked, kind="stable")[:COUPLED]] = True
-    if coupled.all() or not coupled.any():
-        return element, None
-    return element.select(coupled), element.select(~coupled)
+    return coupled

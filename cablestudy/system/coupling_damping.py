@@ -238,7 +238,7 @@ class UnevenDamping:
     """
 
     def __init__(self, element):
-        self.omega, self.matrices = element.omega, element.matrices()
+        self.omega, self.matrices, self._near = element.omega, element.matrices(), element.near
 
     def dynamic_stiffness(self, s, rows, columns):
         """See `Superelement.dynamic_stiffness`."""
@@ -299,6 +299,8 @@ class UnevenDamping:
         """
         if not len(self.omega):
             return None
+        if self._near is not None and self._near.uneven_damping.pole_sum is not None:
+            return self._moved(self._near.uneven_damping)
         n, every = len(self.omega), slice(None)
         unit = np.outer(self.omega, self.omega)
         _, damping, stiffness = (part[:n, :n] / unit for part in self.matrices)
@@ -314,6 +316,15 @@ class UnevenDamping:
         except np.linalg.LinAlgError:
             return None
         return found if error <= TRUSTED else None
+
+    def _moved(self, near):
+        """`pole_sum` from that of nearly the same matrices, the poles to first order, the shapes being kept."""
+        (poles, shapes, inverse), n = near.pole_sum, len(self.omega)
+        _, damping, stiffness = (
+            (own - other)[:n, :n] for own, other in zip(self.matrices, near.matrices, strict=True)
+        )
+        moved = poles - (inverse.T * (stiffness @ shapes + damping @ shapes * poles)).sum(axis=0)
+        return moved, shapes, inverse * (poles / moved)[:, None]
 
     @property
     def poles(self):

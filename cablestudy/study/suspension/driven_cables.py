@@ -226,7 +226,7 @@ class DrivenCables:
                 replace(one, damping_ratio=np.where(own, one.damping_ratio, 0.0)) if one.strain is None else one
                 for one, own in zip(elements, lower, strict=True)
             ])  # fmt: skip
-        return [replace(self.loop_gain, elements=elements) for elements in found]
+        return [replace(self.loop_gain, elements=elements, near=self.loop_gain) for elements in found]
 
     @cached_property
     def errors(self):
