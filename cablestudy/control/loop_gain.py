@@ -21,6 +21,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.system.coupling_damping import PoleSum
 from cablestudy.system.linear import LinearSystem
 
 AT_ONCE = 200  # modes, so that matrices stay in the processor's cache
@@ -28,6 +29,7 @@ AT_ONCE = 200  # modes, so that matrices stay in the processor's cache
 # carlina-net-wind with thin cables moves by 2e-7 with twice as many, by 7e-3 with 60
 COUPLED = 100
 ASIDE = 5.0  # distance from the frequency of a mode, in its half-widths, at which Z is computed for its pole
+MOST_DECAY = 0.9  # rate of decay over frequency of a mode up to which its two poles stand for it
 NARROWEST = 1e-9  # half-width that is taken at least, over the frequency
 
 
@@ -83,12 +85,23 @@ class LoopGain:
         """Z, shape (f, d, d), and F, shape (f, d, i)."""
         bodies = self.bodies.dynamic_stiffness(s)
         pulled = np.broadcast_to(self.lifted, (len(s), *self.lifted.shape)).astype(complex)
-        for part in self._parts:
+        together, apart = self._divided
+        if together:
+            stiffness, count = together(s), bodies.shape[-1]
+            bodies, pulled = bodies + stiffness[:, :, :count], pulled - stiffness[:, :, count:]
+        for part in apart:
             stiffness, count = part.stiffness(s), len(part.moved)
             bodies += part.moved.T @ stiffness[:, :, :count] @ part.moved
             if len(part.winches):
                 pulled[:, :, part.winches] -= part.moved.T @ stiffness[:, :, count:]
         return bodies, pulled
+
+    @cached_property
+    def _divided(self):
+        """`_Together` of the cables whose stiffness is a sum over poles, None without, and the others."""
+        summed = [part for part in self._parts if part.summed is not None]
+        together = _Together(summed, self.lifted.shape[1]) if summed else None
+        return together, [part for part in self._parts if part.summed is None]
 
     @cached_property
     def _parts(self):
@@ -160,6 +173,28 @@ class _Part:
     moved: np.ndarray
     winches: np.ndarray
 
+    @cached_property
+    def summed(self):
+        """`PoleSum` of the stiffness in s; None where rounding spoils it, or damping is not uneven.
+
+        With p a pole of one of the others, -s^4/(s^2 + 2 d s + W^2) = -s^2 - s^2 sum of (p^2/(2 (p + d)))/(s - p).
+        """
+        if not self.element.uneven or self.element.uneven_damping.summed is None:
+            return None
+        found, others = self.element.uneven_damping.summed, self.others
+        if others is None:
+            return found
+        if (others.decay > MOST_DECAY * others.omega).any():
+            return None
+        poles = 1j * np.sqrt(others.omega**2 - others.decay**2) * np.array([[1], [-1]])
+        share = (poles - others.decay) ** 2 / (2 * poles)
+        products = others.coupling[:, :, None] * others.coupling[:, None, :]
+        residues = (share[..., None, None] * products).reshape(-1, *products.shape[1:])
+        static, first, second = found.polynomial
+        polynomial = [static, first, second - products.sum(axis=0)]
+        poles = np.append(found.poles, poles - others.decay)
+        return PoleSum(polynomial, poles, np.concatenate([found.residues, residues]))
+
     def stiffness(self, s):
         """Forces at the ends that bodies move, by these and by the winches, shape (f, e, e + w)."""
         others, rows = self.others, slice(len(self.moved))
@@ -169,6 +204,52 @@ class _Part:
         moving = s[:, None] ** 4 / (others.omega**2 + s[:, None] * (s[:, None] + 2 * others.decay))
         products = others.coupling[:, rows, None] * others.coupling[:, None, :]
         return value - (moving @ products.reshape(len(others.omega), -1)).reshape(value.shape)
+
+
+class _Together:
+    """Cables whose stiffness is a sum over poles, all at once.
+
+    Parameters
+    ----------
+    parts : list of _Part
+        c of them.
+    winches : int
+        How many there are, i.
+    """
+
+    def __init__(self, parts, winches):
+        sums = [part.summed for part in parts]
+        rows = [one.residues[:, : len(part.moved)] for one, part in zip(sums, parts, strict=True)]
+        entries = [own.reshape(len(own), -1) for own in rows]
+        shape = len(parts), max(map(len, entries)), max(one.shape[1] for one in entries)
+        self._poles, self._residues = np.full(shape[:2], -1.0 + 0j), np.zeros(shape, dtype=complex)
+        spread, self._polynomial = [], [0.0, 0.0, 0.0]
+        for place, (part, one, own) in enumerate(zip(parts, sums, entries, strict=True)):
+            self._poles[place, : len(own)], self._residues[place, : len(own), : own.shape[1]] = one.poles, own
+            columns = _columns(part, winches)
+            spread.append(np.zeros((shape[2], part.moved.shape[1] * columns.shape[1])))
+            spread[-1][: own.shape[1]] = np.kron(part.moved, columns)
+            for order, coefficient in enumerate(one.polynomial):
+                added = part.moved.T @ coefficient[: len(part.moved)] @ columns
+                self._polynomial[order] = self._polynomial[order] + added
+        self._spread = np.concatenate(spread)
+
+    def __call__(self, s):
+        """Forces on the bodies by these and by the winches, shape (f, d, d + i)."""
+        moving = (1 / (s[:, None] - self._poles[:, None])) @ self._residues
+        moving = np.swapaxes(moving, 0, 1).reshape(len(s), -1) @ self._spread
+        static, first, second = self._polynomial
+        s = s[:, None, None]
+        return s * (s * (second - moving.reshape(len(s), *second.shape)) + first) + static
+
+
+def _columns(part, winches):
+    """Movements of the ends of a `_Part`, and its reeling in, by those of the bodies and all winches."""
+    (ends, coordinates), own = part.moved.shape, len(part.winches)
+    found = np.zeros((ends + own, coordinates + winches))
+    found[:ends, :coordinates] = part.moved
+    found[ends + np.arange(own), coordinates + part.winches] = 1.0
+    return found
 
 
 def _part(element, moved, winches, near=None):

@@ -244,16 +244,16 @@ class UnevenDamping:
         """See `Superelement.dynamic_stiffness`."""
         below, n = np.imag(s) < 0, len(self.omega)
         s = np.where(below, np.conj(s), s)
-        if self._summed is None:
+        if self.summed is None:
             every = [part[:, n:][:, columns] for part in self.matrices]
             value = _quadratic([part[n:][rows] for part in every], s)
             value = value - self.held_by_modes(s, rows) @ _quadratic([part[:n] for part in every], s)
         else:
-            value = self._summed(s, rows, columns)
+            value = self.summed(s, rows, columns)
         return np.where(below[:, None, None], value.conj(), value)
 
     @cached_property
-    def _summed(self):
+    def summed(self):
         """`PoleSum`, or None where rounding spoils it."""
         return None if self.pole_sum is None else PoleSum.of(self.matrices[::-1], *self.pole_sum)
 
