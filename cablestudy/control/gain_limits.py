@@ -202,14 +202,14 @@ class StableGains:
 
     def _close(self, gain):
         """`frequencies`, and L over the gain there, shape (f, k, k)."""
-        omega, matrices, _ = self.curve
+        omega, matrices, values = self.curve
         if not gain:
             return omega, matrices
         near = self._crossings
         near = near.take((near.factor < CLOSED * gain) & (gain < CLOSED * near.factor))
         poles = 1j * near.place + 1j / (near.factor * near.slope) * (gain / near.factor - 1)
         added = beside(np.append(poles, -gain))
-        omega, matrices = curve_beside(self.loop_gain, gain, omega, matrices)
+        omega, matrices = curve_beside(self.loop_gain, gain, omega, matrices, values)
         return with_more(self.loop_gain, omega, matrices, added[(added > omega[0]) & (added < omega[-1])])
 
     def margins(self, gain):

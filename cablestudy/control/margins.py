@@ -201,7 +201,7 @@ def largest(matrices):
     """Largest singular value, shape (f, k, k) -> (f,)."""
     if matrices.shape[-1] == 1:
         return np.abs(matrices[:, 0, 0])
-    return np.linalg.norm(matrices, ord=2, axis=(-2, -1))
+    return np.linalg.svd(matrices, compute_uv=False)[..., 0]
 
 
 def gain_of_peak(unit_gain, omega, peak, most):

@@ -122,18 +122,6 @@ class Residues:
         """The same with some of its poles, an array of bool."""
         return replace(self, poles=self.poles[chosen], given=self.given[chosen], shown=self.shown[:, chosen])
 
-    def nearest(self, poles):
-        """Which of its poles are nearest to some others, shape (p,) [rad/s], on their side of the real axis.
-
-        Array of bool.
-        """
-        found = np.zeros(len(self.poles), dtype=bool)
-        for side in (1, -1):
-            own, others = np.flatnonzero(side * self.poles.imag > 0), poles[side * poles.imag > 0]
-            if len(own):
-                found[own[np.abs(self.poles[own] - others[:, None]).argmin(axis=1)]] = True
-        return found
-
     def statically(self, fast):
         """The same with some poles, an array of bool, replaced by their static response -c_a b_a/l_a."""
         follow = (self.shown[:, fast] / -self.poles[fast]) @ self.given[fast]

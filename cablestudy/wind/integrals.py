@@ -83,7 +83,7 @@ class Integrals:
         """`Noise` of the gusts on the panels."""
         return self.gusts.noise(self.panels.frequency)
 
-    def variances(self, response, names=None, fast=None):
+    def variances(self, response, names=None):
         """Variances of the outputs, weighted by the weights of some names, by default all.
 
         Parameters
@@ -91,21 +91,17 @@ class Integrals:
         response : Residues or Beside
             Of a stable system, by the inputs of the gusts.
         names : sequence of str, optional
-        fast : ndarray, complex, shape (p,), optional
-            About where poles are whose response is to be held against their static one. [rad/s]
 
         Returns
         -------
         ndarray, shape (w, o)
-            With `fast` of shape (2, w, o): of the system, then of it with these poles followed statically.
         """
         weights = np.stack([self.weights[name] for name in names or self.weights])
         known, rest = response.split(TURN * self.panels.highest)
         known = known.some(damped(known, self.least))
-        chosen = None if fast is None else known.nearest(fast)
         if rest is None:
-            return variances(known, self.panels, self.noise, weights, chosen)
-        return mixed_variances(known, rest, self.gusts.matrix_times, self.panels, self.noise, weights, chosen)
+            return variances(known, self.panels, self.noise, weights)
+        return mixed_variances(known, rest, self.gusts.matrix_times, self.panels, self.noise, weights)
 
     def undamped(self, response, whole, stiffness):
         """The pole that nothing damps, of those that the gusts excite the one that moves an output most; or None.

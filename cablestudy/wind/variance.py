@@ -179,7 +179,7 @@ def _second_kind(z):
     return found
 
 
-def variances(residues, panels, noise, weights, fast=None):
+def variances(residues, panels, noise, weights):
     """Variances of the outputs.
 
     Parameters
@@ -190,42 +190,27 @@ def variances(residues, panels, noise, weights, fast=None):
     noise : Noise
     weights : ndarray, shape (w, n)
         Functions of frequency by which the spectra are weighted.
-    fast : ndarray of bool, shape (N,), optional
-        Poles whose response is to be held against their static one: of complex ones both of each pair.
 
     Returns
     -------
     ndarray, shape (w, o)
-        With `fast` of shape (2, w, o): of the system, then of it with these poles followed statically.
     """
     upper = (residues.poles.imag >= 0) | residues.one_sided
-    poles = residues.poles[upper]
-    resolvents = panels.resolvents(poles, residues.one_sided)
-    forced, direct = _forced(residues.given[upper], panels, noise, weights, resolvents)
+    poles, given, shown = residues.poles[upper], residues.given[upper], residues.shown[:, upper]
+    if not residues.one_sided:
+        shown = shown * np.where(poles.imag > 0, 2.0, 1.0)
+    forced, direct = _forced(given, panels, noise, weights, panels.resolvents(poles, residues.one_sided))
     sums = poles[:, None] + residues.poles.conj()
     covariance = forced @ residues.given.conj().T / -sums
-    found = _seen(residues, covariance, forced, direct, upper)
-    if fast is None:
-        return found
-    slow, own = ~fast, ~fast[upper]
-    coarse = _seen(residues.statically(fast), covariance[:, own][:, :, slow], forced[:, own], direct, upper[slow])
-    return np.stack([found, coarse])
-
-
-def _seen(residues, covariance, forced, direct, upper):
-    """Variances of the outputs by the integrals of `_forced` and the covariance of the poles, shape (w, o)."""
-    shown = residues.shown[:, upper]
-    if not residues.one_sided:
-        shown = shown * np.where(residues.poles[upper].imag > 0, 2.0, 1.0)
     seen = covariance @ residues.shown.conj().T + forced @ residues.direct.conj().T
     directly = ((residues.direct @ direct) * residues.direct.conj()).sum(axis=-1).real
     found = (shown.T * seen).sum(axis=1).real + directly
     # by Schwarz's inequality no sum over the poles is larger than that of the sizes of its terms
-    own = np.maximum(2 * covariance[:, np.arange(shown.shape[1]), np.flatnonzero(upper)].real, 0.0)
+    own = np.maximum(2 * covariance[:, np.arange(len(poles)), np.flatnonzero(upper)].real, 0.0)
     return np.where(found > ROUNDING * (np.sqrt(own) @ np.abs(shown.T)) ** 2, found, 0.0)
 
 
-def mixed_variances(residues, smooth, noise_times, panels, noise, weights, fast=None):
+def mixed_variances(residues, smooth, noise_times, panels, noise, weights):
     """Variances of the outputs of a system with few known poles beside a response that is smooth over frequency.
 
     Parameters
@@ -236,44 +221,27 @@ def mixed_variances(residues, smooth, noise_times, panels, noise, weights, fast=
         What is to be added to their response: s = i w, shape (f,) [rad/s] -> complex, shape (f, o, i).
     noise_times : callable
         Frequencies and columns, complex, shape (f, i, o) -> S times these.
-    panels, noise, weights, fast
+    panels, noise, weights
         As for `variances`.
 
     Returns
     -------
     ndarray, shape (w, o)
-        With `fast` of shape (2, w, o).
 
     Notes
     -----
     With the poles' response P and the smooth one G: P S P* + 2 Re P S G* + G S G*.
     """
-    systems = [residues] if fast is None else [residues, residues.some(~fast)]
-    follow = None if fast is None else _followed(residues, fast)
-    found = np.stack([variances(one, panels, noise, weights) for one in systems])
-    s = 2j * np.pi * panels.frequency
-    fractions = [panels.weights_for(one.poles).T / (s[:, None] - one.poles) for one in systems]
+    found, s = variances(residues, panels, noise, weights), 2j * np.pi * panels.frequency
+    fractions = panels.weights_for(residues.poles).T / (s[:, None] - residues.poles)
     for begin in range(0, len(s), AT_ONCE):
         part = slice(begin, begin + AT_ONCE)
-        response = smooth(s[part])
-        for place, (one, fraction) in enumerate(zip(systems, fractions, strict=True)):
-            own = response + follow(s[part]) if place else response
-            pushed = noise_times(panels.frequency[part], np.swapaxes(own, 1, 2).conj())
-            plain = (own * np.swapaxes(pushed, 1, 2)).sum(axis=-1).real * panels.weights[part, None]
-            crossed = ((one.given @ pushed) * fraction[part, :, None] * one.shown.T).sum(axis=1)
-            found[place] += weights[:, part] @ (plain + 2 * crossed.real)
-    return found[0] if fast is None else found
-
-
-def _followed(residues, fast):
-    """Static response of some poles: s, shape (f,) [rad/s] -> shape (f, o, i).
-
-    With a complex stiffness the other pole of a pair is in the smooth response: it is about -l, with the residue -R.
-    """
-    alone, static = residues.some(fast), residues.statically(fast).direct
-    if not residues.one_sided:
-        return lambda s: np.broadcast_to(static, (len(s), *static.shape))
-    return lambda s: 2 * static + (alone.shown / (s[:, None] + alone.poles)[:, None, :]) @ alone.given
+        own = smooth(s[part])
+        pushed = noise_times(panels.frequency[part], np.swapaxes(own, 1, 2).conj())
+        plain = (own * np.swapaxes(pushed, 1, 2)).sum(axis=-1).real * panels.weights[part, None]
+        crossed = ((residues.given @ pushed) * fractions[part, :, None] * residues.shown.T).sum(axis=1)
+        found += weights[:, part] @ (plain + 2 * crossed.real)
+    return found
 
 
 def _forced(given, panels, noise, weights, resolvents):

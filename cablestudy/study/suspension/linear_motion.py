@@ -221,27 +221,29 @@ class LinearMotion:
         )
 
     @cached_property
-    def fast_poles(self):
-        """Those of the modes that `fewer` leaves out, with the winches at rest. [rad/s]"""
-        eigen, size, modes = self.motion.eigen, len(self.motion), len(self.modes) - self.driven
-        energy = np.abs(eigen.right[:size] * self.motion.unit[:, None]) ** 2
-        return eigen.values[energy[int(FEWER * modes) : modes].sum(axis=0) > energy.sum(axis=0) / 2]
+    def fewer_motion(self):
+        """The `motion` in that space."""
+        return self.motion.within(self.fewer)
 
-    def residues_of(self, loop=None, speeds=False):
+    def residues_of(self, motion, loop=None, space=None, speeds=False):
         """`Residues` of all outputs, those of actuators too, by the inputs of `Gusts.into`; `Beside` with a delay.
 
         Parameters
         ----------
+        motion : LinearSystem
+            That of this object, or in a space of its coordinates.
         loop : PoseLoop, optional
             Of this motion.
+        space : ndarray, shape (m, r), optional
         speeds : bool
             The speeds of the winches, instead of the outputs.
         """
         into = self.gusts.into
         forces = np.zeros((len(self.motion), into.shape[1]))  # strokes are not blown
         forces[: len(into)] = into
-        driven = self.motion, forces, loop, self.actuators, self._direct
-        found = residues((loop or self.motion).eigen, *(winch_speeds if speeds else by_forces)(*driven))
+        forces = forces if space is None else space.T @ forces
+        driven = motion, forces, loop, self.actuators, self._direct
+        found = residues((loop or motion).eigen, *(winch_speeds if speeds else by_forces)(*driven))
         if loop is None or not loop.law.delay:
             return found
         exact = ExactResponse(*driven)
@@ -266,7 +268,7 @@ class LinearMotion:
     @cached_property
     def at_rest(self):
         """`Turbulence` with the winches at rest."""
-        return Turbulence(self, self.residues_of())
+        return Turbulence(self)
 
     @cached_property
     def gusts(self):

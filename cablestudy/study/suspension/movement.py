@@ -55,9 +55,8 @@ class Movement:
     @cached_property
     def turbulence(self):
         """`Turbulence` with the loop, where it does something, and with the winches at rest: list."""
-        linear, loop = self.linear, self.loop
-        closed = [Turbulence(linear, linear.residues_of(loop), loop)] if loop and loop.gain else []
-        return [*closed, linear.at_rest]
+        closed = [Turbulence(self.linear, self.loop)] if self.loop and self.loop.gain else []
+        return [*closed, self.linear.at_rest]
 
     # --------------------------------------------------------------------------------------------------- loop
 

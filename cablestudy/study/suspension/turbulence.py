@@ -1,7 +1,7 @@
 """Variances of what turbulence moves, with the loop of the winches closed or with the winches at rest.
 
 Those of displacements, rates and tensions are the same for all exposures and mirrors, and with the winches at rest for
-all loops. What the highest modes add to them is found from the same integrals: their poles are followed statically.
+all loops. What the highest modes add to them is the change to a model with fewer modes, `LinearMotion.fewer`.
 """
 
 from dataclasses import replace
@@ -24,14 +24,23 @@ class Turbulence:
     Parameters
     ----------
     linear : LinearMotion
-    residues : Residues or Beside
-        Of its outputs by the inputs of its gusts.
     loop : PoseLoop, optional
-        Of these residues, with a gain.
+        Of this motion, with a gain.
     """
 
-    def __init__(self, linear, residues, loop=None):
-        self.linear, self.residues, self.loop = linear, residues, loop
+    def __init__(self, linear, loop=None):
+        self.linear, self.loop = linear, loop
+
+    @cached_property
+    def residues(self):
+        """`LinearMotion.residues_of` it."""
+        return self.linear.residues_of(self.linear.motion, self.loop)
+
+    @cached_property
+    def _with_fewer_modes(self):
+        """The motion with fewer modes, and its loop."""
+        linear, loop = self.linear, self.loop
+        return linear.fewer_motion, loop and replace(loop.within(linear.fewer), motion=linear.fewer_motion)
 
     @cached_property
     def range(self):
@@ -40,6 +49,11 @@ class Turbulence:
         corner = wind.speed / wind.length_scale
         slow = [corner, lowest] + ([] if self.loop is None else [self.loop.gain / TURN])
         return LOWEST * min(slow), HIGHEST * max(corner, lowest)
+
+    @cached_property
+    def _coarse(self):
+        """`residues` with fewer modes."""
+        return self.linear.residues_of(*self._with_fewer_modes, self.linear.fewer)
 
     def _integrals_of(self, weights):
         """`Integrals` with weights that are functions of frequency [Hz], by their names."""
@@ -62,7 +76,7 @@ class Turbulence:
 
     def _found(self, integrals):
         """Variances, what the highest modes add to them, and their error by a delay, all of shape (w, o)."""
-        whole, coarse = integrals.variances(self.residues, fast=self.linear.fast_poles)
+        whole, coarse = (integrals.variances(one) for one in (self.residues, self._coarse))
         return whole, np.abs(whole - coarse), self._late_error(integrals)
 
     def _late_error(self, integrals):
@@ -76,8 +90,8 @@ class Turbulence:
     @cached_property
     def winch_speeds(self):
         """Variances of speed and acceleration of each winch, and what the highest modes add: two of shape (2, i)."""
-        speeds = self.linear.residues_of(self.loop, speeds=True)
-        whole, coarse = self._integrals.variances(speeds, fast=self.linear.fast_poles)
+        models = (self.linear.motion, self.loop), (*self._with_fewer_modes, self.linear.fewer)
+        whole, coarse = (self._integrals.variances(self.linear.residues_of(*one, speeds=True)) for one in models)
         return whole, np.abs(whole - coarse)
 
     def undamped(self, stiffness):
