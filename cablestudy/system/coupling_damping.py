@@ -318,12 +318,15 @@ class UnevenDamping:
         return found if error <= TRUSTED else None
 
     def _moved(self, near):
-        """`pole_sum` from that of nearly the same matrices, the poles to first order, the shapes being kept."""
+        """`pole_sum` from that of modes of other frequencies and rates of decay, the poles to first order.
+
+        The shapes are kept: of modes that nearly coincide both are taken to change by as much.
+        """
         (poles, shapes, inverse), n = near.pole_sum, len(self.omega)
         _, damping, stiffness = (
-            (own - other)[:n, :n] for own, other in zip(self.matrices, near.matrices, strict=True)
+            np.diagonal(own - other)[:n, None] for own, other in zip(self.matrices, near.matrices, strict=True)
         )
-        moved = poles - (inverse.T * (stiffness @ shapes + damping @ shapes * poles)).sum(axis=0)
+        moved = poles - (inverse.T * (stiffness + damping * poles) * shapes).sum(axis=0)
         return moved, shapes, inverse * (poles / moved)[:, None]
 
     @property
