@@ -272,7 +272,7 @@ class UnevenDamping:
             The rows of s^2 M + s C + K of these ends and all modes, times the inverse of the block of the modes.
             [sqrt(kg)]
         """
-        s, n = np.asarray(s, dtype=complex), len(self.omega)
+        s = np.asarray(s, dtype=complex)
         if self.pole_sum is None:
             return self._held_by_solving(s, ends)
         return _held_by_poles(self.matrices, self.pole_sum, s, ends)
