@@ -88,7 +88,7 @@ class InWind:
             movement = self.movement_of(count)
             movement.check_stable()
             response = Response(movement, self.scene) if self._drag is not None else None
-            if response is None or len(movement.modes) < count or response.moving_error <= 2 * self._accuracy:
+            if response is None or len(movement.modes) < count or not response.errs_more_than(2 * self._accuracy):
                 break
         if movement.loop is not None and movement.with_critical_modes is not movement:
             movement = movement.with_critical_modes

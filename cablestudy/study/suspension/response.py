@@ -116,18 +116,24 @@ class Response:
                 f"RMS in the wind is not finite (cable.damping)"
             )
 
-    @cached_property
+    @property
     def moving_error(self):
         """Largest relative error by the modes left out of the variances of displacement and velocity of bodies. [-]"""
+        return max(self._moving_error(state) for state in self._states)
+
+    def errs_more_than(self, allowed):
+        """Whether that is more than a value; the winches at rest, which cost less, are looked at first."""
+        return not all(self._moving_error(state) <= allowed for state in reversed(self._states))
+
+    def _moving_error(self, state):
+        """`moving_error` of one `Turbulence`."""
         places = [row for row, name in enumerate(self.names) if name.endswith((".x", ".y", ".z"))]
-        groups = np.array(_groups(self.names))[places]
-        found = [0.0]
-        for state in self._states:
-            whole, added, _ = state.variances
-            for group in set(groups.tolist()):
-                own = np.array(places)[groups == group]
-                part, total = added[:, own].sum(axis=-1), whole[:, own].sum(axis=-1)
-                found += (part[total > 0] / total[total > 0]).tolist()
+        groups, found = np.array(_groups(self.names))[places], [0.0]
+        whole, added, _ = state.variances
+        for group in set(groups.tolist()):
+            own = np.array(places)[groups == group]
+            part, total = added[:, own].sum(axis=-1), whole[:, own].sum(axis=-1)
+            found += (part[total > 0] / total[total > 0]).tolist()
         return max(found)
 
     @cached_property
