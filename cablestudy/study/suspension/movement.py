@@ -13,13 +13,15 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.loops import law_from
 from cablestudy.study.suspension.driven_cables import DrivenCables
+from cablestudy.study.suspension.driven_waves import Effects
 from cablestudy.study.suspension.turbulence import Turbulence
 
 TURN = 2 * np.pi
 LITTLE = 1e-6  # gain over the lowest frequency, of a loop whose gain follows from a margin
 UNLIMITED = 1e3  # gain up to which a loop that seems to have no limit is examined, over its lowest frequency
 TRIALS = 4  # of the gain that decides which modes of cables are looked at
-SAFETY = 3.0  # of the first one, over the largest gain to first order
+SAFETY = 3.0  # of the first one, over the largest gain to first order,
+FEW_WAVES = 40  # where that could drive at most so many half-waves along a cable: more cost more than a second trial
 
 
 class Movement:
@@ -206,11 +208,15 @@ class Movement:
         control = repr((self.scene.control.model_copy(update={"gain": None}), self.given_loop.law))
         known = self.linear.loops.setdefault(control, {})  # by powers of two
         self.check_open()
-        gain = max(self.given_loop.gain, SAFETY * (self.given_loop.limit_by_modes or LITTLE))
-        try:
-            self._driven_by(gain, known)
-        except NoSolutionError:  # it is far above the largest gain
-            gain = self.given_loop.gain or LITTLE
+        gain = self.given_loop.gain or LITTLE
+        near = max(gain, SAFETY * (self.given_loop.limit_by_modes or 0.0))
+        effects = Effects(self)
+        if (effects.driven_up_to(near) * effects.travel_time).max(initial=0.0) <= np.pi * FEW_WAVES:
+            try:
+                self._driven_by(near, known)
+                gain = near
+            except NoSolutionError:  # too many cables: that gain may be far above the largest one
+                pass
         for _ in range(TRIALS):
             found = self._driven_by(gain, known)
             limit = found.gains.limit
