@@ -1,16 +1,22 @@
 """The loop gain from the dynamic stiffness of the cables, against dense bars of an assembly of their own."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from references.bar_loop import BarLoop
 from references.bars_in_wind import BarsInWind
 from test_suspension_loop_bars import scene_of
 
+from cablestudy.control import loop_gain
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.driven_cables import DrivenCables
 
 BARS, TURN = 6, 2 * np.pi
+ROUNDING = 1e-12  # of forces at the ends of cables, which are differences of larger ones
+WIND = {"speed": 12.0, "direction": 0.4, "turbulence_intensity": 0.1, "length_scale": 50.0, "mean": False,
+        "on": "cables", "cable_drag_coefficient": 1.2, "air_density": 1.2}  # fmt: skip
 
 
 def both(seed, **changes):
@@ -103,3 +109,63 @@ def test_the_air_damps_what_winches_move_of_the_cables(seed):
         change = np.abs(expected - without).max()
         assert change > 1e-5 * np.abs(expected).max()
         assert np.abs(value - expected).max() < 0.01 * change
+
+
+def condensed(element, s):
+    """Forces at the six ends per displacement of these, by elimination of all modes, shape (6, 6)."""
+    mass, damping, stiffness = element.matrices()
+    whole, n = s**2 * mass + s * damping + stiffness, len(element.omega)
+    return whole[n:, n:] - whole[n:, :n] @ np.linalg.solve(whole[:n, :n], whole[:n, n:])
+
+
+@pytest.mark.parametrize("seed", [0, 2, 14])
+def test_cables_in_the_air_are_summed_together(seed):
+    """Against the matrices of each cable, its modes eliminated."""
+    found, _ = both(seed, wind=WIND)
+    omega = np.geomspace(0.1, 2 * max(element.omega.max() for element in found.elements), 31)
+    bodies, pulled = found._at(1j * omega)
+    for place, s in enumerate(1j * omega):
+        ends = [condensed(element, s) for element in found.elements]
+        expected = found.bodies.dynamic_stiffness(np.array([s]))[0]
+        expected = expected + sum(g.T @ one @ g for g, one in zip(found.moved, ends, strict=True))
+        pushed = found.lifted - sum(g.T @ one @ h for g, one, h in zip(found.moved, ends, found.reeled, strict=True))
+        size = max(np.abs(ends).max(), np.abs(expected).max())
+        assert np.abs(bodies[place] - expected).max() < ROUNDING * size
+        assert np.abs(pulled[place] - pushed).max() < ROUNDING * size
+
+
+def test_modes_that_damping_does_not_couple_are_in_the_sum(monkeypatch):
+    """Against the same cables one by one."""
+    monkeypatch.setattr(loop_gain, "COUPLED", 5)
+    found, _ = both(0, wind=WIND)
+    assert all(part.others is not None and part.summed is not None for part in found._parts)
+    s = 1j * np.geomspace(0.1, 2 * max(element.omega.max() for element in found.elements), 31)
+    expected = found.bodies.dynamic_stiffness(s) + sum(
+        part.moved.T @ part.stiffness(s)[:, :, : len(part.moved)] @ part.moved for part in found._parts
+    )
+    assert found._at(s)[0] == pytest.approx(expected, rel=1e-8, abs=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("change", [1e-3, 1e-6])
+@pytest.mark.parametrize("seed", [0, 2, 14])
+def test_the_effect_of_other_frequencies_of_the_cables_follows_from_their_poles(seed, change):
+    """To a tenth, for stated errors, against the poles of the changed cables themselves."""
+    found, _ = both(seed, wind=WIND)
+    s = 1j * np.geomspace(0.3, 3.0, 17) * min(element.omega.min() for element in found.elements)
+    elements = [
+        replace(one, omega=one.omega * (1 - change), participation=one.participation * (1 - change) ** 2)
+        for one in found.elements
+    ]
+    whole, first = (replace(found, elements=elements, near=near)(s) for near in (None, found))
+    assert np.abs(first - whole).max() < 0.1 * np.abs(whole - found(s)).max()
+
+
+@pytest.mark.parametrize("seed", [0, 2, 14])
+def test_the_largest_gain_to_first_order_is_that_of_little_damped_modes(seed):
+    text = scene_of(seed)
+    text = text | {
+        "cable": text["cable"] | {"damping": {"model": "modal", "ratio": 1e-6}},
+        "model": {"elements": BARS, "order": 1, "mass": "lumped"},
+    }
+    movement = SuspensionCase(SuspensionScene.model_validate(text)).in_wind.movement_of(250)
+    assert movement.given_loop.limit_by_modes == pytest.approx(movement.largest_gain, rel=1e-3)

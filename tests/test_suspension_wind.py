@@ -31,7 +31,7 @@ from cablestudy.cable.element import mesh_segments
 from cablestudy.control.pose_loop import PoseLoop
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import Scene, load_scene
-from cablestudy.study.suspension import response
+from cablestudy.study.suspension import response, turbulence
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import evaluate_suspensions
@@ -447,7 +447,7 @@ def by_lyapunov(own, gain):
 @pytest.mark.parametrize("name", ["one body", "two bodies"])
 def test_variances_in_white_wind_are_those_of_lyapunovs_equation(name, gain, monkeypatch):
     """Displacements, rotations, markers, tensions, strokes, forces, momenta and torques; with the loop and without."""
-    monkeypatch.setattr(response, "HIGHEST", 1e7)
+    monkeypatch.setattr(turbulence, "HIGHEST", 1e7)
     text = everything(wind=WIND | {"direction": 0.7, "speed": 12.0}, control__gain=1.0) if name == "one body" else PAIR
     text = with_changes(text, wind__coherence_decay=0, model={"accuracy": 1e-6})
     case, state = case_of(text), 0 if gain is None else 1

@@ -14,7 +14,16 @@ import numpy as np
 from cablestudy.control.law import SMALL
 from cablestudy.control.margins import Margins, gain_of_peak, sensitivity
 from cablestudy.control.margins_crossings import crossing_near, crossings, refined
-from cablestudy.control.margins_grid import beside, by_parts, curve, curve_beside, distinct, eigenvalues, frequencies
+from cablestudy.control.margins_grid import (
+    beside,
+    by_parts,
+    curve,
+    curve_beside,
+    distinct,
+    eigenvalues,
+    frequencies,
+    with_more,
+)
 
 UNDAMPED = 1e-8  # damping ratio below which a mode counts as undamped
 NEGLIGIBLE = 1e-9  # growth over frequency, of such a mode, that is not called instability: twofold in 1e8 oscillations
@@ -195,17 +204,24 @@ class StableGains:
 
     def frequencies(self, gain):
         """Those of the curve, and beside the poles of the loop with a gain [rad/s], ascending, shape (f,). [rad/s]"""
+        return self._close(gain)[0]
+
+    def _close(self, gain):
+        """`frequencies`, and L over the gain there, shape (f, k, k)."""
+        omega, matrices, values = self.curve
+        if not gain:
+            return omega, matrices
         near = self._crossings
         near = near.take((near.factor < CLOSED * gain) & (gain < CLOSED * near.factor))
         poles = 1j * near.place + 1j / (near.factor * near.slope) * (gain / near.factor - 1)
-        added = beside(np.append(poles, -gain)) if gain else np.zeros(0)
-        omega, matrices, _ = self.curve
-        closer = curve_beside(self.loop_gain, gain, omega, matrices) if gain else omega
-        return distinct(np.append(closer, added[(added > omega[0]) & (added < omega[-1])]))
+        added = beside(np.append(poles, -gain))
+        omega, matrices = curve_beside(self.loop_gain, gain, omega, matrices, values)
+        return with_more(self.loop_gain, omega, matrices, added[(added > omega[0]) & (added < omega[-1])])
 
     def margins(self, gain):
         """`Margins` of the loop with a gain. [rad/s]"""
-        return Margins(lambda s: gain * self.loop_gain(s), self.frequencies(gain))
+        omega, matrices = self._close(gain)
+        return Margins(lambda s: gain * self.loop_gain(s), omega, matrices=gain * matrices)
 
     def gain_of_peak(self, peak, most):
         """The largest gain up to `most` with which the peak of the sensitivity is at most a value. [rad/s]
@@ -248,12 +264,12 @@ class StableGains:
         -----
         With the other loops closed the loop gain of coordinate j is 1/S_jj - 1, S = (I + L)^-1.
         """
-        omega, found = self.frequencies(gain), []
+        (omega, matrices), found = self._close(gain), []
 
         def others(s):
             return 1 / sensitivity(gain * self.loop_gain(s)) - 1
 
-        known = by_parts(others, omega)
+        known = 1 / sensitivity(gain * matrices) - 1
         for own in range(known.shape[-1]):
             place = np.s_[:, own : own + 1, own : own + 1]
 

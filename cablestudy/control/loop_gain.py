@@ -16,11 +16,12 @@ Z_r being Z without this mode. A gain g moves it by -g X/(2 s) to first order, w
     X = s^4 (w^T Z_r^-1 F + m^T H) A C1 N P Z_r^-1 w.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from cablestudy.system.coupling_damping import PoleSum
 from cablestudy.system.linear import LinearSystem
 
 AT_ONCE = 200  # modes, so that matrices stay in the processor's cache
@@ -28,6 +29,7 @@ AT_ONCE = 200  # modes, so that matrices stay in the processor's cache
 # carlina-net-wind with thin cables moves by 2e-7 with twice as many, by 7e-3 with 60
 COUPLED = 100
 ASIDE = 5.0  # distance from the frequency of a mode, in its half-widths, at which Z is computed for its pole
+MOST_DECAY = 0.9  # rate of decay over frequency of a mode up to which its two poles stand for it
 NARROWEST = 1e-9  # half-width that is taken at least, over the frequency
 
 
@@ -53,6 +55,8 @@ class LoopGain:
         A.
     controller : callable
         s, shape (f,) -> C1 N, shape (f, k).
+    near : LoopGain or None
+        Of cables that differ little: poles of modes that damping couples follow from its poles to first order.
     """
 
     bodies: LinearSystem
@@ -63,6 +67,7 @@ class LoopGain:
     measured: np.ndarray
     shares: np.ndarray
     controller: object
+    near: "LoopGain | None" = None
 
     @np.errstate(divide="ignore", invalid="ignore")  # at the pole of an undamped mode it is infinite
     def __call__(self, s):
@@ -80,7 +85,11 @@ class LoopGain:
         """Z, shape (f, d, d), and F, shape (f, d, i)."""
         bodies = self.bodies.dynamic_stiffness(s)
         pulled = np.broadcast_to(self.lifted, (len(s), *self.lifted.shape)).astype(complex)
-        for part in self._parts:
+        together, apart = self._divided
+        if together:
+            stiffness, count = together(s), bodies.shape[-1]
+            bodies, pulled = bodies + stiffness[:, :, :count], pulled - stiffness[:, :, count:]
+        for part in apart:
             stiffness, count = part.stiffness(s), len(part.moved)
             bodies += part.moved.T @ stiffness[:, :, :count] @ part.moved
             if len(part.winches):
@@ -88,14 +97,21 @@ class LoopGain:
         return bodies, pulled
 
     @cached_property
+    def _divided(self):
+        """`_Together` of the cables whose stiffness is a sum over poles, None without, and the others."""
+        summed = [part for part in self._parts if part.summed is not None]
+        together = _Together(summed, self.lifted.shape[1]) if summed else None
+        return together, [part for part in self._parts if part.summed is None]
+
+    @cached_property
     def _parts(self):
         """Each cable that holds a body: `_Part`."""
-        found = []
+        found, near = [], iter(self.near._parts if self.near else ())
         for element, moved, reeled in zip(self.elements, self.moved, self.reeled, strict=True):
             ends, winches = np.flatnonzero(moved.any(axis=1)), np.flatnonzero(reeled.any(axis=0))
             if len(ends):
                 element = element.at_ends(np.concatenate([np.eye(6)[:, ends], reeled[:, winches]], axis=1))
-                found.append(_Part(*_divided(element), moved[ends], winches))
+                found.append(_part(element, moved[ends], winches, next(near, None)))
         return found
 
     def poles_of(self, cable, modes):
@@ -139,19 +155,45 @@ class _Part:
 
     Attributes
     ----------
+    coupled : ndarray of bool
+        Modes of the cable that damping may couple; of all, if of none.
     element : Superelement
+        With these.
     others : Superelement or None
-        Modes beside it that damping couples to no other.
+        With the others.
     moved : ndarray, shape (e, d)
         Displacements of the ends that bodies move.
     winches : ndarray of int
         Which reel it in.
     """
 
+    coupled: np.ndarray
     element: object
     others: object
     moved: np.ndarray
     winches: np.ndarray
+
+    @cached_property
+    def summed(self):
+        """`PoleSum` of the stiffness in s; None where rounding spoils it, or damping is not uneven.
+
+        With p a pole of one of the others, -s^4/(s^2 + 2 d s + W^2) = -s^2 - s^2 sum of (p^2/(2 (p + d)))/(s - p).
+        """
+        if not self.element.uneven or self.element.uneven_damping.summed is None:
+            return None
+        found, others = self.element.uneven_damping.summed, self.others
+        if others is None:
+            return found
+        if (others.decay > MOST_DECAY * others.omega).any():
+            return None
+        poles = 1j * np.sqrt(others.omega**2 - others.decay**2) * np.array([[1], [-1]])
+        share = (poles - others.decay) ** 2 / (2 * poles)
+        products = others.coupling[:, :, None] * others.coupling[:, None, :]
+        residues = (share[..., None, None] * products).reshape(-1, *products.shape[1:])
+        static, first, second = found.polynomial
+        polynomial = [static, first, second - products.sum(axis=0)]
+        poles = np.append(found.poles, poles - others.decay)
+        return PoleSum(polynomial, poles, np.concatenate([found.residues, residues]))
 
     def stiffness(self, s):
         """Forces at the ends that bodies move, by these and by the winches, shape (f, e, e + w)."""
@@ -164,11 +206,69 @@ class _Part:
         return value - (moving @ products.reshape(len(others.omega), -1)).reshape(value.shape)
 
 
-def _divided(element):
-    """A `Superelement` with the modes that damping may couple, and one with the others, or None."""
-    count, coupled = len(element.omega), np.zeros(len(element.omega), dtype=bool)
+class _Together:
+    """Cables whose stiffness is a sum over poles, all at once.
+
+    Parameters
+    ----------
+    parts : list of _Part
+        c of them.
+    winches : int
+        How many there are, i.
+    """
+
+    def __init__(self, parts, winches):
+        sums = [part.summed for part in parts]
+        rows = [one.residues[:, : len(part.moved)] for one, part in zip(sums, parts, strict=True)]
+        entries = [own.reshape(len(own), -1) for own in rows]
+        shape = len(parts), max(map(len, entries)), max(one.shape[1] for one in entries)
+        self._poles, self._residues = np.full(shape[:2], -1.0 + 0j), np.zeros(shape, dtype=complex)
+        spread, self._polynomial = [], [0.0, 0.0, 0.0]
+        for place, (part, one, own) in enumerate(zip(parts, sums, entries, strict=True)):
+            self._poles[place, : len(own)], self._residues[place, : len(own), : own.shape[1]] = one.poles, own
+            columns = _columns(part, winches)
+            spread.append(np.zeros((shape[2], part.moved.shape[1] * columns.shape[1])))
+            spread[-1][: own.shape[1]] = np.kron(part.moved, columns)
+            for order, coefficient in enumerate(one.polynomial):
+                added = part.moved.T @ coefficient[: len(part.moved)] @ columns
+                self._polynomial[order] = self._polynomial[order] + added
+        self._spread = np.concatenate(spread)
+
+    def __call__(self, s):
+        """Forces on the bodies by these and by the winches, shape (f, d, d + i)."""
+        moving = (1 / (s[:, None] - self._poles[:, None])) @ self._residues
+        moving = np.swapaxes(moving, 0, 1).reshape(len(s), -1) @ self._spread
+        static, first, second = self._polynomial
+        s = s[:, None, None]
+        return s * (s * (second - moving.reshape(len(s), *second.shape)) + first) + static
+
+
+def _columns(part, winches):
+    """Movements of the ends of a `_Part`, and its reeling in, by those of the bodies and all winches."""
+    (ends, coordinates), own = part.moved.shape, len(part.winches)
+    found = np.zeros((ends + own, coordinates + winches))
+    found[:ends, :coordinates] = part.moved
+    found[ends + np.arange(own), coordinates + part.winches] = 1.0
+    return found
+
+
+def _part(element, moved, winches, near=None):
+    """`_Part` of a `Superelement` at ends that are moved; `near` is that of nearly the same one."""
+    coupled = _coupled(element) if near is None else near.coupled
+    others = None
+    if coupled.any() and not coupled.all():
+        element, others = element.select(coupled), element.select(~coupled)
+    if near is not None:
+        element = replace(element, near=near.element)
+    return _Part(coupled, element, others, moved, winches)
+
+
+def _coupled(element):
+    """Modes of a `Superelement` that damping may couple, array of bool; all, if any, with masses that it carries."""
+    count = len(element.omega)
     if element.carried is not None and element.uneven:
-        return element, None
+        return np.ones(count, dtype=bool)
+    coupled = np.zeros(count, dtype=bool)
     if element.strain is not None:
         strained = np.abs(element.strain.coupling).max(axis=1, initial=0.0) / element.omega
         strained = (strained + np.sqrt(np.abs(np.diagonal(element.strain.modes)))) / element.omega
@@ -176,6 +276,4 @@ def _divided(element):
     if element.air is not None:
         braked = np.diagonal(element.air)[:count] / element.omega
         coupled[np.argsort(-braked, kind="stable")[:COUPLED]] = True
-    if coupled.all() or not coupled.any():
-        return element, None
-    return element.select(coupled), element.select(~coupled)
+    return coupled

@@ -18,10 +18,12 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.margins_grid import by_parts, eigenvalues, finite, highest, passages
+from cablestudy.control.margins_grid import AT_ONCE, FLAT, REACH, by_parts, eigenvalues, finite, highest, passages
 from cablestudy.errors import NoSolutionError
 
 TURN = 2 * np.pi
+SMALL = 0.3  # size of the loop gain up to which bounds tell where the sensitivity has no peak that counts
+PEAKS = 2 * (1 + 2 * REACH)  # change by such a loop gain, beside the height of a peak, over which none is overlooked
 FAR = 1.5  # logarithm of a size that is far from 1: no resonance between two frequencies brings it there
 STEPS = 60  # of the search for a gain
 REACHED = 1e-9  # relative, of a peak of the sensitivity that rounding leaves where it is reached
@@ -42,16 +44,20 @@ class Margins:
     check_peak : callable
         Called with the frequency of a peak of the sensitivity or of the disk margin [rad/s]: raises NoSolutionError
         where that peak is no number of this loop.
+    matrices : ndarray, shape (f, k, k), optional
+        L at these frequencies, where it is known.
     """
 
     loop_gain: Callable
     omega: np.ndarray
     check_peak: Callable = lambda omega: None
+    matrices: np.ndarray | None = None
 
     @cached_property
     def _curve(self):
         """Frequencies at which L is finite [rad/s], and L there, shape (f, k, k)."""
-        return finite(self.omega, by_parts(self.loop_gain, self.omega))
+        matrices = by_parts(self.loop_gain, self.omega) if self.matrices is None else self.matrices
+        return finite(self.omega, matrices)
 
     @cached_property
     def _sensitivity(self):
@@ -77,7 +83,17 @@ class Margins:
         def at(omega):
             return size(sensitivity(by_parts(self.loop_gain, omega)))
 
-        return highest(at, self._curve[0], size(self._sensitivity))
+        omega, matrices = self._curve
+        without, value = abs(1 - shift), np.zeros(len(omega))  # of I - shift I, and about that where L is small
+        gain = np.minimum(np.sqrt((np.abs(matrices) ** 2).sum(axis=(-2, -1))), SMALL)
+        apart = gain / (1 - gain)  # by which it differs from that at most
+        large = gain == SMALL
+        value[large] = size(self._sensitivity[large])
+        best = value.max(initial=without)
+        rest = ~large & (PEAKS * apart + FLAT * best >= best - without)
+        value[rest] = size(self._sensitivity[rest])
+        value[~large & ~rest] = without
+        return highest(at, omega, value)
 
     @cached_property
     def _peak(self):
@@ -164,9 +180,12 @@ class Margins:
         def at(omega):
             return level(sensitivity(by_parts(self.loop_gain, omega)))
 
-        omega, value = self._curve[0], level(self._sensitivity)
-        below = np.flatnonzero((value[:-1, 0] > 0) & (value[1:, 0] <= 0))
-        last = below[0] + 2 if len(below) else len(omega)
+        omega, last = self._curve[0], len(self._curve[0])
+        value = np.zeros((0, 1))
+        while len(value) < last:
+            value = np.concatenate([value, level(self._sensitivity[len(value) : len(value) + AT_ONCE])])
+            below = np.flatnonzero((value[:-1, 0] > 0) & (value[1:, 0] <= 0))
+            last = below[0] + 2 if len(below) else last
         found, _ = passages(at, omega[:last], value[:last])
         found = found[1:] if value[0, 0] < 0 else found  # which rises before it falls
         return float(found[0] / TURN) if len(found) else None
@@ -197,7 +216,7 @@ def largest(matrices):
     """Largest singular value, shape (f, k, k) -> (f,)."""
     if matrices.shape[-1] == 1:
         return np.abs(matrices[:, 0, 0])
-    return np.linalg.norm(matrices, ord=2, axis=(-2, -1))
+    return np.linalg.svd(matrices, compute_uv=False)[..., 0]
 
 
 def gain_of_peak(unit_gain, omega, peak, most):

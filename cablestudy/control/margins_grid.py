@@ -119,23 +119,32 @@ def curve(function, omega, matrices=None, upto=np.inf):
     values : ndarray, shape (g, k)
         Its eigenvalues.
     """
-    return _closer(function, *finite(omega, by_parts(function, omega) if matrices is None else matrices), _unsure, upto)
+    omega, matrices = finite(omega, by_parts(function, omega) if matrices is None else matrices)
+    return _closer(function, omega, matrices, eigenvalues(matrices), _unsure, upto)
 
 
-def curve_beside(function, gain, omega, matrices):
-    """Frequencies of a `curve`, closer where the sensitivity with a gain [rad/s] turns, ascending. [rad/s]"""
+def curve_beside(function, gain, omega, matrices, values):
+    """Those of a `curve`, closer where the sensitivity with a gain [rad/s] turns, and the loop gain there."""
 
     def turning(values):
         before, after = (1 + gain * part for part in paired(values))
         near = np.minimum(np.abs(before), np.abs(after))
         return ((near < HIGH) & (np.abs(after - before) > TURNED * near)).any(axis=1)
 
-    return _closer(function, omega, matrices, turning)[0]
+    return _closer(function, omega, matrices, values, turning)[:2]
 
 
-def _closer(function, omega, matrices, unsure, upto=np.inf):
+def with_more(function, omega, matrices, added):
+    """Frequencies and the loop gain there, with some that are `added` where they are not among them. [rad/s]"""
+    every = distinct(np.append(omega, added))
+    new = np.setdiff1d(every, omega)
+    new, found = finite(new, by_parts(function, new))
+    place = np.searchsorted(omega, new)
+    return np.insert(omega, place, new), np.insert(matrices, place, found, axis=0)
+
+
+def _closer(function, omega, matrices, values, unsure, upto=np.inf):
     """Frequencies, matrices and eigenvalues as of `curve`, with more between those that `unsure` chooses of these."""
-    values = eigenvalues(matrices)
     for _ in range(HALVINGS):
         wide = unsure(values) & (np.diff(omega) > COARSE * omega[1:]) & (omega[1:] < upto)
         if not wide.any():

@@ -122,6 +122,21 @@ class PoseLoop:
         moved = self.allocation.measured @ np.linalg.solve(self.motion.dynamic_stiffness(s), pulled)
         return moved * self.controller(s)[:, None, :]
 
+    @property
+    def limit_by_modes(self):
+        """Gain at which the first pole of the motion crosses the axis, to first order; None where none does. [rad/s]
+
+        With x = sum of v_a b_a(s) u/(s - l_a) and y = P x, a gain g moves a pole by -g b_a(l_a) A C1 N P v_a.
+        """
+        motion, count = self.motion, len(self.motion)
+        upper = motion.eigen.values.imag > 0
+        poles = motion.eigen.values[upper]
+        forces = motion.eigen.left[upper, count : 2 * count] @ np.linalg.inv(motion.mass)
+        made = (forces[:, None] @ motion.pulled(poles))[:, 0] @ self.allocation.shares
+        moved = self.allocation.measured @ (motion.eigen.right[:count, upper] / motion.unit[:, None])
+        growth = -(made * self.controller(poles) * moved.T).sum(axis=1).real
+        return min((-poles.real[growth > 0] / growth[growth > 0]).tolist(), default=None)
+
     def _approximants(self, highest):
         """How many approximants of the delay make it right up to a frequency [rad/s]; 0 where it is slight."""
         highest = min(highest, self.law.reach)

@@ -207,6 +207,11 @@ class Models:
     def __init__(self, cables, meshes, fixed=False, most=MAX_MODES):
         self.cables, self.meshes, self._fixed, self._most = cables, meshes, fixed, most
 
+    def equal(self, other):
+        """Whether these are superelements of the same cables on the same meshes."""
+        own, others = ((one.cables, one.meshes, one._fixed, one._most) for one in (self, other))
+        return own == others
+
     def take(self, cables, first):
         """Those of `cables`, which are those from number `first` on."""
         some = Models(cables, self.meshes[first : first + cables.count], self._fixed, self._most)

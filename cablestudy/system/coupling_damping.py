@@ -238,7 +238,7 @@ class UnevenDamping:
     """
 
     def __init__(self, element):
-        self.omega, self.matrices = element.omega, element.matrices()
+        self.omega, self.matrices, self._near = element.omega, element.matrices(), element.near
 
     def dynamic_stiffness(self, s, rows, columns):
         """See `Superelement.dynamic_stiffness`."""
@@ -249,18 +249,18 @@ class UnevenDamping:
             value = _quadratic([part[n:][rows] for part in every], s)
             value = value - self.held_by_modes(s, rows) @ _quadratic([part[:n] for part in every], s)
         else:
-            value = self._summed(s, rows, columns)
+            value = self.summed(s, rows, columns)
         return np.where(below[:, None, None], value.conj(), value)
 
     def _solved_for(self, s):
         """Whether equations are solved: places so few that poles cost more, or a sum that rounding spoils."""
-        few = len(s) <= FEW and "pole_sum" not in self.__dict__
+        few = len(s) <= FEW and self._near is None and "pole_sum" not in self.__dict__
         return few or self.pole_sum is None
 
     @cached_property
-    def _summed(self):
-        """`PoleSum` where rounding does not spoil it."""
-        return PoleSum.of(self.matrices[::-1], *self.pole_sum)
+    def summed(self):
+        """`PoleSum`, or None where rounding spoils it."""
+        return None if self.pole_sum is None else PoleSum.of(self.matrices[::-1], *self.pole_sum)
 
     def held_by_modes(self, s, ends):
         """Force on some ends that holds them per modal force, where viscous damping is uneven.
@@ -277,15 +277,15 @@ class UnevenDamping:
             The rows of s^2 M + s C + K of these ends and all modes, times the inverse of the block of the modes.
             [sqrt(kg)]
         """
-        s, n = np.asarray(s, dtype=complex), len(self.omega)
+        s = np.asarray(s, dtype=complex)
         if self._solved_for(s):
-            return self._solved(s, _quadratic([part[n:, :n][ends] for part in self.matrices], s))
-        return self._by_pole(s, ends) @ self.pole_sum[2]
+            return self._held_by_solving(s, ends)
+        return _held_by_poles(self.matrices, self.pole_sum, s, ends)
 
-    def _by_pole(self, s, ends):
-        """The same as a part of each pole of `pole_sum`, shape (m, e, 2 n)."""
-        (poles, shapes, _), n = self.pole_sum, len(self.omega)
-        return _quadratic([part[n:, :n][ends] @ shapes for part in self.matrices], s) / (s[:, None, None] - poles)
+    def _held_by_solving(self, s, ends):
+        """`held_by_modes` by a system of equations for each s."""
+        n = len(self.omega)
+        return self._solved(s, _quadratic([part[n:, :n][ends] for part in self.matrices], s))
 
     def _solved(self, s, force):
         """Forces, shape (m, e, n), times the inverse of the block of the modes, by a system of equations for each s."""
@@ -304,21 +304,35 @@ class UnevenDamping:
         """
         if not len(self.omega):
             return None
-        n, slowness = len(self.omega), np.diag(1 / self.omega)
-        _, damping, stiffness = (part[:n, :n] for part in self.matrices)
+        if self._near is not None and self._near.uneven_damping.pole_sum is not None:
+            return self._moved(self._near.uneven_damping)
+        n, every = len(self.omega), slice(None)
+        unit = np.outer(self.omega, self.omega)
+        _, damping, stiffness = (part[:n, :n] / unit for part in self.matrices)
         s = checked(self.omega)
         try:
             with np.errstate(all="ignore"):  # what is not finite is not trusted
-                give = np.linalg.inv(slowness @ stiffness @ slowness)
-                matrix = [[-give @ slowness @ damping @ slowness, -give @ slowness], [slowness, np.zeros((n, n))]]
+                give, slowness = np.linalg.inv(stiffness), np.diag(1 / self.omega)
+                matrix = [[-give @ damping, -give / self.omega], [slowness, np.zeros((n, n))]]
                 value, vectors = np.linalg.eig(np.block(matrix))
-                poles, shapes, inverse = 1 / value, vectors[:n] / self.omega[:, None], np.linalg.inv(vectors)[:, n:]
-                summed = (shapes / (s[:, None, None] - poles)) @ inverse
-                solved = self._solved(s, np.broadcast_to(np.eye(n), (len(s), n, n)))
+                found = 1 / value, vectors[:n] / self.omega[:, None], np.linalg.inv(vectors)[:, n:]
+                summed, solved = _held_by_poles(self.matrices, found, s, every), self._held_by_solving(s, every)
                 error = (np.abs(summed - solved).max(axis=(1, 2)) / np.abs(solved).max(axis=(1, 2))).max()
         except np.linalg.LinAlgError:
             return None
-        return (poles, shapes, inverse) if error <= TRUSTED else None
+        return found if error <= TRUSTED else None
+
+    def _moved(self, near):
+        """`pole_sum` from that of modes of other frequencies and rates of decay, the poles to first order.
+
+        The shapes are kept: of modes that nearly coincide both are taken to change by as much.
+        """
+        (poles, shapes, inverse), n = near.pole_sum, len(self.omega)
+        _, damping, stiffness = (
+            np.diagonal(own - other)[:n, None] for own, other in zip(self.matrices, near.matrices, strict=True)
+        )
+        moved = poles - (inverse.T * (stiffness + damping * poles) * shapes).sum(axis=0)
+        return moved, shapes, inverse * (poles / moved)[:, None]
 
     @property
     def poles(self):
@@ -330,6 +344,13 @@ class UnevenDamping:
 def checked(omega):
     """Places at which a sum over poles is held against solved systems, for modes at `omega`, shape (8,). [rad/s]"""
     return (0.03 + 1j) * np.geomspace(omega.min() / 10, np.median(omega), 8)
+
+
+def _held_by_poles(matrices, pole_sum, s, ends):
+    """`UnevenDamping.held_by_modes` by a sum over poles."""
+    (poles, shapes, inverse), n = pole_sum, len(pole_sum[1])
+    forces = _quadratic([part[n:, :n][ends] @ shapes for part in matrices], s)
+    return (forces / (s[:, None, None] - poles)) @ inverse
 
 
 def _quadratic(matrices, s):

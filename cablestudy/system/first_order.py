@@ -140,12 +140,12 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
         force[:, begin:size] += zeroth
         force[:, laws] += np.kron(first, c) + np.kron(second, c @ a)
         fixed[laws, laws], fixed[begin:, laws] = np.kron(each, a), np.kron(each, c)
+        first, second = (np.linalg.solve(motion.mass, part) for part in (first, second))
         for one, column, error, rate in zip(scaled, rates.T, moved, moving, strict=True):
             one[laws], one[begin:] = -np.outer(np.kron(column, b), error), -d * np.outer(column, error)
             one[m : 2 * m] = -np.outer((d * first + (c @ b) * second) @ column, error)
             one[m : 2 * m] -= d * np.outer(second @ column, rate)
     fixed[m : 2 * m] = np.linalg.solve(motion.mass, force)
-    scaled[:, m : 2 * m] = np.linalg.solve(motion.mass, scaled[:, m : 2 * m])
     return Equations(fixed, scaled, places, speeds, feedback, left)
 
 

@@ -20,7 +20,7 @@ Damping, any sum of:
 E, R and S are the elastic parts of the stiffness: of the modes, of modes against static shapes, of the static shapes.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -81,6 +81,9 @@ class Superelement:
         [sqrt(kg)]; None without point masses.
     air : ndarray, shape (n + 6, n + 6), or None
         Damping by the wind, of modes and ends. [1/s], [N s/m]
+    near : Superelement or None
+        Of the same modes and ends and nearly the same numbers: where viscous damping is uneven, the poles follow from
+        its poles to first order.
     """
 
     omega: np.ndarray
@@ -93,6 +96,7 @@ class Superelement:
     residual_damping: np.ndarray | float = 0.0
     carried: np.ndarray | None = None
     air: np.ndarray | None = None
+    near: "Superelement | None" = field(default=None, repr=False)
 
     @property
     def feedthrough(self):
@@ -336,7 +340,7 @@ class Superelement:
         if self.strain is not None:
             self._strain_damping.check()
         if self.uneven:
-            return self._uneven_damping.dynamic_stiffness(s, rows, columns)
+            return self.uneven_damping.dynamic_stiffness(s, rows, columns)
         if self.strain is not None:
             return self._strain_damping.dynamic_stiffness(s, rows, columns)
         inertial, left, right = s**2 + self.viscous * s, self.participation[:, rows], self.participation[:, columns]
@@ -355,14 +359,15 @@ class Superelement:
 
     def held_by_modes(self, s, ends):
         """See `UnevenDamping.held_by_modes`."""
-        return self._uneven_damping.held_by_modes(s, ends)
+        return self.uneven_damping.held_by_modes(s, ends)
 
     @cached_property
     def _strain_damping(self):
         return StrainDamping(self)
 
     @cached_property
-    def _uneven_damping(self):
+    def uneven_damping(self):
+        """`UnevenDamping`."""
         return UnevenDamping(self)
 
     @property
@@ -387,7 +392,7 @@ class Superelement:
     def poles(self):
         """Poles with fixed ends: upper half plane and real axis. [rad/s]"""
         if self.uneven and len(self.omega):
-            return self._uneven_damping.poles
+            return self.uneven_damping.poles
         if self.strain is not None and len(self.omega):
             return self._strain_damping.poles
         return damped_poles(self.omega, self.damping_ratio + self.viscous / (2 * self.omega))

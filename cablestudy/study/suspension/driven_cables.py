@@ -57,8 +57,8 @@ class DrivenCables:
         With control, and stable without.
     gain : float
         [rad/s]
-    before : DrivenCables, optional
-        Of another gain.
+    others : sequence of DrivenCables
+        Of other gains of this loop: what is equal is shared.
 
     Attributes
     ----------
@@ -69,6 +69,8 @@ class DrivenCables:
         Without control: those of the model, and about where those of the modes are that the gain could drive. [rad/s]
     gains : StableGains
         The largest gain among them, right if it is at most `gain`.
+    tried : list of (Models, LoopGain or callable, ndarray, StableGains)
+        These four, the last ones after those with which waves across the cables were resolved less far.
 
     Raises
     ------
@@ -76,20 +78,14 @@ class DrivenCables:
         They are too many.
     """
 
-    def __init__(self, movement, gain, before=None):
+    def __init__(self, movement, gain, others=()):
         self._movement, self._gain, self._effects = movement, gain, Effects(movement)
         self._base, self._elements = movement.modes.solution, movement.linear.model is not None
         resolved_to = self._base.omega[-1]
+        others, self.tried = [one for other in others for one in other.tried], []
         for _ in range(TRIALS):
-            self.models = self._models(resolved_to)
-            same = before is not None and before.models is self.models
-            self.loop_gain = before.loop_gain if same else self._loop_gain()
-            poles = self._poles()
-            if same and np.array_equal(poles, before.poles):
-                self.gains = before.gains
-            else:
-                self.gains = StableGains(self.loop_gain, poles, movement.notches, movement.given_loop.law)
-            self.poles = poles
+            self._resolve(self._models(resolved_to), [*others, *self.tried])
+            self.tried.append((self.models, self.loop_gain, self.poles, self.gains))
             limit = self.gains.limit
             self.resolved = limit is None or self._elements or limit.omega <= resolved_to
             if self.resolved or resolved_to == self._farthest:
@@ -184,6 +180,18 @@ class DrivenCables:
                 poles.append((moved.real[:, None] + 1j * (alone[:, None] + shift)).ravel())
         return np.concatenate(poles)
 
+    def _resolve(self, models, others):
+        """Take models, and what follows from them; of `others`, see `tried`, what is equal is shared."""
+        others = [one for one in others if one[0].equal(models)]
+        self.models = others[0][0] if others else models
+        self.loop_gain = others[0][1] if others else self._loop_gain()
+        self.poles = self._poles()
+        for *_, poles, gains in others:
+            if np.array_equal(poles, self.poles):
+                self.gains = gains
+                return
+        self.gains = StableGains(self.loop_gain, self.poles, self._movement.notches, self._movement.given_loop.law)
+
     def with_critical_modes(self, linear, gain):
         """A `LinearMotion` with the modes above its own that would grow first, where a gain [rad/s] is nearly that."""
         limit, base = self.gains.limit, self._base
@@ -225,7 +233,7 @@ class DrivenCables:
                 replace(one, damping_ratio=np.where(own, one.damping_ratio, 0.0)) if one.strain is None else one
                 for one, own in zip(elements, lower, strict=True)
             ])  # fmt: skip
-        return [replace(self.loop_gain, elements=elements) for elements in found]
+        return [replace(self.loop_gain, elements=elements, near=self.loop_gain) for elements in found]
 
     @cached_property
     def errors(self):

@@ -11,6 +11,7 @@ from cablestudy.study.columns import relative
 from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.movement import Movement
 from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
+from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.wind.peak import peak_factor
 
 COUNTS = (64, 100, 160)  # modes of the models that are tried
@@ -87,7 +88,7 @@ class InWind:
             movement = self.movement_of(count)
             movement.check_stable()
             response = Response(movement, self.scene) if self._drag is not None else None
-            if response is None or len(movement.modes) < count or response.moving_error <= 2 * self._accuracy:
+            if response is None or len(movement.modes) < count or not response.errs_more_than(2 * self._accuracy):
                 break
         if movement.loop is not None and movement.with_critical_modes is not movement:
             movement = movement.with_critical_modes
@@ -233,7 +234,7 @@ class InWind:
         Not a number for an exact choice of elements, whose own error is not known.
         """
         response, state = (self._open.response, OPEN) if open_loop else (self.response, CLOSED)
-        found = response.variances
+        found = response.variances if variance in OWN else response.seen
         names = [name for name in names if name in found.rows]
         response.check_damped(names, state)
         rows = [found.rows[name] for name in names]

@@ -12,6 +12,7 @@ from cablestudy.control.motion import Actuator, basis, motion
 from cablestudy.control.pose_state_space import ExactResponse, by_forces, winch_speeds
 from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, second_order
 from cablestudy.scene.actuator_tables import ReactionWheel
+from cablestudy.study.suspension.turbulence import Turbulence
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.residues import beside, residues
@@ -265,14 +266,9 @@ class LinearMotion:
         return found
 
     @cached_property
-    def residues(self):
-        """`residues_of` it."""
-        return self.residues_of(self.motion)
-
-    @cached_property
-    def fewer_residues(self):
-        """The same in the space `fewer`."""
-        return self.residues_of(self.fewer_motion, space=self.fewer)
+    def at_rest(self):
+        """`Turbulence` with the winches at rest."""
+        return Turbulence(self)
 
     @cached_property
     def gusts(self):

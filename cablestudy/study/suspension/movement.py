@@ -13,11 +13,15 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.loops import law_from
 from cablestudy.study.suspension.driven_cables import DrivenCables
+from cablestudy.study.suspension.driven_waves import Effects
+from cablestudy.study.suspension.turbulence import Turbulence
 
 TURN = 2 * np.pi
 LITTLE = 1e-6  # gain over the lowest frequency, of a loop whose gain follows from a margin
 UNLIMITED = 1e3  # gain up to which a loop that seems to have no limit is examined, over its lowest frequency
 TRIALS = 4  # of the gain that decides which modes of cables are looked at
+SAFETY = 3.0  # of the first one, over the largest gain to first order,
+FEW_WAVES = 40  # where that could drive at most so many half-waves along a cable: more cost more than a second trial
 
 
 class Movement:
@@ -51,32 +55,10 @@ class Movement:
         return self.linear.outputs
 
     @cached_property
-    def fewer_loop(self):
-        """The `PoseLoop` in the space `LinearMotion.fewer`, or None."""
-        linear = self.linear
-        return self.loop and replace(self.loop.within(linear.fewer), motion=linear.fewer_motion)
-
-    @cached_property
-    def residues(self):
-        """`LinearMotion.residues` with the loop, where it does something, and with the winches at rest: list."""
-        open_, loop = self.linear.residues, self.loop
-        return [self.linear.residues_of(self.motion, loop), open_] if loop and loop.gain else [open_]
-
-    @cached_property
-    def fewer_residues(self):
-        """The same in the space `LinearMotion.fewer`."""
-        linear, loop = self.linear, self.fewer_loop
-        open_ = linear.fewer_residues
-        return [linear.residues_of(loop.motion, loop, linear.fewer), open_] if loop and loop.gain else [open_]
-
-    @property
-    def winch_residues(self):
-        """`Residues` of the speeds of the winches, and those in the space `LinearMotion.fewer`."""
-        linear, fewer = self.linear, self.fewer_loop
-        return (
-            linear.residues_of(self.motion, self.loop, speeds=True),
-            linear.residues_of(fewer.motion, fewer, linear.fewer, speeds=True),
-        )
+    def turbulence(self):
+        """`Turbulence` with the loop, where it does something, and with the winches at rest: list."""
+        closed = [Turbulence(self.linear, self.loop)] if self.loop and self.loop.gain else []
+        return [*closed, self.linear.at_rest]
 
     # --------------------------------------------------------------------------------------------------- loop
 
@@ -223,26 +205,39 @@ class Movement:
         NoSolutionError
             The loop is unstable without gain, or could drive too many modes.
         """
-        loops, gain, found, tried = self.linear.loops, self.given_loop.gain, None, []
         control = repr((self.scene.control.model_copy(update={"gain": None}), self.given_loop.law))
+        known = self.linear.loops.setdefault(control, {})  # by powers of two
         self.check_open()
+        gain = self.given_loop.gain or LITTLE
+        near = max(gain, SAFETY * (self.given_loop.limit_by_modes or 0.0))
+        effects = Effects(self)
+        if (effects.driven_up_to(near) * effects.travel_time).max(initial=0.0) <= np.pi * FEW_WAVES:
+            try:
+                self._driven_by(near, known)
+                gain = near
+            except NoSolutionError:  # too many cables: that gain may be far above the largest one
+                pass
+        tried, found = [], None
         for _ in range(TRIALS):
-            tried.append((ceil(log2(gain or LITTLE)), control))
-            if tried[-1] in loops:
-                found = loops[tried[-1]]
-                break
-            most = 2.0 ** tried[-1][0]
-            before = found if found and found.models is self.modes.solution.models else None
-            found = None  # its models may be large
-            found = DrivenCables(self, most, before)
+            if tried and found.models is not self.modes.solution.models:
+                known.pop(tried[-1])  # its models may be large
+                found = None
+            tried.append(ceil(log2(gain)))
+            found = self._driven_by(gain, known)
             limit = found.gains.limit
-            gain = limit.factor if limit else UNLIMITED * self.modes.solution.omega[0]
-            if gain <= most:
+            more = limit.factor if limit else UNLIMITED * self.modes.solution.omega[0]
+            if more <= 2.0 ** tried[-1]:
+                known.update(dict.fromkeys(tried, found))
                 break
-        else:
-            tried = tried[:1]  # another loop may try as many gains from the next one on
-        loops.update(dict.fromkeys(tried, found))
+            gain = more
         return found
+
+    def _driven_by(self, gain, known):
+        """`DrivenCables` of a gain [rad/s], to the next power of two; of `known` ones by these powers, to be filled."""
+        power = ceil(log2(gain))
+        if power not in known:
+            known[power] = DrivenCables(self, 2.0**power, list(known.values()))
+        return known[power]
 
     @property
     def gains(self):

@@ -5,25 +5,21 @@ forces by all places together, its spectrum is Y S Y^H. Its integral follows fro
 loop closed and with the winches at rest.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from cablestudy.control.pose_state_space import by_forces
 from cablestudy.errors import NoSolutionError
+from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.wind.imaging import seen_weights
-from cablestudy.wind.integrals import ALONG_CABLES, UNDAMPED, Integrals
-from cablestudy.wind.variance import smooth_on, with_turns
 
-TURN = 2 * np.pi
-LOWEST, HIGHEST = 1e-4, 1e3  # range over the slowest and fastest of wind, loop and lowest mode
 ACCURACY = 1e-4  # where the scene has a fixed model
 INTERPOLATED = 6e-6  # error of a variance by the covariances between known ones, see `wind.gusts`
 TENSION = 6.0  # what modes left out add to a tension over what the highest ones add: with fewer of them it falls slowly
 ABOVE = 1e-3  # of the variance of a tension: by waves along the cables, far above the modes of the model
 ROUNDING = 1e-16  # of the energy of an output over the largest of all: what is less is shown as zero
-DELAYED = 4.0  # largest relative error of a variance by a pole that lacks the right delay, over the loop gain there
 AT_ONCE = 500_000  # entries of the responses that are computed at once
 CLOSED, OPEN = 0, 1
 
@@ -72,8 +68,12 @@ class Response:
     @property
     def loop(self):
         """The `PoseLoop` where it does something, else None."""
-        loop = self.movement.loop
-        return loop if loop is not None and loop.gain else None
+        return self._states[0].loop
+
+    @property
+    def _states(self):
+        """`Turbulence` with the loop, where it does something, and with the winches at rest: list."""
+        return self.movement.turbulence
 
     # ------------------------------------------------------------------------------------------------ frequencies
 
@@ -85,7 +85,7 @@ class Response:
         frequency : ndarray, shape (f,)
             [Hz]
         """
-        found = [one.response(2j * np.pi * frequency) for one in self.movement.residues]
+        found = [one.residues.response(2j * np.pi * frequency) for one in self._states]
         return np.swapaxes(np.stack(found), -1, -2)
 
     def spectra(self, frequency):
@@ -99,39 +99,9 @@ class Response:
     # -------------------------------------------------------------------------------------------------- integrals
 
     @cached_property
-    def range(self):
-        """Lowest and highest frequency of the integrals. [Hz]"""
-        movement = self.movement
-        wind, lowest = movement.scene.wind, movement.modes.frequency[0]
-        corner = wind.speed / wind.length_scale
-        slow = [corner, lowest] + ([] if self.loop is None else [self.loop.gain / TURN])
-        return LOWEST * min(slow), HIGHEST * max(corner, lowest)
-
-    @cached_property
-    def _integrals(self):
-        """`Integrals` of values, rates and what a telescope sees."""
-        scene, gusts = self.scene, self.movement.gusts
-        weights = {"value": np.ones_like, "rate": lambda f: (TURN * f) ** 2}
-        weights |= seen_weights(scene.exposure, scene.correction)
-        edges = with_turns(gusts.edges(*self.range), self.loop.law.delay if self.loop else 0.0)
-        least = ALONG_CABLES if gusts.strips else UNDAMPED
-        return Integrals.on(smooth_on(edges, weights.values()), gusts, weights, least)
-
-    @cached_property
-    def _late_error(self):
-        """Error of the variances with the loop by poles that lack the right delay, shape (w, o)."""
-        loop, integrals = self.loop, self._integrals
-        if loop is None or not loop.law.delay:
-            return 0.0
-        late = TURN * integrals.panels.frequency > loop.right_up_to
-        late = replace(integrals, weights={name: weight * late for name, weight in integrals.weights.items()})
-        return DELAYED * loop.gain_beyond * late.variances(self.movement.residues[1])
-
-    @cached_property
     def _undamped(self):
-        """`Integrals.undamped` of the outputs, with the loop and with the winches at rest, shape (2, o)."""
-        states = zip(self.movement.residues, self._variances[0][0], strict=True)
-        found = [self._integrals.undamped(residues, value, self.stiffness) for residues, value in states]
+        """`Turbulence.undamped` with the loop and with the winches at rest, shape (2, o)."""
+        found = [state.undamped(self.stiffness) for state in self._states]
         return np.broadcast_to(found, (2, len(self.names)))
 
     def check_damped(self, names, state):
@@ -147,53 +117,60 @@ class Response:
         ------
         NoSolutionError
         """
-        worst = self._undamped[state, [self.names.index(name) for name in names]]
-        if worst.any():
-            raise self._not_finite(worst[np.argmax(worst != 0)])
+        self._refuse(self._undamped[state, [self.names.index(name) for name in names]])
 
-    def _not_finite(self, pole):
-        """The error of a pole that nothing damps: NoSolutionError."""
+    def _refuse(self, undamped):
+        """Refuse a pole that nothing damps among some, 0 where there is none."""
+        if not undamped.any():
+            return
+        pole = undamped[np.argmax(undamped != 0)]
         moved = self.movement.mode_name(int(np.argmin(np.abs(self.movement.motion.unit - np.abs(pole)))))
-        return NoSolutionError(
-            f"undamped: {moved} has a damping ratio below {self._integrals.least:g}, so that its RMS in the wind is "
-            f"not finite (cable.damping)"
+        raise NoSolutionError(
+            f"undamped: {moved} has a damping ratio below {self._states[CLOSED].least:g}, so that its RMS in the wind "
+            f"is not finite (cable.damping)"
         )
 
-    @cached_property
+    @property
     def moving_error(self):
         """Largest relative error by the modes left out of the variances of displacement and velocity of bodies. [-]"""
+        return max(self._moving_error(state) for state in self._states)
+
+    def errs_more_than(self, allowed):
+        """Whether that is more than a value; the winches at rest, which cost less, are looked at first."""
+        return not all(self._moving_error(state) <= allowed for state in reversed(self._states))
+
+    def _moving_error(self, state):
+        """`moving_error` of one `Turbulence`."""
         places = [row for row, name in enumerate(self.names) if name.endswith((".x", ".y", ".z"))]
-        whole, added = (part[:2, :, places] for part in self._variances)
-        groups = np.array(_groups(self.names))[places]
-        found = [0.0]
+        groups, found = np.array(_groups(self.names))[places], [0.0]
+        whole, added, _ = state.variances
         for group in set(groups.tolist()):
-            own = groups == group
-            part, total = added[..., own].sum(axis=-1), whole[..., own].sum(axis=-1)
+            own = np.array(places)[groups == group]
+            part, total = added[:, own].sum(axis=-1), whole[:, own].sum(axis=-1)
             found += (part[total > 0] / total[total > 0]).tolist()
         return max(found)
 
     @cached_property
-    def _variances(self):
-        """Variances of all outputs, and what the highest modes add to them, both of shape (w, 2, o) or (w, 1, o)."""
-        whole, fewer = (
-            np.stack([self._integrals.variances(one) for one in residues], axis=1)
-            for residues in (self.movement.residues, self.movement.fewer_residues)
-        )
-        return whole, np.abs(whole - fewer)
+    def variances(self):
+        """`Variances` of all outputs and their rates, without what nothing damps: see `check_damped`."""
+        return self._described(list(OWN), [state.variances for state in self._states])
 
     @cached_property
-    def variances(self):
-        """`Variances` of all outputs, without what nothing damps: see `check_damped`."""
-        value, added = self._variances
+    def seen(self):
+        """`Variances` of what a telescope sees of all outputs, see `seen_weights`."""
+        weights = seen_weights(self.scene.exposure, self.scene.correction)
+        return self._described(list(weights), [state.seen(weights) for state in self._states])
+
+    def _described(self, names, found):
+        """`Variances` from those that each `Turbulence` has found, for the names of their weights."""
+        value, added, late = (np.stack(np.broadcast_arrays(*parts), axis=1) for parts in zip(*found, strict=True))
         if not np.isfinite(value).all():
             raise NoSolutionError("a variance of the motion in the wind is not a number")
         energy = value * self.stiffness
         value = np.where(energy > ROUNDING * energy.max(axis=-1, keepdims=True), value, 0.0)
         tension = np.array([".tension_" in name for name in self.names])
         added = np.where(tension, _of_tensions(value, added, tension), added)
-        error = added + INTERPOLATED * value
-        error[:, CLOSED] += self._late_error
-        names, both_states = list(self._integrals.weights), (2, len(self.names))
+        error, both_states = added + INTERPOLATED * value + late, (2, len(self.names))
         values, errors = (
             {name: np.broadcast_to(part, both_states) for name, part in zip(names, parts, strict=True)}
             for parts in (value, error)
@@ -209,12 +186,9 @@ class Response:
         NoSolutionError
             A resonance that nothing damps moves a winch.
         """
-        integrals, names = self._integrals, ("value", "rate")
-        whole, fewer = (integrals.variances(one, names) for one in self.movement.winch_residues)
-        worst = integrals.undamped(self.movement.winch_residues[0], whole[0], np.ones(whole.shape[1]))
-        if worst.any():
-            raise self._not_finite(worst[np.argmax(worst != 0)])
-        return whole, np.abs(whole - fewer) + INTERPOLATED * whole
+        whole, added, undamped = self._states[CLOSED].winch_speeds
+        self._refuse(undamped)
+        return whole, added + INTERPOLATED * whole
 
     @cached_property
     def stiffness(self):

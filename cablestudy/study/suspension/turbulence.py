@@ -1,0 +1,108 @@
+"""Variances of what turbulence moves, with the loop of the winches closed or with the winches at rest.
+
+Those of displacements, rates and tensions are the same for all exposures and mirrors, and with the winches at rest for
+all loops. What the highest modes add to them is the change to a model with fewer modes, `LinearMotion.fewer`.
+"""
+
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.wind.integrals import ALONG_CABLES, UNDAMPED, Integrals
+from cablestudy.wind.variance import smooth_on, with_turns
+
+TURN = 2 * np.pi
+LOWEST, HIGHEST = 2e-5, 1e3  # range over the slowest and fastest of wind, loop and lowest mode
+DELAYED = 4.0  # largest relative error of a variance by a pole that lacks the right delay, over the loop gain there
+OWN = {"value": np.ones_like, "rate": lambda frequency: (TURN * frequency) ** 2}  # weights of displacements and rates
+
+
+class Turbulence:
+    """One motion in turbulence.
+
+    Parameters
+    ----------
+    linear : LinearMotion
+    loop : PoseLoop, optional
+        Of this motion, with a gain.
+    """
+
+    def __init__(self, linear, loop=None):
+        self.linear, self.loop = linear, loop
+
+    @cached_property
+    def residues(self):
+        """`LinearMotion.residues_of` it."""
+        return self.linear.residues_of(self.linear.motion, self.loop)
+
+    @cached_property
+    def _with_fewer_modes(self):
+        """The motion with fewer modes, and its loop."""
+        linear, loop = self.linear, self.loop
+        return linear.fewer_motion, loop and replace(loop.within(linear.fewer), motion=linear.fewer_motion)
+
+    @cached_property
+    def range(self):
+        """Lowest and highest frequency of the integrals. [Hz]"""
+        wind, lowest = self.linear.scene.wind, self.linear.modes.frequency[0]
+        corner = wind.speed / wind.length_scale
+        slow = [corner, lowest] + ([] if self.loop is None else [self.loop.gain / TURN])
+        return LOWEST * min(slow), HIGHEST * max(corner, lowest)
+
+    @cached_property
+    def _coarse(self):
+        """`residues` with fewer modes."""
+        return self.linear.residues_of(*self._with_fewer_modes, self.linear.fewer)
+
+    def _integrals_of(self, weights):
+        """`Integrals` with weights that are functions of frequency [Hz], by their names."""
+        gusts = self.linear.gusts
+        edges = with_turns(gusts.edges(*self.range), self.loop.law.delay if self.loop else 0.0)
+        return Integrals.on(smooth_on(edges, weights.values()), gusts, weights, self.least)
+
+    @property
+    def least(self):
+        """Damping ratio up to which a motion counts as not damped. [-]"""
+        return ALONG_CABLES if self.linear.gusts.strips else UNDAMPED
+
+    @cached_property
+    def _integrals(self):
+        return self._integrals_of(OWN)
+
+    @cached_property
+    def variances(self):
+        """Of the outputs and of their rates; see `_found`."""
+        return self._found(self._integrals)
+
+    def seen(self, weights):
+        """Variances of the outputs with weights that are functions of frequency [Hz], by their names; see `_found`."""
+        return self._found(self._integrals_of(weights))
+
+    def _found(self, integrals):
+        """Variances, what the highest modes add to them, and their error by a delay, all of shape (w, o)."""
+        whole, coarse = (integrals.variances(one) for one in (self.residues, self._coarse))
+        return whole, np.abs(whole - coarse), self._late_error(integrals)
+
+    def _late_error(self, integrals):
+        """Error of the variances by poles that lack the right delay, shape (w, o) or 0."""
+        if self.loop is None or not self.loop.law.delay:
+            return np.zeros((len(integrals.weights), 1))
+        late = TURN * integrals.panels.frequency > self.loop.right_up_to
+        late = replace(integrals, weights={name: weight * late for name, weight in integrals.weights.items()})
+        return DELAYED * self.loop.gain_beyond * late.variances(self.linear.at_rest.residues)
+
+    @cached_property
+    def winch_speeds(self):
+        """Variances of speed and acceleration of each winch, what the highest modes add, both of shape (2, i).
+
+        And of each winch the pole that nothing damps, see `Integrals.undamped`.
+        """
+        models = (self.linear.motion, self.loop), (*self._with_fewer_modes, self.linear.fewer)
+        found, fewer = (self.linear.residues_of(*one, speeds=True) for one in models)
+        whole, coarse = (self._integrals.variances(one) for one in (found, fewer))
+        return whole, np.abs(whole - coarse), self._integrals.undamped(found, whole[0], np.ones(whole.shape[1]))
+
+    def undamped(self, stiffness):
+        """See `Integrals.undamped`, of the displacements."""
+        return self._integrals.undamped(self.residues, self.variances[0][0], stiffness)
