@@ -9,7 +9,7 @@ import numpy as np
 from cablestudy.control.plant import Notch
 from cablestudy.control.pose_loop import PoseLoop, allocate, growing, moved_by_winches
 from cablestudy.control.stability import BEYOND, undamped
-from cablestudy.errors import NoSolutionError
+from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.loops import law_from
 from cablestudy.study.suspension.driven_cables import DrivenCables
@@ -215,7 +215,7 @@ class Movement:
             try:
                 self._driven_by(near, known)
                 gain = near
-            except NoSolutionError:  # too many cables: that gain may be far above the largest one
+            except (NoSolutionError, ConvergenceError):  # that gain may be far above the largest one
                 pass
         tried, found = [], None
         for _ in range(TRIALS):
