@@ -92,8 +92,8 @@ class Plant:
         as far as the gain could drive them, and the frequency up to which they are [rad/s]. Without it all modes of
         `cable` count.
     known : dict
-        Verdicts by gain; "limit": `LargestGain`, None, or the error that says why there is none; "guess": about that
-        gain. Models of the same plant at several levels of refinement share it: cables of their own decide on it.
+        Verdicts by gain; "limit": `LargestGain`, None, or the error that says why there is none. Models of the same
+        plant at several levels of refinement share it: cables of their own decide on it.
     damping : float
         Viscous, on the gondola. [N s/m]
     law : Law
@@ -155,7 +155,6 @@ class Plant:
         if gain not in self.known:
             found = loop_up_to(self, gain)
             self.known[gain] = found.unstable(found.gain) == 0
-            self.known["guess"] = found.gains.least_crossing
         return self.known[gain]
 
     def controller(self, s):

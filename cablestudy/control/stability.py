@@ -309,7 +309,7 @@ def _resolved(plant, low, gain):
 
 def _first_guess(plant):
     """A gain a little above the least crossing of the imaginary axis, with the modes that hardly any gain needs."""
-    least = plant.known.get("guess") or _resolved(plant, 0.0, 1e-3 * plant.main).gains.least_crossing or plant.main
+    least = _resolved(plant, 0.0, 1e-3 * plant.main).gains.least_crossing or plant.main
     return float(np.clip(1.2 * least, 1e-3 * plant.main, 1e3 * plant.main))
 
 
