@@ -69,8 +69,6 @@ class DrivenCables:
         Without control: those of the model, and about where those of the modes are that the gain could drive. [rad/s]
     gains : StableGains
         The largest gain among them, right if it is at most `gain`.
-    tried : list of (Models, LoopGain or callable, ndarray, StableGains)
-        These four, the last ones after those with which waves across the cables were resolved less far.
 
     Raises
     ------
@@ -82,15 +80,19 @@ class DrivenCables:
         self._movement, self._gain, self._effects = movement, gain, Effects(movement)
         self._base, self._elements = movement.modes.solution, movement.linear.model is not None
         resolved_to = self._base.omega[-1]
-        others, self.tried = [one for other in others for one in other.tried], []
+        others = [other.found for other in others]
         for _ in range(TRIALS):
-            self._resolve(self._models(resolved_to), [*others, *self.tried])
-            self.tried.append((self.models, self.loop_gain, self.poles, self.gains))
+            self._resolve(self._models(resolved_to), others)
             limit = self.gains.limit
             self.resolved = limit is None or self._elements or limit.omega <= resolved_to
             if self.resolved or resolved_to == self._farthest:
                 break
             resolved_to = min(BEYOND * limit.omega, self._farthest)
+
+    @property
+    def found(self):
+        """Models, loop gain, poles and gains."""
+        return self.models, self.loop_gain, self.poles, self.gains
 
     @property
     def _spoilt(self):
@@ -181,7 +183,7 @@ class DrivenCables:
         return np.concatenate(poles)
 
     def _resolve(self, models, others):
-        """Take models, and what follows from them; of `others`, see `tried`, what is equal is shared."""
+        """Take models, and what follows from them; of others, see `found`, what is equal is shared."""
         others = [one for one in others if one[0].equal(models)]
         self.models = others[0][0] if others else models
         self.loop_gain = others[0][1] if others else self._loop_gain()

@@ -142,7 +142,7 @@ class LinearMotion:
     driven : int
         How many of the modes, the last ones, are there because the loop would drive them first.
     loops : dict, optional
-        `DrivenCables` by gain and control, which models with other numbers of modes share: it is filled.
+        `DrivenCables` and first gains by control, which models with other numbers of modes share: it is filled.
     """
 
     def __init__(self, scene, equilibrium, drag, modes, accuracy=1e-4, model=None, driven=0, loops=None):

@@ -206,17 +206,13 @@ class Movement:
             The loop is unstable without gain, or could drive too many modes.
         """
         control = repr((self.scene.control.model_copy(update={"gain": None}), self.given_loop.law))
-        known = self.linear.loops.setdefault(control, {})  # by powers of two
+        # by powers of two; and gain -> the first one that is tried, which models with other numbers of modes share
+        known, begins = self.linear.loops.setdefault(control, ({}, {}))
         self.check_open()
         gain = self.given_loop.gain or LITTLE
-        near = max(gain, SAFETY * (self.given_loop.limit_by_modes or 0.0))
-        effects = Effects(self)
-        if (effects.driven_up_to(near) * effects.travel_time).max(initial=0.0) <= np.pi * FEW_WAVES:
-            try:
-                self._driven_by(near, known)
-                gain = near
-            except (NoSolutionError, ConvergenceError):  # that gain may be far above the largest one
-                pass
+        if gain not in begins:
+            begins[gain] = self._first_gain(gain, known)
+        gain = begins[gain]
         tried, found = [], None
         for _ in range(TRIALS):
             if tried and found.models is not self.modes.solution.models:
@@ -231,6 +227,17 @@ class Movement:
                 break
             gain = more
         return found
+
+    def _first_gain(self, gain, known):
+        """A gain near the largest one, if it is above one [rad/s] and few waves follow from it, else that one."""
+        near, effects = max(gain, SAFETY * (self.given_loop.limit_by_modes or 0.0)), Effects(self)
+        if (effects.driven_up_to(near) * effects.travel_time).max(initial=0.0) > np.pi * FEW_WAVES:
+            return gain
+        try:
+            self._driven_by(near, known)
+        except (NoSolutionError, ConvergenceError):  # that gain may be far above the largest one
+            return gain
+        return near
 
     def _driven_by(self, gain, known):
         """`DrivenCables` of a gain [rad/s], to the next power of two; of `known` ones by these powers, to be filled."""
