@@ -41,10 +41,8 @@ class CableWind:
             shapes[:, axes, 0] = system.end_shapes @ along[axes]
         shapes[..., 1:] = case.dynamics.modes(len(model.omega)).shapes[..., : len(model.omega)][..., observable]
         points = self._rod.points[0]
-        self._shapes, self._tangent = (
-            at_points(state.mesh, shapes, points),
-            tangents(state.mesh, state.direction, points),
-        )
+        self._shapes = at_points(state.mesh, shapes, points)
+        self._tangent = tangents(state.mesh, state.direction, points)
         self._blowing = blowing(span)
 
     def loads(self, direction):

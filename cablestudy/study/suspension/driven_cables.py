@@ -23,7 +23,7 @@ from cablestudy.control.motion import actuated
 from cablestudy.control.stability import too_many
 from cablestudy.control.suspension import load_off_ends
 from cablestudy.errors import ConvergenceError
-from cablestudy.study.suspension.driven_waves import ACROSS, Effects, dense
+from cablestudy.study.suspension.driven_waves import ACROSS, dense
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
 from cablestudy.system.linear import LinearSystem
@@ -77,10 +77,9 @@ class DrivenCables:
     """
 
     def __init__(self, movement, gain, others=()):
-        self._movement, self._gain, self._effects = movement, gain, Effects(movement)
+        self._movement, self._gain, self._effects = movement, gain, movement.effects
         self._base, self._elements = movement.modes.solution, movement.linear.model is not None
         resolved_to = self._base.omega[-1]
-        others = [other.found for other in others]
         for _ in range(TRIALS):
             self._resolve(self._models(resolved_to), others)
             limit = self.gains.limit
@@ -88,11 +87,6 @@ class DrivenCables:
             if self.resolved or resolved_to == self._farthest:
                 break
             resolved_to = min(BEYOND * limit.omega, self._farthest)
-
-    @property
-    def found(self):
-        """Models, loop gain, poles and gains."""
-        return self.models, self.loop_gain, self.poles, self.gains
 
     @property
     def _spoilt(self):
@@ -183,14 +177,14 @@ class DrivenCables:
         return np.concatenate(poles)
 
     def _resolve(self, models, others):
-        """Take models, and what follows from them; of others, see `found`, what is equal is shared."""
-        others = [one for one in others if one[0].equal(models)]
-        self.models = others[0][0] if others else models
-        self.loop_gain = others[0][1] if others else self._loop_gain()
+        """Take models, and what follows from them; of other `DrivenCables` what is equal is shared."""
+        others = [one for one in others if one.models.equal(models)]
+        self.models = others[0].models if others else models
+        self.loop_gain = others[0].loop_gain if others else self._loop_gain()
         self.poles = self._poles()
-        for *_, poles, gains in others:
-            if np.array_equal(poles, self.poles):
-                self.gains = gains
+        for one in others:
+            if np.array_equal(one.poles, self.poles):
+                self.gains = one.gains
                 return
         self.gains = StableGains(self.loop_gain, self.poles, self._movement.notches, self._movement.given_loop.law)
 

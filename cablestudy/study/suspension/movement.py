@@ -197,6 +197,11 @@ class Movement:
         return PoseLoop(self.motion, self.allocation, given, self.notches, law)
 
     @cached_property
+    def effects(self):
+        """`Effects` of the gain on the modes of single cables."""
+        return Effects(self)
+
+    @cached_property
     def driven(self):
         """`DrivenCables` of a gain above that of the loop and above the largest one; loops that differ in it share it.
 
@@ -230,8 +235,8 @@ class Movement:
 
     def _first_gain(self, gain, known):
         """A gain near the largest one, if it is above one [rad/s] and few waves follow from it, else that one."""
-        near, effects = max(gain, SAFETY * (self.given_loop.limit_by_modes or 0.0)), Effects(self)
-        if (effects.driven_up_to(near) * effects.travel_time).max(initial=0.0) > np.pi * FEW_WAVES:
+        near = max(gain, SAFETY * (self.given_loop.limit_by_modes or 0.0))
+        if (self.effects.driven_up_to(near) * self.effects.travel_time).max(initial=0.0) > np.pi * FEW_WAVES:
             return gain
         try:
             self._driven_by(near, known)
