@@ -25,16 +25,19 @@ LENGTHS, LOAD_UNITS = ("m", "m", "m", "rad", "rad", "rad"), ("N", "N", "N", "N m
 
 @dataclass(frozen=True)
 class Winch:
-    """A winch that reels in a cable.
+    """A winch that reels in a cable, or moves its end.
 
     Attributes
     ----------
     cable : int
     end : {FROM, TO}
+    direction : tuple of 3 float, optional
+        Along which it moves the end, global axes; without it it reels in the cable. [-]
     """
 
     cable: int
     end: int = FROM
+    direction: tuple | None = None
 
 
 @dataclass(frozen=True)
@@ -55,10 +58,13 @@ class Marker:
 
 
 def reeled(equilibrium, winches):
-    """H: displacements of the six ends of all cables per length that each winch reels in, shape (6 c, i). [-]"""
+    """H: displacements of the six ends of all cables per movement of each winch, shape (6 c, i). [-]"""
     direction, tension = outward(equilibrium)
     moved = np.zeros((len(direction), 2, 3, len(winches)))
     for place, winch in enumerate(winches):
+        if winch.direction is not None:
+            moved[winch.cable, winch.end, :, place] = winch.direction
+            continue
         stretch = 1 + tension[winch.cable, winch.end] / equilibrium.catenary.span.axial_stiffness[winch.cable]
         moved[winch.cable, winch.end, :, place] = stretch * direction[winch.cable, winch.end]
     return moved.reshape(6 * len(direction), len(winches))
@@ -69,6 +75,8 @@ def load_off_ends(equilibrium, winches):
     span = equilibrium.catenary.span
     lifted = np.zeros((len(span.chord), 2, 3, len(winches)))
     for place, winch in enumerate(winches):
+        if winch.direction is not None:
+            continue
         load = span.mass[winch.cable] * span.gravity[winch.cable]
         lifted[winch.cable, winch.end, :, place] = load * np.broadcast_to(span.vertical, (len(lifted), 3))[winch.cable]
     return lifted.reshape(6 * len(lifted), len(winches))

@@ -289,4 +289,6 @@ class Tensions(Table):
 class CableWinch(Table):
     """A winch that reels one of the cables."""
 
+    direction: ClassVar[tuple | None] = None  # along which it moves the end instead, global axes
+
     end: Literal["from", "to"] = Field("from", description="from (on the ground) or to (on board)")

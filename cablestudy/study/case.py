@@ -19,7 +19,7 @@ from cablestudy.wind.drag import body_damping, cable_damping
 
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
 RESPONSES = ("response", "cable_response", "response_in_air")
-RESPONSES = (*RESPONSES, *(f"open_{name}" for name in RESPONSES), "cable_motion", "winch_response")
+RESPONSES = (*RESPONSES, *(f"open_{name}" for name in RESPONSES), "cable_motion")
 OF_EXCITED = ("coupled", "end_inertia", "end_model_along_x", "loop")  # results computed from `Case.excited`
 # modes above GONDOLA_MODES times the gondola's frequency, or more for high accuracies, are not summed one by one; the
 # error falls with the sixth power of that number n, as (OMITTED/n)^6, measured on random scenes
@@ -324,6 +324,51 @@ class Case:
         """The same with only the motion that moving the ends along x excites."""
         return self.model.end_model(self.excited.planes, self.scene.cable.damping)
 
+    @shared("damping_key", "body_key", "air_key")
+    def linear_models(self):
+        """Linear models about the equilibrium, by what they are of: what cases share that differ in the loop alone."""
+        return {}
+
+    @cached_property
+    def in_wind(self):
+        """The gondola with its winch loop, and in the wind: `InWind`.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            There is no equilibrium.
+        """
+        from cablestudy.study.one_cable_system import in_wind_of
+
+        return in_wind_of(self)
+
+    @cached_property
+    def in_wind_that_damps(self):
+        """The same in a wind that damps the cable too."""
+        from cablestudy.study.one_cable_system import in_wind_of
+
+        return in_wind_of(self, self.cable_air_damping) if self.cable_air_damping else self.in_wind
+
+    @property
+    def moves_in_wind(self):
+        """Whether the motion of the gondola was computed."""
+        return "in_wind" in self.__dict__ and self.in_wind.solved
+
+    @property
+    def system_size(self):
+        """Coordinates of the linear system of gondola and cable; 0 where none was made. [-]"""
+        return len(self.in_wind.described.motion) if self.moves_in_wind else 0
+
+    @property
+    def body_key(self):
+        """What is known of the gondola."""
+        return frozen(self.scene.gondola)
+
+    @property
+    def air_key(self):
+        """The wind."""
+        return frozen(self.scene.wind)
+
     @cached_property
     def notch_key(self):
         """What of the winch does not depend on the gain."""
@@ -348,12 +393,15 @@ class Case:
             return 0.0
         return body_damping(wind, gondola.area, gondola.drag_coefficient)
 
-    @cached_property
+    @property
+    def cable_air_damping(self):
+        """Viscous damping of the cable by the air, per length; 0 where its diameter is not known. [N s/m^2]"""
+        return 0.0 if self.scene.wind_diameter is None else cable_damping(self.scene.wind, self.scene.wind_diameter)
+
+    @property
     def cable_air_rate(self):
-        """Viscous damping of the cable by the air, per mass; 0 where its diameter is not known. [1/s]"""
-        if self.scene.wind_diameter is None:
-            return 0.0
-        return cable_damping(self.scene.wind, self.scene.wind_diameter) / float(self.span.mass)
+        """The same per mass. [1/s]"""
+        return self.cable_air_damping / float(self.span.mass)
 
     @shared("damping_key", "mass_key", "notch_key", "gondola_air_damping")
     def plant(self):
@@ -451,16 +499,6 @@ class Case:
             return self.response  # which holds both, from one integration
         return windrms.response_of(self, self.loop_at_rest)
 
-    @cached_property
-    def winch_response(self):
-        """The same as `response`, with velocity and acceleration of the winch among what is `imaged`."""
-        return windrms.winch_response_of(self, self.loop)
-
-    @cached_property
-    def winch_speed(self):
-        """Of the winch in the wind on the gondola: RMS, and the largest expected within the wind's duration. [m/s]"""
-        return windrms.winch_speed_of(self.winch_response, self.scene.wind)
-
     def check_winch_speed(self):
         """Refuse numbers of the loop in the wind that its winch is too slow for.
 
@@ -469,9 +507,9 @@ class Case:
         NoSolutionError
         """
         winch = self.scene.winch
-        if winch is None or winch.controller is None or winch.max_speed is None or not self.loop.gain:
+        if winch is None or winch.controller is None or winch.max_speed is None:
             return
-        peak = self.winch_speed[1]
+        peak = self.in_wind.winch_speeds[1]
         if peak > winch.max_speed:
             raise NoSolutionError(
                 f"the winch would reach {1e3 * peak:.4g} mm/s in the wind, above its max_speed of "

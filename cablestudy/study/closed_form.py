@@ -11,6 +11,7 @@ from cablestudy.study.status import OK, OVER_STRENGTH, status_of
 
 CLOSED = ("scene", "statics", "stiffness")
 DISCRETE = ("modes", "gondola", "loop", "wind")
+SYSTEM = ("loop", "wind")  # of gondola and cable as one linear system, which states its own errors
 MOTION = (*DISCRETE, "cable wind")
 
 
@@ -19,9 +20,10 @@ class ColumnRequirements:
 
     Attributes
     ----------
-    physical, closed, single, motion, modes : list of Column
+    physical, closed, single, system, motion, modes : list of Column
         All but those that describe the computation; of these the closed forms of many cases at once, the closed forms
-        computed case by case, those that need the cable's motion, and of these the frequencies of modes.
+        computed case by case, those of gondola and cable as one system, those that need the cable's own motion, and of
+        these the frequencies of modes.
     """
 
     def __init__(self, columns):
@@ -29,14 +31,15 @@ class ColumnRequirements:
         closed = _needing(self.physical, *CLOSED)
         self.closed = [column for column in closed if not column.each]
         self.single = [column for column in closed if column.each]
-        self.motion = _needing(self.physical, *MOTION)
+        self.system = _needing(self.physical, *SYSTEM)
+        self.motion = [column for column in _needing(self.physical, *MOTION) if column not in self.system]
         self.modes = [column for column in self.motion if column.mode]
         # headers of the physical ones that need more than the scene; whether there are none
         self.of_equilibrium = [column.header for column in self.physical if column.needs != "scene"]
         self.scene_only = not self.of_equilibrium
         # whether the motion is that of the gondola too; whether damping matters
-        self.gondola = bool(_needing(self.motion, "gondola", "loop", "wind"))
-        self.damped = bool(_needing(self.motion, "loop", "wind", "cable wind"))
+        self.gondola = bool(_needing(self.motion, "gondola"))
+        self.damped = bool(self.system or _needing(self.motion, "cable wind"))
         self.cable_wind = bool(_needing(self.motion, "cable wind"))
         # whether one model gives the errors of all by itself
         self.frequencies_only = len(self.modes) == len(self.motion)

@@ -32,6 +32,8 @@ MAX_MODE_NUMBER = 1000
 LOADED = "cable.loads|load_case.loads"  # of the cable, or of its case
 METAL, DIAMETER, STRONG = "cable.section_area", "cable.section_diameter", "cable.section_breaking_force"
 WINCH = "gondola.mass, winch.controller"
+GONDOLA_X = "gondola.x"  # output of `as_suspension`
+MM, UM = 1e3, 1e6
 DRAG = "gondola.area, gondola.drag_coefficient, wind"
 STEADY = "gondola.area, gondola.drag_coefficient, wind|load_case.wind"
 BODY = f"gondola.mass, {DRAG}"
@@ -207,12 +209,9 @@ def _support_columns():
 
 
 def _peak(case):
-    """Expected largest displacement of a gondola. [mm]"""
+    """Expected largest displacement of a gondola [mm], and its estimated relative error."""
     case.check_winch_speed()
-    response, wind = case.response, case.scene.wind
-    rate = response.velocity / (2 * np.pi * response.displacement)
-    mean = abs(float(mean_displacement(case)))
-    return 1e3 * (mean + float(peak_factor(rate, wind.duration)) * response.displacement)
+    return scaled(case.in_wind.peak([GONDOLA_X], float(mean_displacement(case))), MM)
 
 
 def tensions_at_peak(case):
@@ -230,15 +229,15 @@ def tensions_at_peak(case):
     else:
         # in closed form: no elements of both planes only for this
         pulled = np.array([case.results.end_stiffness_along(axis, 0)[case.index] for axis in range(3)])
-        change = np.abs(force @ pulled) / np.where(tension > 0, tension, 1.0) * _peak(case) / 1e3
+        change = np.abs(force @ pulled) / np.where(tension > 0, tension, 1.0) * _peak(case)[0] / MM
     return float((tension - change).min()), float(case.statics.max_tension + np.max(change))
 
 
 def goes_slack(case):
     """Whether the least tension of a `Case` in the wind is below zero; False where its RMS is not known, or void."""
-    known = "cable_motion" if case.scene.gondola is None else "response"
+    known = "cable_motion" in case.__dict__ if case.scene.gondola is None else case.moves_in_wind
     try:
-        return known in case.__dict__ and tensions_at_peak(case)[0] < 0
+        return known and tensions_at_peak(case)[0] < 0
     except CablestudyError:  # a winch that would be too fast, for example: the columns of the wind say why
         return False
 
@@ -256,7 +255,7 @@ def _imaged(name, meaning, keys):
 
     def compute(case):
         case.check_winch_speed()
-        return 1e6 * case.response.imaged[name]
+        return scaled(case.in_wind.rms([GONDOLA_X], name, open_loop=False), UM)
 
     return Column(name, "um", meaning, "wind", compute, f"{BODY}, {keys}")
 
@@ -271,21 +270,10 @@ def _shedding(name, meaning, place):
     return Column(name, "Hz", meaning, "scene", compute, f"wind, {DIAMETER}")
 
 
-def _stable_loop(case):
-    """The loop of a case; an unstable one, which has neither phase margin nor bandwidth, raises NoSolutionError."""
-    if not case.loop.stable:
-        case.loop.check_stable()
-    return case.loop
-
-
-def _margin_columns():
-    """Yield the columns of the sensitivity, the bandwidth and the disk margin of the winch loop."""
-    for name, (unit, meaning) in SENSITIVITY.items():
-
-        def compute(case, name=name):
-            return getattr(_stable_loop(case).margins, name)
-
-        yield Column(name, unit, meaning, "loop", compute, WINCH)
+def _of_loop(name, unit, meaning, compute=None):
+    """A column of the winch loop: a number and its estimated relative error of an `InWind`, of `Margins` by its name."""
+    found = compute or (lambda wind: wind.margin(name))
+    return Column(name, unit, meaning, "loop", lambda case: found(case.in_wind), WINCH)
 
 
 def _frequency(name, meaning, number, kind, symmetry=None):
@@ -294,24 +282,51 @@ def _frequency(name, meaning, number, kind, symmetry=None):
     return Column(name, "Hz", meaning, "modes", lambda case: case.frequency(*mode), mode=mode)
 
 
-def _rms(part, where, sources):
-    """Yield the columns of the gondola's RMS in one wind, by independent forces, whose variances add."""
-    key = {"response": BODY, "cable_response": ON_CABLE}.get(sources[0], f"{BODY}, {DIAMETER}")
-    loops = ("", "with the winch loop", f"{key}, winch.controller"), ("open_", "the winch at rest", key)
-    for state, loop, keys in loops:
-        for quantity, unit in (("displacement", "mm"), ("velocity", "mm/s")):
+def _rms(part, where, key, compute):
+    """Yield the columns of the gondola's RMS in one wind.
 
-            def compute(case, state=state, attribute=state + quantity):
-                if not state:
+    `compute` takes a `Case`, "value" or "rate", and whether the winch is at rest, and returns RMS and error.
+    """
+    loops = (False, "with the winch loop", f"{key}, winch.controller"), (True, "the winch at rest", key)
+    for at_rest, loop, keys in loops:
+        for quantity, variance, unit in (("displacement", "value", "mm"), ("velocity", "rate", "mm/s")):
+
+            def found(case, at_rest=at_rest, variance=variance):
+                if not at_rest:
                     case.check_winch_speed()
-                total = 0.0
-                for source in sources:
-                    total = hypot(total, getattr(getattr(case, state + source), attribute))
-                return 1e3 * total
+                return scaled(compute(case, variance, at_rest), MM)
 
-            name = "gondola_rms" + ("_velocity" if unit == "mm/s" else "") + ("_open_loop" if state else "") + part
+            name = "gondola_rms" + ("_velocity" if unit == "mm/s" else "") + ("_open_loop" if at_rest else "") + part
             meaning = f"RMS {quantity} of the gondola along x {where}, {loop}"
-            yield Column(name, unit, meaning, "wind", compute, keys)
+            yield Column(name, unit, meaning, "wind", found, keys)
+
+
+def _by_wind_on_gondola(case, variance, at_rest):
+    return case.in_wind.rms([GONDOLA_X], variance, at_rest)
+
+
+def _by_wind_on_cable(case, variance, at_rest):
+    quantity = "displacement" if variance == "value" else "velocity"
+    return getattr(case.open_cable_response if at_rest else case.cable_response, "open_" * at_rest + quantity)
+
+
+def _by_wind_on_both(case, variance, at_rest):
+    (one, error), other = (
+        case.in_wind_that_damps.rms([GONDOLA_X], variance, at_rest),
+        _by_wind_on_cable(case, variance, at_rest),
+    )
+    return hypot(one, other), error
+
+
+def _of_winch(case, place):
+    *found, _, error = case.in_wind.winch_speeds
+    return MM * found[place], error
+
+
+def scaled(found, factor):
+    """A number and its relative error, times a factor."""
+    value, error = found
+    return factor * value, error
 
 
 COLUMNS = (
@@ -383,26 +398,22 @@ COLUMNS = (
            lambda c: c.gondola_share, "gondola.mass"),
     Column("gondola_damping_ratio", "", "damping ratio of the coupled gondola mode, the winch at rest", "loop",
            lambda c: c.gondola_damping_ratio, "gondola.mass"),
-    Column("gain", "rad/s", "integral gain of the winch, as stated or as it follows from a margin", "loop",
-           lambda c: c.loop.integral_gain, WINCH),
-    Column("largest_gain", "rad/s", "integral gain below which the loop is stable, proportional and derivative gain in "
-           "proportion; empty when it always is", "loop",
-           lambda c: c.loop.largest_integral_gain, WINCH),
-    Column("gain_margin", "dB", "largest stable gain over the gain; empty when there is no limit", "loop",
-           lambda c: c.loop.gain_margin, WINCH),
-    Column("phase_crossover", "Hz", "frequency at which the largest gain puts a pole of the loop on the axis: "
-           "that of the gain margin", "loop", lambda c: c.loop.phase_crossover, WINCH),
-    Column("phase_margin", "deg", "least angle to instability where the loop gain is one", "loop",
-           lambda c: _stable_loop(c).margins.phase_margin, WINCH),
-    Column("gain_crossover", "Hz", "frequency at which the loop gain is one: that of the phase margin", "loop",
-           lambda c: _stable_loop(c).margins.gain_crossover, WINCH),
-    Column("delay_margin", "s", "least further delay in the loop that makes it unstable", "loop",
-           lambda c: _stable_loop(c).margins.delay_margin, WINCH),
-    *_margin_columns(),
-    *_rms("", "in the wind", ("response",)),
-    *_rms("_cable_wind", "by the wind on the cable alone", ("cable_response",)),
+    _of_loop("gain", "rad/s", "integral gain of the winch, as stated or as it follows from a margin",
+             lambda w: w.gain),
+    _of_loop("largest_gain", "rad/s", "integral gain below which the loop is stable, proportional and derivative gain "
+             "in proportion; empty when it always is", lambda w: w.largest_gain),
+    _of_loop("gain_margin", "dB", "largest stable gain over the gain; empty when there is no limit",
+             lambda w: w.gain_margin),
+    _of_loop("phase_crossover", "Hz", "frequency at which the largest gain puts a pole of the loop on the axis: "
+             "that of the gain margin", lambda w: w.phase_crossover),
+    _of_loop("phase_margin", "deg", "least angle to instability where the loop gain is one"),
+    _of_loop("gain_crossover", "Hz", "frequency at which the loop gain is one: that of the phase margin"),
+    _of_loop("delay_margin", "s", "least further delay in the loop that makes it unstable"),
+    *(_of_loop(name, unit, meaning) for name, (unit, meaning) in SENSITIVITY.items()),
+    *_rms("", "in the wind", BODY, _by_wind_on_gondola),
+    *_rms("_cable_wind", "by the wind on the cable alone", ON_CABLE, _by_wind_on_cable),
     *_rms("_all_wind", "by the wind on gondola and cable together, which damps the cable too, so that it can be less "
-          "than by the wind on the gondola alone", ("response_in_air", "cable_response")),
+          "than by the wind on the gondola alone", f"{BODY}, {DIAMETER}", _by_wind_on_both),
     Column("mean_displacement", "mm", "displacement of the gondola along x by the mean wind on it, the winch at rest; "
            "linear", "stiffness", lambda r: 1e3 * mean_displacement(r), STEADY),
     Column("force_displacement", "mm", "displacement of the gondola along x by the force of the load case on it",
@@ -415,9 +426,9 @@ COLUMNS = (
            "the cable differs by 5 % from linear; empty where it does not", "stiffness", _linear_range, "gondola.mass",
            each=True),
     Column("winch_rms_speed", "mm/s", "RMS of the speed of the winch in the wind on the gondola", "wind",
-           lambda c: 1e3 * c.winch_speed[0], f"{BODY}, winch.controller"),
+           lambda c: _of_winch(c, 0), f"{BODY}, winch.controller"),
     Column("winch_peak_speed", "mm/s", "largest speed of the winch expected within wind.duration", "wind",
-           lambda c: 1e3 * c.winch_speed[1], f"{BODY}, winch.controller"),
+           lambda c: _of_winch(c, 1), f"{BODY}, winch.controller"),
     _imaged("exposure", "RMS of the gondola's motion within one exposure, with the winch loop if there is one",
             "exposure"),
     _imaged("corrected", "RMS of the gondola's motion that the correcting mirror leaves", "correction"),
@@ -530,21 +541,27 @@ def not_finite(column):
 
 
 def value(column, case):
-    """One number of a case whose scene has the keys that the column needs.
+    """One number of a case whose scene has the keys that the column needs; see `value_and_error`."""
+    return value_and_error(column, case)[0]
 
-    None where the quantity has no value, for example no limit of the gain; NoSolutionError or ConvergenceError where
-    there is no solution.
+
+def value_and_error(column, case):
+    """One number of a case whose scene has the keys that the column needs, and its estimated relative error.
+
+    None where the quantity has no value, for example no limit of the gain, and where the column states no error;
+    NoSolutionError or ConvergenceError where there is no solution.
     """
     if column.name in OF_FORM and case.exact_statics and case.catenary.slack:
         raise shapeless(column, case.limp)
-    number = column.compute(case)
+    found = column.compute(case)
+    number, error = found if isinstance(found, tuple) else (found, None)
     if not isinstance(number, float | int | None):
         number = np.asarray(number).item()
     if number is None or isinstance(number, int):
-        return number
+        return number, error
     if not isfinite(number):
         raise not_finite(column)
-    return float(number) + 0.0  # no minus before a zero
+    return float(number) + 0.0, error  # no minus before a zero
 
 
 def relative(value, reference):

@@ -6,7 +6,6 @@ from math import ceil
 import numpy as np
 
 from cablestudy.cable.element import PER_WAVE
-from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
 from cablestudy.control.gondola import coupled_modes, gondola_mode
 from cablestudy.control.law import INTEGRATOR, Law
 from cablestudy.control.plant import Notch, Plant
@@ -14,6 +13,7 @@ from cablestudy.control.stability import MOST_MODES, Waves, driven_up_to, too_ma
 from cablestudy.control.winch import Loop
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.cache import share
+from cablestudy.study.columns import GONDOLA_X
 from cablestudy.study.models import MAX_MODES
 
 RESOLVED = 1e-7  # largest error of the frequency of a mode that the gain could drive
@@ -192,27 +192,15 @@ def gondola_damping_ratio(case):
     NoSolutionError
         So much damping that no oscillation is left of that mode.
     """
-    damping, omega = case.scene.cable.damping, 2 * np.pi * case.gondola_frequency
-    plant = case.plant
-    try:
-        pole = plant.gondola_pole
-        ratio = -pole.real / abs(pole)
-    except NoSolutionError:  # so much damped strain that modes are spoilt by rounding
-        pole, ratio = -omega + 0j, 1.0
-    if damping.model == "modal":
-        if abs(ratio) < NO_DAMPING:
-            return 0.0
-        if ratio > 0 and abs(pole.imag) < NEARLY_REAL * abs(pole):
-            return 1.0
-        if not (0.3 * omega < abs(pole) < 3 * omega and ratio > 0):
-            raise NoSolutionError("the gondola's mode is damped so much that it is no oscillation")
-        return float(ratio)
-    if LIGHT[0] < ratio < LIGHT[1] and case.gondola_share > DISTINCT and abs(abs(pole) / omega - 1) < LIGHT[1]:
-        return float(ratio)
-    # where modes share the motion, or damping is very small or large, it is followed from no damping to all of it
-    amount = damping.loss_factor if damping.model == "hysteretic" else damping.time
-    stiffness = ComplexStiffness(case.excited, case.frame[:, 0], plant.cable.viscous)
-    return damping_ratio(stiffness, plant.mass, omega, damping.model, amount, plant.damping)
+    movement = case.in_wind.with_fewest_modes
+    omega = 2 * np.pi * float(movement.modes.frequency[gondola_mode(movement.modes.compliance_shares(0, 0))])
+    pole = movement.pole_at_rest(GONDOLA_X, omega)
+    ratio = -pole.real / abs(pole)
+    if abs(ratio) < NO_DAMPING:
+        return 0.0
+    if ratio > 0 and abs(pole.imag) < NEARLY_REAL * abs(pole):
+        return 1.0
+    return float(ratio)
 
 
 def loop_at_rest_of(case):
@@ -233,21 +221,15 @@ def loop_at_rest_of(case):
     return Loop.of(case.plant, 0.0)
 
 
-def prepare(cases, loops=True):
-    """Compute the coupled modes of cases and their loops, once for those that share them.
-
-    What a case cannot have it says when it is asked.
+def prepare(cases):
+    """Compute the coupled modes of cases, once for those that share them; what one cannot have it says when asked.
 
     Parameters
     ----------
     cases : sequence of Case
-    loops : bool
-        Whether the loops are needed at all.
     """
     cases = [case for case in cases if case.scene.gondola is not None and case.scene.gondola.mass is not None]
     share(cases, "coupled", coupled_of)
-    if loops:
-        share(cases, "plant", lambda chosen: [_or_error(plant_of, case) for case in chosen])
 
 
 def _or_error(function, case):

@@ -35,6 +35,14 @@ def of_refined(case, error, tried):
     yield f"compared: {tried} models, coarse to fine"
 
 
+def of_system(case):
+    """Yield notes on the linear system of gondola and cable that was solved."""
+    movement = case.in_wind.described
+    some = f"{len(movement.modes)} coupled modes up to {movement.modes.frequency[-1]:.4g} Hz"
+    more = len(movement.motion) - len(movement.modes)
+    yield f"motion of gondola and cable: {some}, and {more} static shapes for those above"
+
+
 def of_fixed(case):
     """Notes on fixed elements; warnings where a stress is too large, or their statics far from the continuous cable."""
     model, error, warnings = case.scene.model, statics_error(case), strength_warning(case)

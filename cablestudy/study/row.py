@@ -2,14 +2,15 @@
 
 import time
 from dataclasses import dataclass
+from math import isnan
 
-from cablestudy.errors import CablestudyError, NoSolutionError
+from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import missing
 from cablestudy.study import loops, models, notes
 from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import ColumnRequirements, closed_form
-from cablestudy.study.columns import find, goes_slack, lacks, over_strength, relative, value
+from cablestudy.study.columns import find, goes_slack, lacks, over_strength, relative, value_and_error
 from cablestudy.study.refinement import SETTINGS, Refinement, needs_of, reference_scene, refine
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
@@ -77,14 +78,18 @@ class _Answer:
                 self.failures.setdefault(column.header, error)
 
     def compute(self, columns):
-        """Compute columns of this case alone; those that cannot be had fail."""
+        """Compute columns of this case alone, with the errors that they state; those that cannot be had fail."""
         for column in columns:
             if column.header in self.failures:
                 continue
             try:
-                self.values[column.header] = value(column, self.case)
-            except CablestudyError as error:
-                self.failures[column.header] = error
+                number, error = value_and_error(column, self.case)
+            except CablestudyError as failure:
+                self.failures[column.header] = failure
+                continue
+            self.values[column.header] = number
+            if error is not None:
+                self.errors[column.header] = None if isnan(error) else float(error)
 
     def row(self, required, seconds=None):
         """The finished row; seconds is the time that it took. [s]"""
@@ -184,14 +189,14 @@ def _rows_alike(scenes, required, exact, cache, estimate):
             solve(answers, required, estimate or required.estimate)
         seconds = closed_time + time.perf_counter() - begin
         for index, answer in zip(indices, answers, strict=True):
-            if required.motion and len(scenes) > 1:  # of many rows none keeps its modes
+            if (required.motion or required.system) and len(scenes) > 1:  # of many rows none keeps its modes
                 answer.case = Case(scenes[index], results, index)
             yield answer.row(required, seconds)
 
 
 def _solver(required, exact):
     """What computes the columns that are no closed form of many cases; None where there are none."""
-    if required.scene_only or (exact and not required.motion and not required.single):
+    if required.scene_only or (exact and not (required.motion or required.single or required.system)):
         return None
     return _solve_to_accuracy if exact else _solve_fixed
 
@@ -219,10 +224,10 @@ def _answer(case, closed, cells, required):
 
 
 def _solve_models(cases, required):
-    """Solve the models of many cases at once, and what gondola and loop need of them."""
+    """Solve the models of many cases at once, and the coupled modes of gondola and cable."""
     models.solve_models(cases)
     if required.gondola:
-        loops.prepare(cases, required.damped)
+        loops.prepare(cases)
 
 
 # ------------------------------------------------------------------------------------------------- to an accuracy
@@ -233,12 +238,10 @@ def _solve_to_accuracy(answers, required, _):
     searches = []
     for answer in answers:
         answer.compute(required.single)
+        if required.system:
+            _solve_system(answer, required.system)
         if not required.motion:
             continue
-        answer.notes = ()
-        damping = answer.case.scene.cable.damping
-        if required.damped and damping.model == "modal" and damping.ratio:
-            answer.fail([c for c in required.motion if c.needs in ("loop", "wind")], NoSolutionError(MODAL))
         columns = [column for column in required.motion if column.header not in answer.failures]
         if columns:
             needed = required if len(columns) == len(required.motion) else ColumnRequirements(columns)
@@ -251,9 +254,32 @@ def _solve_to_accuracy(answers, required, _):
         _take_over(answer, needed, search)
 
 
+def _solve_system(answer, columns):
+    """Compute what gondola and cable do as one linear system, which states its own errors, to the accuracy of a case."""
+    case = answer.case
+    damping, drag, accuracy = case.scene.cable.damping, case.results.drag_error[case.index], case.scene.model.accuracy
+    if damping.model == "modal" and damping.ratio:
+        answer.fail(columns, NoSolutionError(MODAL))
+        return
+    answer.compute(columns)
+    for name in [column.header for column in columns if answer.errors.get(column.header) is not None]:
+        answer.errors[name] += float(drag)
+        if answer.errors[name] > accuracy:
+            text = f"{name}: estimated error {answer.errors[name]:.1e}, asked for {accuracy:g}"
+            answer.failures[name] = ConvergenceError(text)
+            del answer.values[name]
+    if case.moves_in_wind:
+        answer.slack, answer.dof = goes_slack(case), case.system_size
+        about = notes.assumed_damping(case.scene) + notes.air_damping(case)
+        answer.notes = (notes.CLOSED_FORM, *notes.of_system(case), *about)
+
+
 def _take_over(answer, needed, search):
     """Put what a search has found into the answer."""
-    answer.case, answer.dof = search.used, search.used.dof
+    in_wind = answer.case.__dict__.get("in_wind")
+    answer.case, answer.dof = search.used, max(search.used.dof, answer.dof)
+    if in_wind is not None:
+        answer.case.in_wind = in_wind
     drag = float(search.used.results.drag_error[search.used.index])
     for column in needed.motion:
         name = column.header
@@ -266,10 +292,11 @@ def _take_over(answer, needed, search):
     if search.values:
         answer.slack = goes_slack(search.used)
         worst = max(answer.errors[name] for name in search.values)
-        answer.notes = (notes.CLOSED_FORM, *notes.of_refined(search.used, worst, search.tried))
+        found = (notes.CLOSED_FORM, *notes.of_refined(search.used, worst, search.tried))
+        answer.notes = found + tuple(line for line in answer.notes if line not in found)
         if "gondola_frequency_Hz" in search.values:
             answer.notes += tuple(notes.gondola_notes(search.used))
-        if needed.damped:
+        if needed.cable_wind:
             answer.notes += notes.assumed_damping(search.used.scene) + notes.air_damping(search.used)
 
 
@@ -288,7 +315,7 @@ def _solve_fixed(answers, required, estimate):
             _solve_models([answer.case for answer in block], required)
         for answer in block:
             _fixed_answer(answer, required, estimate or len(answers) == 1)
-    if estimate and (required.motion or required.single):
+    if estimate and (required.motion or required.single or required.system):
         _estimate_motion(alive, required)
 
 
@@ -304,13 +331,16 @@ def _fixed_answer(answer, required, noted):
     except CablestudyError as error:
         answer.fail(columns, error)
         return
+    for column in columns:
+        answer.errors.pop(column.header, None)
     answer.compute(columns)
     answer.slack = goes_slack(case)
     for column in columns:
         name = column.header
-        if column.least_error is not None and name in answer.values:
+        if column.least_error is not None and name in answer.values and name not in answer.errors:
             answer.errors[name] = relative(answer.values[name], closed[name]) if name in closed else None
-    answer.dof = case.dof if required.motion else (2 if case.planar else 3) * (model.mesh.nodes - 2)
+    unknowns = case.dof if required.motion else (2 if case.planar else 3) * (model.mesh.nodes - 2)
+    answer.dof = max(unknowns, case.system_size)
     if noted:
         answer.notes, answer.warnings = notes.of_fixed(case)
         if "gondola_frequency_Hz" in answer.values:
@@ -321,9 +351,9 @@ def _fixed_answer(answer, required, noted):
 
 def _estimate_motion(answers, required):
     """Add the errors of what is no closed form of many cases, against a finer model."""
-    columns = [*required.motion, *required.single]
+    columns = [*required.motion, *required.system, *required.single]
     scenes = [reference_scene(answer.case.scene) for answer in answers]
-    what = "motion" if required.motion else "deflections"
+    what = "motion" if required.motion or required.system else "deflections"
     for answer, finer in zip(answers, evaluate_cases(scenes, columns), strict=True):
         found = {
             column.header: _difference(answer.values[column.header], finer, column.header)

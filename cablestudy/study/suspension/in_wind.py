@@ -145,11 +145,16 @@ class InWind:
         """
         return self._found[1]
 
+    @property
+    def with_fewest_modes(self):
+        """`Movement` with the fewest modes that are tried, stable or not; raises as `movement_of`."""
+        return self.movement_of(self._counts[0])
+
     @cached_property
     def _judged(self):
         """The movement of `controlled`, or the error that says why there is none: computed once for a row."""
         try:
-            movement = self.movement_of(self._counts[0])
+            movement = self.with_fewest_modes
             movement.check_open()
         except (NoSolutionError, ConvergenceError) as error:
             return error
@@ -208,6 +213,11 @@ class InWind:
         return gain, max(self.loop_error, self.margin("sensitivity_peak")[1])
 
     @property
+    def largest_gain(self):
+        """Gain below which the loop is stable [rad/s], None where there is no limit; and its estimated relative error."""
+        return self.controlled.largest_gain, self.loop_error
+
+    @property
     def gain_margin(self):
         """Largest over stated gain [dB], None where there is no limit; and its estimated relative error."""
         limit, gain = self.controlled.largest_gain, self.controlled.loop.gain
@@ -241,6 +251,25 @@ class InWind:
         total = found.weighted[variance][state, rows].sum()
         error = found.error[variance][state, rows].sum() / (2 * total) if total > 0 else 0.0
         return np.sqrt(total), error if self._model is None else np.nan
+
+    def peak(self, names, mean, crossings=0.0):
+        """Mean and peak factor times RMS of the size of some outputs, and its estimated relative error.
+
+        Parameters
+        ----------
+        names : sequence of str
+        mean : float
+        crossings : float
+            Least relative error of the rate at which the mean is crossed. [-]
+        """
+        size, error = self.rms(names, "value", open_loop=False)
+        if not size:
+            return abs(mean), error
+        (rate, wrong), duration = self.rms(names, "rate", open_loop=False), self.scene.wind.duration
+        crossed = rate / (2 * np.pi * size)
+        factor = peak_factor(crossed, duration)
+        more = peak_factor(crossed * (1 + max(wrong + error, crossings)), duration)
+        return abs(mean) + factor * size, error + more / factor - 1
 
     @cached_property
     def winch_speeds(self):

@@ -78,7 +78,8 @@ def offered_by_bodies(scene, body_names):
 def winches_of(scene, cable_names):
     """The `Winch` of each cable that has one, in the order of the scene: list."""
     place = {name: number for number, name in enumerate(cable_names)}
-    return [Winch(place[name], TO if winch.end == "to" else FROM) for name, winch in scene.winches.items()]
+    ends = {"from": FROM, "to": TO}
+    return [Winch(place[name], ends[winch.end], winch.direction) for name, winch in scene.winches.items()]
 
 
 def markers_of(scene):

@@ -21,6 +21,7 @@ LITTLE = 1e-6  # gain over the lowest frequency, of a loop whose gain follows fr
 UNLIMITED = 1e3  # gain up to which a loop that seems to have no limit is examined, over its lowest frequency
 TRIALS = 4  # of the gain that decides which modes of cables are looked at
 SAFETY = 3.0  # of the first one, over the largest gain to first order,
+LARGE = 0.3  # of the largest share in a static compliance
 FEW_WAVES = 40  # where that could drive at most so many half-waves along a cable: more cost more than a second trial
 
 
@@ -308,6 +309,33 @@ class Movement:
     def open_poles(self):
         """Eigenvalues with the winches at rest. [rad/s]"""
         return self.motion.eigen.poles
+
+    def pole_at_rest(self, name, omega):
+        """The pole with a large share in the static compliance of an output that is nearest to a frequency.
+
+        The winches at rest.
+
+        Parameters
+        ----------
+        name : str
+            Of a displacement.
+        omega : float
+            [rad/s]
+
+        Returns
+        -------
+        complex
+            [rad/s]
+        """
+        motion, count = self.motion, len(self.motion)
+        found, row = motion.eigen, motion.moved[0][self.outputs[name]].real
+        above = found.values.imag >= 0
+        poles = found.values[above]
+        moved = (row / motion.unit) @ found.right[:count, above]
+        pushed = found.left[above, count : 2 * count] @ np.linalg.solve(motion.mass, row)
+        share = np.abs(moved * pushed / np.where(poles != 0, poles, 1.0))
+        poles = poles[share >= LARGE * share.max()]
+        return complex(poles[np.argmin(np.abs(np.abs(poles) - omega))])
 
     def check_open(self):
         """Refuse what grows with the winches at rest: NoSolutionError, with the motion and why."""

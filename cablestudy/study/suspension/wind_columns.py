@@ -6,12 +6,10 @@
 import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError
-from cablestudy.study.columns import SENSITIVITY, Column
-from cablestudy.wind.peak import peak_factor
+from cablestudy.study.columns import MM, SENSITIVITY, UM, Column, scaled
 
 TURN = 2 * np.pi
 PLACES, TURNS = ("x", "y", "z"), ("rx", "ry", "rz")
-MM, UM = 1e3, 1e6
 STATES = {"": "", "_open_loop": ", the winches at rest"}
 ENDS = ("tension_from", "tension_to")
 CROSSINGS = 0.2  # relative error of the rate at which a tension crosses its mean: motions above the model's modes count
@@ -25,21 +23,6 @@ def _rms(case, names, variance="value", state=""):
     return case.in_wind.rms(names, variance, open_loop=bool(state))
 
 
-def _peak(case, names, mean, crossings=0.0):
-    """Mean and peak factor times RMS of the size of some outputs, and its estimated relative error.
-
-    `crossings` is the least relative error of the rate at which the mean is crossed.
-    """
-    size, error = _rms(case, names)
-    if not size:
-        return abs(mean), error
-    (rate, wrong), duration = _rms(case, names, "rate"), case.scene.wind.duration
-    crossed = rate / (TURN * size)
-    factor = peak_factor(crossed, duration)
-    more = peak_factor(crossed * (1 + max(wrong + error, crossings)), duration)
-    return abs(mean) + factor * size, error + more / factor - 1
-
-
 # ------------------------------------------------------------------------------------------- of bodies and markers
 
 
@@ -48,20 +31,20 @@ def place_columns(name):
     outputs = [f"{name}.{axis}" for axis in PLACES]
 
     def rms(axes, unit, state, variance="value"):
-        return lambda case: _scaled(_rms(case, axes, variance, state), unit)
+        return lambda case: scaled(_rms(case, axes, variance, state), unit)
 
     def mean(axis):
         return lambda case: case.in_wind.mean_displacement(name)[axis] * MM
 
     def peak(case):
-        return _scaled(_peak(case, outputs, np.sqrt((case.in_wind.mean_displacement(name) ** 2).sum())), MM)
+        return scaled(case.in_wind.peak(outputs, np.sqrt((case.in_wind.mean_displacement(name) ** 2).sum())), MM)
 
     def imaged(variance, *keys):
         def compute(case):
             for key in keys:
                 if getattr(case.scene, key) is None:
                     raise NoSolutionError(f"{name}.{key} needs the key {key}, which this case does not have")
-            return _scaled(_rms(case, outputs, variance), UM)
+            return scaled(_rms(case, outputs, variance), UM)
 
         return compute
 
@@ -96,14 +79,14 @@ def place_columns(name):
 
 def peak_along(case, name, axis):
     """Largest expected displacement of a body along x, y or z (0, 1, 2), the mean one included. [mm]"""
-    return MM * _peak(case, [f"{name}.{PLACES[axis]}"], case.in_wind.mean_displacement(name)[axis])[0]
+    return MM * case.in_wind.peak([f"{name}.{PLACES[axis]}"], case.in_wind.mean_displacement(name)[axis])[0]
 
 
 def turn_columns(name):
     """The columns of the rotation of a body: list of Column."""
 
     def rms(axis, state):
-        return lambda case: _scaled(_rms(case, [f"{name}.{axis}"], "value", state), 1e6)
+        return lambda case: scaled(_rms(case, [f"{name}.{axis}"], "value", state), 1e6)
 
     return [
         Column(f"{name}.rms_{axis}{state}", "urad", f"RMS rotation about {axis[1]}{words}", "wind", rms(axis, state),
@@ -125,14 +108,18 @@ def tension_columns(name):
 
     def least(case):
         means = case.in_wind.mean_tensions(name)
-        parts = [(mean, *_peak(case, [output], 0.0, CROSSINGS)) for mean, output in zip(means, outputs, strict=True)]
+        parts = [
+            (mean, *case.in_wind.peak([output], 0.0, CROSSINGS)) for mean, output in zip(means, outputs, strict=True)
+        ]
         mean, drop, error = min(parts, key=lambda part: part[0] - part[1])
         value = mean - drop
         return value, error * drop / abs(value) if value else error
 
     def largest(case):
         means = case.in_wind.mean_tensions(name)
-        parts = [(mean, *_peak(case, [output], 0.0, CROSSINGS)) for mean, output in zip(means, outputs, strict=True)]
+        parts = [
+            (mean, *case.in_wind.peak([output], 0.0, CROSSINGS)) for mean, output in zip(means, outputs, strict=True)
+        ]
         mean, rise, error = max(parts, key=lambda part: part[0] + part[1])
         whole = mean + rise
         return whole / case.scene.cables[name].section_breaking_force, error * rise / whole if whole else error
@@ -179,10 +166,10 @@ def actuator_columns(name, wheel=None):
     kinds = {None: tuple(QUANTITIES), True: ("momentum", "torque"), False: ("stroke", "force")}[wheel]
 
     def rms(quantity, unit):
-        return lambda case: _scaled(_rms(case, [f"{name}.{quantity}"]), unit)
+        return lambda case: scaled(_rms(case, [f"{name}.{quantity}"]), unit)
 
     def peak(quantity, unit):
-        return lambda case: _scaled(_peak(case, [f"{name}.{quantity}"], 0.0), unit)
+        return lambda case: scaled(case.in_wind.peak([f"{name}.{quantity}"], 0.0), unit)
 
     found = []
     for quantity in kinds:
@@ -211,17 +198,12 @@ def limits_passed(case):
             if limit is None:
                 continue
             unit, scale, _ = QUANTITIES[quantity]
-            peak, _ = _peak(case, [f"{name}.{quantity}"], 0.0)
+            peak, _ = case.in_wind.peak([f"{name}.{quantity}"], 0.0)
             if peak > limit:
                 found[f"{name}.{quantity}"] = (
                     f"{name}: its {quantity} reaches {scale * peak:.4g} {unit}, above its limit of {scale * limit:.4g}"
                 )
     return found
-
-
-def _scaled(found, factor):
-    value, error = found
-    return factor * value, error
 
 
 # ------------------------------------------------------------------------------------------------------ of the loop
@@ -250,7 +232,7 @@ LOOP = (
     _of_loop("gain", "rad/s", "integral gain of the loop of all winches", lambda w: w.gain),
     _of_loop("largest_gain", "rad/s", "integral gain of the winches below which the loop is stable; empty when it "
              "always is",
-             lambda w: (w.controlled.largest_gain, w.loop_error)),
+             lambda w: w.largest_gain),
     _of_loop("gain_margin", "dB", "largest stable gain over the gain, of all winches together; empty when there is no "
              "limit", lambda w: w.gain_margin),
     _of_loop("phase_crossover", "Hz", "frequency at which the largest gain puts a pole of the loop on the axis: that "

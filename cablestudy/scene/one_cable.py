@@ -1,0 +1,77 @@
+"""A scene of one cable with a gondola as a suspension: a cable between a fixed point and a body that is free along x.
+
+The winch of one cable moves an end along x; that of a suspension reels the cable in. The wind blows along x and acts on
+the body alone, about the equilibrium without wind.
+"""
+
+from typing import ClassVar
+
+from cablestudy.scene.control_tables import Control, Controller, Drive
+from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.scene.suspension_tables import Body, CableWinch
+from cablestudy.scene.wind_tables import BodyWind, SuspensionWind, WindTable
+
+CABLE, GONDOLA = "cable", "gondola"  # names of the cable and of the body
+
+
+class EndWinch(CableWinch):
+    """A winch that moves an end of the cable along x."""
+
+    direction: ClassVar[tuple] = (1.0, 0.0, 0.0)
+
+
+def as_suspension(scene, damping=0.0):
+    """The suspension of a scene of one cable.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a gondola; already checked, so that nothing is checked again.
+    damping : float
+        Viscous damping of the cable by the air, per length. [N s/m^2]
+
+    Returns
+    -------
+    SuspensionScene
+        Its equilibrium is known: places, and what the cable states, are not filled in.
+    """
+    winch = scene.winch
+    return SuspensionScene.model_construct(
+        gravity=scene.gravity,
+        bodies={GONDOLA: _body(scene.gondola)},
+        cables={CABLE: _damped(scene.cable, damping)},
+        winches={} if winch is None else {CABLE: _winch(winch)},
+        control=None if winch is None or winch.controller is None else _control(winch),
+        wind=None if scene.wind is None else _wind(scene.wind),
+        exposure=scene.exposure,
+        correction=scene.correction,
+        model=scene.model,
+    )
+
+
+def _damped(cable, damping):
+    own = cable.damping
+    return cable.model_copy(update={"damping": own.model_copy(update={"viscous": own.viscous + damping})})
+
+
+def _body(gondola):
+    blown = gondola.area is not None and gondola.drag_coefficient is not None
+    wind = {"area": gondola.area, "drag_coefficient": gondola.drag_coefficient}
+    return Body.model_construct(
+        mass=gondola.mass, free=("x",), wind=BodyWind.model_construct(**wind) if blown else None
+    )
+
+
+def _winch(winch):
+    return EndWinch.model_construct(end="to" if winch.location == "gondola" else "from")
+
+
+def _control(winch):
+    law = {name: getattr(winch.controller, name) for name in Controller.model_fields}
+    return Control.model_construct(**law, **{name: getattr(winch, name) for name in Drive.model_fields})
+
+
+def _wind(wind):
+    given = {name: getattr(wind, name) for name in WindTable.model_fields}
+    spread = {"turbulence_intensity": wind.turbulence_intensity, "turbulence_rms": wind.turbulence_rms}
+    return SuspensionWind.model_construct(**given | spread | {"mean": False, "on": "bodies"})
