@@ -16,7 +16,7 @@ from test_windrms import force
 
 from cablestudy.control import loop_response, stability, statespace, time_response
 from cablestudy.control.law import Law
-from cablestudy.control.plant import Notch
+from cablestudy.control.notch import Notch
 from cablestudy.control.winch import Loop
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case

@@ -9,7 +9,8 @@ from cablestudy.control import stability
 from cablestudy.control.gain_limits import UNDAMPED
 from cablestudy.control.law import INTEGRATOR, Law
 from cablestudy.control.margins import Margins
-from cablestudy.control.plant import Notch, Plant
+from cablestudy.control.notch import Notch
+from cablestudy.control.plant import Plant
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.superelement import Superelement
 

@@ -324,6 +324,16 @@ class Case:
         """The same with only the motion that moving the ends along x excites."""
         return self.model.end_model(self.excited.planes, self.scene.cable.damping)
 
+    @shared("damping_key")
+    def cable_models(self):
+        """`Cables` by their damping by the air, for `in_wind`."""
+        return {}
+
+    @shared("damping_key", "mass_key")
+    def coupled_models(self):
+        """`CoupledModes` of gondola and cable by their number, by the damping of the cable by the air."""
+        return {}
+
     @shared("damping_key", "body_key", "air_key")
     def linear_models(self):
         """Linear models about the equilibrium, by what they are of: what cases share that differ in the loop alone."""

@@ -9,7 +9,8 @@ from cablestudy.cable.element import PER_WAVE
 from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
 from cablestudy.control.gondola import coupled_modes, damped_pole, gondola_mode
 from cablestudy.control.law import INTEGRATOR, Law
-from cablestudy.control.plant import Notch, Plant
+from cablestudy.control.notch import Notch
+from cablestudy.control.plant import Plant
 from cablestudy.control.stability import MOST_MODES, Waves, driven_up_to, too_many
 from cablestudy.control.winch import Loop
 from cablestudy.errors import CablestudyError, NoSolutionError

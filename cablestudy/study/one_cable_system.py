@@ -4,10 +4,11 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from cablestudy.cable.assembly import IN_PLANE
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
 from cablestudy.study.suspension.in_wind import InWind
 from cablestudy.study.suspension.linear_motion import drag_of
-from cablestudy.system.cables import FixedModel
+from cablestudy.system.cables import Cables, FixedModel
 from cablestudy.system.suspension import GROUND, Equilibrium, Suspension
 
 ALONG_X = np.array([[True, False, False, False, False, False]])
@@ -29,9 +30,20 @@ def in_wind_of(case, damping=0.0):
     NoSolutionError, ConvergenceError
         There is no equilibrium.
     """
-    scene, equilibrium, known = as_suspension(case.scene, damping), equilibrium_of(case), case.linear_models
+    scene, equilibrium, model = as_suspension(case.scene, damping), equilibrium_of(case), _exact_model(case)
     drag = None if scene.wind is None else drag_of([scene], (GONDOLA,), (CABLE,)).take(0)
-    return InWind(scene, equilibrium, equilibrium, drag, _exact_model(case), known.setdefault(damping, {}))
+    cables, modes = case.cable_models.setdefault(damping, {}), case.coupled_models.setdefault(damping, {})
+    if not cables:
+        cables[CABLE] = Cables(
+            equilibrium.catenary, [scene.cables[CABLE].damping], drag=model and model.drag, planes=_planes(case)
+        )
+    known = case.linear_models.setdefault(damping, {})
+    return InWind(scene, equilibrium, equilibrium, drag, model, known, cables[CABLE], modes)
+
+
+def _planes(case):
+    """The plane of a cable, where a movement along x does not leave it; else None, for all directions."""
+    return None if case.results.across_x[case.index] or not case.planar else (IN_PLANE,)
 
 
 def equilibrium_of(case):

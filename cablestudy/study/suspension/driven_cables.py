@@ -28,7 +28,7 @@ from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
 from cablestudy.system.linear import LinearSystem
 
-MOST_WAVES, MOST_OF_CABLE = 240, 1600  # half-waves along a cable that are resolved, and its modes that are computed
+MOST_WAVES, MOST_OF_CABLE = 300, 1600  # half-waves along a cable that are resolved, and its modes that are computed
 MOST_MODES = 300  # modes of cables that a gain could drive; more are refused
 TRIALS, BEYOND = 5, 1.2  # of the frequency up to which waves across the cables are resolved, over that of the pole
 MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coincide, over that of one alone

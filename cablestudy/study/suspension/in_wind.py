@@ -12,6 +12,7 @@ from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.movement import Movement
 from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
 from cablestudy.study.suspension.turbulence import OWN
+from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.wind.peak import peak_factor
 
 COUNTS = (64, 100, 160)  # modes of the models that are tried
@@ -35,11 +36,15 @@ class InWind:
     model : FixedModel or None
     known : dict
         What cases of this equilibrium share: it is filled.
+    cables : Cables, optional
+        Of this equilibrium, with damping.
+    modes : dict, optional
+        `CoupledModes` of this equilibrium by their number, which cases in other winds share too: it is filled.
     """
 
-    def __init__(self, scene, calm, equilibrium, drag, model, known):
+    def __init__(self, scene, calm, equilibrium, drag, model, known, cables=None, modes=None):
         self.scene, self._calm, self._equilibrium, self._drag, self._model = scene, calm, equilibrium, drag, model
-        self._known = known
+        self._known, self._cables, self._modes = known, cables, {} if modes is None else modes
         self._accuracy = scene.model.accuracy or ACCURACY
 
     def movement_of(self, count):
@@ -54,13 +59,20 @@ class InWind:
         driving = repr((scene.winches, scene.actuators))
         linear, loops = (count, driving), self._known.setdefault(driving, {})
         if linear not in self._known:
-            self._known[linear] = LinearMotion(
-                scene, self._equilibrium, self._drag, count, self._accuracy, self._model, loops=loops
-            )
+            about = self._equilibrium, self._drag, self._modes_of(count), self._accuracy, self._model
+            self._known[linear] = LinearMotion(scene, *about, loops=loops)
         moving = *linear, repr(scene.control)
         if moving not in self._known:
             self._known[moving] = Movement(scene, self._known[linear])
         return self._known[moving]
+
+    def _modes_of(self, count):
+        """The lowest `CoupledModes`, as damping needs them."""
+        if count not in self._modes:
+            damping = [cable.damping for cable in self.scene.cables.values()]
+            about = self._equilibrium, count, self._accuracy, damping, self._model, self._cables
+            self._modes[count] = coupled_modes(*about).damped
+        return self._modes[count]
 
     @cached_property
     def _counts(self):
@@ -178,7 +190,8 @@ class InWind:
     def _at_rest(self):
         """`InWind` with the winches at rest, which shares what does not depend on the loop."""
         scene = self.scene.model_copy(update={"control": None})
-        return InWind(scene, self._calm, self._equilibrium, self._drag, self._model, self._known)
+        about = self._calm, self._equilibrium, self._drag, self._model, self._known, self._cables, self._modes
+        return InWind(scene, *about)
 
     @property
     def _open(self):

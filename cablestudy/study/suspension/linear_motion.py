@@ -14,7 +14,6 @@ from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, secon
 from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.study.suspension.turbulence import Turbulence
 from cablestudy.system.coupled import Layout
-from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.residues import beside, residues
 from cablestudy.system.superelement import with_ends
 from cablestudy.wind.gusts import damping_of_bodies, gusts
@@ -135,8 +134,8 @@ class LinearMotion:
         In the mean wind, of this case.
     drag : Drag or None
         Of this case; None without wind.
-    modes : int or CoupledModes
-        Coupled modes in the model, or how many.
+    modes : CoupledModes
+        In the model.
     accuracy : float
         Relative, of their frequencies. [-]
     model : FixedModel, optional
@@ -148,17 +147,11 @@ class LinearMotion:
 
     def __init__(self, scene, equilibrium, drag, modes, accuracy=1e-4, model=None, driven=0, loops=None):
         self.scene, self.equilibrium, self.drag, self.accuracy, self.model = scene, equilibrium, drag, accuracy, model
-        self._damping = [cable.damping for cable in scene.cables.values()]
-        self.modes = self.lowest(modes).damped if isinstance(modes, int) else modes
-        self.driven, self.loops = driven, {} if loops is None else loops
+        self.modes, self.driven, self.loops = modes, driven, {} if loops is None else loops
         self.layout = Layout(equilibrium)
         suspension = equilibrium.suspension
         self.winches, self.markers = winches_of(scene, suspension.cable_names), markers_of(scene)
         self.actuators = actuators_of(scene)
-
-    def lowest(self, count):
-        """The lowest `CoupledModes`; raises as `coupled_modes`."""
-        return coupled_modes(self.equilibrium, count, self.accuracy, self._damping, self.model)
 
     def with_modes(self, modes, chosen, driven):
         """The same with some modes of other `CoupledModes`, the last ones of which the loop could drive.

@@ -6,7 +6,7 @@ from math import ceil, log2
 
 import numpy as np
 
-from cablestudy.control.plant import Notch
+from cablestudy.control.notch import Notch
 from cablestudy.control.pose_loop import PoseLoop, allocate, growing, moved_by_winches
 from cablestudy.control.stability import BEYOND, undamped
 from cablestudy.errors import ConvergenceError, NoSolutionError
@@ -331,16 +331,16 @@ class Movement:
     def _complaint(self):
         """Which motion grows with the loop, and below which gain none does."""
         loop, pole = self.loop, self.loop.growing
+        moving = self._named(pole, loop) if pole else f"a motion of {self.gains.limit.omega / TURN:.4g} Hz grows"
+        found = f"the loop is unstable at {self._said}: {moving}; "
         try:
             limit = self.largest_gain
         except NoSolutionError as error:
-            return f"the loop is unstable at {self._said}: {self._named(pole, loop)}; {error}" if pole else str(error)
-        moving = self._named(pole, loop) if pole else f"a motion of {self.limit.omega / TURN:.4g} Hz grows"
-        found = f"the loop is unstable at {self._said}: {moving}"
+            return found + str(error)
         if limit is None:
-            return found
+            return found + "no gain below it is the largest stable one"
         below = f"{limit:.4g} rad/s" if loop.law.integrates_only else f"{limit / loop.gain:.4g} times these gains"
-        return f"{found}; stable below {below}"
+        return f"{found}stable below {below}"
 
     @property
     def _said(self):
