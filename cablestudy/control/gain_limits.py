@@ -266,17 +266,14 @@ class StableGains:
         """
         (omega, matrices), found = self._close(gain), []
 
-        def others(s):
-            return 1 / sensitivity(gain * self.loop_gain(s)) - 1
-
-        known = 1 / sensitivity(gain * matrices) - 1
+        known = sensitivity(gain * matrices)
         for own in range(known.shape[-1]):
             place = np.s_[:, own : own + 1, own : own + 1]
 
             def alone(s, place=place):
-                return others(s)[place]
+                return 1 / sensitivity(gain * self.loop_gain(s))[place] - 1
 
-            closer, _, values = curve(alone, omega, known[place], self.law.judged_up_to)
+            closer, _, values = curve(alone, omega, 1 / known[place] - 1, self.law.judged_up_to)
             found.append(_growth_allowed(alone, crossings(closer[None], values[None]).sorted()))
         return np.array(found)
 
