@@ -23,8 +23,11 @@ class OneLoop:
         self.in_wind = in_wind or self.case.in_wind
 
     def with_gain(self, gain):
-        """The same loop with another gain [rad/s], or {"auto": ...}."""
-        return self._with(lambda table: table.with_value(("gain",), gain))
+        """The same loop with another gain [rad/s], and the other gains of a law in proportion."""
+        own = self.scene.winch.controller
+        scaled = {name: getattr(own, name) * gain / own.gain for name in ("proportional_gain", "derivative_gain")
+                  if getattr(own, name)}  # fmt: skip
+        return self._with(lambda table: table.model_copy(update={"gain": gain} | scaled))
 
     def with_margins(self, margin, peak=np.inf):
         """The same loop with the largest gain that leaves a gain margin [dB] and bounds the sensitivity."""
@@ -134,7 +137,7 @@ class OneLoop:
         return self.with_gain(float(gain)).movement.loop.poles
 
 
-def spring_loop(mass, stiffness, location="ground", notch=None, time=0.0):
+def spring_loop(mass, stiffness, location="ground", notch=None, time=0.0, law=INTEGRATOR):
     """`StableGains` of a gondola on one spring, damped by Kelvin and Voigt's law, without any mode."""
     spring = np.zeros((6, 6))
     spring[np.ix_([0, 3], [0, 3])] = stiffness * np.array([[1, -1], [-1, 1]])
@@ -143,10 +146,10 @@ def spring_loop(mass, stiffness, location="ground", notch=None, time=0.0):
     bodies, unit = LinearSystem(np.array([[mass]]), np.zeros((1, 1)), np.zeros((1, 1))), np.eye(6)
     winch, sign = (unit[:, 0], 1.0) if location == "ground" else (unit[:, 3], -1.0)
     places = unit[None, :, [3]], winch[None, :, None], np.zeros((1, 1)), np.ones((1, 1)), np.array([[sign]])
-    loop_gain = LoopGain(bodies, [cable], *places, partial(_controller, notch))
+    loop_gain = LoopGain(bodies, [cable], *places, partial(_controller, notch, law))
     poles = np.roots([mass, stiffness * time, stiffness]).astype(complex)
-    return StableGains(loop_gain, poles[poles.imag >= 0], (notch,), INTEGRATOR)
+    return StableGains(loop_gain, poles[poles.imag >= 0], (notch,), law)
 
 
-def _controller(notch, s):
-    return (1 / s if notch is None else notch(s) / s)[:, None]
+def _controller(notch, law, s):
+    return (law(s) if notch is None else law(s) * notch(s))[:, None]

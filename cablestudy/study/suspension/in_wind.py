@@ -143,7 +143,9 @@ class InWind:
 
     @property
     def described(self):
-        """`movement`, or of an unstable loop, which has no response, `controlled`; raises as that."""
+        """`movement`, or of an unstable loop, or where no response was asked for, `controlled`; raises as that."""
+        if "_outcome" not in self.__dict__ and "_judged" in self.__dict__:
+            return self.controlled
         return self.controlled if isinstance(self._outcome, NoSolutionError) else self.movement
 
     @property
