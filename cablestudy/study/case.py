@@ -351,13 +351,18 @@ class Case:
 
     @property
     def moves_in_wind(self):
+        """Whether the motion of the gondola was computed, in wind."""
+        return self.scene.wind is not None and self.moves
+
+    @property
+    def moves(self):
         """Whether the motion of the gondola was computed."""
         return "in_wind" in self.__dict__ and self.in_wind.solved
 
     @property
     def system_size(self):
         """Coordinates of the linear system of gondola and cable; 0 where none was made. [-]"""
-        return len(self.in_wind.described.motion) if self.moves_in_wind else 0
+        return len(self.in_wind.described.motion) if self.moves else 0
 
     @property
     def body_key(self):

@@ -32,6 +32,7 @@ MAX_MODE_NUMBER = 1000
 LOADED = "cable.loads|load_case.loads"  # of the cable, or of its case
 METAL, DIAMETER, STRONG = "cable.section_area", "cable.section_diameter", "cable.section_breaking_force"
 WINCH = "gondola.mass, winch.controller"
+DAMPING_RATIO = "gondola_damping_ratio"
 GONDOLA_X = "gondola.x"  # output of `as_suspension`
 MM, UM = 1e3, 1e6
 DRAG = "gondola.area, gondola.drag_coefficient, wind"
@@ -271,7 +272,7 @@ def _shedding(name, meaning, place):
 
 
 def _of_loop(name, unit, meaning, compute=None):
-    """A column of the winch loop: a number and its estimated relative error of an `InWind`, of `Margins` by its name."""
+    """A column of the winch loop: a number and its relative error of an `InWind`, of `Margins` by its name."""
     found = compute or (lambda wind: wind.margin(name))
     return Column(name, unit, meaning, "loop", lambda case: found(case.in_wind), WINCH)
 
@@ -307,13 +308,13 @@ def _by_wind_on_gondola(case, variance, at_rest):
 
 def _by_wind_on_cable(case, variance, at_rest):
     quantity = "displacement" if variance == "value" else "velocity"
-    return getattr(case.open_cable_response if at_rest else case.cable_response, "open_" * at_rest + quantity)
+    return getattr(case.open_cable_response if at_rest else case.cable_response, "open_" * at_rest + quantity), 0.0
 
 
 def _by_wind_on_both(case, variance, at_rest):
     (one, error), other = (
         case.in_wind_that_damps.rms([GONDOLA_X], variance, at_rest),
-        _by_wind_on_cable(case, variance, at_rest),
+        _by_wind_on_cable(case, variance, at_rest)[0],
     )
     return hypot(one, other), error
 
@@ -396,7 +397,7 @@ COLUMNS = (
            "gondola", lambda c: c.gondola_frequency, "gondola.mass"),
     Column("gondola_share", "", "share of the gondola's static compliance in its mode, phi^2/w^2 over 1/k", "gondola",
            lambda c: c.gondola_share, "gondola.mass"),
-    Column("gondola_damping_ratio", "", "damping ratio of the coupled gondola mode, the winch at rest", "loop",
+    Column(DAMPING_RATIO, "", "damping ratio of the coupled gondola mode, the winch at rest", "gondola",
            lambda c: c.gondola_damping_ratio, "gondola.mass"),
     _of_loop("gain", "rad/s", "integral gain of the winch, as stated or as it follows from a margin",
              lambda w: w.gain),
