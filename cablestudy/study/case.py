@@ -349,6 +349,19 @@ class Case:
 
         return in_wind_of(self, self.cable_air_damping) if self.cable_air_damping else self.in_wind
 
+    @cached_property
+    def in_cable_wind(self):
+        """The gondola with its winch loop, in the wind on the cable, which damps the cable too: `InCableWind`.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            There is no equilibrium.
+        """
+        from cablestudy.study.one_cable_system import in_cable_wind_of
+
+        return in_cable_wind_of(self)
+
     @property
     def moves_in_wind(self):
         """Whether the motion of the gondola was computed."""

@@ -14,9 +14,9 @@ from cablestudy.control.pose_state_space import by_forces
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.wind.imaging import seen_weights
+from cablestudy.wind.integrals import QUADRATURE
 
 ACCURACY = 1e-4  # where the scene has a fixed model
-INTERPOLATED = 6e-6  # error of a variance by the covariances between known ones, see `wind.gusts`
 TENSION = 6.0  # what modes left out add to a tension over what the highest ones add: with fewer of them it falls slowly
 ABOVE = 1e-3  # of the variance of a tension: by waves along the cables, far above the modes of the model
 ROUNDING = 1e-16  # of the energy of an output over the largest of all: what is less is shown as zero
@@ -98,6 +98,11 @@ class Response:
 
     # -------------------------------------------------------------------------------------------------- integrals
 
+    @property
+    def integration_error(self):
+        """Estimated relative error of a variance by quadrature, and by interpolation of the gusts. [-]"""
+        return QUADRATURE + self.movement.gusts.error
+
     @cached_property
     def _undamped(self):
         """`Turbulence.undamped` with the loop and with the winches at rest, shape (2, o)."""
@@ -170,7 +175,7 @@ class Response:
         value = np.where(energy > ROUNDING * energy.max(axis=-1, keepdims=True), value, 0.0)
         tension = np.array([".tension_" in name for name in self.names])
         added = np.where(tension, _of_tensions(value, added, tension), added)
-        error, both_states = added + INTERPOLATED * value + late, (2, len(self.names))
+        error, both_states = added + self.integration_error * value + late, (2, len(self.names))
         values, errors = (
             {name: np.broadcast_to(part, both_states) for name, part in zip(names, parts, strict=True)}
             for parts in (value, error)
@@ -188,7 +193,7 @@ class Response:
         """
         whole, added, undamped = self._states[CLOSED].winch_speeds
         self._refuse(undamped)
-        return whole, added + INTERPOLATED * whole
+        return whole, added + self.integration_error * whole
 
     @cached_property
     def stiffness(self):
