@@ -13,6 +13,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
+from cablestudy.study.columns import GONDOLA_X
 from cablestudy.study.suspension.airflow import Airflow
 from cablestudy.study.suspension.in_wind import InWind
 from cablestudy.study.suspension.linear_motion import drag_of
@@ -22,7 +23,6 @@ from cablestudy.wind.coherence import along_cable
 from cablestudy.wind.gusts import Gusts
 from cablestudy.wind.strips import strips
 
-GONDOLA_X = f"{GONDOLA}.x"  # the output that is its movement
 ALONG_X = np.array([[True, False, False, False, False, False]])
 FOUND = SimpleNamespace(converged=np.array(True))  # record of a pose that was not searched: end 2 stays where it is
 
@@ -62,19 +62,19 @@ class InCableWind:
 
     Parameters
     ----------
-    sides : sequence of InWind
+    sides : list of InWind
     """
 
     def __init__(self, sides):
-        self._sides = sides
+        self.sides = sides
 
     def rms(self, names, variance, open_loop):
-        """`InWind.rms`, of the side on which it is larger."""
-        return max((side.rms(names, variance, open_loop) for side in self._sides), key=lambda found: found[0])
+        """`InWind.rms`, of the side where it is larger."""
+        return max((side.rms(names, variance, open_loop) for side in self.sides), key=lambda found: found[0])
 
     def side(self, open_loop=False):
-        """The `InWind` that displaces the gondola more; raises as `InWind.response`."""
-        return max(self._sides, key=lambda side: side.rms([GONDOLA_X], "value", open_loop)[0])
+        """The `InWind` that displaces the gondola more; raises as `InWind.rms`."""
+        return max(self.sides, key=lambda side: side.rms([GONDOLA_X], "value", open_loop)[0])
 
 
 def in_wind_of(case, damping=0.0):

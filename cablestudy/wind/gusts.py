@@ -126,6 +126,12 @@ class Gusts:
         ]
         return Noise(self._known[1], self.parts, functions)
 
+    @property
+    def force_on_cables(self):
+        """Bound of their force on all cables together, RMS. [N]"""
+        offered = sum(strip.length * float(np.abs(strip.drag).sum(axis=-1).max()) for strip in self.strips)
+        return max(self.wind.turbulence) * offered
+
     def edges(self, low, high):
         """Boundaries between frequencies at which `noise` is smooth, from low to high, ascending. [Hz]"""
         known, one = self._known[0], self.coherence.kappa(np.ones(1))[0]
@@ -134,12 +140,6 @@ class Gusts:
         first, last = (PER_DECADE * np.log10(np.array([low, high]) / anchor)).tolist()
         inner = anchor * 10 ** (np.arange(ceil(first + ROUNDING), ceil(last - ROUNDING)) / PER_DECADE)
         return np.concatenate([[low], inner, [high]])
-
-    def own(self, frequency):
-        """Spectrum of the force on each coordinate at a frequency of its own [Hz], shape (m,), without admittance."""
-        covariance = self._covariance(self.coherence.kappa(frequency))
-        speed, _ = self._functions(frequency)
-        return speed * ((covariance @ self.into[:, :, None])[..., 0] * self.into).sum(axis=1)
 
     def _functions(self, frequency):
         """Spectrum of the speed over the variance of a component, and the root of the admittance of each part."""

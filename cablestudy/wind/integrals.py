@@ -62,7 +62,7 @@ class Integrals:
     ----------
     panels : Panels
         On which the spectrum of the gusts and the weights are resolved.
-    gusts : BodyGusts, CableGusts or Gusts
+    gusts : CableGusts or Gusts
     weights : dict
         Name -> factor of the spectra at the frequencies of the panels, shape (n,).
     least : float

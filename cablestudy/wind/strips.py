@@ -90,16 +90,17 @@ class Strip:
     def point_forces(self):
         """As `forces` at each point, shape (3, q, m + 2)."""
         mesh = self.mesh
-        shares = mesh.node_weights if mesh.order == 1 else (mesh.sizes[:, None] * _points(mesh.order)[1]).ravel()
+        if mesh.order == 1:  # at the points of `inside`, where bars have a drag of their own
+            drag, shares = self.inside.reshape(-1, 3, 3), self._rod.shares.ravel()
+        else:
+            drag, shares = self._at_points(self.drag), (mesh.sizes[:, None] * _points(mesh.order)[1]).ravel()
         lengths = self.length * shares
-        forces = self._at_points(self.drag) @ self._at_points(self._whole)
+        forces = drag @ self._at_points(self._whole)
         return np.moveaxis(forces * lengths[:, None, None], 1, 0)
 
     def _at_points(self, values):
         """Values of the nodes, shape (p, ...), at the points, shape (q, ...)."""
         mesh = self.mesh
-        if mesh.order == 1:  # bars have their mass and drag at the nodes
-            return values
         between = lagrange(basis(mesh.order).nodes, _points(mesh.order)[0])
         found = np.tensordot(values[mesh.element_nodes], between, axes=(1, 1))
         return np.moveaxis(found, -1, 1).reshape(-1, *values.shape[1:])
@@ -233,8 +234,10 @@ def _course(mesh, state, frame, mean):
 @cache
 def _points(order):
     """Points of an element on [0, 1] and their weights, shape (n,) both."""
-    gauss, weights = np.polynomial.legendre.leggauss(order + MORE)
-    t = (gauss + 1) / 2
+    if order == 1:
+        return gauss(order)
+    roots, weights = np.polynomial.legendre.leggauss(order + MORE)
+    t = (roots + 1) / 2
     return t**2 * (3 - 2 * t), weights * 3 * t * (1 - t)
 
 

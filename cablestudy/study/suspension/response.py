@@ -172,7 +172,8 @@ class Response:
         if not np.isfinite(value).all():
             raise NoSolutionError("a variance of the motion in the wind is not a number")
         energy = value * self.stiffness
-        value = np.where(energy > ROUNDING * energy.max(axis=-1, keepdims=True), value, 0.0)
+        largest = np.maximum(energy.max(axis=-1, keepdims=True), self._energy_by_cables(names))
+        value = np.where(energy > ROUNDING * largest, value, 0.0)
         tension = np.array([".tension_" in name for name in self.names])
         added = np.where(tension, _of_tensions(value, added, tension), added)
         error, both_states = added + self.integration_error * value + late, (2, len(self.names))
@@ -181,6 +182,19 @@ class Response:
             for parts in (value, error)
         )
         return Variances({name: row for row, name in enumerate(self.names)}, values, errors)
+
+    def _energy_by_cables(self, weights):
+        """That of displacements if all force of the gusts on cables moved them, shape (w, 1, o); 0 of other outputs."""
+        places = [name.endswith((".x", ".y", ".z")) for name in self.names]
+        slow = float(self.movement.modes.solution.omega[0]) ** 2
+        factors = np.array([slow if name == "rate" else 1.0 for name in weights])
+        return factors[:, None, None] * np.where(places, self.movement.gusts.force_on_cables**2 / self.stiffness, 0.0)
+
+    def shares_below(self, name, limits):
+        """Share of the variance of an output below some frequencies [Hz], with the loop, if there is one: list. [-]"""
+        row = self.variances.rows[name]
+        whole = float(self.variances.weighted["value"][CLOSED, row])
+        return [float(part) / whole if whole else 0.0 for part in self._states[CLOSED].below(limits)[:, row]]
 
     @cached_property
     def winch_speeds(self):
