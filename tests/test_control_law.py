@@ -260,7 +260,7 @@ def test_a_delay_that_is_too_long_to_be_judged_is_refused():
 def test_an_unstable_pid_loop_names_its_gains():
     sets = "winch.bandwidth=20 Hz", "winch.controller.proportional_gain=0.5"
     done = run("loop", CARLINA, *(part for text in sets for part in ("--set", text)), code=3)
-    assert "unstable loop at gains of 0.325 rad/s (integral), 0.5 (proportional)" in done.err
+    assert "the loop is unstable at gains of 0.325 rad/s (integral), 0.5 (proportional)" in done.err
     assert "it is stable with all gains less than" in done.err
 
 

@@ -234,7 +234,7 @@ def test_mistakes_are_one_line(given):
 @pytest.mark.parametrize("given", [(), ("--time", "10s")])
 def test_an_unstable_loop_says_why(given):
     done = run("loop", CARLINA, "--set", "winch.controller.gain=80", *given, code=3)
-    assert "unstable loop at a gain of 80 rad/s" in done.err
+    assert "the loop is unstable at 80 rad/s" in done.err
     if not given:
         assert "gain margin" in done.out
 

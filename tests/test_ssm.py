@@ -181,7 +181,7 @@ def test_plain_truncation_warns_with_both_stiffnesses():
 
 def test_an_unstable_loop_is_said():
     done = run("ssm", CARLINA, "--with", "loop", "--set", "winch.controller.gain=1000")
-    assert "warning: unstable loop" in done.err
+    assert "warning: the loop is unstable" in done.err
     assert "largest stable gain" in done.err
 
 

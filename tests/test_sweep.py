@@ -68,7 +68,7 @@ def test_what_cannot_be_had_comes_before_over_strength(folder):
     text = "set: {cable.preload: 10 kN, winch.controller.gain: 1000 rad/s}\ncolumns: [utilisation, gondola_rms]\n"
     (row,) = swept(folder, text, code=3)
     reason, _, last = row["status"].rpartition("; ")
-    assert reason.startswith("unstable loop at a gain of 1000 rad/s")
+    assert reason.startswith("the loop is unstable at 1000 rad/s")
     assert last == "over strength"
     assert row["utilisation"] == pytest.approx(10 / 8.07, rel=1e-4)
     # what the scene states alone says nothing of a stress

@@ -2,11 +2,15 @@
 
 import numpy as np
 
-from cablestudy.system.linear import LinearSystem
+from cablestudy.system.linear import LinearSystem, assemble
+from cablestudy.system.superelement import GONDOLA
 
 NEGLIGIBLE = 1e-10  # p/W^2, relative to the largest, below which a mode and the gondola do not move each other
 ROUNDING = 2e-14  # of a moment of inertia: what is left of it below is rounding
 CLOSE = 1e-8  # relative change of a squared frequency that is a correction of rounding
+EXCITED = 1e-9  # m, relative to the largest, below which a mode does not move with the gondola
+LARGE = 0.3  # of the largest share in the gondola's static compliance
+SECANT_STEPS = 30
 TIE = 1e-6  # relative difference of two shares that are one: the lower mode is the gondola's
 
 
@@ -80,6 +84,62 @@ def _polished(natural, own, stiffness, omega, coupling):
         rest = stiffness - square * (own + near @ coupling**2)
         change = rest / (own + near**2 @ coupling**2) / square
     return natural * np.sqrt(1 + np.where(np.abs(change) < CLOSE, change, 0.0))
+
+
+def damped_pole(cable, mass, damping, omega):
+    """The pole of the gondola on a damped cable, the winch at rest.
+
+    Of the poles with a large share in the gondola's static compliance the one nearest to its undamped frequency.
+
+    Parameters
+    ----------
+    cable : Superelement
+    mass : float
+        Of the gondola. [kg]
+    damping : float
+        Viscous, on the gondola. [N s/m]
+    omega : float
+        [rad/s]
+
+    Returns
+    -------
+    complex
+        [rad/s]
+
+    Raises
+    ------
+    NoSolutionError
+        So much damped strain that rounding spoils the response.
+    """
+    size = np.abs(cable.coupling[:, GONDOLA])
+    chosen = np.flatnonzero(size > EXCITED * size.max(initial=0.0))
+    cable = cable if len(chosen) == len(size) else cable.select(chosen)
+    system = assemble([cable], np.eye(6)[:, [GONDOLA]], np.array([[mass]]))
+    system.damping[-1, -1] += damping
+    poles, shares = system.pole_shares
+    poles = poles[shares[0] >= LARGE * shares[0].max()]
+
+    def balance(s):
+        return complex((mass * s**2 + damping * s + cable.dynamic_stiffness(s, [GONDOLA], [GONDOLA])[:, 0, 0])[0])
+
+    return _refined(balance, complex(poles[np.argmin(np.abs(np.abs(poles) - omega))]))
+
+
+def _refined(balance, pole):
+    """A root near a place by the secant method, where rounding is that of the function; else the place itself."""
+    begin, before = pole, pole * (1 + 1e-6)
+    last = balance(np.array([before]))
+    for _ in range(SECANT_STEPS):
+        value = balance(np.array([pole]))
+        if value == last:
+            return pole
+        change = value * (pole - before) / (value - last)
+        before, last, pole = pole, value, pole - change
+        if not abs(pole - begin) < 0.1 * abs(begin):
+            return begin
+        if abs(change) <= 1e-13 * abs(pole):
+            return pole
+    return begin
 
 
 def gondola_mode(share):

@@ -28,6 +28,9 @@ AT_ONCE = 200  # modes, so that matrices stay in the processor's cache
 # modes of a cable that damping of the strain, or by the air, may couple, those with most of it: a largest gain of
 # carlina-net-wind with thin cables moves by 2e-7 with twice as many, by 7e-3 with 60
 COUPLED = 100
+# strain of a mode, over that of an axial one, from which on it is among them however many there are: a largest gain of
+# carlina with Kelvin-Voigt damping moves by 1e-7 with 1e-3, by 4 % where one axial mode is left out
+STRAINED = 1e-4
 ASIDE = 5.0  # distance from the frequency of a mode, in its half-widths, at which Z is computed for its pole
 MOST_DECAY = 0.9  # rate of decay over frequency of a mode up to which its two poles stand for it
 NARROWEST = 1e-9  # half-width that is taken at least, over the frequency
@@ -175,35 +178,102 @@ class _Part:
 
     @cached_property
     def summed(self):
-        """`PoleSum` of the stiffness in s; None where rounding spoils it, or damping is not uneven.
-
-        With p a pole of one of the others, -s^4/(s^2 + 2 d s + W^2) = -s^2 - s^2 sum of (p^2/(2 (p + d)))/(s - p).
-        """
+        """`PoleSum` of the stiffness in s; None where rounding spoils it, or damping is not uneven."""
         if not self.element.uneven or self.element.uneven_damping.summed is None:
             return None
-        found, others = self.element.uneven_damping.summed, self.others
-        if others is None:
+        found = self.element.uneven_damping.summed
+        if self.others is None:
             return found
-        if (others.decay > MOST_DECAY * others.omega).any():
-            return None
-        poles = 1j * np.sqrt(others.omega**2 - others.decay**2) * np.array([[1], [-1]])
-        share = (poles - others.decay) ** 2 / (2 * poles)
-        products = others.coupling[:, :, None] * others.coupling[:, None, :]
-        residues = (share[..., None, None] * products).reshape(-1, *products.shape[1:])
-        static, first, second = found.polynomial
-        polynomial = [static, first, second - products.sum(axis=0)]
-        poles = np.append(found.poles, poles - others.decay)
-        return PoleSum(polynomial, poles, np.concatenate([found.residues, residues]))
+        return self._apart and PoleSum(
+            [one + other for one, other in zip(found.polynomial, self._apart.polynomial, strict=True)],
+            np.append(found.poles, self._apart.poles),
+            np.concatenate([found.residues, self._apart.residues]),
+        )
+
+    @cached_property
+    def _apart(self):
+        """`PoleSum` of what the others add; None where some of them are damped so much that their poles coincide."""
+        own = _Uncoupled.of(self.others)
+        return None if own.slow.any() else own.pole_sum
 
     def stiffness(self, s):
         """Forces at the ends that bodies move, by these and by the winches, shape (f, e, e + w)."""
-        others, rows = self.others, slice(len(self.moved))
+        rows = slice(len(self.moved))
         value = self.element.dynamic_stiffness(s, rows)
-        if others is None:
-            return value
-        moving = s[:, None] ** 4 / (others.omega**2 + s[:, None] * (s[:, None] + 2 * others.decay))
-        products = others.coupling[:, rows, None] * others.coupling[:, None, :]
-        return value - (moving @ products.reshape(len(others.omega), -1)).reshape(value.shape)
+        return value if self.others is None else value + _Uncoupled.of(self.others).stiffness(s)[:, rows]
+
+
+@dataclass(frozen=True)
+class _Uncoupled:
+    """Modes of a cable of which damping couples each to the ends, and not to other modes.
+
+    Each of n adds to the stiffness, with h = m s (s + r) + c R and c the complex loss factor of the strain,
+
+        -h h^T/(W^2 + s (s + 2 d) + c E) + 2 z W s m m^T,    r = viscous + 2 z W.
+
+    Attributes
+    ----------
+    products : ndarray, shape (5, n, e, e)
+        Coefficients of h h^T in s.
+    first, last : ndarray, shape (n,)
+        Of s and of 1 in the denominator.
+    lost : ndarray, shape (e, e)
+        Sum of 2 z W m m^T.
+    """
+
+    products: np.ndarray
+    first: np.ndarray
+    last: np.ndarray
+    lost: np.ndarray
+
+    @classmethod
+    def of(cls, element):
+        """Those of a `Superelement`."""
+        own, strain, modal = element.coupling, element.strain, 2 * element.damping_ratio * element.omega
+        force = [0j * own, (element.viscous + modal)[:, None] * own, own]
+        first, last = 2 * element.decay, element.omega**2
+        if strain is not None:
+            elastic = np.diagonal(strain.modes)
+            if strain.law == "kelvin_voigt":
+                force[1], first = force[1] + strain.amount * strain.coupling, first + strain.amount * elastic
+            else:
+                force[0], last = 1j * strain.amount * strain.coupling, last + 1j * strain.amount * elastic
+        products = np.zeros((5, *own.shape, own.shape[1]), dtype=complex)
+        for power, one in enumerate(force):
+            for other, two in enumerate(force):
+                products[power + other] += one[:, :, None] * two[:, None, :]
+        return cls(products, first, last, own.T @ (modal[:, None] * own))
+
+    @property
+    def slow(self):
+        """Which are damped so much that their two poles nearly coincide, shape (n,)."""
+        return np.abs(self.first) > 2 * MOST_DECAY * np.sqrt(np.abs(self.last))
+
+    @property
+    def pole_sum(self):
+        """What they add as `PoleSum`: its value and slope at s = 0, and what is left over s^2."""
+        half = self.first / 2
+        poles = -half + np.sqrt(half**2 - self.last + 0j) * np.array([[1], [-1]])
+        first, last = self.first[:, None, None], self.last[:, None, None]
+        static, slope = self.products[:2]
+        value = np.einsum("kan,knij->anij", poles ** np.arange(5)[:, None, None], self.products)
+        residues = value / (poles**2 * (2 * poles + self.first))[..., None, None]
+        polynomial = [
+            -(static / last).sum(axis=0),
+            self.lost - ((slope * last - static * first) / last**2).sum(axis=0),
+            -self.products[4].sum(axis=0),
+        ]
+        return PoleSum(polynomial, poles.ravel(), residues.reshape(-1, *residues.shape[2:]))
+
+    def stiffness(self, s):
+        """What they add, shape (f, e, e)."""
+        s, (count, ends) = s[:, None], self.products.shape[1:3]
+        weight = 1 / (self.last + s * (self.first + s))
+        value = s[..., None] * self.lost
+        for power, part in enumerate(self.products):
+            if part.any():
+                value = value - ((s**power * weight) @ part.reshape(count, -1)).reshape(len(s), ends, ends)
+        return value
 
 
 class _Together:
@@ -273,6 +343,7 @@ def _coupled(element):
         strained = np.abs(element.strain.coupling).max(axis=1, initial=0.0) / element.omega
         strained = (strained + np.sqrt(np.abs(np.diagonal(element.strain.modes)))) / element.omega
         coupled[np.argsort(-strained, kind="stable")[:COUPLED]] = True
+        coupled |= strained > STRAINED
     if element.air is not None:
         braked = np.diagonal(element.air)[:count] / element.omega
         coupled[np.argsort(-braked, kind="stable")[:COUPLED]] = True

@@ -369,6 +369,11 @@ class Case:
 
     @property
     def moves_in_wind(self):
+        """Whether the motion of the gondola was computed, in wind."""
+        return self.scene.wind is not None and self.moves
+
+    @property
+    def moves(self):
         """Whether the motion of the gondola was computed."""
         return bool(self.solved_winds)
 

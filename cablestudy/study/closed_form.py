@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cablestudy.errors import CablestudyError
-from cablestudy.study.columns import OF_FORM, ROUNDING, not_finite, over_strength, shapeless, value
+from cablestudy.study.columns import DAMPING_RATIO, OF_FORM, ROUNDING, not_finite, over_strength, shapeless, value
 from cablestudy.study.results import Results
 from cablestudy.study.status import OK, OVER_STRENGTH, status_of
 
@@ -39,7 +39,7 @@ class ColumnRequirements:
         self.scene_only = not self.of_equilibrium
         # whether the motion is that of the gondola too; whether damping matters
         self.gondola = bool(_needing(self.motion, "gondola"))
-        self.damped = bool(self.system or _needing(self.motion, "cable wind"))
+        self.damped = any(column.needs == "cable wind" or column.name == DAMPING_RATIO for column in self.motion)
         self.cable_wind = bool(_needing(self.motion, "cable wind"))
         # whether one model gives the errors of all by itself
         self.frequencies_only = len(self.modes) == len(self.motion)

@@ -32,6 +32,7 @@ MAX_MODE_NUMBER = 1000
 LOADED = "cable.loads|load_case.loads"  # of the cable, or of its case
 METAL, DIAMETER, STRONG = "cable.section_area", "cable.section_diameter", "cable.section_breaking_force"
 WINCH = "gondola.mass, winch.controller"
+DAMPING_RATIO = "gondola_damping_ratio"
 GONDOLA_X = "gondola.x"  # output of `as_suspension`
 MM, UM = 1e3, 1e6
 DRAG = "gondola.area, gondola.drag_coefficient, wind"
@@ -235,8 +236,10 @@ def tensions_at_peak(case):
 
 def goes_slack(case):
     """Whether the least tension of a `Case` in the wind is below zero; False where its RMS is not known, or void."""
-    bare = case.scene.gondola is None
-    known = "cable_motion" in case.__dict__ if bare else case.__dict__.get("in_wind") in case.solved_winds
+    if case.scene.gondola is None:
+        known = "cable_motion" in case.__dict__
+    else:
+        known = case.moves_in_wind and case.__dict__.get("in_wind") in case.solved_winds
     try:
         return known and tensions_at_peak(case)[0] < 0
     except CablestudyError:  # a winch that would be too fast, for example: the columns of the wind say why
@@ -272,7 +275,7 @@ def _shedding(name, meaning, place):
 
 
 def _of_loop(name, unit, meaning, compute=None):
-    """A column of the winch loop: a number and its estimated relative error of an `InWind`, of `Margins` by its name."""
+    """A column of the winch loop: a number and its relative error of an `InWind`, of `Margins` by its name."""
     found = compute or (lambda wind: wind.margin(name))
     return Column(name, unit, meaning, "loop", lambda case: found(case.in_wind), WINCH)
 
@@ -396,7 +399,7 @@ COLUMNS = (
            "gondola", lambda c: c.gondola_frequency, "gondola.mass"),
     Column("gondola_share", "", "share of the gondola's static compliance in its mode, phi^2/w^2 over 1/k", "gondola",
            lambda c: c.gondola_share, "gondola.mass"),
-    Column("gondola_damping_ratio", "", "damping ratio of the coupled gondola mode, the winch at rest", "loop",
+    Column(DAMPING_RATIO, "", "damping ratio of the coupled gondola mode, the winch at rest", "gondola",
            lambda c: c.gondola_damping_ratio, "gondola.mass"),
     _of_loop("gain", "rad/s", "integral gain of the winch, as stated or as it follows from a margin",
              lambda w: w.gain),

@@ -6,14 +6,14 @@ from math import ceil
 import numpy as np
 
 from cablestudy.cable.element import PER_WAVE
-from cablestudy.control.gondola import coupled_modes, gondola_mode
+from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
+from cablestudy.control.gondola import coupled_modes, damped_pole, gondola_mode
 from cablestudy.control.law import INTEGRATOR, Law
 from cablestudy.control.plant import Notch, Plant
 from cablestudy.control.stability import MOST_MODES, Waves, driven_up_to, too_many
 from cablestudy.control.winch import Loop
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.cache import share
-from cablestudy.study.columns import GONDOLA_X
 from cablestudy.study.models import MAX_MODES
 
 RESOLVED = 1e-7  # largest error of the frequency of a mode that the gain could drive
@@ -192,15 +192,26 @@ def gondola_damping_ratio(case):
     NoSolutionError
         So much damping that no oscillation is left of that mode.
     """
-    movement = case.in_wind.with_fewest_modes
-    omega = 2 * np.pi * float(movement.modes.frequency[gondola_mode(movement.modes.compliance_shares(0, 0))])
-    pole = movement.pole_at_rest(GONDOLA_X, omega)
-    ratio = -pole.real / abs(pole)
-    if abs(ratio) < NO_DAMPING:
-        return 0.0
-    if ratio > 0 and abs(pole.imag) < NEARLY_REAL * abs(pole):
-        return 1.0
-    return float(ratio)
+    damping, omega, mass = case.scene.cable.damping, 2 * np.pi * case.gondola_frequency, case.scene.gondola.mass
+    try:
+        pole = damped_pole(case.end_model_along_x, mass, case.gondola_air_damping, omega)
+        ratio = -pole.real / abs(pole)
+    except NoSolutionError:  # so much damped strain that modes are spoilt by rounding
+        pole, ratio = -omega + 0j, 1.0
+    if damping.model == "modal":
+        if abs(ratio) < NO_DAMPING:
+            return 0.0
+        if ratio > 0 and abs(pole.imag) < NEARLY_REAL * abs(pole):
+            return 1.0
+        if not (0.3 * omega < abs(pole) < 3 * omega and ratio > 0):
+            raise NoSolutionError("the gondola's mode is damped so much that it is no oscillation")
+        return float(ratio)
+    if LIGHT[0] < ratio < LIGHT[1] and case.gondola_share > DISTINCT and abs(abs(pole) / omega - 1) < LIGHT[1]:
+        return float(ratio)
+    # where modes share the motion, or damping is very small or large, it is followed from no damping to all of it
+    amount = damping.loss_factor if damping.model == "hysteretic" else damping.time
+    stiffness = ComplexStiffness(case.excited, case.frame[:, 0], damping.viscous / float(case.span.mass))
+    return damping_ratio(stiffness, mass, omega, damping.model, amount, case.gondola_air_damping)
 
 
 def loop_at_rest_of(case):

@@ -10,7 +10,7 @@ from cablestudy.study import loops, models, notes
 from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import ColumnRequirements, closed_form
-from cablestudy.study.columns import find, goes_slack, lacks, over_strength, relative, value_and_error
+from cablestudy.study.columns import DAMPING_RATIO, find, goes_slack, lacks, over_strength, relative, value_and_error
 from cablestudy.study.refinement import SETTINGS, Refinement, needs_of, reference_scene, refine
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
@@ -242,6 +242,8 @@ def _solve_to_accuracy(answers, required, _):
             _solve_system(answer, required.system)
         if not required.motion:
             continue
+        if _damped_by_modes(answer.case):
+            answer.fail([c for c in required.motion if c.name == DAMPING_RATIO], NoSolutionError(MODAL))
         columns = [column for column in required.motion if column.header not in answer.failures]
         if columns:
             needed = required if len(columns) == len(required.motion) else ColumnRequirements(columns)
@@ -254,11 +256,17 @@ def _solve_to_accuracy(answers, required, _):
         _take_over(answer, needed, search)
 
 
+def _damped_by_modes(case):
+    """Whether damping grows with the number of modes, so that there is no limit to an accuracy."""
+    damping = case.scene.cable.damping
+    return damping.model == "modal" and bool(damping.ratio)
+
+
 def _solve_system(answer, columns):
-    """Compute what gondola and cable do as one linear system, which states its own errors, to the accuracy of a case."""
+    """Compute what gondola and cable do as one linear system, which states its own errors."""
     case = answer.case
-    damping, drag, accuracy = case.scene.cable.damping, case.results.drag_error[case.index], case.scene.model.accuracy
-    if damping.model == "modal" and damping.ratio:
+    drag, accuracy = case.results.drag_error[case.index], case.scene.model.accuracy
+    if _damped_by_modes(case):
         answer.fail(columns, NoSolutionError(MODAL))
         return
     answer.compute(columns)
@@ -268,7 +276,7 @@ def _solve_system(answer, columns):
             text = f"{name}: estimated error {answer.errors[name]:.1e}, asked for {accuracy:g}"
             answer.failures[name] = ConvergenceError(text)
             del answer.values[name]
-    if case.moves_in_wind:
+    if case.moves:
         answer.slack, answer.dof = goes_slack(case), case.system_size
         about = notes.assumed_damping(case.scene) + notes.air_damping(case)
         answer.notes = (notes.CLOSED_FORM, *notes.of_system(case), *about)
@@ -296,7 +304,7 @@ def _take_over(answer, needed, search):
         answer.notes = found + tuple(line for line in answer.notes if line not in found)
         if "gondola_frequency_Hz" in search.values:
             answer.notes += tuple(notes.gondola_notes(search.used))
-        if needed.cable_wind:
+        if needed.damped and not answer.case.moves:
             answer.notes += notes.assumed_damping(search.used.scene) + notes.air_damping(search.used)
 
 
@@ -345,7 +353,7 @@ def _fixed_answer(answer, required, noted):
         answer.notes, answer.warnings = notes.of_fixed(case)
         if "gondola_frequency_Hz" in answer.values:
             answer.notes += tuple(notes.gondola_notes(case))
-        if required.damped:
+        if required.damped or required.system:
             answer.notes += notes.assumed_damping(case.scene) + notes.air_damping(case) + notes.judged_by(case.scene)
 
 

@@ -148,16 +148,11 @@ class InWind:
         """
         return self._found[1]
 
-    @property
-    def with_fewest_modes(self):
-        """`Movement` with the fewest modes that are tried, stable or not; raises as `movement_of`."""
-        return self.movement_of(self._counts[0])
-
     @cached_property
     def _judged(self):
         """The movement of `controlled`, or the error that says why there is none: computed once for a row."""
         try:
-            movement = self.with_fewest_modes
+            movement = self.movement_of(self._counts[0])
             movement.check_open()
         except (NoSolutionError, ConvergenceError) as error:
             return error
@@ -217,7 +212,7 @@ class InWind:
 
     @property
     def largest_gain(self):
-        """Gain below which the loop is stable [rad/s], None where there is no limit; and its estimated relative error."""
+        """Gain below which the loop is stable [rad/s], None where there is none; and its estimated relative error."""
         return self.controlled.largest_gain, self.loop_error
 
     @property

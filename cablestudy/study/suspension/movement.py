@@ -21,7 +21,6 @@ LITTLE = 1e-6  # gain over the lowest frequency, of a loop whose gain follows fr
 UNLIMITED = 1e3  # gain up to which a loop that seems to have no limit is examined, over its lowest frequency
 TRIALS = 4  # of the gain that decides which modes of cables are looked at
 SAFETY = 3.0  # of the first one, over the largest gain to first order,
-LARGE = 0.3  # of the largest share in a static compliance
 FEW_WAVES = 40  # where that could drive at most so many half-waves along a cable: more cost more than a second trial
 
 
@@ -310,33 +309,6 @@ class Movement:
         """Eigenvalues with the winches at rest. [rad/s]"""
         return self.motion.eigen.poles
 
-    def pole_at_rest(self, name, omega):
-        """The pole with a large share in the static compliance of an output that is nearest to a frequency.
-
-        The winches at rest.
-
-        Parameters
-        ----------
-        name : str
-            Of a displacement.
-        omega : float
-            [rad/s]
-
-        Returns
-        -------
-        complex
-            [rad/s]
-        """
-        motion, count = self.motion, len(self.motion)
-        found, row = motion.eigen, motion.moved[0][self.outputs[name]].real
-        above = found.values.imag >= 0
-        poles = found.values[above]
-        moved = (row / motion.unit) @ found.right[:count, above]
-        pushed = found.left[above, count : 2 * count] @ np.linalg.solve(motion.mass, row)
-        share = np.abs(moved * pushed / np.where(poles != 0, poles, 1.0))
-        poles = poles[share >= LARGE * share.max()]
-        return complex(poles[np.argmin(np.abs(np.abs(poles) - omega))])
-
     def check_open(self):
         """Refuse what grows with the winches at rest: NoSolutionError, with the motion and why."""
         if (pole := growing(self.open_poles)) is not None:
@@ -358,15 +330,22 @@ class Movement:
     @cached_property
     def _complaint(self):
         """Which motion grows with the loop, and below which gain none does."""
-        loop, limit = self.loop, self.largest_gain
-        pole = loop.growing
+        loop, pole = self.loop, self.loop.growing
+        try:
+            limit = self.largest_gain
+        except NoSolutionError as error:
+            return f"the loop is unstable at {self._said}: {self._named(pole, loop)}; {error}" if pole else str(error)
         moving = self._named(pole, loop) if pole else f"a motion of {self.limit.omega / TURN:.4g} Hz grows"
-        said = loop.law.said(loop.gain, 4).removeprefix("a gain of ")
-        found = f"the loop is unstable at {said}: {moving}"
+        found = f"the loop is unstable at {self._said}: {moving}"
         if limit is None:
             return found
         below = f"{limit:.4g} rad/s" if loop.law.integrates_only else f"{limit / loop.gain:.4g} times these gains"
         return f"{found}; stable below {below}"
+
+    @property
+    def _said(self):
+        """The gains of the loop in words."""
+        return self.loop.law.said(self.loop.gain, 4).removeprefix("a gain of ")
 
     def mode_name(self, place):
         """Number of a coordinate, what it moves and its frequency, in words."""
