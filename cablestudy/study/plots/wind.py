@@ -1,15 +1,14 @@
 """The gondola in the wind: spectra of wind speed (the paper's Fig. 6) and displacement, and cumulative variance."""
 
-from functools import reduce
-
 import numpy as np
 from matplotlib.figure import Figure
 
 from cablestudy.errors import NoSolutionError
+from cablestudy.study.columns import GONDOLA_X
+from cablestudy.study.loop_report import resonances
 from cablestudy.study.plots.spectra import RANGE, frequencies_near, share_below
 from cablestudy.study.plots.style import BLUE, GREY, RED, WIDTH, heading, styled
 from cablestudy.study.plots.words import quantity_text
-from cablestudy.study.windrms import cable_force_of, combine, force_of, spectra_of
 from cablestudy.wind.spectrum import admittance, speed_spectrum
 
 POINTS = 4000
@@ -33,12 +32,12 @@ def wind_response(case, on="gondola"):
     NoSolutionError
         The response is zero, or outside the range of a picture.
     """
-    frequency = _grid(case)
-    forces = {"gondola": [force_of], "cable": [cable_force_of], "both": [force_of, cable_force_of]}[on]
+    winds = _winds(case, on)
+    frequency = _grid(winds)
     with np.errstate(all="ignore"):
-        loop = case.loop if on == "gondola" else case.loop_in_air
-        parts = [spectra_of(loop, force(case))(frequency) for force in forces]
-        held, _, alone, _ = sum(parts)
+        parts = [_spectra(drawn, frequency) for drawn, _ in winds]
+    held, alone = sum(parts)
+    looped = winds[0][0].response.loop is not None
     if not alone.any():
         raise NoSolutionError("the wind on the cable exerts no force on the gondola: there is nothing to draw")
     if not (np.isfinite(1e6 * held) & np.isfinite(1e6 * alone) & (alone > 0)).all():
@@ -46,13 +45,13 @@ def wind_response(case, on="gondola"):
     figure = Figure(figsize=(WIDTH, 8.0), layout="constrained")
     axes = figure.subplots(3, 1, sharex=True)
     _speed(axes[0], case, frequency, on)
-    _displacement(axes[1], case, frequency, alone, held)
+    _displacement(axes[1], looped, frequency, alone, held)
     if on == "both":
         axes[1].loglog(frequency, 1e6 * parts[1][0], color=BLUE, ls="--", label="by the wind on the cable")
     axes[1].legend(loc="lower left")
-    lines = [(alone, GREY, _response(case, on, "open_").open_displacement, "winch at rest")]
-    if case.loop.gain:
-        lines.append((held, RED, _response(case, on).displacement, "winch loop closed"))
+    lines = [(alone, GREY, _rms(winds, open_loop=True), "winch at rest")]
+    if looped:
+        lines.append((held, RED, _rms(winds, open_loop=False), "winch loop closed"))
     _variance(axes[2], frequency, lines)
     axes[2].set_xlabel("frequency [Hz]")
     axes[2].set_xlim(*RANGE)
@@ -63,16 +62,28 @@ def wind_response(case, on="gondola"):
     return figure
 
 
-def _grid(case):
-    """Frequencies with equal ratios, and closer ones near the poles."""
-    poles = np.concatenate([case.loop.open_poles, case.loop.closed_poles if case.loop.gain else case.loop.open_poles])
-    return frequencies_near(poles, np.linspace(-5, 5, 41), POINTS)
+def _winds(case, on):
+    """What the wind acts on, each as an `InWind` whose spectra are drawn, and as what knows its RMS."""
+    if on == "gondola":
+        return [(case.in_wind, case.in_wind)]
+    by_cable = case.in_cable_wind.side(), case.in_cable_wind
+    return [by_cable] if on == "cable" else [(case.in_wind_that_damps, case.in_wind_that_damps), by_cable]
 
 
-def _response(case, on, which=""):
-    """The response that is drawn."""
-    names = {"gondola": ["response"], "cable": ["cable_response"], "both": ["response_in_air", "cable_response"]}[on]
-    return reduce(combine, [getattr(case, which + name) for name in names])
+def _grid(winds):
+    """Frequencies with equal ratios, and closer ones near the resonances of the gondola."""
+    return frequencies_near(resonances(winds[0][0].movement), np.linspace(-5, 5, 41), POINTS)
+
+
+def _spectra(found, frequency):
+    """Spectra of the displacement of the gondola of an `InWind`, with the loop and with the winch at rest: (2, f)."""
+    spectra = found.response.spectra(frequency)[:, found.response.names.index(GONDOLA_X)]
+    return spectra[[0, -1]]
+
+
+def _rms(winds, open_loop):
+    """Of the displacement, all winds together. [m]"""
+    return np.sqrt(sum(one.rms([GONDOLA_X], "value", open_loop)[0] ** 2 for _, one in winds))
 
 
 def _speed(axes, case, frequency, on):
@@ -86,9 +97,9 @@ def _speed(axes, case, frequency, on):
     axes.legend(loc="lower left")
 
 
-def _displacement(axes, case, frequency, alone, held):
+def _displacement(axes, looped, frequency, alone, held):
     axes.loglog(frequency, 1e6 * alone, color=GREY, label="winch at rest")
-    if case.loop.gain:
+    if looped:
         axes.loglog(frequency, 1e6 * held, color=RED, label="winch loop closed")
     axes.set_ylabel("spectrum of the gondola's\ndisplacement [mm²/Hz]")
 
