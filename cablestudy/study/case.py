@@ -360,6 +360,20 @@ class Case:
 
         return in_cable_wind_of(self)
 
+    def winds_on(self, what, open_loop=False):
+        """Winds that have nothing to do with each other, so that variances add: list of InWind; raises as `InWind.rms`.
+
+        Parameters
+        ----------
+        what : {"gondola", "cable", "both"}
+            What they act on. With both the wind on the gondola blows where the air damps the cable too.
+        open_loop : bool
+            Whether that on the cable is the one that moves the gondola more with the winch at rest.
+        """
+        on_gondola = {"gondola": "in_wind", "both": "in_wind_that_damps"}
+        found = [getattr(self, on_gondola[what])] if what in on_gondola else []
+        return found if what == "gondola" else [*found, self.in_cable_wind.side(open_loop)]
+
     @property
     def solved_winds(self):
         """Of the above those in which the motion of the gondola was computed: list of InWind."""

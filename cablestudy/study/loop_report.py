@@ -57,7 +57,7 @@ def loop_table(document, scene, estimate=False):
 
 def has_loop(case):
     """Whether the loop gain of a case can be had, of an unstable loop too."""
-    if not case.moves_in_wind:  # refused before anything was computed
+    if not case.moves:  # refused before anything was computed
         return False
     try:
         _ = case.in_wind.controlled.gains

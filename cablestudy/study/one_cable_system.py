@@ -77,7 +77,7 @@ class InCableWind:
         return max(self.sides, key=lambda side: side.rms([GONDOLA_X], "value", open_loop)[0])
 
 
-def in_wind_of(case, damping=0.0):
+def in_wind_of(case, damping=0.0, kind=InWind):
     """`InWind` of a case: its gondola with the winch loop, and in the wind on it.
 
     Parameters
@@ -86,6 +86,8 @@ def in_wind_of(case, damping=0.0):
         With a gondola.
     damping : float
         Viscous damping of the cable by the air, per length. [N s/m^2]
+    kind : callable
+        `InWind`, or what takes its arguments.
 
     Raises
     ------
@@ -94,16 +96,18 @@ def in_wind_of(case, damping=0.0):
     """
     scene = as_suspension(case.scene, damping)
     airflow = scene.wind and Airflow(scene, drag_of([scene], (GONDOLA,), (CABLE,)).take(0))
-    return _in_airflow(case, scene, airflow, damping)
+    return _in_airflow(case, scene, airflow, damping, kind)
 
 
-def in_cable_wind_of(case):
+def in_cable_wind_of(case, kind=InWind):
     """`InCableWind` of a case, whose cable the wind damps too.
 
     Parameters
     ----------
     case : Case
         With a gondola, wind, and a diameter of the cable.
+    kind : callable
+        As for `in_wind_of`.
 
     Raises
     ------
@@ -115,10 +119,8 @@ def in_cable_wind_of(case):
     drag = drag_of([scene], (GONDOLA,), (CABLE,)).take(0)
     offered = np.array([wind.cable_drag_coefficient * case.scene.wind_diameter])
     sides = {"across": span.frame[2], "along": span.level}
-    return InCableWind([
-        _in_airflow(case, scene, CableAirflow(scene, drag, wind, _on_cable(drag, wind, offered, to), side), damping)
-        for side, to in sides.items()
-    ])  # fmt: skip
+    every = [CableAirflow(scene, drag, wind, _on_cable(drag, wind, offered, to), side) for side, to in sides.items()]
+    return InCableWind([_in_airflow(case, scene, airflow, damping, kind) for airflow in every])
 
 
 def _on_cable(drag, wind, offered, direction):
@@ -126,9 +128,9 @@ def _on_cable(drag, wind, offered, direction):
     return replace(drag, velocity=wind.speed * direction, cables=offered, bodies=0 * drag.bodies)
 
 
-def _in_airflow(case, scene, airflow, damping):
+def _in_airflow(case, scene, airflow, damping, kind):
     equilibrium, known = equilibrium_of(case), case.linear_models.setdefault(damping, {})
-    return InWind(scene, equilibrium, equilibrium, airflow, _exact_model(case), known)
+    return kind(scene, equilibrium, equilibrium, airflow, _exact_model(case), known)
 
 
 def equilibrium_of(case):

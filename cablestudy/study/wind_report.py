@@ -121,13 +121,12 @@ def _bare_cable_table(document, scene, estimate):
 
 def _integrals(case, on):
     """Shares of the variance of the displacement below BELOW, and its estimated relative error by integration. [-]"""
-    both = {"gondola": lambda: [case.in_wind], "cable": lambda: [case.in_cable_wind.side()],
-            "both": lambda: [case.in_wind_that_damps, case.in_cable_wind.side()]}[on]()  # fmt: skip
-    variances = np.array([one.rms([GONDOLA_X], "value", open_loop=False)[0] ** 2 for one in both])
-    shares = np.array([one.response.shares_below(GONDOLA_X, BELOW) for one in both])
+    winds = case.winds_on(on)
+    variances = np.array([one.rms([GONDOLA_X], "value", open_loop=False)[0] ** 2 for one in winds])
+    shares = np.array([one.response.shares_below(GONDOLA_X, BELOW) for one in winds])
     whole = variances.sum()
     weights = variances / whole if whole else variances
-    return (weights @ shares).tolist(), max(one.response.integration_error for one in both)
+    return (weights @ shares).tolist(), max(one.response.integration_error for one in winds)
 
 
 def _vortices(case):

@@ -5,10 +5,10 @@ from matplotlib.figure import Figure
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.columns import GONDOLA_X
-from cablestudy.study.loop_report import resonances
 from cablestudy.study.plots.spectra import RANGE, frequencies_near, share_below
 from cablestudy.study.plots.style import BLUE, GREY, RED, WIDTH, heading, styled
 from cablestudy.study.plots.words import quantity_text
+from cablestudy.study.suspension.response import CLOSED, OPEN
 from cablestudy.wind.spectrum import admittance, speed_spectrum
 
 POINTS = 4000
@@ -32,26 +32,26 @@ def wind_response(case, on="gondola"):
     NoSolutionError
         The response is zero, or outside the range of a picture.
     """
-    winds = _winds(case, on)
-    frequency = _grid(winds)
+    closed, at_rest = (case.winds_on(on, open_loop) for open_loop in (False, True))
+    movement = closed[0].movement
+    frequency, controlled = _grid(movement), movement.loop is not None and movement.loop.gain
     with np.errstate(all="ignore"):
-        parts = [_spectra(drawn, frequency) for drawn, _ in winds]
-    held, alone = sum(parts)
-    looped = winds[0][0].response.loop is not None
-    if not alone.any():
+        parts = [_spectrum(wind, frequency, CLOSED) for wind in closed]
+        held, alone = sum(parts), sum(_spectrum(wind, frequency, OPEN) for wind in at_rest)
+    if not _rms(at_rest, open_loop=True):
         raise NoSolutionError("the wind on the cable exerts no force on the gondola: there is nothing to draw")
     if not (np.isfinite(1e6 * held) & np.isfinite(1e6 * alone) & (alone > 0)).all():
         raise NoSolutionError("the response spectrum is too large or too small for a picture")
     figure = Figure(figsize=(WIDTH, 8.0), layout="constrained")
     axes = figure.subplots(3, 1, sharex=True)
     _speed(axes[0], case, frequency, on)
-    _displacement(axes[1], looped, frequency, alone, held)
+    _displacement(axes[1], frequency, alone, held if controlled else None)
     if on == "both":
-        axes[1].loglog(frequency, 1e6 * parts[1][0], color=BLUE, ls="--", label="by the wind on the cable")
+        axes[1].loglog(frequency, 1e6 * parts[1], color=BLUE, ls="--", label="by the wind on the cable")
     axes[1].legend(loc="lower left")
-    lines = [(alone, GREY, _rms(winds, open_loop=True), "winch at rest")]
-    if looped:
-        lines.append((held, RED, _rms(winds, open_loop=False), "winch loop closed"))
+    lines = [(alone, GREY, _rms(at_rest, open_loop=True), "winch at rest")]
+    if controlled:
+        lines.append((held, RED, _rms(closed, open_loop=False), "winch loop closed"))
     _variance(axes[2], frequency, lines)
     axes[2].set_xlabel("frequency [Hz]")
     axes[2].set_xlim(*RANGE)
@@ -62,28 +62,22 @@ def wind_response(case, on="gondola"):
     return figure
 
 
-def _winds(case, on):
-    """What the wind acts on, each as an `InWind` whose spectra are drawn, and as what knows its RMS."""
-    if on == "gondola":
-        return [(case.in_wind, case.in_wind)]
-    by_cable = case.in_cable_wind.side(), case.in_cable_wind
-    return [by_cable] if on == "cable" else [(case.in_wind_that_damps, case.in_wind_that_damps), by_cable]
+def _grid(movement):
+    """Frequencies with equal ratios, and closer ones near the poles."""
+    poles = [movement.open_poles, *([movement.loop.eigen.poles] if movement.loop else [])]
+    return frequencies_near(np.concatenate(poles), np.linspace(-5, 5, 41), POINTS)
 
 
-def _grid(winds):
-    """Frequencies with equal ratios, and closer ones near the resonances of the gondola."""
-    return frequencies_near(resonances(winds[0][0].movement), np.linspace(-5, 5, 41), POINTS)
-
-
-def _spectra(found, frequency):
-    """Spectra of the displacement of the gondola of an `InWind`, with the loop and with the winch at rest: (2, f)."""
-    spectra = found.response.spectra(frequency)[:, found.response.names.index(GONDOLA_X)]
-    return spectra[[0, -1]]
+def _spectrum(wind, frequency, state):
+    """Of the displacement of the gondola, with the loop (CLOSED) or the winch at rest (OPEN), shape (f,). [m^2/Hz]"""
+    response = wind.response
+    found = response.spectra(frequency)
+    return found[state if len(found) > 1 else 0, response.names.index(GONDOLA_X)]
 
 
 def _rms(winds, open_loop):
-    """Of the displacement, all winds together. [m]"""
-    return np.sqrt(sum(one.rms([GONDOLA_X], "value", open_loop)[0] ** 2 for _, one in winds))
+    """Of the displacement in winds that have nothing to do with each other. [m]"""
+    return float(np.sqrt(sum(wind.rms([GONDOLA_X], "value", open_loop)[0] ** 2 for wind in winds)))
 
 
 def _speed(axes, case, frequency, on):
@@ -97,9 +91,9 @@ def _speed(axes, case, frequency, on):
     axes.legend(loc="lower left")
 
 
-def _displacement(axes, looped, frequency, alone, held):
+def _displacement(axes, frequency, alone, held):
     axes.loglog(frequency, 1e6 * alone, color=GREY, label="winch at rest")
-    if looped:
+    if held is not None:
         axes.loglog(frequency, 1e6 * held, color=RED, label="winch loop closed")
     axes.set_ylabel("spectrum of the gondola's\ndisplacement [mm²/Hz]")
 

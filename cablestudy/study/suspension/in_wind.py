@@ -236,12 +236,16 @@ class InWind:
         found = limit.omega
         return found / (2 * np.pi), self.controlled.driven.errors[1]
 
+    def response_of_state(self, open_loop):
+        """`Response` that has numbers with the winches at rest or with the loop, and which of its states they are."""
+        return (self._open.response, OPEN) if open_loop else (self.response, CLOSED)
+
     def rms(self, names, variance, open_loop):
         """Root of the sum of variances of some outputs, and its estimated relative error; 0 of what is held.
 
         Not a number for an exact choice of elements, whose own error is not known.
         """
-        response, state = (self._open.response, OPEN) if open_loop else (self.response, CLOSED)
+        response, state = self.response_of_state(open_loop)
         found = response.variances if variance in OWN else response.seen
         names = [name for name in names if name in found.rows]
         response.check_damped(names, state)
