@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from math import factorial
 from types import SimpleNamespace
 
 import control
@@ -258,6 +259,19 @@ def test_the_reference_is_reached_and_a_step_of_the_winch_is_taken_back(name):
         found = in_time(case, kind, time, "1 m")
         assert (found.measured[-1], found.winch[-1, 0]) == pytest.approx((gondola, winch), abs=1e-6)
         assert found.final == pytest.approx(gondola, abs=1e-9)
+
+
+def test_a_reference_with_a_delay_by_the_method_of_steps():
+    """x' = K (1 - x(t - T)) behind T: the sum of -(-K)^n (t - n T)^n/n! over n >= 1 with t > n T."""
+    delay = 1e4 / NATURAL
+    gain, damped = 0.6 / delay, f"cable.damping={{model: kelvin_voigt, time: {1 / NATURAL!r} s}}"
+    law = f"winch.controller={{gain: {gain!r} rad/s, notch: none}}", f"winch.delay={delay!r} s"
+    time = np.linspace(0, 6 * delay, 31)
+    found = in_time(case_of(*SPRING, damped, *law), "reference", time, "1 m")
+    expected = sum(-((-gain * np.maximum(time - n * delay, 0)) ** n) / factorial(n) for n in range(1, 7))
+    # a corner in time has no end in frequency
+    assert found.measured == pytest.approx(expected, abs=5e-3)
+    assert np.abs(found.measured - expected)[np.abs(time / delay % 1 - 0.5) < 0.35].max() < 1e-3
 
 
 def test_an_unstable_loop_has_no_response_in_time():

@@ -67,17 +67,18 @@ def has_loop(case):
 
 
 def resonances(movement):
-    """Poles of the gondola by a force on it, the winch at rest and with a loop, that show in its response. [rad/s]
+    """Poles of the gondola by a force on it, the winch at rest and with the loop, that show in its response. [rad/s]
 
     Those of the upper half plane. What a pole adds to the response at its frequency is small where a zero is beside it.
 
     Parameters
     ----------
     movement : Movement
+        With a loop.
     """
     row, found = movement.outputs[GONDOLA_X], []
     force = movement.motion.moved[0][[row]].real.T
-    for loop in [None, movement.loop] if movement.loop else [None]:
+    for loop in (None, movement.loop):
         system = residues((loop or movement.motion).eigen, *by_forces(movement.motion, force, loop))
         system = replace(system, shown=system.shown[[row]], direct=system.direct[[row]])
         poles, own = system.poles, np.abs(system.shown[0] * system.given[:, 0])
