@@ -214,9 +214,9 @@ class StableGains:
         near = self._crossings
         near = near.take((near.factor < CLOSED * gain) & (gain < CLOSED * near.factor))
         poles = 1j * near.place + 1j / (near.factor * near.slope) * (gain / near.factor - 1)
-        added = beside(np.append(poles, -gain))
+        added = beside(np.append(poles, [-gain, -min(gain / 2, omega[0])]))  # a small gain is below all of them
         omega, matrices = curve_beside(self.loop_gain, gain, omega, matrices, values)
-        return with_more(self.loop_gain, omega, matrices, added[(added > omega[0]) & (added < omega[-1])])
+        return with_more(self.loop_gain, omega, matrices, added[added < omega[-1]])
 
     def margins(self, gain):
         """`Margins` of the loop with a gain. [rad/s]"""

@@ -10,28 +10,29 @@ shape h for a movement of an end along its tangent t: the tension changes by
 
     integral of rho C_d d v h^T G u' - t^T (M_eq q'' + C_eq q' + K_eq q),
 
-with the rows of M, C and K that join the end to the modes. Turbulence as in `study.cable_wind`: its components are
+with the rows of M, C and K that join the end to the modes. Turbulence as in `one_cable_system`: its components are
 uncorrelated and equal, coherent over some length; wind across and wind along the vertical plane of the cable are
 compared. The motion is linear about the equilibrium without wind.
 """
 
 from dataclasses import dataclass
+from math import frexp, inf, ldexp
 
 import numpy as np
 
 from cablestudy.cable.element import basis, lagrange
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.cable_wind import DIRECTIONS, STILL, blowing, drag_loads
-from cablestudy.study.windrms import QUADRATURE, scaling
 from cablestudy.system.linear import upper
 from cablestudy.system.residues import Residues
 from cablestudy.wind.cable_gusts import INTERPOLATED, CableGusts
 from cablestudy.wind.coherence import at_points, ratio_of, rod, tangents
 from cablestudy.wind.drag import cable_damping, drag_matrices
-from cablestudy.wind.integrals import ALONG_CABLES, Integrals, frequency_range
+from cablestudy.wind.integrals import ALONG_CABLES, QUADRATURE, Integrals, frequency_range
 from cablestudy.wind.spectrum import speed_spectrum
 from cablestudy.wind.variance import frequency_edges, smooth_on
 
+DIRECTIONS = ("across", "along")
+STILL = 1e-9  # share of what moves that no more than rounding leaves
 MOST_MODES = 160  # of one plane: static displacements by the others fall with the cube of their number, 1e-7
 NOTHING = 100  # times the floor of a spectrum: a variance below it is none
 CHECKED = np.array([0.1, 0.7, 3.0])  # frequencies, over the lowest pole's, at which the sum over poles is checked
@@ -313,3 +314,49 @@ def _check_damped(poles):
         f"undamped: the damping ratio of the cable's mode of {abs(worst) / (2 * np.pi):.4g} Hz is {ratio:.2g}, below "
         f"{ALONG_CABLES:g}, so that no RMS is finite (cable.damping)"
     )
+
+
+def blowing(span):
+    """Unit vectors of the mean wind in the chord frame of a `Span`: across and along its vertical plane."""
+    return {"across": np.array([0.0, 0.0, 1.0]), "along": span.frame @ span.level}
+
+
+def drag_loads(rod, shapes, matrices):
+    """Drag by each component of the turbulence on some shapes, in the functions of a `Rod`.
+
+    Parameters
+    ----------
+    rod : Rod
+    shapes : ndarray, shape (n, q, 3, k)
+        At its points.
+    matrices : ndarray, shape (n, q, 3, 3)
+        See `drag_matrices`.
+
+    Returns
+    -------
+    ndarray, shape (c, k, r)
+        Of the c components with any force on the shapes.
+    """
+    drag = np.einsum("eqak,eqac->ceqk", shapes, matrices, optimize=True)
+    drag = drag.reshape(3, -1, drag.shape[-1])
+    whole = np.abs(shapes).max(axis=(0, 1, 2))
+    moved = (np.abs(drag) > STILL * np.where(whole > 0, whole, 1.0)).any(axis=(1, 2))
+    return (rod.collect @ drag[moved]).transpose(0, 2, 1)
+
+
+def scaling(*factors):
+    """What multiplies a number by all factors, whose product alone might not be a number."""
+    mantissa, exponent = frexp(1.0)
+    for factor in factors:
+        part, power = frexp(factor)
+        mantissa, exponent = mantissa * part, exponent + power
+    mantissa, power = frexp(mantissa)  # of few factors: no product of mantissas is too small
+
+    def times(number):
+        part, own = frexp(number)
+        try:
+            return ldexp(part * mantissa, own + exponent + power)
+        except OverflowError:
+            return inf
+
+    return times

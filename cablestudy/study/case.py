@@ -9,7 +9,7 @@ from cablestudy.cable.dynamics import PLANAR
 from cablestudy.cable.geometry import midspan
 from cablestudy.control import gondola
 from cablestudy.errors import CablestudyError, NoSolutionError
-from cablestudy.study import loops, windrms
+from cablestudy.study import loops
 from cablestudy.study.cache import Cache, frozen, shared
 from cablestudy.study.models import MAX_MODES, model_of
 from cablestudy.study.results import Results
@@ -18,8 +18,6 @@ from cablestudy.study.statics import ClosedStatics, DiscreteStatics
 from cablestudy.wind.drag import body_damping, cable_damping
 
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
-RESPONSES = ("response", "cable_response", "response_in_air")
-RESPONSES = (*RESPONSES, *(f"open_{name}" for name in RESPONSES), "cable_motion")
 OF_EXCITED = ("coupled", "end_inertia", "end_model_along_x", "loop")  # results computed from `Case.excited`
 # modes above GONDOLA_MODES times the gondola's frequency, or more for high accuracies, are not summed one by one; the
 # error falls with the sixth power of that number n, as (OMITTED/n)^6, measured on random scenes
@@ -359,6 +357,40 @@ class Case:
 
         return in_wind_of(self, self.cable_air_damping) if self.cable_air_damping else self.in_wind
 
+    @cached_property
+    def in_cable_wind(self):
+        """The gondola with its winch loop, in the wind on the cable, which damps the cable too: `InCableWind`.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            There is no equilibrium.
+        """
+        from cablestudy.study.one_cable_system import in_cable_wind_of
+
+        return in_cable_wind_of(self)
+
+    def winds_on(self, what, open_loop=False):
+        """Winds that have nothing to do with each other, so that variances add: list of InWind; raises as `InWind.rms`.
+
+        Parameters
+        ----------
+        what : {"gondola", "cable", "both"}
+            What they act on. With both the wind on the gondola blows where the air damps the cable too.
+        open_loop : bool
+            Whether that on the cable is the one that moves the gondola more with the winch at rest.
+        """
+        on_gondola = {"gondola": "in_wind", "both": "in_wind_that_damps"}
+        found = [getattr(self, on_gondola[what])] if what in on_gondola else []
+        return found if what == "gondola" else [*found, self.in_cable_wind.side(open_loop)]
+
+    @property
+    def solved_winds(self):
+        """Of the above those in which the motion of the gondola was computed: list of InWind."""
+        found = [self.__dict__[name] for name in ("in_wind", "in_wind_that_damps") if name in self.__dict__]
+        found += self.in_cable_wind.sides if "in_cable_wind" in self.__dict__ else []
+        return [one for one in found if one.solved]
+
     @property
     def moves_in_wind(self):
         """Whether the motion of the gondola was computed, in wind."""
@@ -367,12 +399,12 @@ class Case:
     @property
     def moves(self):
         """Whether the motion of the gondola was computed."""
-        return "in_wind" in self.__dict__ and self.in_wind.solved
+        return bool(self.solved_winds)
 
     @property
     def system_size(self):
         """Coordinates of the linear system of gondola and cable; 0 where none was made. [-]"""
-        return len(self.in_wind.described.motion) if self.moves else 0
+        return max((len(one.described.motion) for one in self.solved_winds), default=0)
 
     @property
     def body_key(self):
@@ -502,18 +534,6 @@ class Case:
 
     # --------------------------------------------------------------------------------------------------------- wind
 
-    @cached_property
-    def response(self):
-        """The gondola by the wind on it: `windrms.GondolaResponse`."""
-        return windrms.response_of(self, self.loop)
-
-    @cached_property
-    def open_response(self):
-        """The same with the winch at rest, whatever the loop."""
-        if self._stable("loop"):
-            return self.response  # which holds both, from one integration
-        return windrms.response_of(self, self.loop_at_rest)
-
     def check_winch_speed(self):
         """Refuse numbers of the loop in the wind that its winch is too slow for.
 
@@ -532,50 +552,16 @@ class Case:
             )
 
     @cached_property
-    def cable_response(self):
-        """The gondola by the wind on the cable, which damps the cable too: `windrms.GondolaResponse`."""
-        return windrms.cable_response_of(self, self.loop_in_air)
-
-    @cached_property
-    def open_cable_response(self):
-        """The same with the winch at rest, whatever the loop."""
-        if self._stable("loop_in_air"):
-            return self.cable_response
-        return windrms.cable_response_of(self, loops.loop_in_air(self, self.loop_at_rest))
-
-    @cached_property
-    def response_in_air(self):
-        """The gondola by the wind on it, in a wind that damps the cable too: `windrms.GondolaResponse`."""
-        return windrms.response_of(self, self.loop_in_air) if self.cable_air_rate else self.response
-
-    @cached_property
-    def open_response_in_air(self):
-        """The same with the winch at rest, whatever the loop."""
-        if not self.cable_air_rate:
-            return self.open_response
-        if self._stable("loop_in_air"):
-            return self.response_in_air
-        return windrms.response_of(self, loops.loop_in_air(self, self.loop_at_rest))
-
-    @cached_property
     def cable_motion(self):
         """The cable with fixed ends in the wind: `cable_motion.CableMotion`."""
         from cablestudy.study.cable_motion import cable_motion_of
 
         return cable_motion_of(self)
 
-    def _stable(self, name):
-        """Whether a loop can be had, and is stable."""
-        try:
-            return getattr(self, name).stable
-        except NoSolutionError:  # of the gain, or of the loop with it
-            return False
-
     @property
     def integration_error(self):
-        """Largest estimated relative error, by integration, of the RMS values that were computed. [-]"""
-        found = [vars(self)[name].error for name in RESPONSES if name in vars(self)]
-        return max(found, default=0.0) / 2  # of the root of a variance
+        """Estimated relative error, by integration, of the RMS values of `cable_motion`, if they were computed. [-]"""
+        return self.cable_motion.error / 2 if "cable_motion" in self.__dict__ else 0.0  # of the root of a variance
 
 
 class _ClosedForm:

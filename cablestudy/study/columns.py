@@ -236,7 +236,10 @@ def tensions_at_peak(case):
 
 def goes_slack(case):
     """Whether the least tension of a `Case` in the wind is below zero; False where its RMS is not known, or void."""
-    known = "cable_motion" in case.__dict__ if case.scene.gondola is None else case.moves_in_wind
+    if case.scene.gondola is None:
+        known = "cable_motion" in case.__dict__
+    else:
+        known = case.moves_in_wind and case.__dict__.get("in_wind") in case.solved_winds
     try:
         return known and tensions_at_peak(case)[0] < 0
     except CablestudyError:  # a winch that would be too fast, for example: the columns of the wind say why
@@ -307,16 +310,15 @@ def _by_wind_on_gondola(case, variance, at_rest):
 
 
 def _by_wind_on_cable(case, variance, at_rest):
-    quantity = "displacement" if variance == "value" else "velocity"
-    return getattr(case.open_cable_response if at_rest else case.cable_response, "open_" * at_rest + quantity), 0.0
+    return case.in_cable_wind.rms([GONDOLA_X], variance, at_rest)
 
 
 def _by_wind_on_both(case, variance, at_rest):
-    (one, error), other = (
-        case.in_wind_that_damps.rms([GONDOLA_X], variance, at_rest),
-        _by_wind_on_cable(case, variance, at_rest)[0],
-    )
-    return hypot(one, other), error
+    """Of the wind on the gondola and that on the cable, which have nothing to do with each other: variances add."""
+    winds = case.in_wind_that_damps, case.in_cable_wind
+    (one, error), (other, wrong) = (wind.rms([GONDOLA_X], variance, at_rest) for wind in winds)
+    both = hypot(one, other)
+    return both, (error * (one / both) ** 2 + wrong * (other / both) ** 2) if both else 0.0
 
 
 def _of_winch(case, place):

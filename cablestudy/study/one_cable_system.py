@@ -1,22 +1,85 @@
-"""One cable with a gondola as a suspension about its equilibrium, for what its winch and the wind do to it."""
+"""One cable with a gondola as a suspension about its equilibrium, for what its winch and the wind do to it.
 
+The wind on the gondola blows along x. That on the cable has, as a horizontal mean, the speed that the gondola meets;
+each component of its turbulence has the spectrum of the longitudinal one, and two components are uncorrelated. What the
+paper leaves open is where it comes from: each number is the larger one of wind across and along the vertical plane of
+the cable, between which those of a straight cable lie. The air damps the gondola by its drag along x, and the cable by
+one viscous rate for motion in any direction.
+"""
+
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 
 from cablestudy.cable.assembly import IN_PLANE
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
+from cablestudy.study.columns import GONDOLA_X
+from cablestudy.study.suspension.airflow import Airflow
 from cablestudy.study.suspension.in_wind import InWind
 from cablestudy.study.suspension.linear_motion import drag_of
 from cablestudy.system.cables import Cables, FixedModel
 from cablestudy.system.suspension import GROUND, Equilibrium, Suspension
+from cablestudy.wind.coherence import along_cable
+from cablestudy.wind.gusts import Gusts
+from cablestudy.wind.strips import strips
 
 ALONG_X = np.array([[True, False, False, False, False, False]])
 FOUND = SimpleNamespace(converged=np.array(True))  # record of a pose that was not searched: end 2 stays where it is
 
 
-def in_wind_of(case, damping=0.0):
-    """`InWind` of a case: its gondola with the winch loop, and in the wind.
+class CableAirflow(Airflow):
+    """The wind on the cable of a scene of one cable.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+    drag : Drag
+        Of the gondola along x, which damps it.
+    wind : Wind
+        Of the scene of one cable.
+    on_cable : Drag
+        Of the cable, in the direction of the mean wind.
+    side : {"across", "along"}
+        Where that is, from the vertical plane of the cable.
+    """
+
+    on_cables = True
+
+    def __init__(self, scene, drag, wind, on_cable, side):
+        super().__init__(scene, drag)
+        self._wind, self._on_cable, self.side = wind, on_cable, side
+
+    def gusts(self, solution, layout, shapes):
+        """`Gusts` on the coordinates, see `Airflow.gusts`: the turbulence is the same in all directions."""
+        rms, none = self._wind.turbulence, np.zeros((0, 3, shapes.shape[1]))
+        wind = self.scene.wind.model_copy(update={"turbulence_intensity": None, "turbulence_rms": (rms,) * 3})
+        along = strips(solution, layout, shapes, self._on_cable)
+        return Gusts(wind, np.eye(3), along, none, np.zeros((0, 3)), np.zeros(0), along_cable(self._wind))
+
+
+class InCableWind:
+    """The gondola in the wind on its cable, across or along its vertical plane: whichever moves it more.
+
+    Parameters
+    ----------
+    sides : list of InWind
+    """
+
+    def __init__(self, sides):
+        self.sides = sides
+
+    def rms(self, names, variance, open_loop):
+        """`InWind.rms`, of the side where it is larger."""
+        return max((side.rms(names, variance, open_loop) for side in self.sides), key=lambda found: found[0])
+
+    def side(self, open_loop=False):
+        """The `InWind` that displaces the gondola more; raises as `InWind.rms`."""
+        return max(self.sides, key=lambda side: side.rms([GONDOLA_X], "value", open_loop)[0])
+
+
+def in_wind_of(case, damping=0.0, kind=InWind):
+    """`InWind` of a case: its gondola with the winch loop, and in the wind on it.
 
     Parameters
     ----------
@@ -24,21 +87,56 @@ def in_wind_of(case, damping=0.0):
         With a gondola.
     damping : float
         Viscous damping of the cable by the air, per length. [N s/m^2]
+    kind : callable
+        `InWind`, or what takes its arguments.
 
     Raises
     ------
     NoSolutionError, ConvergenceError
         There is no equilibrium.
     """
-    scene, equilibrium, model = as_suspension(case.scene, damping), equilibrium_of(case), _exact_model(case)
-    drag = None if scene.wind is None else drag_of([scene], (GONDOLA,), (CABLE,)).take(0)
+    scene = as_suspension(case.scene, damping)
+    airflow = scene.wind and Airflow(scene, drag_of([scene], (GONDOLA,), (CABLE,)).take(0))
+    return _in_airflow(case, scene, airflow, damping, kind)
+
+
+def in_cable_wind_of(case, kind=InWind):
+    """`InCableWind` of a case, whose cable the wind damps too.
+
+    Parameters
+    ----------
+    case : Case
+        With a gondola, wind, and a diameter of the cable.
+    kind : callable
+        As for `in_wind_of`.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        There is no equilibrium.
+    """
+    damping, wind, span = case.cable_air_damping, case.scene.wind, case.span
+    scene = as_suspension(case.scene, damping)
+    drag = drag_of([scene], (GONDOLA,), (CABLE,)).take(0)
+    offered = np.array([wind.cable_drag_coefficient * case.scene.wind_diameter])
+    sides = {"across": span.frame[2], "along": span.level}
+    every = [CableAirflow(scene, drag, wind, _on_cable(drag, wind, offered, to), side) for side, to in sides.items()]
+    return InCableWind([_in_airflow(case, scene, airflow, damping, kind) for airflow in every])
+
+
+def _on_cable(drag, wind, offered, direction):
+    """`Drag` of the cable alone, in a direction."""
+    return replace(drag, velocity=wind.speed * direction, cables=offered, bodies=0 * drag.bodies)
+
+
+def _in_airflow(case, scene, airflow, damping, kind):
+    equilibrium, model = equilibrium_of(case), _exact_model(case)
     cables, modes = case.cable_models.setdefault(damping, {}), case.coupled_models.setdefault(damping, {})
     if not cables:
-        cables[CABLE] = Cables(
-            equilibrium.catenary, [scene.cables[CABLE].damping], drag=model and model.drag, planes=_planes(case)
-        )
+        own = [scene.cables[CABLE].damping]
+        cables[CABLE] = Cables(equilibrium.catenary, own, drag=model and model.drag, planes=_planes(case))
     known = case.linear_models.setdefault(damping, {})
-    return InWind(scene, equilibrium, equilibrium, drag, model, known, cables[CABLE], modes)
+    return kind(scene, equilibrium, equilibrium, airflow, model, known, cables[CABLE], modes)
 
 
 def _planes(case):

@@ -10,18 +10,20 @@ import numpy as np
 from cablestudy.cable import taut
 from cablestudy.control.plant import Plant
 from cablestudy.errors import CablestudyError, NoSolutionError
-from cablestudy.study import windrms
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import DISCRETE, MOTION
-from cablestudy.study.columns import ROUNDING, find, value
+from cablestudy.study.columns import ROUNDING, find, value, value_and_error
+from cablestudy.study.one_cable_system import in_cable_wind_of, in_wind_of
 from cablestudy.study.row import evaluate
 from cablestudy.study.scene_values import load_count
+from cablestudy.study.suspension.in_wind import InWind
+from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.system.ends import Ends
+from cablestudy.wind.imaging import seen_weights
 
 DEFAULT = ("end_stiffness", "cable_frequency", "inplane_frequency_8", "gondola_frequency", "gondola_rms_open_loop")
 LEVELS = ((1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))  # elements a segment, order
 AGREED = 1e-12  # relative difference of two levels at which a value is not refined further
-CLOSELY = 1e-10  # error of the variances of the reference by what stands for its modes
 PAPER = 40  # bars
 BARS = (5, 10, 20, 40, 80, 160, 320, 640)
 MASSES = ("lumped", "consistent", "blended")
@@ -30,10 +32,8 @@ SEVERAL = ((2, 8), (4, 8), (2, 16), (4, 16))  # elements a segment, order
 ACCURACIES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
 BASE = (1, 32)  # elements a segment and order of the cable whose modes are reduced or whose response is integrated
 MODES = (1, 3, 10, 30, 90)
-TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8)
 POINTS = (100, 1000, 10_000, 100_000)
 GRID = (1e-5, 1e2)  # ends of a frequency grid, over the static frequency of the gondola
-BLOCK = 4096  # frequencies at once, to limit memory
 
 
 def one_line(text):
@@ -94,16 +94,10 @@ def reference_levels(case):
 
 def exact_value(column, case):
     """A number of a case of the reference, and its relative error by anything but its elements."""
-    if column.needs not in MOTION:
-        return value(column, case), ROUNDING
-    integration = _integrate_closely(case, column) if column.needs == "wind" else 0.0
-    return value(column, case), integration
-
-
-def _integrate_closely(case, column):
-    """Integrate the response to the wind as accurately as it can be; relative error of the RMS. [-]"""
-    integrate_by(case, [column], partial(windrms.response_of, tolerance=CLOSELY))
-    return case.integration_error
+    if column.needs in MOTION:
+        return value(column, case), 0.0
+    number, error = value_and_error(column, case)
+    return number, max(error or 0.0, ROUNDING)
 
 
 def models_of(_, columns):
@@ -131,13 +125,10 @@ def models_of(_, columns):
     for family, build in (("modes + residual", _with_residual), ("modes alone", _without_residual)):
         for n in MODES:
             add(family, f"{n} {family}", partial(build, n), needs=DISCRETE[1:])
-    for tolerance in TOLERANCES:
-        rule = partial(windrms.response_of, tolerance=tolerance)
-        add("adaptive", f"adaptive {power(tolerance)}", partial(_integrated, rule), needs=("wind",))
+    add("sum over poles", "sum over poles", _summed, needs=("wind",))
     for kind, space in (("uniform", np.linspace), ("log", np.geomspace)):
         for n in POINTS:
-            rule = partial(_on_grid, space, n)
-            add(f"{kind} grid", f"{kind} {n} points", partial(_integrated, rule), needs=("wind",))
+            add(f"{kind} grid", f"{kind} {n} points", partial(_on_grid, space, n), needs=("wind",))
     return [model for model in found if any(column.needs in model.needs for column in columns)]
 
 
@@ -242,44 +233,47 @@ def _with_ends(case, model):
 # ---------------------------------------------------------------------------------------------- frequency integration
 
 
-def _integrated(rule, scene, columns):
-    case = _accurate(scene).refined(*BASE)
-    integrate_by(case, columns, rule)
+def _summed(scene, _):
+    return _accurate(scene).refined(*BASE)
+
+
+def _on_grid(space, points, scene, _):
+    """By the trapezoidal rule on a grid about the gondola's frequency, in equal steps or equal ratios."""
+    case = _summed(scene, _)
+    return by_trapezoids(case, space(*(np.array(GRID) * case.gondola_frequency_static), points))
+
+
+def by_trapezoids(case, frequency):
+    """A case whose RMS in the wind are by the trapezoidal rule over frequencies, ascending, shape (n,) [Hz]."""
+    kind = partial(OnGrid, frequency)
+    case.in_wind = in_wind_of(case, kind=kind)
+    case.in_wind_that_damps = in_wind_of(case, case.cable_air_damping, kind)
+    if case.scene.wind_diameter is not None:
+        case.in_cable_wind = in_cable_wind_of(case, kind)
     return case
 
 
-def integrate_by(case, columns, rule):
-    """Integrate the response to the wind that columns need, and keep it in the case.
+class OnGrid(InWind):
+    """`InWind` whose RMS is by the trapezoidal rule, without an estimate of its error.
 
-    The rule takes a case and a loop and returns a `GondolaResponse`.
-
-    Columns of the open loop alone do not need a stable loop.
+    Parameters
+    ----------
+    frequency : ndarray, shape (n,)
+        Ascending. [Hz]
+    *args
+        As of `InWind`.
     """
-    names = [column.name for column in columns if column.needs == "wind"]
-    on_both = [name for name in names if "all_wind" in name]
-    on_one = [name for name in names if name not in on_both]
-    for attribute, loop, chosen in (("response", "loop", on_one), ("response_in_air", "loop_in_air", on_both)):
-        if any("open_loop" not in name for name in chosen):
-            setattr(case, attribute, rule(case, getattr(case, loop)))
-        elif chosen:
-            setattr(case, f"open_{attribute}", rule(case, getattr(case, loop).at_rest))
 
+    def __init__(self, frequency, *args):
+        super().__init__(*args)
+        self._frequency = frequency
+        self._weights = OWN | seen_weights(self.scene.exposure, self.scene.correction)
 
-def _on_grid(space, points, case, loop):
-    """Trapezoidal rule on a grid about the gondola's frequency, in equal steps or equal ratios."""
-    return by_trapezoids(case, loop, space(*(np.array(GRID) * case.gondola_frequency_static), points))
-
-
-def by_trapezoids(case, loop, frequency):
-    """`GondolaResponse` by the trapezoidal rule, without an estimate of its error.
-
-    NoSolutionError for an unstable loop; `frequency`, shape (n,), ascends. [Hz]
-    """
-    loop.check_stable()
-    weights = windrms.weights_of(case.scene)
-    spectra = windrms.spectra_of(loop, windrms.force_of(case), weights.values())
-    blocks = [spectra(frequency[i : i + BLOCK]) for i in range(0, len(frequency), BLOCK)]
-    variance = np.trapezoid(np.concatenate(blocks, axis=1), frequency, axis=1)
-    numbers = np.sqrt(variance).tolist()
-    imaged = dict(zip(weights, numbers[4:], strict=True))
-    return windrms.GondolaResponse(*numbers[:4], np.nan, (), imaged)
+    def rms(self, names, variance, open_loop):
+        """As `InWind.rms`; the error is not a number."""
+        response, state = self.response_of_state(open_loop)
+        rows = [row for row, name in enumerate(response.names) if name in names]
+        spectra = response.spectra(self._frequency)
+        spectrum = spectra[min(state, len(spectra) - 1), rows].sum(axis=0)
+        weight = self._weights[variance](self._frequency)
+        return float(np.sqrt(np.trapezoid(weight * spectrum, self._frequency))), np.nan

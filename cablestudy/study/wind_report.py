@@ -3,16 +3,17 @@
 from dataclasses import replace
 from math import ceil, floor
 
+import numpy as np
+
 from cablestudy.errors import CablestudyError
-from cablestudy.study.cable_wind import transverse_travel_time
 from cablestudy.study.case import Case
 from cablestudy.study.case_modes import modes
-from cablestudy.study.columns import STATUS, find
+from cablestudy.study.columns import GONDOLA_X, STATUS, find
 from cablestudy.study.notes import beyond_linear, gondola_notes, growing_damping, larger_by_loop, slack_warning
 from cablestudy.study.row import evaluate_named
 from cablestudy.study.table import Field, Table
-from cablestudy.study.windrms import BELOW, combine, weights_of
 from cablestudy.wind.drag import shedding_frequencies
+from cablestudy.wind.imaging import seen_weights
 
 PARTS = {"gondola": ("",), "cable": ("_cable_wind",), "both": ("", "_cable_wind", "_all_wind")}
 CLOSED, OPEN = (
@@ -22,6 +23,8 @@ CLOSED, OPEN = (
 LOOP = ("gain_margin", "phase_margin", "bandwidth", "largest_gain")
 GONDOLA = ("gondola_frequency", "gondola_frequency_static", "gondola_damping_ratio")
 CABLE = ("midspan_rms", "tension_rms", "cable_frequency")
+BELOW = (0.1, 1.0, 10.0)  # frequencies up to which the share of the variance is given [Hz]
+TRAVEL_POINTS = 2000
 COUNTED = 40  # modes of each plane up to which they are computed and not estimated
 CABLE_NOTE = (
     "wind on the cable: linear drag of turbulence that has the same spectrum in all directions, across or along the "
@@ -65,13 +68,13 @@ def wind_table(document, scene, on=None, estimate=False):
     columns, row = evaluate_named(document, scene, _names(scene, PARTS[on]), "windrms", estimate)
     fields, cells, remarks = [column.field for column in columns], dict(row.cells), ()
     if not row.failed:
-        response = _response(row.case, on)
-        for limit, share in zip(BELOW, response.shares, strict=True):
+        shares, integration = _integrals(row.case, on)
+        for limit, share in zip(BELOW, shares, strict=True):
             name = f"variance_share_below_{limit:g}_Hz"
             fields.append(Field(name, f"variance share below {limit:g} Hz"))
             cells[name] = share
         fields.append(Field("integration_error", "integration error"))
-        cells["integration_error"] = response.error
+        cells["integration_error"] = integration
         remarks = (*(f"note: {line}" for line in gondola_notes(row.case)), *_vortices(row.case))
         remarks += growing_damping(scene)
         remarks += beyond_linear([("gondola", *_peak_and_range(row.case, cells))])
@@ -92,7 +95,7 @@ def _names(scene, parts):
         names += ["winch_rms_speed", "winch_peak_speed"] if scene.winch.max_speed is not None else []
     if "" in parts:
         names += ["mean_displacement"] if scene.wind is not None and scene.wind.mean else []
-        names += ["peak", *weights_of(scene)]
+        names += ["peak", *seen_weights(scene.exposure, scene.correction)]
     return [*names, *_strength(scene, "" in parts)]
 
 
@@ -116,11 +119,14 @@ def _bare_cable_table(document, scene, estimate):
     return Table((*fields, STATUS), [cells], single=True, errors=row.known_errors), row, remarks
 
 
-def _response(case, on):
-    """Of which the shares and the error are shown."""
-    if on == "gondola":
-        return case.response
-    return case.cable_response if on == "cable" else combine(case.response_in_air, case.cable_response)
+def _integrals(case, on):
+    """Shares of the variance of the displacement below BELOW, and its estimated relative error by integration. [-]"""
+    winds = case.winds_on(on)
+    variances = np.array([one.rms([GONDOLA_X], "value", open_loop=False)[0] ** 2 for one in winds])
+    shares = np.array([one.response.shares_below(GONDOLA_X, BELOW) for one in winds])
+    whole = variances.sum()
+    weights = variances / whole if whole else variances
+    return (weights @ shares).tolist(), max(one.response.integration_error for one in winds)
 
 
 def _vortices(case):
@@ -156,3 +162,12 @@ def modes_between(case, low, high):
     found = modes(Case(case.scene.model_copy(update={"model": accurate})), upto=high)[1]
     kinds = [kind for kind, frequency in zip(found.kind, found.frequency, strict=True) if frequency >= low]
     return sum(kind != "axial" for kind in kinds), None
+
+
+def transverse_travel_time(case):
+    """How long a transverse wave takes from end to end: the integral of sqrt(m |r'|/T) over the cable. [s]"""
+    span = case.span
+    places = (np.arange(TRAVEL_POINTS) + 0.5) / TRAVEL_POINTS
+    tension = np.sqrt((case.catenary.at(places)[1] ** 2).sum(axis=-1))
+    slowness = np.sqrt(span.mass * (1 / np.maximum(tension, np.finfo(float).tiny) + 1 / span.axial_stiffness))
+    return float(slowness.mean() * span.unstretched_length)

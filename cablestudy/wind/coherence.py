@@ -1,4 +1,4 @@
-"""Coherence of turbulence along a cable, and the variance of a sum of forces under it.
+"""Coherence of turbulence over distance, and the variance of a sum of forces along a cable under it.
 
 The cross-spectrum of the wind at two points a distance r apart along the cable is S exp(-r/l), with a coherence length
 l that falls with frequency. The variance of an integral of g over the cable is then
@@ -12,6 +12,7 @@ times the integral of g^2 for a short one. The eigenvectors of the rod with free
 each frequency.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +23,61 @@ from cablestudy.errors import NoSolutionError
 
 DECAY, LARGE_SCALE = 12.0, 0.12  # of the exponential model of IEC 61400-1
 MOST_FUNCTIONS = 800  # of a cable with more nodes the smoothest ones
+COARSE, FINE = (8, 5, 6e-6), (24, 7, 1e-8)  # of `Coherence`: per_decade, degree and error
 SMALLEST, LARGEST = 1e-200, 1e150  # cable's length over coherence length, whose squares must be finite
+
+
+@dataclass(frozen=True)
+class Coherence:
+    """The coherence exp(-kappa r) at two places a distance r apart, and how covariances under it are interpolated.
+
+    Attributes
+    ----------
+    kappa : callable
+        Of frequencies, shape (f,) [Hz] -> shape (f,), ascending. [1/m]
+    per_decade, degree : int
+        Values of kappa at which a covariance is computed, and degree of the spline through it.
+    error : float
+        Of a variance by it.
+    """
+
+    kappa: Callable
+    per_decade: int
+    degree: int
+    error: float
+
+    @property
+    def least(self):
+        """kappa of slow gusts. [1/m]"""
+        return float(self.kappa(np.zeros(1))[0])
+
+    @property
+    def constant(self):
+        """Whether it is the same at all frequencies."""
+        return bool(self.kappa(np.ones(1))[0] == self.least)
+
+
+def davenport(wind):
+    """`Coherence` exp(-C f r/U) of the turbulence on a suspension; `wind` has speed [m/s] and coherence_decay C."""
+    return Coherence(lambda frequency: wind.coherence_decay * frequency / wind.speed, *COARSE)
+
+
+def along_cable(wind):
+    """`Coherence` of the wind along one cable.
+
+    Parameters
+    ----------
+    wind : Wind
+        Has speed, length_scale and coherence_length, None for the model of IEC 61400-1.
+
+    Notes
+    -----
+    Without a given length it is exp(-12 sqrt((f r/v)^2 + (0.12 r/L)^2)): IEC 61400-1, ed. 3 (2005), annex B.
+    """
+    if wind.coherence_length is not None:
+        return Coherence(lambda frequency: np.full(len(frequency), 1 / wind.coherence_length), *FINE)
+    slow = LARGE_SCALE * wind.speed / wind.length_scale
+    return Coherence(lambda frequency: DECAY / wind.speed * np.hypot(frequency, slow), *FINE)
 
 
 @dataclass(frozen=True)
@@ -34,6 +89,7 @@ class Rod:
     square: np.ndarray  # integral of the squared slope of each function, shape (r,)
     ends: np.ndarray  # values of each function at both ends, shape (r, 2)
     length: float  # stretched over unstretched length
+    shapes: np.ndarray  # values of each function at the nodes, shape (nodes, r)
     shares: np.ndarray  # of each point in the length, shape (n, q)
 
     def variance(self, load, ratio):
@@ -110,7 +166,7 @@ def rod(mesh, stretch):
     square[0] = 0.0  # the constant
     at_points = values @ shapes[mesh.element_nodes]
     collect = (share[..., None] * at_points).reshape(-1, len(square)).T
-    return Rod(np.broadcast_to(points, share.shape), collect, square, shapes[[0, -1]].T, length, share)
+    return Rod(np.broadcast_to(points, share.shape), collect, square, shapes[[0, -1]].T, length, shapes, share)
 
 
 def gauss(order):
@@ -169,7 +225,7 @@ def ratio_of(wind, length):
     Parameters
     ----------
     wind : Wind
-        Has speed, length_scale and coherence_length, None for the model of IEC 61400-1.
+        See `along_cable`.
     length : float
         Of the cable. [m]
 
@@ -177,18 +233,8 @@ def ratio_of(wind, length):
     ------
     NoSolutionError
         A coherence length that is negligible beside the cable's.
-
-    Notes
-    -----
-    Without a given length the coherence is exp(-12 sqrt((f r/v)^2 + (0.12 r/L)^2)): IEC 61400-1, ed. 3 (2005), annex B.
     """
-    given = wind.coherence_length is not None
-    whole = length / wind.coherence_length if given else DECAY * length / wind.speed
-    if not whole < LARGEST:
+    coherence = along_cable(wind)
+    if not length * coherence.least < LARGEST:
         raise NoSolutionError("the wind is coherent over too small a part of the cable for a number")
-    slow = LARGE_SCALE * wind.speed / wind.length_scale
-
-    def ratio(frequency):
-        return whole * (np.ones(len(frequency)) if given else np.hypot(frequency, slow))
-
-    return ratio
+    return lambda frequency: length * coherence.kappa(frequency)

@@ -3,7 +3,7 @@
 Three components of the turbulence, along the mean wind, across it and vertical, are uncorrelated. The cross-spectrum of
 one of them at two places is sqrt(S_i S_j) exp(-C f d/U) at their distance d (Davenport, Quarterly Journal of the Royal
 Meteorological Society 87, 1961). So the spectral matrix of the forces depends on frequency by the spectrum of the
-speed, by the admittance of each body, and by kappa = C f/U: it is computed for some kappa and interpolated.
+speed, by the admittance of each body, and by kappa = C f/U: it is computed for some kappa and interpolated. Of other coherences kappa is another function.
 """
 
 from dataclasses import dataclass
@@ -13,14 +13,15 @@ from math import ceil
 import numpy as np
 
 from cablestudy.system.rigid import cross_matrix, size
+from cablestudy.wind.coherence import Coherence
 from cablestudy.wind.mean import body_forces
 from cablestudy.wind.spectrum import admittance, speed_spectrum
 from cablestudy.wind.spline import CardinalSplines
 from cablestudy.wind.variance import Noise
 
-PER_DECADE, DEGREE = 8, 5  # kappa at which the covariance is computed, and of the spline: 6e-6 of a variance
-COHERENT = 1e-7  # kappa times the size of the suspension that is taken for zero
-NEARLY_COHERENT, INCOHERENT = 1e-3, 1e4  # kappa times the size of the suspension where its limits are reached
+PER_DECADE = 8  # panels
+NEARLY_COHERENT, INCOHERENT = 1e-3, 1e4  # kappa times the size of the suspension where its limits are reached,
+FAR = 100.0  # or so far above its least value
 ROUNDING = 1e-6  # of a boundary of panels in numbers of panels
 AT_ONCE = 1_000_000  # entries of a coherence matrix that are computed at once
 
@@ -32,7 +33,7 @@ class Gusts:
     Attributes
     ----------
     wind : SuspensionWind
-        Has speed, turbulence, length_scale, spectrum, admittance and coherence_decay.
+        Has speed, turbulence, length_scale, spectrum and admittance.
     directions : ndarray, shape (3, 3)
         Rows: along the mean wind, across it, vertical. [-]
     strips : list of Strip
@@ -42,6 +43,7 @@ class Gusts:
         Centres of pressure of these bodies. [m]
     areas : ndarray, shape (b,)
         For the admittance of these bodies. [m^2]
+    coherence : Coherence
     """
 
     wind: object
@@ -50,6 +52,7 @@ class Gusts:
     forces: np.ndarray
     places: np.ndarray
     areas: np.ndarray
+    coherence: Coherence
 
     def variance_spectra(self, frequency, response):
         """One-sided spectra of some outputs.
@@ -78,7 +81,7 @@ class Gusts:
         root = np.ones((len(frequency), columns.shape[1], 1))
         for part, share in zip(self.parts, shares, strict=True):
             root[:, part, 0] = (np.sqrt(speed) * share)[:, None]
-        covariance = self._covariance(self.wind.coherence_decay * frequency / self.wind.speed)
+        covariance = self._covariance(self.coherence.kappa(frequency))
         columns, found = root * columns, np.empty(columns.shape, dtype=complex)
         found.real, found.imag = covariance @ columns.real, covariance @ columns.imag
         return root * found
@@ -116,27 +119,27 @@ class Gusts:
     def noise(self, frequency):
         """Forces of the cables on the coordinates and speeds at the bodies as `Noise`, at frequencies [Hz]."""
         speed, shares = self._functions(frequency)
-        cables, bodies = self._shares(self.wind.coherence_decay * frequency / self.wind.speed)
+        cables, bodies = self._shares(self.coherence.kappa(frequency))
         functions = [
             [speed * one * other * (bodies if row and column else cables) for column, other in enumerate(shares)]
             for row, one in enumerate(shares)
         ]
         return Noise(self._known[1], self.parts, functions)
 
+    @property
+    def force_on_cables(self):
+        """Bound of their force on all cables together, RMS. [N]"""
+        offered = sum(strip.length * float(np.abs(strip.drag).sum(axis=-1).max()) for strip in self.strips)
+        return max(self.wind.turbulence) * offered
+
     def edges(self, low, high):
         """Boundaries between frequencies at which `noise` is smooth, from low to high, ascending. [Hz]"""
-        known, decay = self._known[0], self.wind.coherence_decay
-        anchor = low if known is None else known[0] * self.wind.speed / decay
+        known, one = self._known[0], self.coherence.kappa(np.ones(1))[0]
+        # where it grows with the frequency those at which the covariance is computed
+        anchor = low if known is None or self.coherence.least else float(known[0] / one)
         first, last = (PER_DECADE * np.log10(np.array([low, high]) / anchor)).tolist()
         inner = anchor * 10 ** (np.arange(ceil(first + ROUNDING), ceil(last - ROUNDING)) / PER_DECADE)
         return np.concatenate([[low], inner, [high]])
-
-    def own(self, frequency):
-        """Spectrum of the force on each coordinate at a frequency of its own [Hz], shape (m,), without admittance."""
-        wind = self.wind
-        covariance = self._covariance(wind.coherence_decay * frequency / wind.speed)
-        speed, _ = self._functions(frequency)
-        return speed * ((covariance @ self.into[:, :, None])[..., 0] * self.into).sum(axis=1)
 
     def _functions(self, frequency):
         """Spectrum of the speed over the variance of a component, and the root of the admittance of each part."""
@@ -179,7 +182,7 @@ class Gusts:
             return (np.ones((1, len(kappa))),) * 2
         known, place = np.log(known), np.log(np.maximum(kappa, 1e-300))
         low, high = known[[0, -1]]
-        splines = CardinalSplines(known, DEGREE)
+        splines = CardinalSplines(known, self.coherence.degree)
         # nearly coherent: linear in kappa, d/d log kappa = kappa d/d kappa
         below = np.maximum(-np.expm1(place - low), 0.0)[:, None]
         bodies = splines(np.clip(place, low, high)) - below * splines.first_slope
@@ -191,11 +194,18 @@ class Gusts:
         """Some kappa, shape (k,), and `_covariance` for them; None and only one where all is coherent."""
         everywhere = np.concatenate([*(strip.places for strip in self.strips), self.places])
         across = size(np.ptp(everywhere, axis=0)) if len(everywhere) else 0.0
-        if not (self.wind.coherence_decay and across):
-            return None, self._at(np.array([COHERENT / (across or 1.0)]))
-        span = np.log10([NEARLY_COHERENT, INCOHERENT])
-        kappa = np.logspace(*span, 1 + round(PER_DECADE * np.ptp(span))) / across
+        least = self.coherence.least
+        if self.coherence.constant or not across:
+            return None, self._at(np.array([least]))
+        low = max(NEARLY_COHERENT / across, least)
+        high = max(INCOHERENT / across, FAR * low)
+        kappa = np.geomspace(low, high, 1 + round(self.coherence.per_decade * np.log10(high / low)))
         return kappa, self._at(kappa)
+
+    @property
+    def error(self):
+        """Of a variance, relative: by covariances between known ones. [-]"""
+        return self.coherence.error if self._known[0] is not None else 0.0
 
     def _at(self, kappa):
         """`_covariance` computed directly."""
@@ -244,7 +254,7 @@ class Gusts:
         return own + between + np.swapaxes(between, -1, -2)
 
 
-def gusts(wind, drag, layout, shapes, strips, areas):
+def gusts(wind, drag, layout, shapes, strips, areas, coherence):
     """The `Gusts` on a suspension.
 
     Parameters
@@ -259,6 +269,7 @@ def gusts(wind, drag, layout, shapes, strips, areas):
         With these shapes.
     areas : ndarray, shape (b,)
         Of all bodies and junctions, for their admittance. [m^2]
+    coherence : Coherence
 
     Notes
     -----
@@ -270,7 +281,7 @@ def gusts(wind, drag, layout, shapes, strips, areas):
     along = drag.velocity / speed
     up = np.array([0.0, 0.0, 1.0])
     directions = np.stack([along, np.cross(up, along), up])
-    return Gusts(wind, directions, strips, forces, places, areas[blown])
+    return Gusts(wind, directions, strips, forces, places, areas[blown], coherence)
 
 
 def damping_of_bodies(drag, layout, shapes):

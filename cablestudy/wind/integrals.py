@@ -16,6 +16,7 @@ UNDAMPED = 1e-9  # damping ratio below which a resonance is not bounded,
 ALONG_CABLES = 1e-10  # and that where the wind acts along cables: strain damps waves across them next to nothing
 EXCITED = 1e-6  # share of a variance by a motion that is as good as undamped, from which it is refused
 ROUNDING = 1e-15  # of the largest pole: decay that rounding may make
+QUADRATURE = 1e-10  # error of the variances by the rule on the panels: that of Davenport's spectrum is 4e-11
 STILL = 1e-16  # of the energy of an output over the largest of all: what is less is none
 FAR = 1e100  # frequency of the wind over that of a motion and inverse, beyond which squares are no numbers
 SLOW, FAST = 1e-2, 30.0  # range over the slowest and fastest of motion, wind and loop in which most happens,
@@ -61,7 +62,7 @@ class Integrals:
     ----------
     panels : Panels
         On which the spectrum of the gusts and the weights are resolved.
-    gusts : BodyGusts, CableGusts or Gusts
+    gusts : CableGusts or Gusts
     weights : dict
         Name -> factor of the spectra at the frequencies of the panels, shape (n,).
     least : float

@@ -2,12 +2,8 @@
 
 The drag on a cable is linear in the turbulence and in the motion against it, see `drag`; integrals along the cable give
 the forces on the coordinates of a suspension and the aerodynamic damping. The coherence exp(-kappa r) of two places of
-one cable is Green's function of a rod, see `coherence`; so with g the forces by a turbulence that has the form of each
-shape function of the elements, the covariance of the forces is
-
-    2 g^T (S/kappa + kappa W + E)^-1 g,
-
-S being the stiffness of the rod, W its mass, E one at both ends.
+one cable is Green's function of a rod, see `coherence.Rod`, and follows from the forces by a turbulence that has the
+form of each shape function of the elements.
 
 Two cables that meet at a body are coherent near their common end alone, over a small part of the distance of two nodes.
 Their covariance is a sum over Gauss points that lie close together at the ends of each element: over t with the place
@@ -22,7 +18,7 @@ import numpy as np
 from cablestudy.cable.element import Mesh, basis, lagrange, mesh_segments
 from cablestudy.cable.plane_modes import nodal_tangent
 from cablestudy.system.suspension import outward
-from cablestudy.wind.coherence import at_points, galerkin, gauss, tangents
+from cablestudy.wind.coherence import at_points, galerkin, gauss, rod, tangents
 from cablestudy.wind.drag import drag_matrices
 
 MORE = 4  # points of an element than its order: an error of 1e-6 of the RMS on six cables that meet
@@ -49,7 +45,7 @@ class Strip:
     drag : ndarray, shape (p, 3, 3)
         Force per length and speed at the nodes, symmetric, see `drag.drag_matrices`. [N s/m^2]
     inside : ndarray, shape (elements, points, 3, 3)
-        The same at the points of the elements, see `_inside`.
+        The same at the points of the elements, see `coherence.gauss`.
     stretch : ndarray, shape (elements, order)
         As for `coherence.galerkin`. [-]
     """
@@ -66,8 +62,7 @@ class Strip:
 
     @cached_property
     def _rod(self):
-        """See `coherence.galerkin`."""
-        return galerkin(self.mesh, self.stretch, *_inside(self.mesh.order))
+        return rod(self.mesh, self.stretch)
 
     @cached_property
     def forces(self):
@@ -75,9 +70,9 @@ class Strip:
 
         Shape (3, p, m + 2); of a unit speed everywhere it is the sum over the nodes.
         """
-        values, share, *_ = self._rod
-        whole = at_points(self.mesh, self._whole, _inside(self.mesh.order)[0])
-        pushed = self.inside @ whole * (self.length * share[..., None, None])
+        points, order = self._rod.points[0], self.mesh.order
+        values, whole = lagrange(basis(order).nodes, points), at_points(self.mesh, self._whole, points)
+        pushed = self.inside @ whole * (self.length * self._rod.shares[..., None, None])
         found = np.zeros((len(self.places), 3, pushed.shape[-1]))
         np.add.at(found, self.mesh.element_nodes, np.einsum("qi,eqam->eiam", values, pushed, optimize=True))
         return np.moveaxis(found, 1, 0)
@@ -95,16 +90,17 @@ class Strip:
     def point_forces(self):
         """As `forces` at each point, shape (3, q, m + 2)."""
         mesh = self.mesh
-        shares = mesh.node_weights if mesh.order == 1 else (mesh.sizes[:, None] * _points(mesh.order)[1]).ravel()
+        if mesh.order == 1:  # at the points of `inside`, where bars have a drag of their own
+            drag, shares = self.inside.reshape(-1, 3, 3), self._rod.shares.ravel()
+        else:
+            drag, shares = self._at_points(self.drag), (mesh.sizes[:, None] * _points(mesh.order)[1]).ravel()
         lengths = self.length * shares
-        forces = self._at_points(self.drag) @ self._at_points(self._whole)
+        forces = drag @ self._at_points(self._whole)
         return np.moveaxis(forces * lengths[:, None, None], 1, 0)
 
     def _at_points(self, values):
         """Values of the nodes, shape (p, ...), at the points, shape (q, ...)."""
         mesh = self.mesh
-        if mesh.order == 1:  # bars have their mass and drag at the nodes
-            return values
         between = lagrange(basis(mesh.order).nodes, _points(mesh.order)[0])
         found = np.tensordot(values[mesh.element_nodes], between, axes=(1, 1))
         return np.moveaxis(found, -1, 1).reshape(-1, *values.shape[1:])
@@ -129,17 +125,8 @@ class Strip:
         -------
         ndarray, shape (q, m, m)
         """
-        nodes, _, count = forces.shape
-        *_, rod, mass = self._rod
-        rod, mass, ends = rod.toarray() / self.length, mass.toarray() * self.length, np.zeros(nodes)
-        ends[[0, -1]] = 1.0
-        ends = np.diag(ends)
-        if len(self.mesh.sizes) > 1:  # most of the matrix is zero
-            halves = (_solved_half(rod / one + one * mass + ends, self.mesh.order, forces) for one in kappa.tolist())
-            return np.stack([2 * half.T @ half for half in halves])
-        kappa = kappa[:, None, None]
-        moved = np.linalg.inv(rod / kappa + kappa * mass + ends) @ forces.reshape(nodes, -1)
-        return 2 * forces.reshape(-1, count).T @ moved.reshape(len(kappa), -1, count)
+        loads = np.einsum("pr,pcm->cmr", self._rod.shapes, forces, optimize=True)
+        return self._rod.covariance(loads, kappa * self.length)
 
 
 def strips(solution, layout, shapes, drag):
@@ -215,7 +202,7 @@ def _strips(models, equilibrium, nodes, drag):
         *course, stretch = _course(mesh, states.get(cable), equilibrium.catenary.span.frame[cable], float(mean))
         size = float(drag.density) * drag.cables[cable] * speed
         matrices = (size * drag_matrices(tangent, drag.velocity / speed) for tangent in course)
-        length = float(equilibrium.lengths[cable]) * galerkin(mesh, stretch, *_inside(mesh.order))[2]
+        length = float(equilibrium.lengths[cable]) * galerkin(mesh, stretch, *gauss(mesh.order))[2]
         shapes = moved[..., :-2], moved[..., -2:]
         yield Strip(cable, mesh, length, begin[cable] + places, *shapes, *matrices, stretch)
 
@@ -231,29 +218,26 @@ def _course(mesh, state, frame, mean):
     frame : ndarray, shape (3, 3)
         Of the chord.
     mean : float
-        Mean stretch, which bars have everywhere.
+        Stretch of a straight cable.
 
     Returns
     -------
     ndarray, shapes (nodes, 3), (elements, points, 3) and (elements, order)
     """
-    points, stretch = _inside(mesh.order)[0], np.full((mesh.elements, mesh.order), mean)
-    nodal = np.broadcast_to(frame[0], (mesh.nodes, 3)) if state is None else nodal_tangent(state) @ frame
-    if state is None or mesh.order == 1:
-        return nodal, nodal[mesh.element_nodes], stretch
-    return nodal, tangents(mesh, state.direction, points) @ frame, state.stretch
-
-
-def _inside(order):
-    """Points of an element on [0, 1], of bars their nodes, where they have their drag; and weights: shape (q,) both."""
-    return (np.array([0.0, 1.0]), np.array([0.5, 0.5])) if order == 1 else gauss(order)
+    points = gauss(mesh.order)[0]
+    if state is None:
+        inside = np.broadcast_to(frame[0], (mesh.elements, len(points), 3))
+        return np.broadcast_to(frame[0], (mesh.nodes, 3)), inside, np.full((mesh.elements, mesh.order), mean)
+    return nodal_tangent(state) @ frame, tangents(mesh, state.direction, points) @ frame, state.stretch
 
 
 @cache
 def _points(order):
     """Points of an element on [0, 1] and their weights, shape (n,) both."""
-    gauss, weights = np.polynomial.legendre.leggauss(order + MORE)
-    t = (gauss + 1) / 2
+    if order == 1:
+        return gauss(order)
+    roots, weights = np.polynomial.legendre.leggauss(order + MORE)
+    t = (roots + 1) / 2
     return t**2 * (3 - 2 * t), weights * 3 * t * (1 - t)
 
 
@@ -264,23 +248,3 @@ def _states(models):
         for group in models.groups
         for place, cable in enumerate(group.places.tolist())
     }
-
-
-def _solved_half(matrix, width, forces):
-    """R^-T g of a positive definite matrix R^T R with so many diagonals beside its main one, shape (p c, m).
-
-    Parameters
-    ----------
-    matrix : ndarray, shape (p, p)
-    width : int
-    forces : ndarray, shape (p, c, m)
-        g, by a unit speed at each node.
-    """
-    from scipy.linalg import cholesky_banded
-    from scipy.linalg.lapack import dtbtrs
-
-    band = np.zeros((width + 1, len(matrix)))
-    for k in range(width + 1):
-        band[k, : len(matrix) - k] = np.diagonal(matrix, -k)
-    half, _ = dtbtrs(cholesky_banded(band, lower=True), forces.reshape(len(matrix), -1), uplo="L")
-    return half.reshape(-1, forces.shape[-1])

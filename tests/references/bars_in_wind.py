@@ -1,6 +1,6 @@
 """A suspension in gusts as bars: spectra of its bodies and of the tensions by dense matrices of all nodes.
 
-The wind pushes each node with the drag of half a bar on either side, and each body at its centre of pressure; it and
+The wind pushes each bar at the two points of Gauss's rule, and each body at its centre of pressure; it and
 their own motion enter as the speed of the air that passes. Two places a distance r apart have the coherence
 exp(-C f r/U). Displacements follow from (s^2 M + s C + K)^-1 and from nothing else; a tension is the force that holds
 the end node of a cable, along the tangent there: its row of M, C and K times all displacements, less the drag on it.
@@ -9,6 +9,8 @@ the end node of a cable, along the tangent there: its row of M, C and K times al
 import numpy as np
 
 from . import bar_suspension
+
+POINTS = 0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12)  # of Gauss's rule, shares of a bar
 
 
 def von_karman(frequency, speed, rms, length):
@@ -52,19 +54,15 @@ class BarsInWind:
         ends = state.suspension.ends(state.position, state.rotation)
         for cable, (chain, move) in enumerate(zip(dense.chains, dense.maps, strict=True)):
             unit = chain.vectors / np.linalg.norm(chain.vectors, axis=1)[:, None]
-            span = state.catenary.span
-            strain = float(state.catenary.mean_tension[cable] / span.axial_stiffness[cable])
-            stretched = float(state.lengths[cable]) * (1 + strain) / n
-            for node in range(n + 1):
-                tangent = unit[max(node - 1, 0)] + unit[min(node, n - 1)]
-                tangent /= np.linalg.norm(tangent)
+            for bar, tangent in enumerate(unit):
                 normal = along - tangent * (tangent @ along)
                 across = np.linalg.norm(normal)
                 matrix = across * (np.eye(3) - np.outer(tangent, tangent)) + np.outer(normal, normal) / across
-                width = stretched * (0.5 if node in (0, n) else 1.0)
-                places.append(ends[cable, 0] + chain.nodes[node])
-                drags.append(wind["density"] / 2 * cables[cable] * wind["speed"] * width * matrix)
-                moves.append(move[3 * node : 3 * node + 3])
+                width = np.linalg.norm(chain.vectors[bar]) / 2
+                for share in POINTS:
+                    places.append(ends[cable, 0] + (1 - share) * chain.nodes[bar] + share * chain.nodes[bar + 1])
+                    drags.append(wind["density"] / 2 * cables[cable] * wind["speed"] * width * matrix)
+                    moves.append((1 - share) * move[3 * bar : 3 * bar + 3] + share * move[3 * bar + 3 : 3 * bar + 6])
         names = list(state.suspension.body_names)
         free = np.flatnonzero(state.suspension.free.ravel())
         for name, (offered, bare, center) in (bodies or {}).items():
@@ -99,10 +97,11 @@ class BarsInWind:
             for end, node, rows in (("from", 0, slice(0, 3)), ("to", n, slice(-3, None))):
                 tangent = -forces[cable, 0 if end == "from" else 1]
                 tangent = tangent / np.linalg.norm(tangent)
-                site = cable * (n + 1) + node
-                direct = np.zeros((sites, 3))
-                direct[site] = -tangent
-                damped = tangent @ (of_cables[cable][rows] @ move + self.drags[site] @ self.moves[site])
+                direct, damped = np.zeros((sites, 3)), tangent @ of_cables[cable][rows] @ move
+                bar = 2 * (cable * n + max(node - 1, 0))
+                for site, share in zip((bar, bar + 1), POINTS, strict=True):  # of the bar at that end
+                    direct[site] = -tangent * (share if node else 1 - share)
+                    damped = damped - direct[site] @ self.drags[site] @ self.moves[site]
                 name = f"{suspension.cable_names[cable]}.tension_{end}"
                 outputs[name] = (tangent @ k[rows] @ move, damped, tangent @ m[rows] @ move, direct)
         self.names = list(outputs)

@@ -37,7 +37,7 @@ LOOK = {
     "several of high order": (ORANGE, "2", "none"),
     "modes + residual": (PINK, "v", "--"),
     "modes alone": (GREY, "v", "--"),
-    "adaptive": (BLACK, "x", ":"),
+    "sum over poles": (BLACK, "x", ":"),
     "uniform grid": (SKY, "+", ":"),
     "log grid": (GREEN, "+", ":"),
 }

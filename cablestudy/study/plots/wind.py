@@ -1,15 +1,14 @@
 """The gondola in the wind: spectra of wind speed (the paper's Fig. 6) and displacement, and cumulative variance."""
 
-from functools import reduce
-
 import numpy as np
 from matplotlib.figure import Figure
 
 from cablestudy.errors import NoSolutionError
+from cablestudy.study.columns import GONDOLA_X
 from cablestudy.study.plots.spectra import RANGE, frequencies_near, share_below
 from cablestudy.study.plots.style import BLUE, GREY, RED, WIDTH, heading, styled
 from cablestudy.study.plots.words import quantity_text
-from cablestudy.study.windrms import cable_force_of, combine, force_of, spectra_of
+from cablestudy.study.suspension.response import CLOSED, OPEN
 from cablestudy.wind.spectrum import admittance, speed_spectrum
 
 POINTS = 4000
@@ -33,26 +32,26 @@ def wind_response(case, on="gondola"):
     NoSolutionError
         The response is zero, or outside the range of a picture.
     """
-    frequency = _grid(case)
-    forces = {"gondola": [force_of], "cable": [cable_force_of], "both": [force_of, cable_force_of]}[on]
+    closed, at_rest = (case.winds_on(on, open_loop) for open_loop in (False, True))
+    movement = closed[0].movement
+    frequency, controlled = _grid(movement), movement.loop is not None and movement.loop.gain
     with np.errstate(all="ignore"):
-        loop = case.loop if on == "gondola" else case.loop_in_air
-        parts = [spectra_of(loop, force(case))(frequency) for force in forces]
-        held, _, alone, _ = sum(parts)
-    if not alone.any():
+        parts = [_spectrum(wind, frequency, CLOSED) for wind in closed]
+        held, alone = sum(parts), sum(_spectrum(wind, frequency, OPEN) for wind in at_rest)
+    if not _rms(at_rest, open_loop=True):
         raise NoSolutionError("the wind on the cable exerts no force on the gondola: there is nothing to draw")
     if not (np.isfinite(1e6 * held) & np.isfinite(1e6 * alone) & (alone > 0)).all():
         raise NoSolutionError("the response spectrum is too large or too small for a picture")
     figure = Figure(figsize=(WIDTH, 8.0), layout="constrained")
     axes = figure.subplots(3, 1, sharex=True)
     _speed(axes[0], case, frequency, on)
-    _displacement(axes[1], case, frequency, alone, held)
+    _displacement(axes[1], frequency, alone, held if controlled else None)
     if on == "both":
-        axes[1].loglog(frequency, 1e6 * parts[1][0], color=BLUE, ls="--", label="by the wind on the cable")
+        axes[1].loglog(frequency, 1e6 * parts[1], color=BLUE, ls="--", label="by the wind on the cable")
     axes[1].legend(loc="lower left")
-    lines = [(alone, GREY, _response(case, on, "open_").open_displacement, "winch at rest")]
-    if case.loop.gain:
-        lines.append((held, RED, _response(case, on).displacement, "winch loop closed"))
+    lines = [(alone, GREY, _rms(at_rest, open_loop=True), "winch at rest")]
+    if controlled:
+        lines.append((held, RED, _rms(closed, open_loop=False), "winch loop closed"))
     _variance(axes[2], frequency, lines)
     axes[2].set_xlabel("frequency [Hz]")
     axes[2].set_xlim(*RANGE)
@@ -63,16 +62,22 @@ def wind_response(case, on="gondola"):
     return figure
 
 
-def _grid(case):
+def _grid(movement):
     """Frequencies with equal ratios, and closer ones near the poles."""
-    poles = np.concatenate([case.loop.open_poles, case.loop.closed_poles if case.loop.gain else case.loop.open_poles])
-    return frequencies_near(poles, np.linspace(-5, 5, 41), POINTS)
+    poles = [movement.open_poles, *([movement.loop.eigen.poles] if movement.loop else [])]
+    return frequencies_near(np.concatenate(poles), np.linspace(-5, 5, 41), POINTS)
 
 
-def _response(case, on, which=""):
-    """The response that is drawn."""
-    names = {"gondola": ["response"], "cable": ["cable_response"], "both": ["response_in_air", "cable_response"]}[on]
-    return reduce(combine, [getattr(case, which + name) for name in names])
+def _spectrum(wind, frequency, state):
+    """Of the displacement of the gondola, with the loop (CLOSED) or the winch at rest (OPEN), shape (f,). [m^2/Hz]"""
+    response = wind.response
+    found = response.spectra(frequency)
+    return found[state if len(found) > 1 else 0, response.names.index(GONDOLA_X)]
+
+
+def _rms(winds, open_loop):
+    """Of the displacement in winds that have nothing to do with each other. [m]"""
+    return float(np.sqrt(sum(wind.rms([GONDOLA_X], "value", open_loop)[0] ** 2 for wind in winds)))
 
 
 def _speed(axes, case, frequency, on):
@@ -86,9 +91,9 @@ def _speed(axes, case, frequency, on):
     axes.legend(loc="lower left")
 
 
-def _displacement(axes, case, frequency, alone, held):
+def _displacement(axes, frequency, alone, held):
     axes.loglog(frequency, 1e6 * alone, color=GREY, label="winch at rest")
-    if case.loop.gain:
+    if held is not None:
         axes.loglog(frequency, 1e6 * held, color=RED, label="winch loop closed")
     axes.set_ylabel("spectrum of the gondola's\ndisplacement [mm²/Hz]")
 

@@ -11,6 +11,7 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import merged_loads
+from cablestudy.study.suspension.airflow import Airflow
 from cablestudy.study.suspension.cable_modes import CableModes
 from cablestudy.study.suspension.group import Group, HangingCable, StatedCables, one_of
 from cablestudy.study.suspension.in_wind import InWind
@@ -113,8 +114,8 @@ class SuspensionCase:
             raise ConvergenceError(f"no equilibrium in the mean wind: {explain(one_of(found, self.place))}")
         if reason := found.stability.reason(self.place):
             raise NoSolutionError(f"in the mean wind: {reason}")
-        windy = one_of(found, self.place)
-        return InWind(self.scene, self.calm, windy, drag.take(self.place), self._exact_model, known)
+        windy, airflow = one_of(found, self.place), Airflow(self.scene, drag.take(self.place))
+        return InWind(self.scene, self.calm, windy, airflow, self._exact_model, known)
 
     @property
     def moves(self):

@@ -32,18 +32,18 @@ class InWind:
         Without wind.
     equilibrium : Equilibrium
         In the mean wind, or in the steady wind of its load case.
-    drag : Drag or None
+    airflow : Airflow or None
     model : FixedModel or None
     known : dict
-        What cases of this equilibrium share: it is filled.
+        What cases of this equilibrium share, and winds that damp it alike: it is filled.
     cables : Cables, optional
         Of this equilibrium, with damping.
     modes : dict, optional
         `CoupledModes` of this equilibrium by their number, which cases in other winds share too: it is filled.
     """
 
-    def __init__(self, scene, calm, equilibrium, drag, model, known, cables=None, modes=None):
-        self.scene, self._calm, self._equilibrium, self._drag, self._model = scene, calm, equilibrium, drag, model
+    def __init__(self, scene, calm, equilibrium, airflow, model, known, cables=None, modes=None):
+        self.scene, self._calm, self._equilibrium, self._airflow, self._model = scene, calm, equilibrium, airflow, model
         self._known, self._cables, self._modes = known, cables, {} if modes is None else modes
         self._accuracy = scene.model.accuracy or ACCURACY
 
@@ -59,11 +59,14 @@ class InWind:
         driving = repr((scene.winches, scene.actuators))
         linear, loops = (count, driving), self._known.setdefault(driving, {})
         if linear not in self._known:
-            about = self._equilibrium, self._drag, self._modes_of(count), self._accuracy, self._model
+            about = self._equilibrium, self._airflow, self._modes_of(count), self._accuracy, self._model
             self._known[linear] = LinearMotion(scene, *about, loops=loops)
-        moving = *linear, repr(scene.control)
+        blown = *linear, self._airflow and self._airflow.side
+        if blown not in self._known:
+            self._known[blown] = self._known[linear].blown_by(self._airflow)
+        moving = *blown, repr(scene.control)
         if moving not in self._known:
-            self._known[moving] = Movement(scene, self._known[linear])
+            self._known[moving] = Movement(scene, self._known[blown])
         return self._known[moving]
 
     def _modes_of(self, count):
@@ -99,7 +102,7 @@ class InWind:
             doing(f"motion with {count} modes")
             movement = self.movement_of(count)
             movement.check_stable()
-            response = Response(movement, self.scene) if self._drag is not None else None
+            response = Response(movement, self.scene) if self._airflow is not None else None
             if response is None or len(movement.modes) < count or not response.errs_more_than(2 * self._accuracy):
                 break
         if movement.loop is not None and movement.with_critical_modes is not movement:
@@ -192,7 +195,7 @@ class InWind:
     def _at_rest(self):
         """`InWind` with the winches at rest, which shares what does not depend on the loop."""
         scene = self.scene.model_copy(update={"control": None})
-        about = self._calm, self._equilibrium, self._drag, self._model, self._known, self._cables, self._modes
+        about = self._calm, self._equilibrium, self._airflow, self._model, self._known, self._cables, self._modes
         return InWind(scene, *about)
 
     @property
@@ -248,12 +251,16 @@ class InWind:
         found = limit.omega
         return found / (2 * np.pi), self.controlled.driven.errors[1]
 
+    def response_of_state(self, open_loop):
+        """`Response` that has numbers with the winches at rest or with the loop, and which of its states they are."""
+        return (self._open.response, OPEN) if open_loop else (self.response, CLOSED)
+
     def rms(self, names, variance, open_loop):
         """Root of the sum of variances of some outputs, and its estimated relative error; 0 of what is held.
 
         Not a number for an exact choice of elements, whose own error is not known.
         """
-        response, state = (self._open.response, OPEN) if open_loop else (self.response, CLOSED)
+        response, state = self.response_of_state(open_loop)
         found = response.variances if variance in OWN else response.seen
         names = [name for name in names if name in found.rows]
         response.check_damped(names, state)

@@ -3,6 +3,7 @@
 Scenes that differ in the loop of the winches, the exposure or the correction alone share it.
 """
 
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 
@@ -16,9 +17,7 @@ from cablestudy.study.suspension.turbulence import Turbulence
 from cablestudy.system.coupled import Layout
 from cablestudy.system.residues import beside, residues
 from cablestudy.system.superelement import with_ends
-from cablestudy.wind.gusts import damping_of_bodies, gusts
 from cablestudy.wind.mean import Drag
-from cablestudy.wind.strips import damping_of_cables, strips
 
 TURN = 2 * np.pi
 FEWER = 0.7  # of the modes, with which the error by those left out is estimated
@@ -132,7 +131,7 @@ class LinearMotion:
     scene : SuspensionScene
     equilibrium : Equilibrium
         In the mean wind, of this case.
-    drag : Drag or None
+    airflow : Airflow or None
         Of this case; None without wind.
     modes : CoupledModes
         In the model.
@@ -145,8 +144,9 @@ class LinearMotion:
         `DrivenCables` and first gains by control, which models with other numbers of modes share: it is filled.
     """
 
-    def __init__(self, scene, equilibrium, drag, modes, accuracy=1e-4, model=None, driven=0, loops=None):
-        self.scene, self.equilibrium, self.drag, self.accuracy, self.model = scene, equilibrium, drag, accuracy, model
+    def __init__(self, scene, equilibrium, airflow, modes, accuracy=1e-4, model=None, driven=0, loops=None):
+        self.scene, self.equilibrium, self.accuracy, self.model = scene, equilibrium, accuracy, model
+        self.airflow, self.drag = airflow, airflow and airflow.drag
         self.modes, self.driven, self.loops = modes, driven, {} if loops is None else loops
         self.layout = Layout(equilibrium)
         suspension = equilibrium.suspension
@@ -163,7 +163,7 @@ class LinearMotion:
             Numbers from 0.
         driven : int
         """
-        known = self.scene, self.equilibrium, self.drag
+        known = self.scene, self.equilibrium, self.airflow
         some = modes_among(modes, np.array(chosen))
         return LinearMotion(*known, some, self.accuracy, self.model, driven, self.loops)
 
@@ -267,31 +267,31 @@ class LinearMotion:
     @cached_property
     def gusts(self):
         """`Gusts` on the coordinates; None without wind."""
-        if self.drag is None:
-            return None
-        _, shapes = self._basis
-        along = strips(self.modes.solution, self.layout, shapes, self.drag)
-        along_wind = self.drag.velocity / np.sqrt((self.drag.velocity**2).sum())
-        own = (np.swapaxes(self.equilibrium.rotation, -1, -2) @ along_wind[:, None])[..., 0]
-        scene, names = self.scene, self.equilibrium.suspension.body_names
-        areas = np.zeros(len(names))
-        for place, name in enumerate(names):
-            table = scene.bodies[name].wind if name in scene.bodies else None
-            areas[place] = (np.array(table.areas) * own[place] ** 2).sum() if table else 0.0
-        return gusts(scene.wind, self.drag, self.layout, shapes, along, areas)
+        return self.airflow and self.airflow.gusts(self.modes.solution, self.layout, self._basis[1])
+
+    def blown_by(self, airflow):
+        """The same motion in the gusts of an `Airflow` that damps it as much as its own, or as none."""
+        if airflow is None or airflow.side == self.airflow.side:
+            return self
+        _ = self.motion  # which both have
+        other = copy(self)
+        other.airflow = airflow
+        for name in ("gusts", "at_rest"):
+            other.__dict__.pop(name, None)
+        return other
 
     @property
     def braked(self):
         """Whether the air damps what moves."""
-        return self.drag is not None and self.scene.wind.aerodynamic_damping
+        return self.airflow is not None and self.airflow.damps
 
     def air_on(self, models):
         """Aerodynamic damping of each cable of some `Models`, see `Superelement.air`: dict, empty without."""
-        return damping_of_cables(models, self.equilibrium, self.drag) if self.braked else {}
+        return self.airflow.damping_of_cables(models, self.equilibrium) if self.airflow else {}
 
     def air_on_bodies(self, shapes):
         """Aerodynamic damping of coordinates by the drag on bodies, see `damping_of_bodies`; 0 without."""
-        return damping_of_bodies(self.drag, self.layout, shapes) if self.braked else 0.0
+        return self.airflow.damping_of_bodies(self.layout, shapes) if self.airflow else 0.0
 
     @cached_property
     def motion(self):

@@ -14,9 +14,9 @@ from cablestudy.control.pose_state_space import by_forces
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.wind.imaging import seen_weights
+from cablestudy.wind.integrals import QUADRATURE
 
 ACCURACY = 1e-4  # where the scene has a fixed model
-INTERPOLATED = 6e-6  # error of a variance by the covariances between known ones, see `wind.gusts`
 TENSION = 6.0  # what modes left out add to a tension over what the highest ones add: with fewer of them it falls slowly
 ABOVE = 1e-3  # of the variance of a tension: by waves along the cables, far above the modes of the model
 ROUNDING = 1e-15  # of the energy of an output over the largest of all: what is less is shown as zero
@@ -98,6 +98,11 @@ class Response:
 
     # -------------------------------------------------------------------------------------------------- integrals
 
+    @property
+    def integration_error(self):
+        """Estimated relative error of a variance by quadrature, and by interpolation of the gusts. [-]"""
+        return QUADRATURE + self.movement.gusts.error
+
     @cached_property
     def _undamped(self):
         """`Turbulence.undamped` with the loop and with the winches at rest, shape (2, o)."""
@@ -167,15 +172,29 @@ class Response:
         if not np.isfinite(value).all():
             raise NoSolutionError("a variance of the motion in the wind is not a number")
         energy = value * self.stiffness
-        value = np.where(energy > ROUNDING * energy.max(axis=-1, keepdims=True), value, 0.0)
+        largest = np.maximum(energy.max(axis=-1, keepdims=True), self._energy_by_cables(names))
+        value = np.where(energy > ROUNDING * largest, value, 0.0)
         tension = np.array([".tension_" in name for name in self.names])
         added = np.where(tension, _of_tensions(value, added, tension), added)
-        error, both_states = added + INTERPOLATED * value + late, (2, len(self.names))
+        error, both_states = added + self.integration_error * value + late, (2, len(self.names))
         values, errors = (
             {name: np.broadcast_to(part, both_states) for name, part in zip(names, parts, strict=True)}
             for parts in (value, error)
         )
         return Variances({name: row for row, name in enumerate(self.names)}, values, errors)
+
+    def _energy_by_cables(self, weights):
+        """That of displacements if all force of the gusts on cables moved them, shape (w, 1, o); 0 of other outputs."""
+        places = [name.endswith((".x", ".y", ".z")) for name in self.names]
+        slow = float(self.movement.modes.solution.omega[0]) ** 2
+        factors = np.array([slow if name == "rate" else 1.0 for name in weights])
+        return factors[:, None, None] * np.where(places, self.movement.gusts.force_on_cables**2 / self.stiffness, 0.0)
+
+    def shares_below(self, name, limits):
+        """Share of the variance of an output below some frequencies [Hz], with the loop, if there is one: list. [-]"""
+        row = self.variances.rows[name]
+        whole = float(self.variances.weighted["value"][CLOSED, row])
+        return [float(part) / whole if whole else 0.0 for part in self._states[CLOSED].below(limits)[:, row]]
 
     @cached_property
     def winch_speeds(self):
@@ -188,7 +207,7 @@ class Response:
         """
         whole, added, undamped = self._states[CLOSED].winch_speeds
         self._refuse(undamped)
-        return whole, added + INTERPOLATED * whole
+        return whole, added + self.integration_error * whole
 
     @cached_property
     def stiffness(self):

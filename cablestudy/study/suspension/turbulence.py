@@ -5,7 +5,7 @@ all loops. What the highest modes add to them is the change to a model with fewe
 """
 
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -55,10 +55,11 @@ class Turbulence:
         """`residues` with fewer modes."""
         return self.linear.residues_of(*self._with_fewer_modes, self.linear.fewer)
 
-    def _integrals_of(self, weights):
-        """`Integrals` with weights that are functions of frequency [Hz], by their names."""
-        gusts = self.linear.gusts
-        edges = with_turns(gusts.edges(*self.range), self.loop.law.delay if self.loop else 0.0)
+    def _integrals_of(self, weights, jumps=()):
+        """`Integrals` with weights that are functions of frequency [Hz], by their names, and where these jump [Hz]."""
+        gusts, (low, high) = self.linear.gusts, self.range
+        edges = with_turns(gusts.edges(low, high), self.loop.law.delay if self.loop else 0.0)
+        edges = np.union1d(edges, [jump for jump in jumps if low < jump < high])
         return Integrals.on(smooth_on(edges, weights.values()), gusts, weights, self.least)
 
     @property
@@ -78,6 +79,12 @@ class Turbulence:
     def seen(self, weights):
         """Variances of the outputs with weights that are functions of frequency [Hz], by their names; see `_found`."""
         return self._found(self._integrals_of(weights))
+
+    def below(self, limits):
+        """Variances of the outputs by frequencies below some limits [Hz], shape (l, o)."""
+        return self._integrals_of({limit: partial(np.greater, limit) for limit in limits}, limits).variances(
+            self.residues
+        )
 
     def _found(self, integrals):
         """Variances, what the highest modes add to them, and their error by a delay, all of shape (w, o)."""

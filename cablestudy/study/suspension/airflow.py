@@ -1,0 +1,71 @@
+"""The wind on a suspension as its linear model needs it: aerodynamic damping, and the forces of gusts."""
+
+import numpy as np
+
+from cablestudy.wind.coherence import davenport
+from cablestudy.wind.gusts import damping_of_bodies, gusts
+from cablestudy.wind.strips import damping_of_cables, strips
+
+
+class Airflow:
+    """The wind on the bodies and cables of one case.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+        With wind.
+    drag : Drag
+        Of this case.
+
+    Attributes
+    ----------
+    side : str
+        Tells apart winds that damp a suspension alike, and differ in their gusts.
+    """
+
+    side = ""
+
+    def __init__(self, scene, drag):
+        self.scene, self.drag = scene, drag
+
+    @property
+    def on_cables(self):
+        """Whether gusts act on cables."""
+        return bool(self.drag.cables.any())
+
+    @property
+    def damps(self):
+        """Whether the air damps what moves."""
+        return self.scene.wind.aerodynamic_damping
+
+    def damping_of_cables(self, models, equilibrium):
+        """Of each cable of some `Models`, see `Superelement.air`: dict, empty without damping."""
+        return damping_of_cables(models, equilibrium, self.drag) if self.damps else {}
+
+    def damping_of_bodies(self, layout, shapes):
+        """Of coordinates by the drag on bodies, see `gusts.damping_of_bodies`; 0 without damping."""
+        return damping_of_bodies(self.drag, layout, shapes) if self.damps else 0.0
+
+    def gusts(self, solution, layout, shapes):
+        """`Gusts` on the coordinates.
+
+        Parameters
+        ----------
+        solution : Solution
+            Models and coordinates of the cables.
+        layout : Layout
+        shapes : ndarray, shape (n, m)
+            Combinations of its coordinates.
+        """
+        wind, along = self.scene.wind, strips(solution, layout, shapes, self.drag)
+        return gusts(wind, self.drag, layout, shapes, along, self._areas(layout.equilibrium), davenport(wind))
+
+    def _areas(self, equilibrium):
+        """What each body and junction shows to the mean wind, for its admittance, shape (b,). [m^2]"""
+        along = self.drag.velocity / np.sqrt((self.drag.velocity**2).sum())
+        own = (np.swapaxes(equilibrium.rotation, -1, -2) @ along[:, None])[..., 0]
+        areas = np.zeros(len(own))
+        for place, name in enumerate(equilibrium.suspension.body_names):
+            table = self.scene.bodies[name].wind if name in self.scene.bodies else None
+            areas[place] = (np.array(table.areas) * own[place] ** 2).sum() if table else 0.0
+        return areas
