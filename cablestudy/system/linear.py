@@ -26,6 +26,7 @@ UNSTABLE = "the equilibrium is not stable: it has no modes"
 MASSLESS_MOTION = "the state space needs a mass of everything that moves"
 MODAL = "sqrt(kg) m"  # unit of a modal amplitude
 ENTRIES = 4_000_000  # of the matrices that are solved at once for a frequency response: 64 MB
+UNCOUPLED = 1e-12  # momentum of a mode of unit mass over the root of a body's mass, up to which it is rounding
 
 
 @dataclass(frozen=True)
@@ -469,6 +470,8 @@ class ReducedSystem:
         """The lowest undamped modes: as `LinearSystem.lowest`."""
         if not len(self):
             return np.zeros(0), np.zeros((0, 0))
+        if isinstance(self.inertia, np.ndarray) and not (coupled := self._coupled).all():
+            return self._lowest_beside_uncoupled(count, coupled)
         if len(self) > DENSE_LIMIT and 2 * count <= len(self):
             return self._lowest_of_large(count)
         modal, (lower, matrix) = len(self.omega), self._compliance()
@@ -476,6 +479,22 @@ class ReducedSystem:
         bodies = _solve_lower(lower, vectors[modal:], transposed=True)
         shapes = np.concatenate([vectors[:modal] / self.omega[:, None], bodies])
         return _normalised(shapes, (vectors * (matrix @ vectors)).sum(axis=0))
+
+    @property
+    def _coupled(self):
+        """Which coordinates of the cables move bodies, shape (N,): each of the others is a mode by itself."""
+        return (np.abs(self.coupling) > UNCOUPLED * np.sqrt(np.diagonal(self.inertia))).any(axis=1)
+
+    def _lowest_beside_uncoupled(self, count, coupled):
+        """`lowest` where some coordinates of the cables are modes: these and the modes of the others."""
+        own, alone, size = np.flatnonzero(coupled), np.flatnonzero(~coupled), len(self)
+        omega, shapes = replace(self, omega=self.omega[own], coupling=self.coupling[own]).lowest(count)
+        every = np.concatenate([omega, self.omega[alone]])
+        lowest = np.argsort(every, kind="stable")[:count]
+        whole = np.zeros((size, len(every)))
+        whole[np.concatenate([own, np.arange(len(self.omega), size)]), : len(omega)] = shapes
+        whole[alone, len(omega) + np.arange(len(alone))] = 1.0
+        return every[lowest], whole[:, lowest]
 
     def compliance(self, motion):
         """Static displacement of a free displacement of the bodies (its number) per force there. [m/N, rad/(N m)]"""

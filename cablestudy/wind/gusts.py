@@ -92,12 +92,12 @@ class Gusts:
         """
         count = self.forces.shape[-1]
         of_bodies = (self.directions @ self.forces).reshape(-1, count).T
-        return np.concatenate([np.eye(count), np.zeros((count, self._work - count)), of_bodies], axis=1)
+        return np.concatenate([np.eye(count, self._work), of_bodies], axis=1)
 
     @property
     def _work(self):
-        """How many inputs are works of the gusts on cables: one for each coordinate, and two of each cable."""
-        return self.forces.shape[-1] + 2 * len(self.strips)
+        """How many inputs are works of the gusts on cables: one for each coordinate, and two of each cable, if any."""
+        return self.forces.shape[-1] + 2 * len(self.strips) if self.strips else 0
 
     def _among(self, place, forces):
         """Forces of strip number `place`, shape (..., m + 2), in columns for all of them, shape (..., m + 2 c)."""

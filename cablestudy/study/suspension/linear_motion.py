@@ -15,6 +15,7 @@ from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.study.suspension.turbulence import Turbulence
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
+from cablestudy.system.observed import observed
 from cablestudy.system.residues import beside, residues
 from cablestudy.system.superelement import with_ends
 from cablestudy.wind.gusts import damping_of_bodies, gusts
@@ -24,6 +25,7 @@ from cablestudy.wind.strips import damping_of_cables, strips
 TURN = 2 * np.pi
 FEWER = 0.7  # of the modes, with which the error by those left out is estimated
 DEPENDENT = 1e-10  # size of a static response over the largest, below which it is rounding
+UNSEEN = 1e-16  # share of the kinetic energy of a mode in what outputs depend on, up to which it is rounding
 
 
 def drag_of(scenes, body_names, cable_names):
@@ -143,13 +145,17 @@ class LinearMotion:
         How many of the modes, the last ones, are there because the loop would drive them first.
     loops : dict, optional
         `DrivenCables` and first gains by control, which models with other numbers of modes share: it is filled.
+    complete : bool
+        Whether the model has modes that no output depends on too.
     """
 
-    def __init__(self, scene, equilibrium, drag, modes, accuracy=1e-4, model=None, driven=0, loops=None):
+    def __init__(
+        self, scene, equilibrium, drag, modes, accuracy=1e-4, model=None, driven=0, loops=None, complete=False
+    ):
         self.scene, self.equilibrium, self.drag, self.accuracy, self.model = scene, equilibrium, drag, accuracy, model
         self._damping = [cable.damping for cable in scene.cables.values()]
         self.modes = self.lowest(modes).damped if isinstance(modes, int) else modes
-        self.driven, self.loops = driven, {} if loops is None else loops
+        self.driven, self.loops, self._complete = driven, {} if loops is None else loops, complete
         self.layout = Layout(equilibrium)
         suspension = equilibrium.suspension
         self.winches, self.markers = winches_of(scene, suspension.cable_names), markers_of(scene)
@@ -172,6 +178,14 @@ class LinearMotion:
         known = self.scene, self.equilibrium, self.drag
         some = modes_among(modes, np.array(chosen))
         return LinearMotion(*known, some, self.accuracy, self.model, driven, self.loops)
+
+    @cached_property
+    def with_all_modes(self):
+        """The same with the modes that no output depends on: for a state space."""
+        if len(self.kept) == len(self.modes):
+            return self
+        known = self.scene, self.equilibrium, self.drag
+        return LinearMotion(*known, self.modes, self.accuracy, self.model, self.driven, complete=True)
 
     @cached_property
     def outputs(self):
@@ -199,7 +213,18 @@ class LinearMotion:
     @cached_property
     def _basis(self):
         """Frequencies and shapes of the coordinates: modes, and the static responses to the loads."""
-        return basis(self.modes, self._loads)
+        omega, shapes = basis(self.modes, self._loads)
+        kept = np.concatenate([self.kept, np.arange(len(self.modes), len(omega))])
+        return omega[kept], shapes[:, kept]
+
+    @cached_property
+    def kept(self):
+        """Numbers from 0 of the modes that are coordinates of the model: those that outputs depend on."""
+        if self._complete or (seen := observed(self._whole)).all():
+            return np.arange(len(self.modes))
+        shapes = self.modes.shapes[seen]
+        share = (shapes * (self._whole.mass[np.ix_(seen, seen)] @ shapes)).sum(axis=0)
+        return np.flatnonzero(share > UNSEEN)
 
     @cached_property
     def fewer(self):
@@ -207,17 +232,17 @@ class LinearMotion:
 
         Of the lowest modes the highest are left out; modes that the loop could drive stay.
         """
-        omega, shapes = self._basis
-        size, modes = len(self.motion), len(self.modes) - self.driven
+        (omega, shapes), count = self._basis, len(self.kept)
+        size, modes = len(self.motion), np.count_nonzero(self.kept < len(self.modes) - self.driven)
         left = np.arange(int(FEWER * modes), modes)
-        others = np.concatenate([left, np.arange(len(self.modes), len(omega))])
+        others = np.concatenate([left, np.arange(count, len(omega))])
         static = (shapes.T @ self._loads / omega[:, None] ** 2)[others]
         static, values, _ = np.linalg.svd(static, full_matrices=False)
         static = static[:, values > DEPENDENT * values.max(initial=0.0)]
         kept = np.eye(size)
         responses = kept[:, others] @ static
         return np.concatenate(
-            [kept[:, : left[0]], kept[:, modes : len(self.modes)], responses, kept[:, len(omega) :]], axis=1
+            [kept[:, : int(FEWER * modes)], kept[:, modes:count], responses, kept[:, len(omega) :]], axis=1
         )
 
     @cached_property
