@@ -145,17 +145,30 @@ class LinearMotion:
         How many of the modes, the last ones, are there because the loop would drive them first.
     loops : dict, optional
         `DrivenCables` and first gains by control, which models with other numbers of modes share: it is filled.
+    responses : bool
+        Whether the modes left out answer to the inertia and damping forces of what bodies and winches move too.
     complete : bool
         Whether the model has modes that no output depends on too.
     """
 
     def __init__(
-        self, scene, equilibrium, drag, modes, accuracy=1e-4, model=None, driven=0, loops=None, complete=False
+        self,
+        scene,
+        equilibrium,
+        drag,
+        modes,
+        accuracy=1e-4,
+        model=None,
+        driven=0,
+        loops=None,
+        responses=False,
+        complete=False,
     ):
         self.scene, self.equilibrium, self.drag, self.accuracy, self.model = scene, equilibrium, drag, accuracy, model
         self._damping = [cable.damping for cable in scene.cables.values()]
         self.modes = self.lowest(modes).damped if isinstance(modes, int) else modes
-        self.driven, self.loops, self._complete = driven, {} if loops is None else loops, complete
+        self.driven, self.loops = driven, {} if loops is None else loops
+        self._responses, self._complete = responses, complete
         self.layout = Layout(equilibrium)
         suspension = equilibrium.suspension
         self.winches, self.markers = winches_of(scene, suspension.cable_names), markers_of(scene)
@@ -177,15 +190,15 @@ class LinearMotion:
         """
         known = self.scene, self.equilibrium, self.drag
         some = modes_among(modes, np.array(chosen))
-        return LinearMotion(*known, some, self.accuracy, self.model, driven, self.loops)
+        return LinearMotion(*known, some, self.accuracy, self.model, driven, self.loops, self._responses)
 
     @cached_property
     def with_all_modes(self):
         """The same with the modes that no output depends on: for a state space."""
         if len(self.kept) == len(self.modes):
             return self
-        known = self.scene, self.equilibrium, self.drag
-        return LinearMotion(*known, self.modes, self.accuracy, self.model, self.driven, complete=True)
+        known = self.scene, self.equilibrium, self.drag, self.modes, self.accuracy, self.model, self.driven
+        return LinearMotion(*known, responses=self._responses, complete=True)
 
     @cached_property
     def outputs(self):
@@ -205,10 +218,21 @@ class LinearMotion:
 
     @cached_property
     def _loads(self):
-        """Forces on the coordinates of the suspension by winches and by loads on bodies."""
-        winches, bodies = len(self.winches), 6 * self.equilibrium.suspension.bodies
+        """Forces on the coordinates of the suspension by winches and by loads on bodies.
+
+        With `responses` also those by inertia and damping of what bodies and winches move: what modes left out answer
+        to them is what they do to the damping of others.
+        """
+        whole, winches, bodies = self._whole, len(self.winches), 6 * self.equilibrium.suspension.bodies
         of_bodies = winches + np.flatnonzero(self.layout.free < bodies)
-        return self._whole.driven[0].real[:, [*range(winches), *of_bodies.tolist()]]
+        found = whole.driven[0].real[:, [*range(winches), *of_bodies.tolist()]]
+        if not self._responses:
+            return found
+        moved = np.s_[:, len(whole) - whole.bodies :]
+        acting = [part[moved] for part in (whole.mass, whole.damping, whole.stiffness.imag)]
+        acting += [part[:, :winches] for part in (whole.driven[0].imag, whole.driven[1].real, whole.driven[2].real)]
+        acting = np.concatenate(acting, axis=1)
+        return np.concatenate([found, acting[:, acting.any(axis=0)]], axis=1)
 
     @cached_property
     def _basis(self):
@@ -219,12 +243,13 @@ class LinearMotion:
 
     @cached_property
     def kept(self):
-        """Numbers from 0 of the modes that are coordinates of the model: those that outputs depend on."""
+        """Numbers from 0 of the modes that are coordinates of the model: those that outputs depend on, or all."""
+        every = np.arange(len(self.modes))
         if self._complete or (seen := observed(self._whole)).all():
-            return np.arange(len(self.modes))
+            return every
         shapes = self.modes.shapes[seen]
         share = (shapes * (self._whole.mass[np.ix_(seen, seen)] @ shapes)).sum(axis=0)
-        return np.flatnonzero(share > UNSEEN)
+        return every[share > UNSEEN] if (share > UNSEEN).any() else every
 
     @cached_property
     def fewer(self):
