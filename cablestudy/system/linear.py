@@ -157,9 +157,14 @@ class LinearSystem:
         return np.sqrt(np.where(stiffness > 0, stiffness, mass) / mass)
 
     @cached_property
+    def equations(self):
+        """`Equations` of first order, winches at rest and without inputs."""
+        return equations(self)
+
+    @cached_property
     def eigen(self):
-        """`Eigen` of the equations of first order, winches at rest."""
-        return eigen(equations(self).fixed)
+        """`Eigen` of these equations."""
+        return eigen(self.equations.fixed)
 
     def few(self, kept, orders, shaken=()):
         """A space for `within`: some of the modal coordinates, vectors that stand for all others, and the bodies.
@@ -214,12 +219,12 @@ class LinearSystem:
     @cached_property
     def poles(self):
         """Winches at rest: upper half plane and real axis. [rad/s]"""
-        return upper(np.linalg.eigvals(equations(self).fixed))
+        return upper(np.linalg.eigvals(self.equations.fixed))
 
     @cached_property
     def pole_shares(self):
         """The poles, and the share of each in the static compliance of each body's displacement, shape (b, k). [-]"""
-        values, vectors = np.linalg.eig(equations(self).fixed)
+        values, vectors = np.linalg.eig(self.equations.fixed)
         n, body = len(self.mass), slice(len(self.mass) - self.bodies, len(self.mass))
         force = np.zeros((2 * n, self.bodies), dtype=complex)
         force[n:] = np.linalg.inv(self.mass)[:, body]

@@ -8,6 +8,7 @@ from cablestudy.activity import doing
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.words import counted
 from cablestudy.study.columns import relative
+from cablestudy.study.loops import law_from
 from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.movement import Movement
 from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
@@ -82,14 +83,16 @@ class InWind:
     def _tried(self):
         """Numbers of modes, ascending.
 
-        Fewer first where cables are few and the wind acts on free bodies alone: gusts on cables excite all modes. Modal
-        damping, unless of an exact choice of elements, depends on their number, which is then that of many cables.
+        Fewer first where cables are few and few modes are excited: by wind on free bodies alone, and a loop that only
+        integrates. Modal damping, unless of an exact choice of elements, depends on their number: it is then that of
+        many cables.
         """
-        cables, many = self.scene.cables, self._many
-        few, exact = FIRST + OF_EACH * len(cables), self._model is not None
-        blown = self._drag is not None and self._drag.cables.any()
-        modal = not exact and any(one.damping.model == "modal" and one.damping.ratio for one in cables.values())
-        if few >= many[0] or blown or modal or not self._equilibrium.suspension.free.any():
+        scene, many = self.scene, self._many
+        few, exact = FIRST + OF_EACH * len(scene.cables), self._model is not None
+        all_excited = self._drag is not None and self._drag.cables.any()
+        all_excited |= scene.control is not None and not law_from(scene.control, scene.control)[0].integrates_only
+        modal = any(one.damping.model == "modal" and one.damping.ratio for one in scene.cables.values())
+        if few >= many[0] or all_excited or (modal and not exact) or not self._equilibrium.suspension.free.any():
             return many
         return few, *many
 

@@ -13,9 +13,9 @@ from cablestudy.control.pose_state_space import ExactResponse, by_forces, winch_
 from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, second_order
 from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.study.suspension.turbulence import Turbulence
+from cablestudy.system.connected import observed
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
-from cablestudy.system.observed import observed
 from cablestudy.system.residues import beside, residues
 from cablestudy.system.superelement import with_ends
 from cablestudy.wind.gusts import damping_of_bodies, gusts
