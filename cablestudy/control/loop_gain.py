@@ -73,7 +73,8 @@ class LoopGain:
     def __call__(self, s):
         """L for s of shape (f,), shape (f, k, k)."""
         bodies, pulled = self._at(s)
-        moved = self.measured @ np.linalg.solve(bodies, pulled @ self.shares)
+        pulled = pulled @ self.shares
+        moved = self.measured @ (pulled / bodies if bodies.shape[-1] == 1 else np.linalg.solve(bodies, pulled))
         return moved * self.controller(s)[:, None, :]
 
     @property

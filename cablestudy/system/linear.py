@@ -236,6 +236,11 @@ class LinearSystem:
         above = values.imag >= 0
         return values[above], shares[:, above]
 
+    @cached_property
+    def _parts(self):
+        """K, C and M, the entries of each in a row, shape (3, n^2)."""
+        return np.stack([self.stiffness.real, self.damping, self.mass]).reshape(3, -1)
+
     def dynamic_stiffness(self, s):
         """Forces per displacement of the coordinates, D = s^2 M + s C + K, shape (f, n, n), inputs at rest.
 
@@ -245,9 +250,8 @@ class LinearSystem:
             With Im s > 0 where the stiffness is complex. [rad/s]
         """
         powers = np.asarray(s, dtype=complex)[:, None] ** np.arange(3)
-        parts = np.stack([self.stiffness.real, self.damping, self.mass]).reshape(3, -1)
         value = np.empty((len(powers), *self.mass.shape), dtype=complex)
-        value.real, value.imag = ((part @ parts).reshape(value.shape) for part in (powers.real, powers.imag))
+        value.real, value.imag = ((part @ self._parts).reshape(value.shape) for part in (powers.real, powers.imag))
         if np.iscomplexobj(self.stiffness):
             value.imag += self.stiffness.imag
         s = powers[:, 1, None, None]
