@@ -26,6 +26,7 @@ from cablestudy.control.gain_limits import NEGLIGIBLE
 from cablestudy.control.stability import BROAD
 from cablestudy.control.suspension import reeled
 from cablestudy.scene.suspension_tables import MOTIONS
+from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import outward
 
 DRIVEN = 0.05  # share of its decay by which the gain may move the pole of a mode that is left out
@@ -221,12 +222,10 @@ class Effects:
 
 def _normals(direction):
     """Two unit vectors across a cable at both of its ends, shape (2, 6), for its tangents there, shape (2, 3)."""
-    found = []
-    for tangent in direction:
-        first = np.cross(tangent, np.eye(3)[np.argmin(np.abs(tangent))])
-        first = first / np.linalg.norm(first)
-        found.append(np.stack([first, np.cross(tangent, first)]))
-    return np.concatenate(found, axis=1)
+    turned = cross_matrix(direction)
+    first = (turned @ np.eye(3)[np.abs(direction).argmin(axis=1)][..., None])[..., 0]
+    first = first / np.linalg.norm(first, axis=1, keepdims=True)
+    return np.stack([first, (turned @ first[..., None])[..., 0]]).reshape(2, 6)
 
 
 def dense(matrix):

@@ -8,6 +8,7 @@ from cablestudy.activity import doing
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.words import counted
 from cablestudy.study.columns import relative
+from cablestudy.study.loops import law_from
 from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.movement import Movement
 from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
@@ -15,9 +16,12 @@ from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.wind.peak import peak_factor
 
-COUNTS = (64, 100, 160)  # modes of the models that are tried
+COUNTS = (64, 100, 160)  # modes of the models that are tried,
+IN_PLANE = (32, *COUNTS, 300)  # of a cable that moves in its plane only
+FIRST, OF_EACH = 16, 8  # before them, of few cables, so many and so many of each cable
 MORE = (300, 600)  # where notches are at frequencies that those have not
-ELEMENTS = (250,)  # of a model with an exact choice of elements
+ELEMENTS = 250  # of a model with an exact choice of elements, where fewer change the RMS by more than a share EXACT
+EXACT = 1e-9
 SAFETY = 2.0  # on the change of a margin by fewer modes
 ROUNDING = 1e-14  # of a displacement by the mean wind over the longest chord: what is less is shown as zero
 
@@ -47,8 +51,14 @@ class InWind:
         self._known, self._cables, self._modes = known, cables, {} if modes is None else modes
         self._accuracy = scene.model.accuracy or ACCURACY
 
-    def movement_of(self, count):
+    def movement_of(self, count, responses=False):
         """`Movement` with so many modes, which may be unstable.
+
+        Parameters
+        ----------
+        count : int
+        responses : bool
+            See `LinearMotion`.
 
         Raises
         ------
@@ -57,10 +67,10 @@ class InWind:
         """
         scene = self.scene
         driving = repr((scene.winches, scene.actuators))
-        linear, loops = (count, driving), self._known.setdefault(driving, {})
+        linear, loops = (count, responses, driving), self._known.setdefault(driving, {})
         if linear not in self._known:
-            about = self._equilibrium, self._airflow, self._modes_of(count), self._accuracy, self._model
-            self._known[linear] = LinearMotion(scene, *about, loops=loops)
+            known = scene, self._equilibrium, self._airflow, self._modes_of(count), self._accuracy, self._model
+            self._known[linear] = LinearMotion(*known, loops=loops, responses=responses)
         blown = *linear, self._airflow and self._airflow.side
         if blown not in self._known:
             self._known[blown] = self._known[linear].blown_by(self._airflow)
@@ -80,13 +90,38 @@ class InWind:
     @cached_property
     def _counts(self):
         """Modes of the models that are tried: from the fewest on with which the frequencies of notches are known."""
-        if self._model is not None:
-            return ELEMENTS
-        for count in (*COUNTS, *MORE):
-            movement = self.movement_of(count)
+        for count in (*self._tried, *(MORE if self._model is None else ())):
+            movement = self._with(count)
             if movement.knows_notches or len(movement.modes) < count:
                 break
-        return tuple(one for one in COUNTS if one >= count) or (count,)
+        return tuple(one for one in self._tried if one >= count) or (count,)
+
+    @property
+    def _tried(self):
+        """Numbers of modes, ascending.
+
+        Fewer first where cables are few and few modes are excited: by wind on free bodies alone, and a loop that only
+        integrates. Modal damping, unless of an exact choice of elements, depends on their number: it is then that of
+        many cables.
+        """
+        scene, many = self.scene, self._many
+        few, exact = FIRST + OF_EACH * len(scene.cables), self._model is not None
+        all_excited = self._airflow is not None and self._airflow.on_cables
+        all_excited |= scene.control is not None and not law_from(scene.control, scene.control)[0].integrates_only
+        modal = any(one.damping.model == "modal" and one.damping.ratio for one in scene.cables.values())
+        if few >= many[0] or all_excited or (modal and not exact) or not self._equilibrium.suspension.free.any():
+            return many
+        return few, *many
+
+    @property
+    def _many(self):
+        if self._model is not None:
+            return (ELEMENTS,)
+        return IN_PLANE if self._cables is not None and self._cables.planes else COUNTS
+
+    def _with(self, count):
+        """`movement_of` one of these numbers: where it is that of few cables, modes left out have more responses."""
+        return self.movement_of(count, count < self._many[0])
 
     @cached_property
     def _outcome(self):
@@ -98,12 +133,13 @@ class InWind:
 
     def _settled(self):
         """Movement with as many modes as needed, and its response to the wind; raises as `response`."""
+        allowed = 2 * (self._accuracy if self._model is None else EXACT)
         for count in self._counts:
             doing(f"motion with {count} modes")
-            movement = self.movement_of(count)
+            movement = self._with(count)
             movement.check_stable()
             response = Response(movement, self.scene) if self._airflow is not None else None
-            if response is None or len(movement.modes) < count or not response.errs_more_than(2 * self._accuracy):
+            if response is None or len(movement.modes) < count or not response.errs_more_than(allowed):
                 break
         if movement.loop is not None and movement.with_critical_modes is not movement:
             movement = movement.with_critical_modes
@@ -122,7 +158,7 @@ class InWind:
         error = self.response.moving_error / 2
         if self._model is not None or error <= self._accuracy:
             return ""
-        tried = [str(count) for count in COUNTS if count <= len(self.movement.modes)]
+        tried = [str(count) for count in self._tried if count <= len(self.movement.modes)]
         models = f"{counted(len(tried), 'model')} of {', '.join(tried)} modes"
         return f"{models} tried: estimated error of the RMS {error:.1e}, asked for {self._accuracy:g}"
 
@@ -166,7 +202,7 @@ class InWind:
     def _judged(self):
         """The movement of `controlled`, or the error that says why there is none: computed once for a row."""
         try:
-            movement = self.movement_of(self._counts[0])
+            movement = self._with(self._counts[0])
             movement.check_open()
         except (NoSolutionError, ConvergenceError) as error:
             return error

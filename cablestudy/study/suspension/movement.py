@@ -132,8 +132,10 @@ class Movement:
 
     @cached_property
     def _shares(self):
-        """Share of each mode in the static compliance of each measured coordinate, shape (k, m). [-]"""
-        return (self._measurable[1][:, : len(self.modes)] / self.modes.solution.omega) ** 2 / self._compliance[:, None]
+        """Share of each mode of the model in the static compliance of each measured coordinate, shape (k, m). [-]"""
+        kept = self.linear.kept
+        moved = self._measurable[1][:, : len(kept)] / self.modes.solution.omega[kept]
+        return moved**2 / self._compliance[:, None]
 
     @cached_property
     def _compliance(self):
@@ -153,7 +155,7 @@ class Movement:
     def _coupled_frequencies(self):
         """Frequency of the mode with the largest share in the static compliance of each measured coordinate. [Hz]"""
         shares = self._shares / self._shares.max(axis=1, keepdims=True)
-        return self.modes.frequency[np.argmax(np.round(shares, 9), axis=1)]
+        return self.modes.frequency[self.linear.kept[np.argmax(np.round(shares, 9), axis=1)]]
 
     def _static_frequencies(self):
         """Frequency of each measured coordinate on its static compliance with the body's own mass. [Hz]"""
@@ -298,6 +300,12 @@ class Movement:
         return self if linear is self.linear else Movement(self.scene, linear)
 
     @cached_property
+    def with_all_modes(self):
+        """The same movement with the modes that no output depends on: for a state space."""
+        linear = self.linear.with_all_modes
+        return self if linear is self.linear else Movement(self.scene, linear)
+
+    @cached_property
     def stable(self):
         """Whether no motion grows, with the winches at rest and with the loop."""
         if growing(self.open_poles) is not None:
@@ -349,9 +357,10 @@ class Movement:
 
     def mode_name(self, place):
         """Number of a coordinate, what it moves and its frequency, in words."""
-        if place >= len(self.modes):
+        if place >= len(self.linear.kept):
             return "a motion above the modes of the model"
-        return f"mode {place + 1} ({self.modes.moves[place]}, {self.modes.frequency[place]:.4g} Hz)"
+        mode = int(self.linear.kept[place])
+        return f"mode {mode + 1} ({self.modes.moves[mode]}, {self.modes.frequency[mode]:.4g} Hz)"
 
     def _named(self, pole, moving):
         """The motion of a growing pole of a `LinearSystem` or `PoseLoop` in words."""
