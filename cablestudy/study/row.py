@@ -6,7 +6,7 @@ from math import isnan
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import missing
-from cablestudy.study import loops, models, notes
+from cablestudy.study import gondola, models, notes
 from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import ColumnRequirements, closed_form
@@ -227,7 +227,7 @@ def _solve_models(cases, required):
     """Solve the models of many cases at once, and the coupled modes of gondola and cable."""
     models.solve_models(cases)
     if required.gondola:
-        loops.prepare(cases)
+        gondola.prepare(cases)
 
 
 # ------------------------------------------------------------------------------------------------- to an accuracy

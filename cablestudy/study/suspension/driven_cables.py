@@ -7,7 +7,7 @@ could drive, show all crossings. Waves across a cable take power from those alon
 that crosses first decides how far they are resolved; it is sought again with them.
 
 Another law than an integrator may make the loop gain large far above the frequencies of the body. All modes are then
-needed up to where the loop gain of waves that do not return is below BROAD, as for one cable.
+needed up to where the loop gain of waves that do not return is below BROAD.
 """
 
 from dataclasses import replace
@@ -16,11 +16,10 @@ from functools import cached_property, partial
 import numpy as np
 
 from cablestudy.activity import doing
-from cablestudy.control.gain_limits import StableGains, limit_near
+from cablestudy.control.gain_limits import MOST_MODES, StableGains, limit_near, too_many
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.margins import Margins
 from cablestudy.control.motion import actuated
-from cablestudy.control.stability import too_many
 from cablestudy.control.suspension import load_off_ends
 from cablestudy.errors import ConvergenceError
 from cablestudy.study.suspension.driven_waves import ACROSS, dense
@@ -29,7 +28,6 @@ from cablestudy.system.coupled_modes import Search
 from cablestudy.system.linear import LinearSystem
 
 MOST_WAVES, MOST_OF_CABLE = 300, 1600  # half-waves along a cable that are resolved, and its modes that are computed
-MOST_MODES = 300  # modes of cables that a gain could drive; more are refused
 TRIALS, BEYOND = 5, 1.2  # of the frequency up to which waves across the cables are resolved, over that of the pole
 MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coincide, over that of one alone
 SAFETY = 2.0  # on the change of the largest gain

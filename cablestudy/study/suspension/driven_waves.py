@@ -23,7 +23,6 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.gain_limits import NEGLIGIBLE
-from cablestudy.control.stability import BROAD
 from cablestudy.control.suspension import reeled
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.system.rigid import cross_matrix
@@ -32,6 +31,7 @@ from cablestudy.system.suspension import outward
 DRIVEN = 0.05  # share of its decay by which the gain may move the pole of a mode that is left out
 SAFETY = 2.0  # on the same for waves, by which the highest mode is found that is looked at
 UNDAMPED = NEGLIGIBLE / 4  # growth over frequency by a gain that is no instability, however small the decay
+BROAD = 0.1  # loop gain of waves that run away, above which a law that is no integrator needs all modes
 RANGE = np.geomspace(1.0, 1e8, 481)  # frequencies at which the bound is computed, over the lowest of the modes
 AXIAL = 0.1  # share of the force of a wave along a cable, of a mode across it that is damped by the air
 ACROSS, ALONG = 0, 1

@@ -5,10 +5,10 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.activity import doing
+from cablestudy.control.law import law_from
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.words import counted
 from cablestudy.study.columns import relative
-from cablestudy.study.loops import law_from
 from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.movement import Movement
 from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
@@ -107,7 +107,7 @@ class InWind:
         scene, many = self.scene, self._many
         few, exact = FIRST + OF_EACH * len(scene.cables), self._model is not None
         all_excited = self._airflow is not None and self._airflow.on_cables
-        all_excited |= scene.control is not None and not law_from(scene.control, scene.control)[0].integrates_only
+        all_excited |= scene.control is not None and not law_from(scene.control)[0].integrates_only
         modal = any(one.damping.model == "modal" and one.damping.ratio for one in scene.cables.values())
         if few >= many[0] or all_excited or (modal and not exact) or not self._equilibrium.suspension.free.any():
             return many

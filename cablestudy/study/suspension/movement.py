@@ -6,12 +6,12 @@ from math import ceil, log2
 
 import numpy as np
 
+from cablestudy.control.gain_limits import ABOVE, undamped
+from cablestudy.control.law import law_from
 from cablestudy.control.notch import Notch
 from cablestudy.control.pose_loop import PoseLoop, allocate, growing, moved_by_winches
-from cablestudy.control.stability import BEYOND, undamped
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.suspension_tables import MOTIONS
-from cablestudy.study.loops import law_from
 from cablestudy.study.suspension.driven_cables import DrivenCables
 from cablestudy.study.suspension.driven_waves import Effects
 from cablestudy.study.suspension.turbulence import Turbulence
@@ -194,7 +194,7 @@ class Movement:
     @cached_property
     def given_loop(self):
         """The loop with its gain, or with next to none where the gain follows from a margin."""
-        law, gain = law_from(self.scene.control, self.scene.control)
+        law, gain = law_from(self.scene.control)
         given = LITTLE * self.modes.solution.omega[0] if gain is None else gain
         return PoseLoop(self.motion, self.allocation, given, self.notches, law)
 
@@ -269,7 +269,7 @@ class Movement:
         """
         limit = self.gains.limit
         if limit and limit.undamped:
-            said = self.given_loop.law.said((1 + BEYOND) * limit.factor, 4).removeprefix("a gain of ")
+            said = self.given_loop.law.said((1 + ABOVE) * limit.factor, 4).removeprefix("a gain of ")
             raise undamped(1j * limit.omega, self.gains.open_ratio(limit.omega), f"no largest gain: at {said} ")
         return limit
 
