@@ -38,7 +38,7 @@ class InWind:
     """
 
     def __init__(self, scene, calm, equilibrium, airflow, model, known):
-        self.scene, self._calm, self._equilibrium, self._airflow, self._model = scene, calm, equilibrium, airflow, model
+        self.scene, self._calm, self._equilibrium, self.airflow, self._model = scene, calm, equilibrium, airflow, model
         self._known = known
         self._accuracy = scene.model.accuracy or ACCURACY
 
@@ -55,11 +55,11 @@ class InWind:
         linear, loops = (count, driving), self._known.setdefault(driving, {})
         if linear not in self._known:
             self._known[linear] = LinearMotion(
-                scene, self._equilibrium, self._airflow, count, self._accuracy, self._model, loops=loops
+                scene, self._equilibrium, self.airflow, count, self._accuracy, self._model, loops=loops
             )
-        blown = *linear, self._airflow and self._airflow.side
+        blown = *linear, self.airflow and self.airflow.side
         if blown not in self._known:
-            self._known[blown] = self._known[linear].blown_by(self._airflow)
+            self._known[blown] = self._known[linear].blown_by(self.airflow)
         moving = *blown, repr(scene.control)
         if moving not in self._known:
             self._known[moving] = Movement(scene, self._known[blown])
@@ -90,7 +90,7 @@ class InWind:
             doing(f"motion with {count} modes")
             movement = self.movement_of(count)
             movement.check_stable()
-            response = Response(movement, self.scene) if self._airflow is not None else None
+            response = Response(movement, self.scene) if self.airflow is not None else None
             if response is None or len(movement.modes) < count or not response.errs_more_than(2 * self._accuracy):
                 break
         if movement.loop is not None and movement.with_critical_modes is not movement:
@@ -181,7 +181,7 @@ class InWind:
     def _at_rest(self):
         """`InWind` with the winches at rest, which shares what does not depend on the loop."""
         scene = self.scene.model_copy(update={"control": None})
-        return InWind(scene, self._calm, self._equilibrium, self._airflow, self._model, self._known)
+        return InWind(scene, self._calm, self._equilibrium, self.airflow, self._model, self._known)
 
     @property
     def _open(self):
