@@ -5,9 +5,9 @@ from functools import cache
 import numpy as np
 import pytest
 from command import CARLINA, run, table_of
-from one_loop import OneLoop
 from references import loop_matrix
 from scenes import cells, scene
+from test_windrms import PUSHED, WHITE, case_with, loop_of, lyapunov, rms_of, white  # noqa: F401 a fixture
 
 from cablestudy.control import response, statespace
 from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
@@ -27,6 +27,19 @@ def case_of(*sets):
 
 
 LIGHT = ("gravity=0", "cable.density=1e-6", "cable.unstretched_length=184.4883 m", AIR)
+
+
+@pytest.mark.usefixtures("white")
+@pytest.mark.parametrize("drag", [1.17, 10.0, 40.0])
+def test_a_gondola_on_a_light_cable_in_white_noise_is_the_textbook_s_oscillator(drag):
+    """Variances S/(4 c k) and S/(4 c M) of a one-sided spectrum S, which grows with the square of the drag."""
+    sets = (*LIGHT, WHITE, "cable.damping={model: hysteretic, loss_factor: 0}", "model={elements: 1, order: 2}",
+            "winch.controller.gain=0", "gondola.mass=50 kg", f"gondola.drag_coefficient={drag}")  # fmt: skip
+    case, level, damping = Case(scene(*sets)), 3.0 * (drag / 1.17) ** 2, C * drag / 1.17
+    displacement, velocity = rms_of(case)[2:]
+    assert displacement == pytest.approx(np.sqrt(level / (4 * damping * case.end_stiffness_along(0))), rel=1e-6)
+    # of the velocity the range of frequencies lacks a little
+    assert velocity == pytest.approx(np.sqrt(level / (4 * damping * 50.0)), rel=1e-3)
 
 
 @pytest.mark.parametrize("model", ["{elements: 10}", "{accuracy: 1e-6}"])
@@ -57,11 +70,27 @@ def test_an_overdamped_gondola_creeps_back():
     assert damping_ratio(stiffness, 50.0, 4.516, "hysteretic", 1e-9, 2000.0) == pytest.approx(1.0, abs=1e-6)
 
 
-@pytest.mark.parametrize("drag", [0.07, 1.17, 23.0])
-def test_the_largest_gain_is_that_of_the_dense_matrix(drag):
-    loop = OneLoop(scene(AIR, f"gondola.drag_coefficient={drag}"))
-    assert loop.damping == pytest.approx(C * drag / 1.17, rel=1e-12)
-    limit = loop.largest_gain
+@pytest.mark.usefixtures("white")
+@pytest.mark.parametrize("ratio", [1e-3, 1e-2])
+@pytest.mark.parametrize("gain", [0.0, 0.1, 0.5])
+@pytest.mark.parametrize("damping", [0.3, C, 100.0])
+def test_the_loop_is_that_of_the_dense_matrix(ratio, gain, damping):
+    sets = AIR, WHITE, f"gondola.drag_coefficient={1.17 * damping / C!r}"
+    case = Case(case_with(ratio, gain, *sets).scene)
+    loop = loop_of(case)
+    assert loop.damping == pytest.approx(damping, rel=1e-12)
+    poles, movement = np.linalg.eigvals(loop_matrix.matrices(loop, loop.gain)[0]), case.in_wind.movement
+    closed = movement.loop.eigen.poles if loop.gain else movement.open_poles
+    main = closed[np.argmin(np.abs(closed - 2j * np.pi * case.gondola_frequency))]
+    assert np.abs(poles - main).min() < 1e-5 * abs(main)
+    expected = lyapunov(loop, loop.gain, 3.0 * (damping / C) ** 2)
+    assert rms_of(case, "value")[0] == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("damping", [0.3, 100.0])
+def test_the_largest_gain_is_that_of_the_dense_matrix(damping):
+    case = case_with(0.01, 0.1, AIR, f"gondola.drag_coefficient={1.17 * damping / C!r}")
+    loop, limit = loop_of(case), case.in_wind.largest_gain[0]
     for part in (0.5, 1 - 1e-6):
         assert np.linalg.eigvals(loop_matrix.matrices(loop, part * limit)[0]).real.max() <= 0
     for part in (1 + 1e-6, 2.0):

@@ -315,12 +315,12 @@ class Case:
 
     @shared("damping_key")
     def cable_models(self):
-        """`Cables` by their damping by the air, for `in_wind`."""
+        """`Cables` by their viscous damping, for `in_wind`."""
         return {}
 
     @shared("damping_key", "mass_key")
     def coupled_models(self):
-        """`CoupledModes` of gondola and cable by their number, by the damping of the cable by the air."""
+        """`CoupledModes` of gondola and cable by their number, by the viscous damping of the cable."""
         return {}
 
     @shared("damping_key", "body_key", "air_key")

@@ -3,8 +3,8 @@
 Three components of the turbulence, along the mean wind, across it and vertical, are uncorrelated. The cross-spectrum of
 one of them at two places is sqrt(S_i S_j) exp(-C f d/U) at their distance d (Davenport, Quarterly Journal of the Royal
 Meteorological Society 87, 1961). So the spectral matrix of the forces depends on frequency by the spectrum of the
-speed, by the admittance of each body, and by kappa = C f/U, or another function of frequency of other coherences: it is
-computed for some kappa and interpolated.
+speed, by the admittance of each body, and by kappa = C f/U: it is computed for some kappa and interpolated. Another
+`Coherence` is another function kappa of the frequency.
 """
 
 from dataclasses import dataclass

@@ -47,7 +47,7 @@ class InWind:
     """
 
     def __init__(self, scene, calm, equilibrium, airflow, model, known, cables=None, modes=None):
-        self.scene, self._calm, self._equilibrium, self._airflow, self._model = scene, calm, equilibrium, airflow, model
+        self.scene, self._calm, self._equilibrium, self.airflow, self._model = scene, calm, equilibrium, airflow, model
         self._known, self._cables, self._modes = known, cables, {} if modes is None else modes
         self._accuracy = scene.model.accuracy or ACCURACY
 
@@ -69,11 +69,11 @@ class InWind:
         driving = repr((scene.winches, scene.actuators))
         linear, loops = (count, responses, driving), self._known.setdefault(driving, {})
         if linear not in self._known:
-            known = scene, self._equilibrium, self._airflow, self._modes_of(count), self._accuracy, self._model
+            known = scene, self._equilibrium, self.airflow, self._modes_of(count), self._accuracy, self._model
             self._known[linear] = LinearMotion(*known, loops=loops, responses=responses)
-        blown = *linear, self._airflow and self._airflow.side
+        blown = *linear, self.airflow and self.airflow.side
         if blown not in self._known:
-            self._known[blown] = self._known[linear].blown_by(self._airflow)
+            self._known[blown] = self._known[linear].blown_by(self.airflow)
         moving = *blown, repr(scene.control)
         if moving not in self._known:
             self._known[moving] = Movement(scene, self._known[blown])
@@ -106,7 +106,7 @@ class InWind:
         """
         scene, many = self.scene, self._many
         few, exact = FIRST + OF_EACH * len(scene.cables), self._model is not None
-        all_excited = self._airflow is not None and self._airflow.on_cables
+        all_excited = self.airflow is not None and self.airflow.on_cables
         all_excited |= scene.control is not None and not law_from(scene.control)[0].integrates_only
         modal = any(one.damping.model == "modal" and one.damping.ratio for one in scene.cables.values())
         if few >= many[0] or all_excited or (modal and not exact) or not self._equilibrium.suspension.free.any():
@@ -138,7 +138,7 @@ class InWind:
             doing(f"motion with {count} modes")
             movement = self._with(count)
             movement.check_stable()
-            response = Response(movement, self.scene) if self._airflow is not None else None
+            response = Response(movement, self.scene) if self.airflow is not None else None
             if response is None or len(movement.modes) < count or not response.errs_more_than(allowed):
                 break
         if movement.loop is not None and movement.with_critical_modes is not movement:
@@ -231,7 +231,7 @@ class InWind:
     def _at_rest(self):
         """`InWind` with the winches at rest, which shares what does not depend on the loop."""
         scene = self.scene.model_copy(update={"control": None})
-        about = self._calm, self._equilibrium, self._airflow, self._model, self._known, self._cables, self._modes
+        about = self._calm, self._equilibrium, self.airflow, self._model, self._known, self._cables, self._modes
         return InWind(scene, *about)
 
     @property
