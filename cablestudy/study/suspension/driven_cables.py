@@ -34,6 +34,7 @@ SAFETY = 2.0  # on the change of the largest gain
 WINDOW = 0.2  # relative distance of frequencies beside one that decides a margin, by which it changes with the model
 NEARLY, CLOSE = 0.5, 0.05  # gain over the largest, and relative distance of modes from the one that would grow, from
 # which on such modes are in the model of the response
+UNCERTAIN = 2e-3  # relative error of where such a pole is: the model may lack one that seems to be below its highest
 ZERO = 1e-3  # size of a pole over the lowest frequency, below which it is that of an integral, zero
 TURN = 2 * np.pi
 
@@ -164,12 +165,14 @@ class DrivenCables:
         poles = [open_poles(self._movement)]
         if self._spoilt:
             return poles[0]
-        chosen = self._chosen()
+        chosen, highest = self._chosen(), (1 - UNCERTAIN) * self._base.omega[-1]
         for cable, own in enumerate(chosen):
-            above = np.flatnonzero(own & (self.loop_gain.elements[cable].omega > self._base.omega[-1]))
-            if len(above):
-                alone = self.loop_gain.elements[cable].omega[above]
-                moved, _ = self.loop_gain.poles_of(cable, above)
+            near = np.flatnonzero(own & (self.loop_gain.elements[cable].omega > NEARLY * highest))
+            if len(near):
+                moved, _ = self.loop_gain.poles_of(cable, near)
+                alone = self.loop_gain.elements[cable].omega[near]
+                above = np.maximum(np.abs(moved), alone) > highest
+                moved, alone = moved[above], alone[above]
                 shift = (np.abs(moved) - alone)[:, None] * MODES_TOGETHER
                 poles.append((moved.real[:, None] + 1j * (alone[:, None] + shift)).ravel())
         return np.concatenate(poles)

@@ -214,8 +214,8 @@ class LinearMotion:
     def _loads(self):
         """Forces on the coordinates of the suspension by winches and by loads on bodies.
 
-        With `responses` also those by inertia and damping of what bodies and winches move: what modes left out answer
-        to them is what they do to the damping of others.
+        With `responses` also those by inertia and damping of what bodies and winches move, and by the inertia of the
+        answer to these: it is what modes left out do to the motion and the damping of others, see `LinearSystem.few`.
         """
         whole, winches, bodies = self._whole, len(self.winches), 6 * self.equilibrium.suspension.bodies
         of_bodies = winches + np.flatnonzero(self.layout.free < bodies)
@@ -226,7 +226,8 @@ class LinearMotion:
         acting = [part[moved] for part in (whole.mass, whole.damping, whole.stiffness.imag)]
         acting += [part[:, :winches] for part in (whole.driven[0].imag, whole.driven[1].real, whole.driven[2].real)]
         acting = np.concatenate(acting, axis=1)
-        return np.concatenate([found, acting[:, acting.any(axis=0)]], axis=1)
+        acting = acting[:, acting.any(axis=0)]
+        return np.concatenate([found, acting, whole.mass @ whole.compliance(acting)], axis=1)
 
     @cached_property
     def _basis(self):
