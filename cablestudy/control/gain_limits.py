@@ -38,8 +38,6 @@ SETTLED = 1e-12  # relative, of a frequency that is found
 HIGHEST = 1e3  # gain up to which the sensitivity of a loop without limit is looked at, over its highest pole
 FARTHEST = 1e9  # gain up to which stability is judged, over the lowest pole: beyond it rounding decides
 MOST_MODES = 300  # of cables, that a gain could drive; more are refused: 600 states take a second
-    300  # of cables, that a gain could drive; more are refused: an eigenvalue problem of some 600 states takes a second
-)
 ABOVE = 0.03  # a gain this much above that at which a mode as good as undamped grows is named
 CLOSED = 3.0  # gains between which poles of the closed loop follow from a crossing, over its gain
 

@@ -181,7 +181,7 @@ def _pade(delay):
 
 
 def law_from(control):
-    """The `Law` of a `Control`, and its integral gain [rad/s], by which it is multiplied: None where a margin decides."""
+    """The `Law` of a `Control`, and what multiplies it, its integral gain [rad/s]: None where a margin decides."""
     turn = 2 * np.pi
     driven = {"delay": control.delay, "bandwidth": np.inf if control.bandwidth is None else turn * control.bandwidth}
     if not isinstance(control.gain, float | int):
