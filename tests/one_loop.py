@@ -139,16 +139,21 @@ class OneLoop:
 
 def spring_loop(mass, stiffness, location="ground", notch=None, time=0.0, law=INTEGRATOR):
     """`StableGains` of a gondola on one spring, damped by Kelvin and Voigt's law, without any mode."""
-    spring = np.zeros((6, 6))
-    spring[np.ix_([0, 3], [0, 3])] = stiffness * np.array([[1, -1], [-1, 1]])
-    strain = Strain("kelvin_voigt", time, np.zeros((0, 0)), np.zeros((0, 6)), spring) if time else None
-    cable = Superelement(np.zeros(0), np.zeros((0, 6)), np.zeros(0), spring, np.zeros((6, 6)), strain)
+    cable = spring(stiffness, time)
     bodies, unit = LinearSystem(np.array([[mass]]), np.zeros((1, 1)), np.zeros((1, 1))), np.eye(6)
     winch, sign = (unit[:, 0], 1.0) if location == "ground" else (unit[:, 3], -1.0)
     places = unit[None, :, [3]], winch[None, :, None], np.zeros((1, 1)), np.ones((1, 1)), np.array([[sign]])
     loop_gain = LoopGain(bodies, [cable], *places, partial(_controller, notch, law))
     poles = np.roots([mass, stiffness * time, stiffness]).astype(complex)
     return StableGains(loop_gain, poles[poles.imag >= 0], (notch,), law)
+
+
+def spring(stiffness, time=0.0):
+    """`Superelement` of a spring along x without mass, damped by Kelvin and Voigt's law."""
+    ends = np.zeros((6, 6))
+    ends[np.ix_([0, 3], [0, 3])] = stiffness * np.array([[1, -1], [-1, 1]])
+    strain = Strain("kelvin_voigt", time, np.zeros((0, 0)), np.zeros((0, 6)), ends) if time else None
+    return Superelement(np.zeros(0), np.zeros((0, 6)), np.zeros(0), ends, np.zeros((6, 6)), strain)
 
 
 def _controller(notch, law, s):

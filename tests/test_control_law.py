@@ -1,6 +1,5 @@
 """PID, delay and lag of the winch: closed forms, python-control, encirclements of the loop with exp(-s T) itself."""
 
-from dataclasses import replace
 from functools import cache
 from math import factorial
 
@@ -8,15 +7,18 @@ import control
 import numpy as np
 import pytest
 from command import CARLINA, run, table_of
-from one_loop import OneLoop, spring_loop
+from one_loop import OneLoop, spring, spring_loop
 from scenes import cells, scene
 from test_encirclements import encirclements
 from test_stability import random_scene
 from test_winch import loop_gain
 from test_windrms import force
 
+from cablestudy.control import statespace
 from cablestudy.control.law import Law
 from cablestudy.control.notch import Notch
+from cablestudy.control.statespace import WinchLoop
+from cablestudy.control.time_response import respond, step
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
 from cablestudy.system.linear import assemble
@@ -142,10 +144,13 @@ def test_a_pid_controller_has_the_margins_of_python_control(derivative):
 @each_drive
 def test_the_state_space_of_the_closed_loop_has_the_exact_response(name):
     loop = loop_of(name)
-    loop = replace(loop, gain=min(loop.gain, 0.5 * loop.largest_gain))
-    system = statespace.closed(replace(loop, cable=loop.cable))
+    gain, law = min(loop.gain, 0.5 * loop.largest_gain), loop.movement.loop.law
+    winch = WinchLoop(loop.cable, loop.mass, loop.location, gain, loop.notch, law, loop.damping)
+    system = statespace.closed(winch, highest=2 * np.pi * 20)
     s = 2j * np.pi * np.array([0.01, 0.1, 0.5, 0.72, 2.0, 10.0])
-    assert system.response(s)[:, 0, 0] == pytest.approx(loop.compliances(s)[1], rel=1e-6)
+    alone = loop.mass * s**2 + loop.damping * s + loop.cable.dynamic_stiffness(s, [3], [3])[:, 0, 0]
+    expected = 1 / (alone * (1 + gain * loop.unit_gain(s)))
+    assert system.response(s)[:, 0, 0] == pytest.approx(expected, rel=1e-6)
     assert len(system.state_names) == len(system.a)
     assert len(set(system.state_names)) == len(system.a)
 
@@ -154,23 +159,25 @@ def test_a_reference_with_a_delay_by_the_method_of_steps():
     """x' = K (1 - x(t - T)) behind T: the sum of -(-K)^n (t - n T)^n/n! over n >= 1 with t > n T."""
     delay = 1e4 / NATURAL
     gain = 0.6 / delay
-    loop = replace(rigid(MASS, STIFFNESS, gain=gain, time=1 / NATURAL), law=Law(delay=delay))
+    winch = WinchLoop(spring(STIFFNESS, 1 / NATURAL), MASS, "ground", gain, law=Law(delay=delay))
+    system = statespace.closed(winch, highest=30 / delay)
     time = np.linspace(0, 6 * delay, 31)
-    found = loop_response.loop_response(loop, loop_response.REFERENCE, time_response.step(1.0), time)
+    reference = system.input_names.index("reference")
+    pushed, direct = system.b[:, reference], system.d[[0], reference]
+    found = respond(system.a, pushed, system.c[[0]], direct, step(1.0), time)[:, 0]
     expected = sum(
         -((-gain * np.maximum(time - n * delay, 0)) ** n) / factorial(n) for n in range(1, 7)
     )  # fmt: skip
     # a corner in time has no end in frequency
-    assert found.measured == pytest.approx(expected, abs=5e-3)
-    assert np.abs(found.measured - expected)[np.abs(time / delay % 1 - 0.5) < 0.35].max() < 1e-3
+    assert found == pytest.approx(expected, abs=5e-3)
+    assert np.abs(found - expected)[np.abs(time / delay % 1 - 0.5) < 0.35].max() < 1e-3
 
 
 def test_the_speed_of_the_winch_is_the_integral_of_its_spectrum():
     names = "winch_rms_speed", "winch_peak_speed"
     found = cells(scene("winch.bandwidth=20 Hz"), *names)
-    loop = Case(scene()).loop
-    loop = replace(loop, cable=loop.excited)
-    poles = np.linalg.eigvals(statespace.closed(loop).a)
+    loop = OneLoop(scene())
+    poles = loop.closed_poles(loop.gain)
     poles = poles[poles.imag > 0] / (2 * np.pi)
     parts = [np.geomspace(1e-6, 3e3, 60_000)]
     parts += [abs(p) + abs(p.real) * np.sinh(np.linspace(-7, 7, 801)) for p in poles]
@@ -179,7 +186,7 @@ def test_the_speed_of_the_winch_is_the_integral_of_its_spectrum():
     s = 2j * np.pi * frequency
     late = 1 / (1 + s / (40 * np.pi))
     gain = loop_gain(loop, s.imag) * late
-    alone = 1 / (loop.plant.alone(s, loop.plant.stiffness(s)[0]))
+    alone = 1 / (loop.mass * s**2 + loop.cable.dynamic_stiffness(s, [3], [3])[:, 0, 0])
     moved = alone / (1 + gain) * 0.325 * loop.notch(s) * late
     spectrum = np.abs(moved) ** 2 * force(frequency)
     rms = np.sqrt(np.trapezoid(spectrum, frequency))
