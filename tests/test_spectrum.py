@@ -9,7 +9,7 @@ from mpmath import mp, mpf
 from scipy.integrate import quad
 
 from cablestudy.scene.schema import scene_schema
-from cablestudy.wind.spectrum import VON_KARMAN_EXACT, admittance, force_spectrum, speed_spectrum
+from cablestudy.wind.spectrum import VON_KARMAN_EXACT, admittance, speed_spectrum
 
 SPEED, RMS, SCALE, AREA = 3.0, 0.45, 25.0, 0.6  # speed, scale and area of the paper's Fig. 6
 _KEYS = scene_schema()["$defs"]["Wind"]["properties"]
@@ -80,41 +80,12 @@ def test_admittance():
     assert ((falling > 0) & (falling < 1)).all()
 
 
-def test_units_of_the_force():
-    # [kg/m^3 m^2 m/s]^2 [m^2/s^2/Hz] = N^2/Hz: slow gusts act as the derivative of the mean drag rho C A v^2/2
-    wind, small = of_wind(admittance="none"), np.array([1e-9])
-    speed = 6.0
-    drag = [1.2 * 1.17 * 0.6 * (speed + step) ** 2 / 2 for step in (-1e-4, 1e-4)]
-    derivative = (drag[1] - drag[0]) / 2e-4
-    expected = derivative**2 * speed_spectrum(small, speed, 0.9, 25.0)
-    assert force_spectrum(small, wind, 0.6, 1.17) == pytest.approx(expected, rel=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("changes", "area", "drag", "factor"),
-    [
-        ({"turbulence": 1.8}, 0.6, 1.17, 4),
-        ({"air_density": 0.6}, 0.6, 1.17, 1 / 4),
-        ({}, 0.6, 2.34, 4),
-        # a wind twice as fast past lengths twice as large: the same times, area 4, (rho C A v)^2 64, S_v sigma^2 alone
-        ({"speed": 12.0, "length_scale": 50.0}, 2.4, 1.17, 64),
-    ],
-)
-def test_scaling_of_the_force(changes, area, drag, factor):
-    frequency = np.geomspace(1e-3, 1e3, 7)
-    base = force_spectrum(frequency, of_wind(), 0.6, 1.17)
-    assert force_spectrum(frequency, of_wind(**changes), area, drag) == pytest.approx(factor * base, rel=1e-14)
-    free = of_wind(admittance="none")
-    twice, once = (force_spectrum(frequency, free, area, 1.17) for area in (1.2, 0.6))
-    assert twice == pytest.approx(4 * once, rel=1e-14)
-
-
 @pytest.mark.parametrize("kind", SPECTRA)
 @pytest.mark.parametrize("share", ADMITTANCES)
 @pytest.mark.parametrize(("speed", "scale", "area"), [(6.0, 25.0, 0.6), (1e-3, 1e4, 1e6), (300.0, 1e-2, 1e-8)])
 def test_nothing_overflows(kind, share, speed, scale, area):
     frequency = np.geomspace(1e-12, 1e12, 97)
-    wind = of_wind(spectrum=kind, admittance=share, speed=speed, length_scale=scale)
-    found = force_spectrum(frequency, wind, area, 1.17)  # a warning of numpy is an error here
+    # a warning of numpy is an error here
+    found = speed_spectrum(frequency, speed, 0.9, scale, kind) * admittance(frequency, speed, area, share)
     assert np.isfinite(found).all()
     assert (found > 0).all()

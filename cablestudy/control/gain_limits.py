@@ -123,12 +123,6 @@ class StableGains:
         return found.take(found.factor < FARTHEST * np.abs(self.poles).min(initial=np.inf)).sorted()
 
     @property
-    def least_crossing(self):
-        """About the least gain at which a pole crosses to the right; None where none does. [rad/s]"""
-        found = self._crossings
-        return float(found.factor[found.outward][0]) if found.outward.any() else None
-
-    @property
     def limit(self):
         """`Limit` of the smallest gain at which a pole crosses to the right; None where none does."""
         return self.limits[0] if self.limits else None

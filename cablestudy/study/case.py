@@ -77,11 +77,6 @@ class Case:
         return self._closed.key, (name, self.level, *(getattr(self, key) for key in keys))
 
     @cached_property
-    def cable_key(self):
-        """What the statics and undamped motion of the cable depend on."""
-        return self._closed.key
-
-    @cached_property
     def damping_key(self):
         """What the cable's damping depends on."""
         return frozen(self.scene.cable.damping)
@@ -104,11 +99,6 @@ class Case:
     def exact_statics(self):
         """Whether statics and end stiffness are those of the closed form, not of a fixed number of elements."""
         return self.scene.model.elements is None
-
-    @property
-    def has_elements(self):
-        """Whether its motion has elements: as many as the scene states, or those of a level of refinement."""
-        return self.level is not None or not self.exact_statics
 
     @property
     def span(self):

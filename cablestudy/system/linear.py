@@ -166,56 +166,6 @@ class LinearSystem:
         """`Eigen` of these equations."""
         return eigen(self.equations.fixed)
 
-    def few(self, kept, orders, shaken=()):
-        """A space for `within`: some of the modal coordinates, vectors that stand for all others, and the bodies.
-
-        Parameters
-        ----------
-        kept : ndarray of int
-            Modal coordinates that stay as they are.
-        orders : int
-            How many times the others answer: statically to all that acts on them, to the inertia of that, and so on.
-        shaken : sequence of int, optional
-            Those of `kept` whose damping forces act on the others too, beside bodies and winches.
-
-        Returns
-        -------
-        ndarray, shape (n, r)
-
-        Notes
-        -----
-        A Krylov space, in which Galerkin's method matches derivatives of the response at s = 0 and keeps M, C and K
-        symmetric (Bai, Krylov subspace techniques for reduced-order modeling of large-scale dynamical systems, Applied
-        Numerical Mathematics 43, 2002).
-        """
-        n = len(self.mass) - self.bodies
-        others = np.delete(np.arange(n), kept)
-        vectors = self._answers(others, orders, shaken) if orders and len(others) else np.zeros((len(others), 0))
-        if vectors.shape[1] >= len(others):
-            return np.eye(len(self.mass))
-        shapes = np.zeros((len(self.mass), len(kept) + vectors.shape[1] + self.bodies))
-        shapes[kept, np.arange(len(kept))] = 1.0
-        shapes[others, len(kept) : len(kept) + vectors.shape[1]] = vectors
-        shapes[n:, shapes.shape[1] - self.bodies :] = np.eye(self.bodies)
-        return shapes
-
-    def _answers(self, others, orders, shaken):
-        """Orthonormal vectors of some modal coordinates, shape (o, v), that span their answers; see `few`."""
-        bodies, (place, speed, acceleration) = slice(len(self.mass) - self.bodies, None), self.driven
-        acting = [part[others, bodies] for part in (self.mass, self.damping, self.stiffness.imag)]
-        acting += [part[others] for part in (acceleration.real, speed.real, place.imag)]
-        acting += [part[np.ix_(others, shaken)] for part in (self.damping, self.stiffness.imag) if len(shaken)]
-        answer = np.concatenate(acting, axis=1)
-        square = np.diagonal(self.stiffness).real[others, None]
-        found = []
-        for _ in range(orders):
-            answer = answer[:, answer.any(axis=0)] / square
-            answer = answer / np.sqrt((answer**2).sum(axis=0))
-            found.append(answer)
-        vectors, size, _ = np.linalg.svd(np.concatenate(found, axis=1), full_matrices=False)
-        vectors = vectors[:, size > DEPENDENT * size.max(initial=0.0)]
-        return vectors @ np.linalg.eigh(vectors.T @ (square * vectors))[1]
-
     @cached_property
     def poles(self):
         """Winches at rest: upper half plane and real axis. [rad/s]"""

@@ -367,10 +367,6 @@ class Superelement:
         """Whether so much strain is damped that rounding spoils the response: `dynamic_stiffness` refuses it."""
         return self.strain is not None and self._strain_damping.spoilt
 
-    def held_by_modes(self, s, ends):
-        """See `UnevenDamping.held_by_modes`."""
-        return self.uneven_damping.held_by_modes(s, ends)
-
     @cached_property
     def _strain_damping(self):
         return StrainDamping(self)

@@ -62,21 +62,3 @@ def admittance(frequency, speed, area, kind="vickery"):
     passing = min(2 * sqrt(area) / speed, LARGEST)
     chi = 1 / (1 + np.minimum(frequency * passing, LARGEST) ** (4 / 3))
     return chi if kind == "vickery" else chi**2
-
-
-def force_spectrum(frequency, wind, area, drag_coefficient):
-    """Spectrum (rho C_d A v)^2 chi S_v of the drag on a body, linear in the fluctuation, shape (n,). [N^2/Hz]
-
-    Parameters
-    ----------
-    frequency : ndarray, shape (n,)
-        [Hz]
-    wind : Wind
-        Has speed, turbulence, length_scale, air_density, spectrum, admittance.
-    area, drag_coefficient : float
-        [m^2], [-].
-    """
-    turbulence = speed_spectrum(frequency, wind.speed, wind.turbulence, wind.length_scale, wind.spectrum)
-    share = admittance(frequency, wind.speed, area, wind.admittance)
-    change = wind.air_density * drag_coefficient * area * wind.speed
-    return change * change * share * turbulence

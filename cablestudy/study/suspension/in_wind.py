@@ -269,9 +269,10 @@ class InWind:
     @property
     def gain_margin(self):
         """Largest over stated gain [dB], None where there is no limit; and its estimated relative error."""
-        limit, gain = self.controlled.largest_gain, self.controlled.loop.gain
-        if not (limit and gain):
-            return None, self.loop_error
+        gain = self.controlled.loop.gain
+        limit = self.controlled.largest_gain if gain else None
+        if not limit:
+            return None, self.loop_error if gain else 0.0
         found = float(20 * np.log10(limit / gain))
         return found, 20 * np.log10(1 + self.loop_error) / abs(found) if found else self.loop_error
 
@@ -281,9 +282,10 @@ class InWind:
 
         Estimated as that of the largest gain; relative.
         """
-        limit = self.controlled.limit if self.controlled.loop.gain else None
+        gain = self.controlled.loop.gain
+        limit = self.controlled.limit if gain else None
         if limit is None:
-            return None, self.loop_error
+            return None, self.loop_error if gain else 0.0
         found = limit.omega
         return found / (2 * np.pi), self.controlled.driven.errors[1]
 
