@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G
+from cablestudy.control.plant import Notch
 from command import CARLINA, SLACK
 from references import bars
 
 from cablestudy.control import plant, response, statespace
 from cablestudy.control.law import Law
-from cablestudy.control.plant import Notch
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import ssm
 from cablestudy.study.case import Case
