@@ -8,7 +8,7 @@ import pytest
 from command import CARLINA, run, table_of
 from references import loop_matrix
 from scenes import cells, scene
-from test_windrms import PUSHED, WHITE, case_with, loop_of, lyapunov, rms_of, white  # noqa: F401 a fixture
+from test_windrms import WHITE, case_with, loop_of, lyapunov, rms_of, white  # noqa: F401 a fixture
 
 from cablestudy.control import response, statespace
 from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio

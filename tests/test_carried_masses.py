@@ -22,7 +22,6 @@ from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.element import PER_WAVE, mesh_pieces, mesh_segments, pieces
 from cablestudy.control import statespace
 from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
-from cablestudy.control.force_transmission import modal_force_transmission
 from cablestudy.control.stability import HALVED, guaranteed_decay
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.case import Case
@@ -293,22 +292,6 @@ def test_the_dynamic_stiffness_of_the_ends_is_that_of_dense_bars(law):
     for pole in poles[np.argsort(np.abs(poles))][:6]:
         singular = np.linalg.svd(dense(bare, law, pole)[3:-3, 3:-3], compute_uv=False)
         assert singular[-1] < 1e-6 * singular[-2]
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_a_force_on_a_node_reaches_the_gondola_as_in_dense_bars(law):
-    case, bare = loaded(damped(law))
-    modes, s = case.dynamics.modes(case.dynamics.dof), 1.3j
-    shapes = np.einsum("nak,ag->ngk", modes.shapes, case.span.frame).reshape(-1, len(modes))[3:-3]
-    static = np.zeros((41, 3))
-    for system in case.dynamics.systems:
-        axes = list(system.axes)
-        static[:, axes] = system.end_shapes @ case.span.frame[axes, 0]
-    static = (static @ case.span.frame).ravel()[3:-3]
-    found = static + shapes @ modal_force_transmission(case.end_model, np.array([s]))[0]
-    whole = dense(bare, law, s)
-    expected = -np.linalg.solve(whole[3:-3, 3:-3].T, whole[-3, 3:-3])
-    assert found == pytest.approx(expected, rel=1e-6, abs=1e-8 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("law", LAWS)

@@ -8,10 +8,10 @@ import scipy.linalg
 from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G
 from references import bars
 from scenes import SAGGING, cells, scene
+from test_windrms import WHITE, rms_of, white  # noqa: F401 a fixture
 
 from cablestudy.control import statespace
 from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
-from cablestudy.study import windrms
 from cablestudy.study.case import Case
 
 VISCOUS = 0.016  # N s/m^2, about what wind of 6 m/s gives the paper's cable across
@@ -91,12 +91,12 @@ def test_the_state_space_has_the_poles_of_the_loop(law, where):
         assert np.abs(found - pole).min() < 1e-7 * np.abs(pole) + 1e-11 * np.abs(found).max()
 
 
+@pytest.mark.usefixtures("white")
 def test_white_noise_is_lyapunov_s_equation():
-    loop = Case(scene(damped("time: 1 ms"), "winch.controller.gain=0.1")).loop
-    loop = replace(loop, cable=loop.excited.select(np.arange(20)))
+    case = Case(scene(damped("time: 1 ms"), "winch.controller.gain=0.1", WHITE, "model.elements=12"))
+    loop = replace(case.loop, cable=case.loop.excited)
     system = statespace.closed(loop)
     level = 3.0  # one-sided
     P = scipy.linalg.solve_continuous_lyapunov(system.a, -np.outer(system.b[:, 0], system.b[:, 0]) * level / 2)
     expected = np.sqrt(system.c[0] @ P @ system.c[0])
-    found = windrms.respond(loop, lambda frequency: level + 0 * frequency, 1.0)
-    assert found.displacement == pytest.approx(expected, rel=1e-6)
+    assert rms_of(case)[0] == pytest.approx(expected, rel=1e-6)
