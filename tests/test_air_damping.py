@@ -1,23 +1,22 @@
 """Damping of gondola and cable by the air: closed forms, dense matrices, and what it leaves as it was."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 from command import CARLINA, run, table_of
+from one_loop import OneLoop
 from references import loop_matrix
 from scenes import cells, scene
 from test_windrms import WHITE, case_with, loop_of, lyapunov, rms_of, white  # noqa: F401 a fixture
 
 from cablestudy.control import response, statespace
 from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
-from cablestudy.control.winch import Loop
+from cablestudy.control.gondola import damped_pole
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate, evaluate_cases
-from cablestudy.system.superelement import Superelement
 
 AIR = "wind.aerodynamic_damping=true"
 C = 1.2 * 1.17 * 0.6 * 6.0  # rho C_d A v of configs/carlina.yaml [N s/m]
@@ -26,25 +25,6 @@ C = 1.2 * 1.17 * 0.6 * 6.0  # rho C_d A v of configs/carlina.yaml [N s/m]
 @cache
 def case_of(*sets):
     return Case(scene(*sets))
-
-
-def on_spring(mass, stiffness, damping):
-    """A rigid gondola on a massless, undamped spring in the air."""
-    spring = np.zeros((6, 6))
-    spring[np.ix_([0, 3], [0, 3])] = stiffness * np.array([[1, -1], [-1, 1]])
-    cable = Superelement(np.zeros(0), np.zeros((0, 6)), np.zeros(0), spring, np.zeros((6, 6)))
-    return Loop(cable, mass, damping=damping)
-
-
-@pytest.mark.parametrize("damping", [1e-3, 5.0, 200.0, 1000.0])
-def test_a_rigid_gondola_on_a_massless_cable_is_the_textbook_s_oscillator(damping):
-    mass, stiffness = 50.0, 1025.0
-    loop = on_spring(mass, stiffness, damping)
-    half = damping / (2 * mass)
-    expected = -half + np.sqrt(complex(half**2 - stiffness / mass))
-    assert np.abs(loop.open_poles - expected).min() < 1e-12 * abs(expected)
-    s = 2j * np.pi * np.array([0.1, 0.7, 3.0])
-    assert loop.compliances(s)[0] == pytest.approx(1 / (mass * s**2 + damping * s + stiffness), rel=1e-13)
 
 
 LIGHT = ("gravity=0", "cable.density=1e-6", "cable.unstretched_length=184.4883 m", AIR)
@@ -78,11 +58,11 @@ def test_damping_ratio_of_a_gondola_on_a_light_cable(model, damping, speed):
 def test_the_damping_ratio_by_complex_stiffness_is_that_of_the_pole(law, damping):
     amount = {"hysteretic": "loss_factor: 0.02", "kelvin_voigt": "time: 4 ms"}[law]
     case = case_of(f"cable.damping={{model: {law}, {amount}}}")
-    plant = replace(case.plant, damping=damping, known={})
-    pole = plant.gondola_pole
+    omega, mass = 2 * np.pi * case.gondola_frequency, case.scene.gondola.mass
+    pole = damped_pole(case.end_model_along_x, mass, damping, omega)
     stiffness = ComplexStiffness(case.excited, case.frame[:, 0])
     value = float(amount.split()[1]) / (1 if law == "hysteretic" else 1000)
-    found = damping_ratio(stiffness, plant.mass, 2 * np.pi * case.gondola_frequency, law, value, damping)
+    found = damping_ratio(stiffness, mass, omega, law, value, damping)
     assert found == pytest.approx(-pole.real / abs(pole), rel=1e-7)
 
 
@@ -116,6 +96,7 @@ def test_the_largest_gain_is_that_of_the_dense_matrix(damping):
         assert np.linalg.eigvals(loop_matrix.matrices(loop, part * limit)[0]).real.max() <= 0
     for part in (1 + 1e-6, 2.0):
         assert np.linalg.eigvals(loop_matrix.matrices(loop, part * limit)[0]).real.max() > 0
+    assert not loop.with_gain(2 * limit).stable
 
 
 @pytest.mark.parametrize("location", ["ground", "gondola"])
@@ -124,10 +105,13 @@ def test_state_spaces_have_it_too(location):
     assert case.gondola_air_damping == pytest.approx(C, rel=1e-14)
     frequency = np.array([0.05, 0.71, 1.6, 5.0])
     s = 2j * np.pi * frequency
-    closed = statespace.closed(case.loop).response(s)[:, 0, 0]
-    assert closed == pytest.approx(case.loop.compliances(s)[1], rel=1e-8)
+    loop = OneLoop(case.scene)
+    alone = loop.mass * s**2 + loop.damping * s + case.end_model.dynamic_stiffness(s, [3], [3])[:, 0, 0]
+    winch = statespace.WinchLoop(loop.cable, loop.mass, location, loop.gain, loop.notch, damping=loop.damping)
+    closed = statespace.closed(winch).response(s)[:, 0, 0]
+    assert closed == pytest.approx(1 / (alone * (1 + loop.gain * loop.unit_gain(s))), rel=1e-8)
     coupled = statespace.coupled(case.end_model, 50.0, location, damping=C).response(s)
-    assert coupled[:, 0, 1] == pytest.approx(case.loop.compliances(s)[0], rel=1e-8)
+    assert coupled[:, 0, 1] == pytest.approx(1 / alone, rel=1e-8)
     winch = response.winch_to_gondola(case.end_model, 50.0, C, location, frequency)
     assert coupled[:, 0, 0] == pytest.approx(winch, rel=1e-8)
     with_loop = run("ssm", CARLINA, "--set", AIR, "--set", f"winch.location={location}", "--with", "loop",
@@ -136,7 +120,8 @@ def test_state_spaces_have_it_too(location):
     frequency, amplitude = rows.T  # with rows at resonances
     assert np.isin(np.geomspace(0.1, 5, 3).round(12), frequency.round(12)).all()
     s = 2j * np.pi * frequency
-    assert amplitude == pytest.approx(np.abs(case.loop.compliances(s)[1]), rel=1e-8)
+    alone = loop.mass * s**2 + loop.damping * s + case.end_model.dynamic_stiffness(s, [3], [3])[:, 0, 0]
+    assert amplitude == pytest.approx(np.abs(1 / (alone * (1 + loop.gain * loop.unit_gain(s)))), rel=1e-8)
 
 
 def test_without_it_the_numbers_are_as_before_and_the_default_has_it():

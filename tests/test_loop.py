@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 from functools import cache
+from math import factorial
+from types import SimpleNamespace
 
 import control
 import numpy as np
@@ -9,151 +11,272 @@ import pytest
 import scipy.integrate
 from command import CARLINA, ROOT, process, rows_of, run, table_of
 from references import loop_matrix
-from scenes import cells, scene
-from test_encirclements import encirclements, plant_of
-from test_winch import loop_gain, loop_of, rigid
+from scenes import AREA, DENSITY, MODULUS, cells, scene
 
-from cablestudy.control import loop_response, time_response
-from cablestudy.control.winch import Loop, Notch
+from cablestudy.control import response
 from cablestudy.errors import NoSolutionError
 from cablestudy.study import plots
 from cablestudy.study.case import Case
+from cablestudy.study.loop_in_time import TimeOptions, time_case
+from cablestudy.study.loop_report import curves
 
-MASS, STIFFNESS, TIME = 50.0, 1025.0, 0.002
-NATURAL = np.sqrt(STIFFNESS / MASS)
+LENGTH, TIME, TURN = 99.0, 0.002, 2 * np.pi
+STIFFNESS = MODULUS * AREA / LENGTH
+MASS = 50 + DENSITY * AREA * LENGTH / 2  # of the gondola and of half of its cable
+NATURAL = float(np.sqrt(STIFFNESS / MASS))
+SPRING = (
+    "gravity=0", "cable.ends=[[0, 0, 0], [100 m, 0, 0]]", f"cable.unstretched_length={LENGTH} m",
+    "model={elements: 1, order: 1, mass: lumped}",
+)  # fmt: skip
+SAGGING = ("cable.area=24.2 mm^2", "cable.unstretched_length=186.000 m")  # the last row of Table 6
+COUPLED = "winch.controller.notch.frequency=coupled"
+BARS = {
+    "ground": (),
+    "gondola": ("winch.location=gondola",),
+    "sagging": (*SAGGING, COUPLED),
+    "no notch": ("winch.location=gondola", "winch.controller.notch=none"),
+}
+
+
+@cache
+def case_of(*sets):
+    return Case(scene(*sets))
+
+
+def automatic(margin):
+    """The gain with a gain margin [dB], whatever the sensitivity."""
+    return f"winch.controller.gain={{auto: {{gain_margin: {margin} dB, sensitivity: 1e9}}}}"
+
+
+def spring(gain, ratio=1.1, location="ground"):
+    """A loop with a gondola on one bar of damped strain, without any mode: `InWind`; and its notch's frequency."""
+    notch = f"{{frequency: {ratio * NATURAL / TURN!r} Hz}}" if ratio else "none"
+    damped = f"cable.damping={{model: kelvin_voigt, time: {TIME} s}}"
+    own = (f"winch.controller={{gain: {gain!r} rad/s, notch: {notch}}}", f"winch.location={location}")
+    return Case(scene(*SPRING, damped, *own)).in_wind
 
 
 def spring_loop(gain, ratio=1.1):
     """An integrator with a notch on a damped spring, and the same as a transfer function of python-control."""
-    notch = Notch(ratio * NATURAL, 0.05, 20 * np.pi, 1.0)
-    spring = STIFFNESS * np.array([TIME, 1.0])
-    zero = np.array([1, 0.1 * notch.omega, notch.omega**2]) / notch.omega**2
+    omega = ratio * NATURAL
+    bar = STIFFNESS * np.array([TIME, 1.0])
+    zero = np.array([1, 0.1 * omega, omega**2]) / omega**2
     pole = np.array([1, 40 * np.pi, (20 * np.pi) ** 2]) / (20 * np.pi) ** 2
-    below = np.polymul([1, 0], np.polymul(pole, np.polyadd([MASS, 0, 0], spring)))
-    return rigid(MASS, STIFFNESS, gain=gain, notch=notch, time=TIME), control.tf(gain * np.polymul(zero, spring), below)
+    below = np.polymul([1, 0], np.polymul(pole, np.polyadd([MASS, 0, 0], bar)))
+    return spring(gain, ratio), control.tf(gain * np.polymul(zero, bar), below)
+
+
+def bar_loop(case):
+    """Cable, mass, winch and notch of a case, as `loop_matrix` takes them."""
+    winch, notch = case.scene.winch, case.scene.winch.controller.notch
+    if notch is not None:
+        own = {"coupled": case.gondola_frequency, "static": case.gondola_frequency_static}[notch.frequency]
+        notch = SimpleNamespace(
+            omega=TURN * own,
+            damping_ratio=notch.damping_ratio,
+            rolloff_omega=TURN * notch.rolloff_frequency,
+            rolloff_damping_ratio=notch.rolloff_damping_ratio,
+        )
+    return SimpleNamespace(
+        cable=case.end_model_along_x, mass=case.scene.gondola.mass, location=winch.location, notch=notch, damping=0.0
+    )
+
+
+def loop_gain(case, omega):
+    """L over frequency [rad/s] by the stiffness of the cable at its ends."""
+    loop, s = bar_loop(case), 1j * omega
+    moved = response.winch_to_gondola(loop.cable, loop.mass, 0.0, loop.location, omega / TURN)
+    sign = -1 if loop.location == "gondola" else 1
+    filtered = 1.0
+    if loop.notch is not None:
+        zero, pole = s / loop.notch.omega, s / loop.notch.rolloff_omega
+        filtered = (zero**2 + 2 * loop.notch.damping_ratio * zero + 1) / (
+            pole**2 + 2 * loop.notch.rolloff_damping_ratio * pole + 1
+        )
+    return sign * case.in_wind.gain[0] * filtered / s * moved
+
+
+def dense_poles(case, gain=None):
+    """Poles of the loop with a gain [rad/s], its own by default, by the dense matrix."""
+    return np.linalg.eigvals(loop_matrix.matrices(bar_loop(case), case.in_wind.gain[0] if gain is None else gain)[0])
 
 
 @pytest.mark.parametrize("gain", [0.05, 0.3])
 @pytest.mark.parametrize("ratio", [0.9, 1.1])
 def test_margins_are_those_of_python_control(gain, ratio):
-    loop, rational = spring_loop(gain, ratio)
+    found, rational = spring_loop(gain, ratio)
     gains, phases, distances, at_gain, at_phase, at_distance = control.stability_margins(rational, returnall=True)
-    if loop.largest_gain < gain:
-        assert min(gains) == pytest.approx(loop.largest_gain / gain, rel=1e-6)
+    if found.largest_gain[0] < gain:
+        assert min(gains) == pytest.approx(found.largest_gain[0] / gain, rel=1e-6)
         return
-    least = np.argmin(np.abs(phases))
-    assert loop.margins.phase_margin == pytest.approx(abs(phases[least]), abs=1e-5)
-    assert 2 * np.pi * loop.margins.gain_crossover == pytest.approx(at_phase[least], rel=1e-6)
+    margins, least = found.controlled.margins, np.argmin(np.abs(phases))
+    assert margins.phase_margin == pytest.approx(abs(phases[least]), abs=1e-5)
+    assert TURN * margins.gain_crossover == pytest.approx(at_phase[least], rel=1e-6)
     above = gains[gains > 1]
-    assert loop.largest_gain / gain == pytest.approx(above.min(), rel=1e-6)
-    assert 2 * np.pi * loop.phase_crossover == pytest.approx(at_gain[gains > 1][above.argmin()], rel=1e-6)
-    peak, frequency = loop.margins.sensitivity_peak, loop.margins.sensitivity_frequency
+    assert found.largest_gain[0] / gain == pytest.approx(above.min(), rel=1e-6)
+    assert TURN * found.phase_crossover[0] == pytest.approx(at_gain[gains > 1][above.argmin()], rel=1e-6)
+    peak, frequency = margins.sensitivity_peak, margins.sensitivity_frequency
     assert peak == pytest.approx(1 / distances.min(), rel=1e-6)
-    assert 2 * np.pi * frequency == pytest.approx(at_distance[distances.argmin()], rel=1e-3)
-    assert loop.margins.delay_margin == pytest.approx((np.radians(phases % 360) / at_phase).min(), rel=1e-6)
+    assert TURN * frequency == pytest.approx(at_distance[distances.argmin()], rel=1e-3)
+    assert margins.delay_margin == pytest.approx((np.radians(phases % 360) / at_phase).min(), rel=1e-6)
 
 
 @pytest.mark.parametrize("location", ["ground", "gondola"])
 def test_delay_and_phase_margin_of_an_integrator_in_closed_form(location):
     """Far below the gondola's frequency the loop is K/s: it crosses at K with 90 degrees, a delay of pi/(2 K)."""
     gain = 1e-5 * NATURAL
-    loop = rigid(MASS, STIFFNESS, location, gain, time=TIME)
-    assert 2 * np.pi * loop.margins.gain_crossover == pytest.approx(gain, rel=1e-9)
-    assert loop.margins.phase_margin == pytest.approx(90, abs=1e-3)
-    assert loop.margins.delay_margin == pytest.approx(np.pi / (2 * gain), rel=1e-4)
+    margins = spring(gain, None, location).controlled.margins
+    assert TURN * margins.gain_crossover == pytest.approx(gain, rel=1e-9)
+    assert margins.phase_margin == pytest.approx(90, abs=1e-3)
+    assert margins.delay_margin == pytest.approx(np.pi / (2 * gain), rel=1e-4)
 
 
-class Late:
-    """A plant whose loop gain comes later."""
+def encirclements(case, delay):
+    """Number of unstable poles with a further delay [s], by the argument principle.
 
-    def __init__(self, plant, delay):
-        self._plant, self._delay = plant, delay
+    1 + L has its only pole that is not stable in s = 0, where L is about gain/s. The contour passes it on the right,
+    where the argument falls by pi; along either half of the imaginary axis it grows by the same angle. So
+    -2 pi Z = 2 angle - pi.
+    """
 
-    def __getattr__(self, name):
-        return getattr(self._plant, name)
+    def value(omega):
+        return 1 + loop_gain(case, omega) * np.exp(-1j * omega * delay)
 
-    def unit_gain(self, s):
-        return self._plant.unit_gain(s) * np.exp(-s * self._delay)
+    poles = np.concatenate([dense_poles(case), dense_poles(case, 0.0)])
+    poles = poles[poles.imag > 0]
+    near = np.abs(poles)[:, None] + np.abs(poles.real)[:, None] * np.linspace(-8, 8, 65)
+    omega = np.geomspace(1e-5, 1e3 * np.abs(poles).max(), 4000)
+    omega = np.unique(np.concatenate([omega, near[near > 0]]))
+    for _ in range(12):
+        known = value(omega)
+        coarse = np.abs(np.angle(known[1:] / known[:-1])) > 0.3
+        omega = np.sort(np.concatenate([omega, (omega[1:] + omega[:-1])[coarse] / 2]))
+    known = value(omega)
+    # from the lowest frequency down to zero, and from the highest up to infinity
+    angle = np.angle(known[1:] / known[:-1]).sum() + np.angle(known[0] / -1j) - np.angle(known[-1])
+    return round(0.5 - angle / np.pi)
 
 
-@pytest.mark.parametrize("name", ["ground", "thick, gondola", "viscous"])
+@pytest.mark.parametrize("name", BARS)
 def test_a_delay_of_the_margin_is_where_the_curve_begins_to_encircle(name):
-    loop = Loop.of(plant_of(name), 0.5)
+    case = case_of(*BARS[name], "winch.controller.gain=0.01")
+    margin = case.in_wind.margin("delay_margin")[0]
     for part, expected in ((0.3, 0), (0.999, 0), (1.001, 2)):
-        assert encirclements(Late(loop.plant, part * loop.margins.delay_margin), loop.gain) == expected
+        assert encirclements(case, part * margin) == expected
 
 
-@pytest.mark.parametrize("which", [("carlina", "ground"), ("carlina", "gondola"), ("slack", "ground", "coupled")])
+@pytest.mark.parametrize("name", BARS)
+def test_the_largest_gain_is_the_first_with_a_pole_to_the_right(name):
+    case = case_of(*BARS[name])
+    limit = case.in_wind.largest_gain[0]
+    growth = [dense_poles(case, gain).real.max() for gain in limit * np.append(np.geomspace(1e-3, 1 - 1e-6, 20), 1.001)]
+    assert max(growth[:-1]) < 1e-12
+    assert growth[-1] > 0
+
+
+@pytest.mark.parametrize("name", BARS)
 @pytest.mark.parametrize("margin", [1.0, 20.0])
-def test_the_peak_of_the_sensitivity_is_that_of_a_fine_scan(which, margin):
-    loop = loop_of(*which).with_margins(margin)
-    poles = np.linalg.eigvals(loop_matrix.matrices(loop, loop.gain)[0])
+def test_the_peak_of_the_sensitivity_is_that_of_a_fine_scan(name, margin):
+    case = case_of(*BARS[name], automatic(margin))
+    gain = case.in_wind.gain[0]
+    poles = dense_poles(case)
     poles = poles[poles.imag > 1e-6]
     parts = [abs(p) + abs(p.real) * np.linspace(-3, 3, 601) for p in poles]
-    omega = np.unique(np.concatenate([np.geomspace(1e-3 * loop.gain, 2 * np.abs(poles).max(), 20_000), *parts]))
-    size = np.abs(1 / (1 + loop_gain(loop, omega[omega > 0])))
-    peak, frequency = loop.margins.sensitivity_peak, loop.margins.sensitivity_frequency
+    omega = np.unique(np.concatenate([np.geomspace(1e-3 * gain, 2 * np.abs(poles).max(), 20_000), *parts]))
+    omega = omega[omega > 0]
+    size = np.abs(1 / (1 + loop_gain(case, omega)))
+    peak, frequency = (case.in_wind.margin(f"sensitivity_{name}")[0] for name in ("peak", "frequency"))
     assert peak == pytest.approx(size.max(), rel=1e-4)
     assert peak >= size.max() * (1 - 1e-12)
-    assert 2 * np.pi * frequency == pytest.approx(omega[omega > 0][size.argmax()], rel=1e-3)
+    assert TURN * frequency == pytest.approx(omega[size.argmax()], rel=1e-3)
 
 
-def test_no_peak_is_stated_for_a_mode_as_good_as_undamped():
-    """Its pole lies to the right by less than what is called instability, and the peak is none of the loop."""
-    loop = loop_of("carlina", "ground", "static", "cable.damping={model: kelvin_voigt, time: 1e-3}")
-    with pytest.raises(NoSolutionError, match=r"no peak of the sensitivity.*3\.179 Hz.*cable\.damping\.viscous"):
-        _ = replace(loop, gain=0.2).margins.sensitivity_peak
+@pytest.mark.parametrize("name", BARS)
+def test_curves_are_those_of_the_stiffness_of_the_cable_at_its_ends(name):
+    case, frequency = case_of(*BARS[name]), np.geomspace(1e-3, 30, 200)
+    value = loop_gain(case, TURN * frequency)
+    found = curves(case.in_wind.controlled, frequency)
+    for own, expected in zip(found, (value, 1 / (1 + value), value / (1 + value)), strict=True):
+        assert own == pytest.approx(expected, rel=1e-10)
 
 
 # ------------------------------------------------------------------------------------------------------- in time
 
 
+def in_time(case, kind, time, size):
+    """The response over some uniform points of time."""
+    options = TimeOptions(f"{float(time[-1])!r} s:{len(time)}", kind, size)
+    found = time_case(None, case, options).found
+    every = slice(None, None, options.every)
+    return replace(
+        found,
+        measured=found.measured[every],
+        open_loop=None if found.open_loop is None else found.open_loop[every],
+        winch=found.winch[every],
+    )
+
+
 def test_a_step_of_the_winch_without_loop_in_closed_form():
     ratio = 0.05
-    loop = replace(rigid(MASS, STIFFNESS), damping=2 * ratio * NATURAL * MASS)
+    bar = f"cable.damping={{model: kelvin_voigt, time: {2 * ratio / NATURAL!r} s}}"
     time = np.linspace(0, 20, 101)
-    found = loop_response.loop_response(loop, loop_response.WINCH, time_response.step(2e-3), time)
+    found = in_time(case_of(*SPRING, bar, "winch.controller.gain=0"), "winch", time, "2 mm")
+    # end 1 moves the gondola by the spring and its dashpot
     damped = NATURAL * np.sqrt(1 - ratio**2)
     decay = np.exp(-ratio * NATURAL * time)
-    expected = 1 - decay * (np.cos(damped * time) + ratio * NATURAL / damped * np.sin(damped * time))
+    expected = 1 - decay * (np.cos(damped * time) - ratio * NATURAL / damped * np.sin(damped * time))
     assert found.open_loop == pytest.approx(2e-3 * expected, abs=1e-14)
     assert found.measured == pytest.approx(2e-3 * expected, abs=1e-14)
     assert np.abs(found.winch).max() < 1e-16
     assert np.isnan(found.final)
 
 
-@pytest.mark.parametrize("which", [("carlina", "ground"), ("slack", "gondola", "coupled"), ("carlina", "ground", "")])
-def test_a_gust_on_the_gondola_is_that_of_the_dense_matrix_by_integration(which):
-    loop = loop_of(*which).with_margins(10.0)
-    A, B = loop_matrix.matrices(loop, loop.gain)
-    size, length, time = 3.0, 1.7, np.linspace(0, 6, 25)  # no point of time is the end of the gust
+@pytest.mark.parametrize("name", ["ground", "sagging", "no notch"])
+def test_a_gust_on_the_gondola_is_that_of_the_dense_matrix_by_integration(name):
+    size, length, time = 3.0, 25 / 6, np.linspace(0, 6, 25)  # no point of time is the end of the gust
+    case = case_of(*BARS[name], automatic(10))
+    A, B = loop_matrix.matrices(bar_loop(case), case.in_wind.gain[0])
+    force = 1.2 * 1.17 * 0.6 * 6.0 * size / 2  # air density, drag coefficient, area and mean speed
 
     def rate(t, x):
-        return A @ x + B * (size / 2 * (1 - np.cos(2 * np.pi * t / length)) if t < length else 0.0)
+        return A @ x + B * (force * (1 - np.cos(TURN * t / length)) if t < length else 0.0)
 
     settings = {"method": "Radau", "rtol": 1e-8, "atol": 1e-14, "jac": lambda t, x: A}
     first = scipy.integrate.solve_ivp(rate, (0, length), np.zeros(len(A)), t_eval=time[time < length], **settings)
     begin = scipy.integrate.solve_ivp(rate, (0, length), np.zeros(len(A)), **settings).y[:, -1]
     second = scipy.integrate.solve_ivp(rate, (length, 6), begin, t_eval=time[time > length], **settings)
     expected = np.concatenate([first.y, second.y], axis=1)[loop_matrix.place(A)]
-    found = loop_response.loop_response(loop, loop_response.FORCE, time_response.gust(size, length), time)
+    found = in_time(case, "gust", time, "3 m/s")
     assert found.measured == pytest.approx(expected, abs=2e-6 * np.abs(expected).max())
 
 
-def test_the_reference_is_reached_and_a_step_of_the_winch_is_taken_back():
-    loop = loop_of("carlina", "ground").with_margins(30.0)
-    time = np.linspace(0, 3000 / loop.gain, 11)
-    for place, gondola, winch in ((loop_response.REFERENCE, 1.0, 1.0), (loop_response.WINCH, 0.0, -1.0)):
-        found = loop_response.loop_response(loop, place, time_response.step(1.0), time)
+@pytest.mark.parametrize("name", ["ground", "gondola"])
+def test_the_reference_is_reached_and_a_step_of_the_winch_is_taken_back(name):
+    case = case_of(*BARS[name], automatic(30))
+    time = np.linspace(0, 3000 / case.in_wind.gain[0], 11)
+    winches = -1.0 if case.scene.winch.location == "gondola" else 1.0
+    for kind, gondola, winch in (("reference", 1.0, winches), ("winch", 0.0, -1.0)):
+        found = in_time(case, kind, time, "1 m")
         assert (found.measured[-1], found.winch[-1, 0]) == pytest.approx((gondola, winch), abs=1e-6)
         assert found.final == pytest.approx(gondola, abs=1e-9)
 
 
+def test_a_reference_with_a_delay_by_the_method_of_steps():
+    """x' = K (1 - x(t - T)) behind T: the sum of -(-K)^n (t - n T)^n/n! over n >= 1 with t > n T."""
+    delay = 1e4 / NATURAL
+    gain, damped = 0.6 / delay, f"cable.damping={{model: kelvin_voigt, time: {1 / NATURAL!r} s}}"
+    law = f"winch.controller={{gain: {gain!r} rad/s, notch: none}}", f"winch.delay={delay!r} s"
+    time = np.linspace(0, 6 * delay, 31)
+    found = in_time(case_of(*SPRING, damped, *law), "reference", time, "1 m")
+    expected = sum(-((-gain * np.maximum(time - n * delay, 0)) ** n) / factorial(n) for n in range(1, 7))
+    # a corner in time has no end in frequency
+    assert found.measured == pytest.approx(expected, abs=5e-3)
+    assert np.abs(found.measured - expected)[np.abs(time / delay % 1 - 0.5) < 0.35].max() < 1e-3
+
+
 def test_an_unstable_loop_has_no_response_in_time():
-    with pytest.raises(NoSolutionError, match="unstable loop"):
-        loop_response.loop_response(
-            replace(loop_of("carlina"), gain=80.0), "winch", time_response.step(1.0), np.linspace(0, 1, 3)
-        )
+    with pytest.raises(NoSolutionError, match="the loop is unstable at 80 rad/s"):
+        in_time(case_of("winch.controller.gain=80"), "winch", np.linspace(0, 1, 3), "1 mm")
 
 
 # ----------------------------------------------------------------------------------------------------- the command
@@ -161,20 +284,18 @@ def test_an_unstable_loop_has_no_response_in_time():
 
 def test_the_table_has_the_margins_of_the_loop():
     (row,) = table_of("loop", CARLINA)
-    loop = Case(scene()).loop
+    found = case_of().in_wind
     assert row["gain_rad_per_s"] == 0.325
-    assert row["delay_margin_s"] == pytest.approx(loop.margins.delay_margin, rel=1e-9)
-    peak = loop.margins.sensitivity_peak, loop.margins.sensitivity_frequency
-    assert (row["sensitivity_peak"], row["sensitivity_frequency_Hz"]) == pytest.approx(peak, rel=1e-6)
-    assert row["phase_crossover_Hz"] == pytest.approx(loop.phase_crossover, rel=1e-9)
+    for name, unit in (("delay_margin", "_s"), ("sensitivity_peak", ""), ("sensitivity_frequency", "_Hz")):
+        assert row[name + unit] == pytest.approx(found.margin(name)[0], rel=1e-9)
+    assert row["phase_crossover_Hz"] == pytest.approx(found.phase_crossover[0], rel=1e-9)
     assert row["status"] == "ok"
 
 
 def test_the_response_has_a_row_at_each_resonance():
     rows = table_of("loop", CARLINA, "--response", "0.1 Hz:10 Hz:20")
-    loop = Case(scene()).loop
     frequency = np.array([row["frequency_Hz"] for row in rows])
-    value = loop_gain(replace(loop, cable=loop.excited), 2 * np.pi * frequency)
+    value = loop_gain(case_of(), TURN * frequency)
     for name, expected in (
         ("open_loop", value), ("sensitivity", 1 / (1 + value)), ("complementary_sensitivity", value / (1 + value))
     ):  # fmt: skip
@@ -182,7 +303,8 @@ def test_the_response_has_a_row_at_each_resonance():
         turns = ([row[f"{name}_phase_deg"] for row in rows] - np.degrees(np.angle(expected))) / 360
         assert turns == pytest.approx(np.round(turns), abs=1e-8)
     assert np.abs(np.geomspace(0.1, 10, 20)[:, None] - frequency).min(axis=1).max() < 1e-12
-    assert max(row["sensitivity_dB"] for row in rows) > 20 * np.log10(loop.margins.sensitivity_peak) - 0.2
+    peak = case_of().in_wind.margin("sensitivity_peak")[0]
+    assert max(row["sensitivity_dB"] for row in rows) > 20 * np.log10(peak) - 0.2
 
 
 def test_a_gust_is_a_multiple_of_the_turbulence_and_shown_as_asked():
@@ -235,13 +357,9 @@ def test_mistakes_are_one_line(given):
 def test_an_unstable_loop_says_why(given):
     done = run("loop", CARLINA, "--set", "winch.controller.gain=80", *given, code=3)
     assert "the loop is unstable at 80 rad/s" in done.err
+    assert "stable below" in done.err
     if not given:
         assert "gain margin" in done.out
-
-
-@cache
-def case_of(*sets):
-    return Case(scene(*sets))
 
 
 PID = ("winch.delay=5 ms", "winch.bandwidth=10 Hz", "winch.controller.proportional_gain=0.02",
@@ -268,7 +386,7 @@ def test_pictures_show_the_margins_within_the_figure(sets):
     lowest = min(text.get_window_extent().y0 for text in beside.texts)
     assert lowest > beside.get_legend().get_window_extent().y1
     said = " ".join(text.get_text() for axes in figure.axes for text in axes.texts)
-    limit = case_of(*sets).loop.largest_integral_gain
+    limit, _ = case_of(*sets).in_wind.largest_gain
     assert f"{limit:.4g} rad/s" in said
     assert ("unstable" in said) == ("80" in str(sets))
 

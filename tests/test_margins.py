@@ -198,7 +198,7 @@ def test_an_integrator_with_a_lag_in_closed_form():
 @pytest.mark.parametrize("gain", [0.02, 0.05])
 def test_disk_margins_are_those_of_python_control(gain):
     loop, rational = spring_loop(gain)
-    found = loop.margins
+    found = loop.controlled.margins
     near = found.disk_frequency * TURN * np.linspace(0.99, 1.01, 20_001)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

@@ -6,7 +6,6 @@ from cables import EA, MASS, PAPER_LENGTH
 from command import CARLINA, SLACK
 
 from cablestudy.control import response, statespace
-from cablestudy.control.winch import Loop
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.case import Case
 
@@ -41,7 +40,7 @@ def test_between_ends_is_the_state_space(model, force, displacement):
 
 @pytest.mark.parametrize("place", ["ground", "gondola"])
 def test_winch_to_gondola_is_the_state_space(model, place):
-    loop = Loop(model, 50.0, place, 0.1)
+    loop = statespace.WinchLoop(model, 50.0, place, 0.1)
     for system, found in (
         (statespace.coupled(model, 50.0, place), response.winch_to_gondola(model, 50.0, 0.0, place, FREQUENCY)),
         (statespace.closed(loop), response.position(loop, model, FREQUENCY)),

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G
+from cablestudy.control.plant import Notch
 from command import CARLINA, SLACK
 from references import bars
 
-from cablestudy.control import plant, statespace
-from cablestudy.control.winch import Loop, Notch
+from cablestudy.control import plant, response, statespace
+from cablestudy.control.law import Law
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import ssm
 from cablestudy.study.case import Case
@@ -205,7 +206,7 @@ def test_coupled_model_is_gondola_on_end_stiffness(scene, damping, selection, lo
 def test_closed_loop_is_the_transfer_function(damping, notch, location):
     model = case_of(CARLINA, f"cable.damping={DAMPINGS[damping]}").end_model
     kept, s = chosen(model, "third"), 1j * OMEGA
-    loop = Loop(model, GONDOLA_MASS, location, 0.3, notch)
+    loop = statespace.WinchLoop(model, GONDOLA_MASS, location, 0.3, notch)
     stiffness, own, driven = transfers(model.condense(kept), location, s)
     # u = -C x on the ground, +C x on the gondola, C = (k/s) N: DESIGN 7
     sign = 1 if location == "gondola" else -1
@@ -239,6 +240,34 @@ def test_closed_loop_is_the_transfer_function(damping, notch, location):
     assert not np.delete(first, named("reference"), axis=1).any()
     assert len(system.states) == len(system.a)
     assert len(system.outputs) == len(system.c)
+
+
+LAWS = {
+    "delay": (Law(delay=0.02), lambda s: 1 / s * np.exp(-0.02 * s)),
+    "long delay": (Law(delay=0.3), lambda s: 1 / s * np.exp(-0.3 * s)),
+    "lag": (Law(bandwidth=31.0), lambda s: 1 / s / (1 + s / 31.0)),
+    "PID": (
+        Law(1.0, 0.06, 0.03, corner=31.0, delay=0.01, bandwidth=125.0),
+        lambda s: (1 / s + 0.06 + 0.03 * s / (1 + s / 31.0)) / (1 + s / 125.0) * np.exp(-0.01 * s),
+    ),
+}
+
+
+@each_location
+@pytest.mark.parametrize("name", LAWS)
+def test_another_law_than_an_integrator(name, location, model):
+    law, exact = LAWS[name]
+    s = 2j * np.pi * np.array([0.01, 0.1, 0.5, 0.72, 2.0, 10.0])
+    loop = statespace.WinchLoop(model, GONDOLA_MASS, location, 0.3, NOTCH, law)
+    _, own, driven = transfers(model, location, s)
+    w1, w2 = NOTCH.omega, NOTCH.rolloff_omega
+    filtering = (s**2 + 0.1 * w1 * s + w1**2) / w1**2 * w2**2 / (s**2 + 2 * w2 * s + w2**2)
+    control = (1 if location == "gondola" else -1) * 0.3 * exact(s) * filtering
+    position = 1 / (GONDOLA_MASS * s**2 + own + driven * control)
+    np.testing.assert_allclose(response.position(loop, model, s.imag / (2 * np.pi)), position, rtol=1e-9)
+    system = statespace.closed(loop, highest=20 * np.pi)
+    np.testing.assert_allclose(system.response(s)[:, 0, 0], position, rtol=1e-6)
+    assert len(set(system.state_names)) == len(system.a)
 
 
 @pytest.mark.parametrize("selection", ["all", "third"])

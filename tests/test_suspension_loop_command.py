@@ -17,6 +17,7 @@ from cablestudy.study.loop_in_time import TimeOptions
 from cablestudy.study.ssm import Options
 from cablestudy.study.suspension import loop_report, ssm
 from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.study.suspension.loop_in_time import uniform_gust
 
 NET = str(CONFIGS / "suspensions" / "carlina-net-wind.yaml")
 
@@ -62,7 +63,7 @@ def test_a_small_rise_of_the_wind_moves_the_suspension_to_its_equilibrium_in_tha
     places = [solved(f"wind.speed={part * speed}")[1].in_wind.mean_displacement("gondola") for part in (0.995, 1.005)]
     movement = solved()[1].in_wind.movement
     stiffness = movement.motion.dynamic_stiffness(np.zeros(1))[0].real
-    moved = np.linalg.solve(stiffness, loop_report.uniform_gust(movement.gusts))
+    moved = np.linalg.solve(stiffness, uniform_gust(movement.gusts))
     rows = [movement.outputs[f"gondola.{axis}"] for axis in "xyz"]
     found = 0.01 * speed * movement.motion.moved[0][rows] @ moved
     expected = places[1] - places[0]

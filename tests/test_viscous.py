@@ -1,6 +1,5 @@
 """Viscous damping per length of the cable: dense bars, closed forms, state space, loop and wind."""
 
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,15 +7,22 @@ import scipy.linalg
 from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G
 from references import bars
 from scenes import SAGGING, cells, scene
-from test_windrms import WHITE, rms_of, white  # noqa: F401 a fixture
+from test_windrms import WHITE, loop_of, rms_of, white  # noqa: F401 a fixture
 
 from cablestudy.control import statespace
 from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
+from cablestudy.control.gondola import damped_pole
 from cablestudy.study.case import Case
 
 VISCOUS = 0.016  # N s/m^2, about what wind of 6 m/s gives the paper's cable across
 RATE = VISCOUS / MASS
 LAWS = ("ratio: 0.0", "ratio: 0.02", "loss_factor: 0.02", "time: 1 ms")
+
+
+def winch_loop(case):
+    """`WinchLoop` of a case with every mode of its cable."""
+    loop = loop_of(case)
+    return statespace.WinchLoop(loop.cable, loop.mass, loop.location, loop.gain, loop.notch)
 
 
 def damped(law, viscous=VISCOUS):
@@ -73,9 +79,10 @@ def test_the_gondola_on_a_light_straight_cable_in_closed_form():
 @pytest.mark.parametrize("sets", [(), ("cable.area=24.2 mm^2", "cable.unstretched_length=186 m")])
 def test_the_damping_ratio_of_the_gondola_by_two_routes(law, sets):
     case = Case(scene(damped(law, 1e-3), *sets, "model.accuracy=1e-8")).refined(1, 40)
-    pole, omega = case.plant.gondola_pole, 2 * np.pi * case.gondola_frequency
+    omega = 2 * np.pi * case.gondola_frequency
+    pole = damped_pole(case.end_model_along_x, 50.0, 0.0, omega)
     damping = case.scene.cable.damping
-    stiffness = ComplexStiffness(case.excited, case.frame[:, 0], case.plant.cable.viscous)
+    stiffness = ComplexStiffness(case.excited, case.frame[:, 0], case.end_model_along_x.viscous)
     found = damping_ratio(stiffness, 50.0, omega, damping.model, damping.loss_factor or damping.time)
     assert found == pytest.approx(-pole.real / abs(pole), rel=1e-8)
 
@@ -83,19 +90,17 @@ def test_the_damping_ratio_of_the_gondola_by_two_routes(law, sets):
 @pytest.mark.parametrize("law", ["ratio: 0.01", "time: 1 ms"])
 @pytest.mark.parametrize("where", ["ground", "gondola"])
 def test_the_state_space_has_the_poles_of_the_loop(law, where):
-    loop = Case(SAGGING.scene(damped(law), f"winch.location={where}", "model.elements=20")).loop
-    loop = replace(loop, cable=loop.excited, gain=0.1)
-    fixed, scaled = loop.plant.closed_of(loop.cable)
-    found = np.linalg.eigvals(fixed + loop.gain * scaled)
-    for pole in np.linalg.eigvals(statespace.closed(loop).a):
+    sets = damped(law), f"winch.location={where}", "model.elements=20", "winch.controller.gain=0.1"
+    case = Case(SAGGING.scene(*sets))
+    found = case.in_wind.controlled.loop.eigen.values
+    for pole in np.linalg.eigvals(statespace.closed(winch_loop(case)).a):
         assert np.abs(found - pole).min() < 1e-7 * np.abs(pole) + 1e-11 * np.abs(found).max()
 
 
 @pytest.mark.usefixtures("white")
 def test_white_noise_is_lyapunov_s_equation():
     case = Case(scene(damped("time: 1 ms"), "winch.controller.gain=0.1", WHITE, "model.elements=12"))
-    loop = replace(case.loop, cable=case.loop.excited)
-    system = statespace.closed(loop)
+    system = statespace.closed(winch_loop(case))
     level = 3.0  # one-sided
     P = scipy.linalg.solve_continuous_lyapunov(system.a, -np.outer(system.b[:, 0], system.b[:, 0]) * level / 2)
     expected = np.sqrt(system.c[0] @ P @ system.c[0])

@@ -255,7 +255,7 @@ def test_damped_strain_gives_the_gondola_what_a_spring_would_have_whatever_the_b
 def test_kelvin_and_voigt_s_damping_of_the_gondola_is_positive(time):
     case = Case(scene(f"cable.damping={{model: kelvin_voigt, time: {time}}}"))
     assert 0 < case.gondola_damping_ratio <= 1
-    poles = case.loop.open_poles
+    poles = case.in_wind.controlled.open_poles
     assert (poles.real < 1e-15 * np.abs(poles).max()).all()
 
 

@@ -4,11 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cablestudy.control import statespace
 from cablestudy.control.time_response import respond
-
-REFERENCE, WINCH, FORCE = "reference", "winch", "force_gondola"  # inputs of `statespace.closed_with_winch`
-LEFT_OUT = 0.3  # share of the modes, the highest ones, without which the error is estimated
 
 
 @dataclass(frozen=True)
@@ -80,33 +76,3 @@ def compared(found, fewer):
     """A `TimeResponse` with its error by another one with fewer modes."""
     difference = np.abs(found.measured - fewer.measured).max()
     return replace(found, error=float(difference / (np.abs(found.measured).max() or 1.0)))
-
-
-def loop_response(loop, place, components, time):
-    """`TimeResponse` of the winch loop of one cable.
-
-    Parameters
-    ----------
-    loop : Loop
-    place : {REFERENCE, WINCH, FORCE}
-        Where the input acts: the reference of the gondola's position [m], added to the movement of the winch [m], or a
-        force on the gondola [N].
-    components : list of time_response.Component
-    time : ndarray, shape (m,)
-        Uniform, from zero. [s]
-
-    Raises
-    ------
-    NoSolutionError
-        The loop is unstable, or the state space overflows.
-    """
-    loop.check_stable()
-    cable = loop.plant.responding
-    kept = np.sort(np.argsort(cable.omega)[: int((1 - LEFT_OUT) * len(cable.omega))])
-    found = []
-    for model in (cable, cable.select(kept)):
-        alone = statespace.coupled(model, loop.mass, loop.location, damping=loop.damping)
-        closed = statespace.closed_with_winch(loop, model)
-        input_ = closed.input_names.index(place)
-        found.append(responses(closed, alone, 0, [len(closed.outputs) - 1], input_, components, time))
-    return compared(*found)

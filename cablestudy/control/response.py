@@ -80,7 +80,7 @@ def position(loop, model, frequency):
 
     Parameters
     ----------
-    loop : Loop
+    loop : WinchLoop
     model : Superelement
         The cable's, with the modes to keep.
     frequency : ndarray, shape (m,)
@@ -89,7 +89,7 @@ def position(loop, model, frequency):
     s = 2j * np.pi * frequency
     own, driven = _at_gondola(model, loop.location, s)
     sign = -1 if loop.location == "gondola" else 1
-    return 1 / (loop.plant.alone(s, own) + sign * loop.gain * loop.controller(s) * driven)
+    return 1 / (loop.mass * s**2 + loop.damping * s + own + sign * loop.gain * loop.controller(s) * driven)
 
 
 def _at_gondola(model, location, s):

@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from cablestudy.control.law import INTEGRATOR, Law
 from cablestudy.control.proper import channels
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.system.first_order import Allocation, LinearControl, rows
@@ -32,9 +33,13 @@ from cablestudy.system.linear import MASSLESS_MOTION, MODAL, LinearSystem, equiv
 from cablestudy.system.superelement import GONDOLA, GROUND, NAMES
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import control
     import scipy.signal
     from numpy.typing import ArrayLike, NDArray
+
+    from cablestudy.system.superelement import Superelement
 
 ENDS = len(NAMES)
 
@@ -233,17 +238,51 @@ def _coupled(model, mass, location, chosen, residual, forces, damping):
     return _moving(system, np.append(np.arange(n), n + GONDOLA), [n + end], [("winch", "m")], (mass, damping))
 
 
+@dataclass(frozen=True)
+class WinchLoop:
+    """Gondola, cable, and a winch that holds the gondola, in the notation of `control.law`.
+
+    Attributes
+    ----------
+    cable : Superelement
+    mass : float
+        Of the gondola. [kg]
+    location : {"ground", "gondola"}
+        Of the winch.
+    gain : float
+        [rad/s]
+    notch : Notch or None
+    law : Law
+    damping : float
+        Viscous, on the gondola. [N s/m]
+    """
+
+    cable: Superelement
+    mass: float
+    location: str
+    gain: float
+    notch: Callable[[NDArray], NDArray] | None = None
+    law: Law = INTEGRATOR
+    damping: float = 0.0
+
+    def controller(self, s):
+        """C1 N for complex s, shape (m,). [s]"""
+        return self.law(s) if self.notch is None else self.law(s) * self.notch(s)
+
+
 @np.errstate(all="ignore")
-def closed(loop, chosen=None, residual=True, forces=None):
+def closed(loop, chosen=None, residual=True, forces=None, highest=0.0):
     """Gondola, cable and winch with the winch loop closed.
 
     Derivatives of the reference, where the law passes it on at once, act on the forces at the ends (D1); no others do.
 
     Parameters
     ----------
-    loop : Loop
+    loop : WinchLoop
     chosen, residual, forces
         As for `cable`, of the modes of `loop.cable`.
+    highest : float
+        Frequency up to which a delay is right, at least. [rad/s]
 
     Returns
     -------
@@ -252,16 +291,8 @@ def closed(loop, chosen=None, residual=True, forces=None):
         `coupled`, then the winch. States: those of `coupled`, two of the notch where there is one, those of the law,
         the winch (the integrator).
     """
-    system = closed_with_winch(loop, loop.cable, chosen, residual, forces)
-    return channels(system, [*range(2, len(system.inputs)), 0])
-
-
-@np.errstate(all="ignore")
-def closed_with_winch(loop, model, chosen=None, residual=True, forces=None):
-    """`closed` of a model of the cable, with the inputs reference, what is added to the winch's movement, forces."""
-    system, _ = _coupled(model, loop.mass, loop.location, chosen, residual, forces, loop.damping)
-    omega = model.omega if chosen is None else model.omega[chosen]
-    law, names = loop.law.state_space(loop.plant.right_up_to(omega))
+    system, _ = _coupled(loop.cable, loop.mass, loop.location, chosen, residual, forces, loop.damping)
+    law, names = loop.law.state_space(highest)
     measured, sign = np.eye(len(system))[-1:], -1.0 if loop.location == "gondola" else 1.0
     control = LinearControl(Allocation(measured, np.array([[sign]])), loop.gain, (loop.notch,), law, names)
     by_force, held = system.driven[0][:, 1:], system.follow[0][:, 1:]
@@ -271,7 +302,8 @@ def closed_with_winch(loop, model, chosen=None, residual=True, forces=None):
     names = [*(("notch_1", "notch_2") if loop.notch else ()), *names, "winch"]
     states = *_states(system), *((name, "m") for name in names)
     inputs, outputs = (("reference", "m"), *system.inputs), (*system.outputs, ("winch", "m"))
-    return from_rows(whole, np.concatenate([shown, reeled]), states, inputs, outputs)
+    found = from_rows(whole, np.concatenate([shown, reeled]), states, inputs, outputs)
+    return channels(found, [*range(2, len(inputs)), 0])  # without what is added to the movement of the winch
 
 
 def _free_cable(model, chosen, residual, forces):

@@ -94,7 +94,7 @@ def loop(
     if asked or not loop_report.has_loop(answer.case):
         return replace(answer, table=None) if asked or span else answer
     # an unstable loop too has a response over frequency
-    table = loop_report.response_table(answer.case.loop, span) if span else answer.table
+    table = loop_report.response_table(answer.case.in_wind.controlled, span) if span else answer.table
     return replace(answer, table=table, draw=lambda plots: plots.loop_margins(answer.case, span))
 
 

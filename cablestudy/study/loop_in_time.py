@@ -6,15 +6,20 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control import loop_response, time_response
+from cablestudy.control import time_response
 from cablestudy.control.step_response import step_response
 from cablestudy.errors import SceneError
+from cablestudy.scene.one_cable import CABLE
 from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_positive
+from cablestudy.study.columns import GONDOLA_X
 from cablestudy.study.ssm import has_loss_factor, number_of
+from cablestudy.study.suspension.loop_in_time import GUST as OF_STATE_SPACE
+from cablestudy.study.suspension.loop_in_time import delayed_up_to, in_time
 from cablestudy.study.table import Field, Table
 
-INPUTS = ("winch", "reference", "gust", "wind")  # of one cable
+# inputs of one cable, and of its state space
+INPUTS = {"winch": f"winch.{CABLE}", "reference": "reference.x", "gust": OF_STATE_SPACE, "wind": OF_STATE_SPACE}
 OF_WIND = ("gust", "wind")
 STEP = 1e-3  # of winch or reference, without another size [m] or [rad]
 GUST = 3.0  # standard deviations of the turbulence in a gust or step of the wind without another size
@@ -230,8 +235,8 @@ def time_case(document, case, options):
     NoSolutionError
         The loop is unstable.
     """
-    kind, scene, factor = options.input or "winch", case.scene, 1.0
-    number_of("--input", kind, INPUTS)
+    kind, scene = options.input or "winch", case.scene
+    number_of("--input", kind, tuple(INPUTS))
     if options.output is not None:
         raise SceneError("--output: no effect: the scene has one cable")
     if kind in OF_WIND:
@@ -239,18 +244,14 @@ def time_case(document, case, options):
             table, _, name = key.rpartition(".")
             if getattr(getattr(scene, table) if table else scene, name) is None:
                 raise missing(document, key, f"loop --input {kind}")
-        wind, gondola, place = scene.wind, scene.gondola, loop_response.FORCE
-        asked = options.gust(wind, wind.turbulence)
-        factor = wind.air_density * gondola.drag_coefficient * gondola.area * wind.speed  # force per speed
+        asked = options.gust(scene.wind, scene.wind.turbulence)
     else:
-        what = {"winch": "the winch moves", "reference": "the reference of the gondola moves"}[kind]
-        asked, place = options.step(what), kind
-    loop, winch = case.loop, scene.winch
-    found = loop_response.loop_response(loop, place, asked.components, options.times).times(factor * asked.size)
-    right = loop.plant.right_up_to(loop.plant.responding.omega)
-    return TimeCase(
-        options, asked, found, loop.integral_gain, remarks=remarks_of(winch, right, found, [scene.cable.damping])
-    )
+        asked = options.step({"winch": "the winch moves", "reference": "the reference of the gondola moves"}[kind])
+    movement = case.in_wind.movement
+    loop = movement.loop
+    found = in_time(movement, GONDOLA_X, INPUTS[kind], asked.components, options.times).times(asked.size)
+    remarks = remarks_of(scene.winch, delayed_up_to(loop), found, [scene.cable.damping])
+    return TimeCase(options, asked, found, loop.gain, remarks=remarks)
 
 
 def remarks_of(drive, right, found, dampings):

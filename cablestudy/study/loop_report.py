@@ -1,13 +1,18 @@
 """Tables of the command `loop` for one cable: margins of the winch loop, and the loop over frequency."""
 
+from dataclasses import replace
+
 import numpy as np
 
+from cablestudy.control.margins_grid import by_parts
+from cablestudy.control.pose_state_space import by_forces
 from cablestudy.control.response import Phase
 from cablestudy.errors import CablestudyError
 from cablestudy.scene.scene import missing
-from cablestudy.study.columns import SENSITIVITY, STATUS
+from cablestudy.study.columns import GONDOLA_X, SENSITIVITY, STATUS
 from cablestudy.study.row import evaluate_named
 from cablestudy.study.table import Field, Table
+from cablestudy.system.residues import residues
 
 COLUMNS = (
     "gain", "largest_gain", "gain_margin", "phase_crossover", "phase_margin", "gain_crossover", "delay_margin",
@@ -15,7 +20,7 @@ COLUMNS = (
 )  # fmt: skip
 CURVES = ("open_loop", "sensitivity", "complementary_sensitivity")  # names of columns: L, S, T
 BESIDE = np.array([0.0, 0.5, 1.0, 2.0, 4.0])  # frequencies beside a pole that a table has too, in its half-widths
-
+CANCELLED = 0.1  # share of the response at the frequency of a pole that is its own, below which it is not seen
 CIRCLE = 61  # points of a picture near each pole
 
 
@@ -51,40 +56,63 @@ def loop_table(document, scene, estimate=False):
 
 
 def has_loop(case):
-    """Whether the loop of a case can be had, stable or not."""
-    if not case.has_elements:  # nothing was refined, as every column failed before
+    """Whether the loop gain of a case can be had, of an unstable loop too."""
+    if not case.moves:  # refused before anything was computed
         return False
     try:
-        _ = case.loop
+        _ = case.in_wind.controlled.gains
     except CablestudyError:
         return False
     return True
 
 
-def frequencies_of(loop, span):
+def resonances(movement):
+    """Poles of the gondola by a force on it, the winch at rest and with the loop, that show in its response. [rad/s]
+
+    Those of the upper half plane. What a pole adds to the response at its frequency is small where a zero is beside it.
+
+    Parameters
+    ----------
+    movement : Movement
+        With a loop.
+    """
+    row, found = movement.outputs[GONDOLA_X], []
+    force = movement.motion.moved[0][[row]].real.T
+    for loop in (None, movement.loop):
+        system = residues((loop or movement.motion).eigen, *by_forces(movement.motion, force, loop))
+        system = replace(system, shown=system.shown[[row]], direct=system.direct[[row]])
+        poles, own = system.poles, np.abs(system.shown[0] * system.given[:, 0])
+        above = poles.imag > 0
+        with np.errstate(divide="ignore", invalid="ignore"):  # on an undamped pole
+            whole = np.abs(system.response(1j * np.abs(poles[above]))[:, 0, 0])
+            found.append(poles[above][own[above] > CANCELLED * np.abs(poles[above].real) * whole])
+    return np.concatenate(found)
+
+
+def frequencies_of(movement, span):
     """Frequencies of a table: those of equal ratios that are asked for, and others beside the resonances. [Hz]
 
     Parameters
     ----------
-    loop : Loop
+    movement : Movement
+        With a loop.
     span : (float, float, int)
         From `ssm.read_span`.
     """
     low, high, count = span
-    poles = loop.observable_poles / (2 * np.pi)
-    poles = poles[poles.imag > 0]
+    poles = resonances(movement) / (2 * np.pi)
     beside = np.abs(poles)[:, None] + np.abs(poles.real)[:, None] * np.concatenate([-BESIDE[1:], BESIDE])
     beside = beside[(beside > low) & (beside < high)]
     return np.unique(np.concatenate([np.geomspace(low, high, count), beside]))
 
 
-def drawn_frequencies(loop, span):
+def drawn_frequencies(movement, span):
     """The same for a picture: as close as the margins are looked for, and in even steps around the circle that L
     describes near each pole. [Hz]"""
     low, high, _ = span
-    around = around_poles(np.concatenate([loop.open_poles, loop.closed_poles]), CIRCLE)
-    close = np.concatenate([loop.response_frequencies, around]) / (2 * np.pi)
-    return np.unique(np.concatenate([frequencies_of(loop, span), close[(close > low) & (close < high)]]))
+    around = around_poles(resonances(movement), CIRCLE)
+    close = np.concatenate([movement.gains.frequencies(movement.loop.gain), around]) / (2 * np.pi)
+    return np.unique(np.concatenate([frequencies_of(movement, span), close[(close > low) & (close < high)]]))
 
 
 def around_poles(poles, count):
@@ -96,10 +124,15 @@ def around_poles(poles, count):
     return (np.abs(poles)[:, None] - poles.real[:, None] * np.tan(half_angle)).ravel()
 
 
-def curves(loop, frequency):
+def loop_gain(movement, frequency):
+    """L of a `Movement` that measures one coordinate at frequencies [Hz], complex, shape (m,)."""
+    return movement.loop.gain * by_parts(movement.gains.loop_gain, 2 * np.pi * frequency)[:, 0, 0]
+
+
+def curves(movement, frequency):
     """Loop gain L, sensitivity 1/(1 + L) and complementary sensitivity L/(1 + L), complex, shape (3, m)."""
     with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode L is infinite
-        value = loop.gain * loop.unit_gain(2j * np.pi * frequency)
+        value = loop_gain(movement, frequency)
         return np.stack([value, 1 / (1 + value), value / (1 + value)])
 
 
@@ -109,17 +142,18 @@ def decibels(value):
         return 20 * np.log10(np.abs(value))
 
 
-def response_table(loop, span):
+def response_table(movement, span):
     """Table of frequency, and magnitude [dB] and phase [deg] of L, S and T.
 
     Parameters
     ----------
-    loop : Loop
+    movement : Movement
+        With a loop.
     span : (float, float, int)
         From `ssm.read_span`. Resonances in the range have rows of their own beside these.
     """
-    frequency, columns = frequencies_of(loop, span), {}
-    for name, value in zip(CURVES, curves(loop, frequency), strict=True):
+    frequency, columns = frequencies_of(movement, span), {}
+    for name, value in zip(CURVES, curves(movement, frequency), strict=True):
         title = name.replace("_", " ")
         columns[Field(f"{name}_dB", title, "dB")] = decibels(value)
         columns[Field(f"{name}_phase_deg", f"{title} phase", "deg")] = Phase()(value)

@@ -12,12 +12,13 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from cablestudy.cable.assembly import IN_PLANE
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
 from cablestudy.study.columns import GONDOLA_X
 from cablestudy.study.suspension.airflow import Airflow
 from cablestudy.study.suspension.in_wind import InWind
 from cablestudy.study.suspension.linear_motion import drag_of
-from cablestudy.system.cables import FixedModel
+from cablestudy.system.cables import Cables, FixedModel
 from cablestudy.system.suspension import GROUND, Equilibrium, Suspension
 from cablestudy.wind.coherence import along_cable
 from cablestudy.wind.gusts import Gusts
@@ -144,8 +145,16 @@ def _on_gondola(scene):
 
 
 def _in_airflow(case, scene, airflow, known, kind):
-    equilibrium = equilibrium_of(case)
-    return kind(scene, equilibrium, equilibrium, airflow, _exact_model(case), known)
+    equilibrium, model, damping = equilibrium_of(case), _exact_model(case), scene.cables[CABLE].damping
+    cables, modes = (found.setdefault(damping.viscous, {}) for found in (case.cable_models, case.coupled_models))
+    if not cables:
+        cables[CABLE] = Cables(equilibrium.catenary, damping, drag=model and model.drag, planes=_planes(case))
+    return kind(scene, equilibrium, equilibrium, airflow, model, known, cables[CABLE], modes)
+
+
+def _planes(case):
+    """The plane of a cable, where a movement along x does not leave it; else None, for all directions."""
+    return None if case.results.across_x[case.index] or not case.planar else (IN_PLANE,)
 
 
 def equilibrium_of(case):

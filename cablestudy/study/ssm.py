@@ -2,13 +2,12 @@
 
 import os
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from cablestudy.control import export, statespace
-from cablestudy.control.plant import largest
 from cablestudy.control.proper import channels, proper
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.fields import suggestion
@@ -26,6 +25,7 @@ LOWEST, HIGHEST = 1e-100, 1e100  # response frequencies, whose squares neither u
 MAX_FREQUENCIES = 10_000_000
 MOST_STATES = 1000  # of which the poles are found in a second or two
 END = "end_2_x"
+NEAR = 20  # times the gondola's frequency: up to there a delay is right at least
 FEW = 12  # names that a message lists all, beside the nearest one
 DAMPING_NOTES = {
     "modal": (),
@@ -192,13 +192,41 @@ class Choice:
         kept = {"chosen": self.chosen, "residual": options.residual}
         kept["forces"] = nodal_forces(case, self.modes) if options.wind else None
         if options.attached == "loop":
-            return statespace.closed(replace(case.loop, cable=case.end_model), **kept)
+            return statespace.closed(self.loop, **kept, highest=self.right_up_to)
         if options.attached == "gondola":
             winch = case.scene.winch
             location = winch.location if winch else "ground"
             kept["damping"] = case.gondola_air_damping
             return statespace.coupled(case.end_model, case.scene.gondola.mass, location, **kept)
         return statespace.cable(case.end_model, **kept)
+
+    @property
+    def movement(self):
+        """The `Movement` that has the loop, stable or not; raises as `InWind.controlled`."""
+        return self.case.in_wind.controlled
+
+    @property
+    def loop(self):
+        """The `WinchLoop` of all modes of `case.end_model`; raises as `movement`, and where no gain can be had."""
+        scene, loop = self.case.scene, self.movement.loop
+        return statespace.WinchLoop(
+            self.case.end_model,
+            scene.gondola.mass,
+            scene.winch.location,
+            loop.gain,
+            loop.notches[0],
+            loop.law,
+            self.case.gondola_air_damping,
+        )
+
+    @property
+    def right_up_to(self):
+        """Frequency up to which the delay of the loop is right; 0 without one. [rad/s]"""
+        law = self.movement.loop.law
+        if not law.delay:
+            return 0.0
+        highest = self.case.end_model.omega[self.chosen].max(initial=0.0)
+        return min(max(highest, NEAR * 2 * np.pi * self.case.gondola_frequency), law.reach)
 
     @property
     def poles(self):
@@ -237,8 +265,8 @@ class Choice:
                 f"aerodynamic damping: {case.gondola_air_damping:.4g} N s/m on the gondola "
                 f"(wind.aerodynamic_damping: false leaves it out)"
             )
-        if options.attached == "loop" and case.loop.law.delay:
-            right = case.loop.plant.right_up_to(case.end_model.omega[self.chosen]) / (2 * np.pi)
+        if options.attached == "loop" and case.scene.winch.delay:
+            right = self.right_up_to / (2 * np.pi)
             notes.append(f"delay: Padé approximants, whose phase is right to 1e-7 up to {right:.4g} Hz")
         strain = case.end_model.strain
         law = "modal" if strain is None else strain.law
@@ -256,7 +284,7 @@ class Choice:
             )
         if self.options.attached == "loop":
             try:
-                self.case.loop.check_stable()
+                self.case.in_wind.check_stable()
             except NoSolutionError as error:
                 warnings.append(f"warning: {error}")
         return warnings
@@ -384,7 +412,9 @@ def fewest_modes(share, allowed, error, which, names):
             f"--error {error:g}: {which} lowest modes leave out {excluded:.3g} of the inertia "
             f"between {' and '.join(names)}"
         )
-    return allowed[np.sort(largest(share[allowed], error - excluded))]
+    order = np.argsort(share[allowed], kind="stable")
+    omitted = np.searchsorted(np.cumsum(share[allowed][order]), error - excluded, side="right")
+    return allowed[np.sort(order[omitted:])]
 
 
 def nodal_forces(case, modes):

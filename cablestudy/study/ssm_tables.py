@@ -55,7 +55,7 @@ def curves(choice):
         ]
     if options.attached == "loop":
         label = "gondola position over the force on it, loop closed"
-        return [Curve("", label, "m/N", partial(response.position, case.loop, model))]
+        return [Curve("", label, "m/N", partial(response.position, choice.loop, model))]
     pairs, ends = options.pairs, options.all_ends
     return [
         Curve(

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from cablestudy.cable import taut
-from cablestudy.control.plant import Plant
+from cablestudy.control.gondola import undamped_modes
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import DISCRETE, MOTION
@@ -226,7 +226,7 @@ def _with_ends(case, model):
     case.end_model = case.end_model_along_x = model
     case.end_stiffness_along = lambda axis: float(model.stiffness[3 + axis, 3 + axis])
     if case.scene.gondola is not None and case.scene.gondola.mass is not None:
-        case.coupled = Plant(model, case.scene.gondola.mass).coupled
+        case.coupled = undamped_modes(model, case.scene.gondola.mass)
     return case
 
 

@@ -8,7 +8,7 @@ from cablestudy.control.response import Phase
 from cablestudy.control.step_response import BAND
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.loop_in_time import MILLI
-from cablestudy.study.loop_report import curves, decibels, drawn_frequencies
+from cablestudy.study.loop_report import curves, decibels, drawn_frequencies, loop_gain
 from cablestudy.study.plots.style import BLUE, GREEN, GREY, LIGHT, RED, SERIES, WIDTH, plain, plain_axis, styled
 from cablestudy.study.plots.words import with_minus
 
@@ -38,24 +38,25 @@ def loop_margins(case, span=None):
     NoSolutionError
         The gain is zero.
     """
-    loop = case.loop
-    if not loop.gain:
+    found = case.in_wind
+    movement = found.controlled
+    if not movement.loop.gain:
         raise NoSolutionError(NO_LOOP)
-    frequency = drawn_frequencies(loop, span or _span(case))
-    value, sensitivity, complementary = curves(loop, frequency)
+    frequency = drawn_frequencies(movement, span or _span(case))
+    value, sensitivity, complementary = curves(movement, frequency)
     figure = Figure(figsize=(WIDTH, 9.6), layout="constrained")
     grid = figure.add_gridspec(4, 2, height_ratios=(2.2, 1.6, 1.8, 3.2), width_ratios=(1.35, 1))
     upper = figure.add_subplot(grid[0, :])
     middle, lower = (figure.add_subplot(grid[row, :], sharex=upper) for row in (1, 2))
-    _magnitude(upper, loop, frequency, value)
-    _phase(middle, loop, frequency, value)
-    _sensitivity(lower, loop, frequency, sensitivity, complementary)
+    _magnitude(upper, found, frequency, value)
+    _phase(middle, movement, frequency, value)
+    _sensitivity(lower, movement, frequency, sensitivity, complementary)
     upper.set_xlim(frequency[0], frequency[-1])
     for axes in (upper, middle):
         axes.tick_params(labelbottom=False)
     nyquist, beside = figure.add_subplot(grid[3, 0]), figure.add_subplot(grid[3, 1])
-    _nyquist(nyquist, loop, value)
-    _numbers(beside, loop)
+    _nyquist(nyquist, found, value)
+    _numbers(beside, found)
     beside.legend(*nyquist.get_legend_handles_labels(), loc="lower left", fontsize=8)
     figure.align_ylabels([upper, middle, lower])
     winch = case.scene.winch.location
@@ -66,52 +67,52 @@ def loop_margins(case, span=None):
 
 def _span(case):
     """Range of frequencies in which something happens. [Hz]"""
-    loop = case.loop
+    found = case.in_wind
+    movement = found.controlled
     marked = [
         case.gondola_frequency,
-        loop.integral_gain / (2 * np.pi),
-        loop.phase_crossover if _has_limit(loop) else None,
+        movement.loop.gain / (2 * np.pi),
+        found.phase_crossover[0] if _has_limit(movement) else None,
+        *(notch.rolloff_omega / (2 * np.pi) for notch in movement.notches if notch),
     ]
-    notch = loop.notch
-    marked += [notch.rolloff_omega / (2 * np.pi)] if notch else []
     marked = [one for one in marked if one]
     return min(0.2 * max(marked), BELOW / ABOVE * 10 * min(marked)), ABOVE * max(marked), POINTS
 
 
-def _has_limit(loop):
+def _has_limit(movement):
     """Whether the loop has a largest gain, and it can be had."""
     try:
-        return loop.largest_gain is not None
+        return movement.largest_gain is not None
     except NoSolutionError:
         return False
 
 
-def _magnitude(axes, loop, frequency, value):
+def _magnitude(axes, found, frequency, value):
     axes.semilogx(frequency, np.maximum(decibels(value), 2 * LEAST), color=BLUE, lw=1.3, label="|L|")
     axes.axhline(0.0, color=GREY, lw=0.8)
     size = decibels(value)
     axes.set_ylim(max(LEAST, size.min() - 5), size.max() + 10)
     axes.set_ylabel("loop gain |L| [dB]")
-    if _has_limit(loop):
-        margin, place = loop.gain_margin, loop.phase_crossover
+    movement = found.controlled
+    if _has_limit(movement):
+        margin, place = found.gain_margin[0], found.phase_crossover[0]
         axes.annotate("", (place, 0), (place, -margin), arrowprops={"arrowstyle": "<->", "color": RED, "lw": 1.2,
                                                                    "shrinkA": 0, "shrinkB": 0})  # fmt: skip
         axes.plot(place, -margin, "o", color=RED, ms=4, zorder=5,
                   label=with_minus(f"gain margin {margin:.4g} dB at {place:.4g} Hz"))  # fmt: skip
-    if loop.margins.gain_crossover:
-        axes.plot(loop.margins.gain_crossover, 0, "s", color=GREEN, ms=4, zorder=5,
-                  label=f"|L| = 1 at {loop.margins.gain_crossover:.4g} Hz")  # fmt: skip
+    if crossover := movement.margins.gain_crossover:
+        axes.plot(crossover, 0, "s", color=GREEN, ms=4, zorder=5, label=f"|L| = 1 at {crossover:.4g} Hz")
     axes.legend(loc="lower left", **BOX)
 
 
-def _phase_label(loop):
-    return f"phase margin {loop.margins.phase_margin:.4g}°"
+def _phase_label(margins):
+    return f"phase margin {margins.phase_margin:.4g}°"
 
 
 BOX = {"fontsize": 8, "frameon": True, "edgecolor": "none", "framealpha": 0.85}
 
 
-def _phase(axes, loop, frequency, value):
+def _phase(axes, movement, frequency, value):
     phase = Phase()(value)
     axes.semilogx(frequency, phase, color=BLUE, lw=1.3)
     low, high = np.nanmin(phase), np.nanmax(phase)
@@ -120,26 +121,24 @@ def _phase(axes, loop, frequency, value):
         axes.axhline(-180 + 360 * turn, color=GREY, lw=0.8, ls="--")
     axes.set_ylim(min(low, -180) - 20, max(high, low + 90) + 20)
     axes.set_ylabel("phase of L [deg]")
-    if loop.stable and loop.margins.gain_crossover and frequency[0] < loop.margins.gain_crossover < frequency[-1]:
-        place = loop.margins.gain_crossover
+    place = movement.margins.gain_crossover
+    if movement.stable and place and frequency[0] < place < frequency[-1]:
         # the phase there without a turn, and the nearest -180 degrees
         found = np.interp(np.log(place), np.log(frequency), phase)
         nearest = 360 * np.round((found + 180) / 360) - 180
         axes.annotate("", (place, nearest), (place, found), arrowprops={"arrowstyle": "<->", "color": GREEN, "lw": 1.2,
                                                                         "shrinkA": 0, "shrinkB": 0})  # fmt: skip
-        axes.plot(
-            place, found, "s", color=GREEN, ms=4, zorder=5, label=f"phase margin {loop.margins.phase_margin:.4g}°"
-        )
+        axes.plot(place, found, "s", color=GREEN, ms=4, zorder=5, label=_phase_label(movement.margins))
         axes.legend(loc="lower left", **BOX)
 
 
-def _sensitivity(axes, loop, frequency, sensitivity, complementary):
+def _sensitivity(axes, movement, frequency, sensitivity, complementary):
     axes.semilogx(frequency, decibels(complementary), color=GREEN, lw=1.0, ls="--", label="|T|")
     axes.semilogx(frequency, decibels(sensitivity), color=BLUE, lw=1.3, label="|S|")
     axes.axhline(0.0, color=GREY, lw=0.8)
     top = decibels(sensitivity).max()
-    if loop.stable:
-        peak, place = loop.margins.sensitivity_peak, loop.margins.sensitivity_frequency
+    if movement.stable:
+        peak, place = movement.margins.sensitivity_peak, movement.margins.sensitivity_frequency
         top = max(top, float(decibels(peak)))
         axes.plot(place, decibels(peak), "o", color=RED, ms=4, zorder=5,
                   label=with_minus(f"peak {peak:.4g} = {decibels(peak):.4g} dB at {place:.4g} Hz"))  # fmt: skip
@@ -149,7 +148,7 @@ def _sensitivity(axes, loop, frequency, sensitivity, complementary):
     axes.legend(loc="lower left", ncols=3, **BOX)
 
 
-def _nyquist(axes, loop, value):
+def _nyquist(axes, found, value):
     axes.axhline(0, color=LIGHT, lw=0.9)
     axes.axvline(0, color=LIGHT, lw=0.9)
     circle = np.exp(1j * np.linspace(0, 2 * np.pi, 361))
@@ -159,54 +158,49 @@ def _nyquist(axes, loop, value):
     axes.plot(shown.real, shown.imag, color=BLUE, lw=1.3, zorder=3, label="L")
     axes.plot(shown.real, -shown.imag, color=BLUE, lw=0.6, alpha=0.5, zorder=3)
     axes.plot(-1, 0, "+", color=RED, ms=10, mew=2, zorder=6, label="−1")
-    if loop.stable:
-        near = 1 / loop.margins.sensitivity_peak
+    movement = found.controlled
+    margins = movement.margins if movement.stable else None
+    if margins:
+        near = 1 / margins.sensitivity_peak
         around = -1 + near * circle
         axes.plot(around.real, around.imag, color=RED, lw=0.8, ls=":", label=f"nearest to −1: {near:.4g}")
-    if loop.stable and loop.margins.gain_crossover:
-        here = loop.gain * complex(loop.unit_gain(np.array([2j * np.pi * loop.margins.gain_crossover]))[0])
-        axes.plot(
-            here.real,
-            here.imag,
-            "s",
-            color=GREEN,
-            ms=4,
-            zorder=5,
-            label=f"phase margin {loop.margins.phase_margin:.4g}°",
-        )
-    if _has_limit(loop):
-        axes.plot(-loop.gain / loop.largest_gain, 0, "o", color=RED, ms=4, zorder=5,
-                  label=with_minus(f"gain margin {loop.gain_margin:.4g} dB"))  # fmt: skip
+    if margins and margins.gain_crossover:
+        (here,) = loop_gain(movement, np.array([margins.gain_crossover]))
+        axes.plot(here.real, here.imag, "s", color=GREEN, ms=4, zorder=5, label=_phase_label(margins))
+    if _has_limit(movement):
+        axes.plot(-movement.loop.gain / movement.largest_gain, 0, "o", color=RED, ms=4, zorder=5,
+                  label=with_minus(f"gain margin {found.gain_margin[0]:.4g} dB"))  # fmt: skip
     axes.set(xlim=(-0.6 - NEAR, -0.6 + NEAR), ylim=(-NEAR, NEAR), xlabel="real part of L", ylabel="imaginary part of L")
     axes.set_aspect("equal", adjustable="box")
     plain(axes, 6, 6)
 
 
-def _numbers(axes, loop):
+def _numbers(axes, found):
     """The margins as text."""
     axes.set_axis_off()
-    limit = _has_limit(loop)
-    law, largest = loop.law, loop.largest_integral_gain if limit else None
-    lines = [("gain", f"{loop.integral_gain:.4g} rad/s")]
+    movement = found.controlled
+    limit, loop, law = _has_limit(movement), movement.loop, movement.loop.law
+    largest = movement.largest_gain if limit else None
+    lines = [("gain", f"{loop.gain:.4g} rad/s")]
     lines += [("proportional gain", f"{loop.gain * law.proportional:.4g}")] if law.proportional else []
     lines += [("derivative gain", f"{loop.gain * law.derivative:.4g} s")] if law.derivative else []
     lines += [("delay", f"{law.delay:.4g} s")] if law.delay else []
-    lines += [("largest gain", f"{largest:.4g} rad/s" if largest else "none")] if largest or not limit else []
-    lines += [("gain margin", f"{loop.gain_margin:.4g} dB")] if limit else []
-    if not loop.stable:
-        lines.append(("loop", "unstable"))
-    else:
-        if loop.margins.phase_margin is not None:
-            lines += [
-                ("phase margin", f"{loop.margins.phase_margin:.4g}°"),
-                ("delay margin", f"{loop.margins.delay_margin:.4g} s"),
-            ]
-        lines += [("peak of S", f"{loop.margins.sensitivity_peak:.4g}")]
-        lines += [("bandwidth", f"{loop.margins.bandwidth:.4g} Hz")] if loop.margins.bandwidth else []
+    lines += [("largest gain", f"{largest:.4g} rad/s" if largest else "none")]
+    lines += [("gain margin", f"{found.gain_margin[0]:.4g} dB")] if limit else []
+    lines += _of_stable(movement.margins) if movement.stable else [("loop", "unstable")]
     for place, (name, number) in enumerate(lines):
         height = 0.97 - LINE * place
         axes.text(0.02, height, name, transform=axes.transAxes, fontsize=8)
         axes.text(0.98, height, with_minus(number), transform=axes.transAxes, ha="right", fontsize=8)
+
+
+def _of_stable(margins):
+    """Names and texts of the margins of a stable loop: list of (str, str)."""
+    lines = []
+    if margins.phase_margin is not None:
+        lines += [("phase margin", f"{margins.phase_margin:.4g}°"), ("delay margin", f"{margins.delay_margin:.4g} s")]
+    lines += [("peak of S", f"{margins.sensitivity_peak:.4g}")]
+    return lines + ([("bandwidth", f"{margins.bandwidth:.4g} Hz")] if margins.bandwidth else [])
 
 
 @styled

@@ -1,26 +1,18 @@
 """Tables of the command `loop` for a suspension: its margins, singular values over frequency, response in time."""
 
-from dataclasses import replace
-
 import numpy as np
 
-from cablestudy.control import loop_response
-from cablestudy.control.pose_state_space import Labels, state_space
-from cablestudy.control.statespace import MODAL
-from cablestudy.control.suspension import labels
-from cablestudy.errors import NoSolutionError, SceneError
+from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import missing
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.loop_in_time import OF_WIND, TimeCase, remarks_of
 from cablestudy.study.loop_report import CURVES, decibels, over_frequency
 from cablestudy.study.ssm import number_of
+from cablestudy.study.suspension.loop_in_time import GUST, delayed_up_to, in_time, unit_of
 from cablestudy.study.suspension.wind_report import coordinate_table, loop_table, made
 from cablestudy.study.table import Field
-from cablestudy.system.first_order import LinearControl
 from cablestudy.system.suspension import AXES
 
-TURNS = ("roll", "pitch", "yaw")
-GUST = "gust"  # input of the state space
 TABLES = {"loop": loop_table, "coordinates": coordinate_table}
 
 
@@ -108,54 +100,13 @@ def time_case(document, case, options):
             raise missing(document, "wind", f"loop --input {kind}")
         asked, input_ = options.gust(scene.wind, scene.wind.turbulence[0]), GUST
     elif kind in references:
-        unit = _unit(movement.measured[references.index(kind)])
+        unit = unit_of(movement.measured[references.index(kind)])
         asked = options.step(f"the {kind} moves", unit)
     else:
         asked = options.step(f"{kind} reels in")
     moved = f"{body}.{AXES[MOTIONS.index(movement.measured[shown])]}"
-    whole = movement.linear.viscous_motion
-    found = [
-        _responses(movement, motion, space, moved, input_, asked.components, options.times)
-        for motion, space in ((whole, None), (whole.within(movement.linear.fewer), movement.linear.fewer))
-    ]
-    found = loop_response.compared(*found).times(asked.size)
-    unit = f"m{_unit(movement.measured[shown])}"
-    loop = movement.loop
+    found = in_time(movement, moved, input_, asked.components, options.times).times(asked.size)
+    unit = f"m{unit_of(movement.measured[shown])}"
     dampings = [cable.damping for cable in scene.cables.values()]
-    remarks = remarks_of(scene.control, 0.0 if loop.slight_delay else loop.right_up_to, found, dampings)
+    remarks = remarks_of(scene.control, delayed_up_to(movement.loop), found, dampings)
     return TimeCase(options, asked, found, movement.loop.gain, outputs[shown], unit, tuple(winches), remarks)
-
-
-def _unit(coordinate):
-    return "rad" if coordinate in TURNS else "m"
-
-
-def _responses(movement, motion, space, output, input_, components, time):
-    """`TimeResponse` with the motion, or with that in a space of its coordinates."""
-    loop = movement.loop
-    if loop is None:
-        raise SceneError("control: there is no loop")
-    loads, allocation = np.zeros((len(movement.motion), 1)), loop.allocation
-    if movement.gusts is not None:
-        along = uniform_gust(movement.gusts)
-        loads[: len(along), 0] = along
-    if space is not None:
-        loads, allocation = space.T @ loads, replace(allocation, measured=allocation.measured @ space)
-    inputs, outputs = labels(movement.layout, movement.winches, movement.markers)
-    winches, size = inputs[: len(movement.winches)], len(motion) - sum(not one.wheel for one in movement.actuators)
-    coordinates = tuple((f"coordinate_{k + 1}", MODAL) for k in range(size))
-    measured = tuple((name, _unit(name)) for name in movement.measured)
-    named = Labels(coordinates, winches, ((GUST, "m/s"),), outputs, measured)
-    control = LinearControl(allocation, loop.gain, loop.notches, loop.law_space, loop.law_names)
-    closed = state_space(motion, loads, named, control, movement.actuators, added=True)
-    alone = state_space(motion, loads, named, None, movement.actuators)
-    reeled = [closed.output_names.index(name) for name, _ in winches]
-    places = closed.output_names.index(output), reeled, closed.input_names.index(input_)
-    return loop_response.responses(closed, alone, *places, components, time)
-
-
-def uniform_gust(gusts):
-    """Force on each coordinate per speed of a gust along the mean wind that is the same everywhere. [N/(m/s)]"""
-    count = gusts.forces.shape[-1]  # strips have shapes beyond the coordinates
-    everywhere = gusts.forces.sum(axis=0) + sum(strip.forces[..., :count].sum(axis=1) for strip in gusts.strips)
-    return gusts.directions[0] @ everywhere
