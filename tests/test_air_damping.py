@@ -96,7 +96,6 @@ def test_the_largest_gain_is_that_of_the_dense_matrix(damping):
         assert np.linalg.eigvals(loop_matrix.matrices(loop, part * limit)[0]).real.max() <= 0
     for part in (1 + 1e-6, 2.0):
         assert np.linalg.eigvals(loop_matrix.matrices(loop, part * limit)[0]).real.max() > 0
-    assert not loop.with_gain(2 * limit).stable
 
 
 @pytest.mark.parametrize("location", ["ground", "gondola"])

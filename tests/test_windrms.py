@@ -261,7 +261,7 @@ def test_kelvin_and_voigt_s_damping_of_the_gondola_is_positive(time):
 
 def test_so_much_damping_that_a_mode_does_not_strain_is_refused():
     case = Case(scene("cable.damping={model: kelvin_voigt, time: 1e6 s}"))
-    with pytest.raises(NoSolutionError, match="as good as undamped"):
+    with pytest.raises(NoSolutionError, match="undamped"):
         rms_of(case)
     assert case.gondola_damping_ratio == 1.0  # which needs no response
 
