@@ -1,20 +1,19 @@
 """Mean displacement and peak of a gondola, and its motion within exposures and behind a mirror, in the wind."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from command import CARLINA, run, study_file, table_of
+from references import loop_matrix
 from scenes import cells, scene
-from test_windrms import CORNER, brute, force, loop_with
+from test_windrms import brute, case_of, case_with, force, loop_of, rms_of
 
-from cablestudy.study import windrms
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate_cases
 from cablestudy.wind.peak import peak_factor
 
 EXPOSURE, MIRROR = "exposure=10 ms", "correction={bandwidth: 20 Hz, delay: 1 ms}"
+C = 1.2 * 1.17 * 0.6 * 6.0  # rho C_d A v of configs/carlina.yaml [N s/m]
 STEADY = 1.2 / 2 * 1.17 * 0.6 * 6.0**2  # drag of the mean wind in configs/carlina.yaml [N]
 
 
@@ -58,19 +57,29 @@ def test_peak_is_the_mean_and_davenport_s_factor(sets):
     assert without == pytest.approx(expected - row["mean_displacement"], rel=1e-8)
 
 
+def compliance(case, frequency):
+    """Size of the gondola's response to a force, the winch at rest, by all modes of the cable. [m/N]"""
+    A, B = loop_matrix.matrices(loop_of(case), 0.0)
+    poles, vectors = np.linalg.eig(A)
+    shares = vectors[loop_matrix.place(A)] * np.linalg.solve(vectors, B)
+    return np.abs((shares / (2j * np.pi * frequency[:, None] - poles)).sum(axis=1))
+
+
 @pytest.mark.parametrize(("damping", "clusters"), [(200.0, 0.1), (0.0, 0.8)])
 def test_peak_of_records_in_time(damping, clusters):
     """Records made of the spectrum of the gondola: their largest values in units of the RMS."""
-    loop = replace(loop_with(0.01, 0.0), damping=damping)
-    found = windrms.respond(loop, force, CORNER)
+    drag = 1.17 * damping / C if damping else 1.17
+    air = ("wind.aerodynamic_damping=true", f"gondola.drag_coefficient={drag!r}") if damping else ()
+    case = case_with(0.01, 0.0, *air)
+    displacement, velocity = rms_of(case)[2:]
     step, count, records = 0.1, 2**13, 400
     frequency = np.fft.rfftfreq(count, step)[1:]
-    spectrum = force(frequency) * np.abs(loop.compliances(2j * np.pi * frequency)[0]) ** 2
+    spectrum = force(frequency) * (drag / 1.17) ** 2 * compliance(case, frequency) ** 2
     draw = np.random.default_rng(5).standard_normal((2, records, len(frequency)))
     amplitude = (draw[0] + 1j * draw[1]) * np.sqrt(spectrum * count / (4 * step))
     record = np.fft.irfft(np.concatenate([np.zeros((records, 1)), amplitude], axis=1), count)
-    assert record.std() == pytest.approx(found.open_displacement, rel=0.03)
-    rate = found.open_velocity / found.open_displacement / (2 * np.pi)
+    assert record.std() == pytest.approx(displacement, rel=0.03)
+    rate = velocity / displacement / (2 * np.pi)
     factor = peak_factor(rate, step * count)
     # up-crossings of a lightly damped motion come in clusters, and its largest values are smaller
     assert 0 < factor - (record.max(axis=1) / record.std()).mean() < clusters
@@ -79,15 +88,14 @@ def test_peak_of_records_in_time(damping, clusters):
 @pytest.mark.parametrize("ratio", [1e-4, 1e-2, 0.3])
 @pytest.mark.parametrize("gain", [0.0, 0.3])
 def test_what_is_seen_is_a_fine_integration(ratio, gain):
-    loop, scene_ = loop_with(ratio, gain), scene(EXPOSURE, MIRROR)
-    weights = windrms.weights_of(scene_)
-    found = windrms.respond(loop, force, CORNER, weights=weights)
+    case = case_with(ratio, gain, EXPOSURE, MIRROR)
+    loop = loop_of(case)
     factors = {"exposure": exposed, "corrected": corrected,
                "corrected_exposure": lambda f: exposed(f) * corrected(f)}  # fmt: skip
     for name, factor in factors.items():
         expected = brute(loop, loop.gain, lambda f, factor=factor: force(f) * factor(f))[0]
-        assert found.imaged[name] == pytest.approx(expected, rel=2e-5), name
-    assert found.displacement == pytest.approx(brute(loop, loop.gain, force)[0], rel=1e-5)
+        assert rms_of(case, name)[0] == pytest.approx(expected, rel=2e-5), name
+    assert rms_of(case)[0] == pytest.approx(brute(loop, loop.gain, force)[0], rel=1e-5)
 
 
 def test_limits_of_exposure_and_mirror():
@@ -105,15 +113,13 @@ def test_limits_of_exposure_and_mirror():
 
 @pytest.mark.parametrize("mirror", ["{bandwidth: 20 Hz, delay: 12.49 ms}", "{bandwidth: 0.7 Hz, delay: 0.3 s}"])
 def test_a_mirror_that_is_hardly_stable(mirror):
-    loop, scene_ = loop_with(0.01, 0.0), scene(f"correction={mirror}")
-    one = scene_.correction
-    found = windrms.respond(loop, force, CORNER, weights=windrms.weights_of(scene_))
+    case = case_with(0.01, 0.0, f"correction={mirror}")
+    one = case.scene.correction
     frequency = np.unique(
         np.concatenate([np.geomspace(1e-4, 300, 400_000), one.bandwidth * np.linspace(0.9, 1.1, 200_001)])
     )
-    square = np.abs(loop.compliances(2j * np.pi * frequency)[0]) ** 2
-    value = square * force(frequency) * corrected(frequency, one.bandwidth, one.delay)
-    assert found.imaged["corrected"] == pytest.approx(np.sqrt(np.trapezoid(value, frequency)), rel=1e-4)
+    value = compliance(case, frequency) ** 2 * force(frequency) * corrected(frequency, one.bandwidth, one.delay)
+    assert rms_of(case, "corrected")[0] == pytest.approx(np.sqrt(np.trapezoid(value, frequency)), rel=1e-4)
 
 
 def test_other_columns_do_not_notice_the_telescope():
@@ -172,8 +178,8 @@ def test_columns_need_their_keys(tmp_path):
 def test_a_case_of_the_trapezoidal_rule_has_them_too():
     from cablestudy.study.trade_models import by_trapezoids
 
-    case = Case(scene(EXPOSURE, MIRROR, "winch.controller.gain=0"))
+    sets = EXPOSURE, MIRROR, "winch.controller.gain=0"
     frequency = np.unique(np.concatenate([np.geomspace(1e-4, 200, 40_000), np.linspace(0.6, 0.84, 20_000)]))
-    found = by_trapezoids(case, case.loop, frequency)
-    for name, number in case.response.imaged.items():
-        assert found.imaged[name] == pytest.approx(number, rel=1e-3)
+    found, expected = by_trapezoids(Case(scene(*sets)), frequency), case_of(*sets)
+    names = "exposure", "corrected", "corrected_exposure"
+    assert rms_of(found, *names) == pytest.approx(rms_of(expected, *names), rel=1e-3)

@@ -1,6 +1,5 @@
 """Viscous damping per length of the cable: dense bars, closed forms, state space, loop and wind."""
 
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,16 +7,22 @@ import scipy.linalg
 from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G
 from references import bars
 from scenes import SAGGING, cells, scene
+from test_windrms import WHITE, loop_of, rms_of, white  # noqa: F401 a fixture
 
 from cablestudy.control import statespace
 from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
 from cablestudy.control.gondola import damped_pole
-from cablestudy.study import windrms
 from cablestudy.study.case import Case
 
 VISCOUS = 0.016  # N s/m^2, about what wind of 6 m/s gives the paper's cable across
 RATE = VISCOUS / MASS
 LAWS = ("ratio: 0.0", "ratio: 0.02", "loss_factor: 0.02", "time: 1 ms")
+
+
+def winch_loop(case):
+    """`WinchLoop` of a case with every mode of its cable."""
+    loop = loop_of(case)
+    return statespace.WinchLoop(loop.cable, loop.mass, loop.location, loop.gain, loop.notch)
 
 
 def damped(law, viscous=VISCOUS):
@@ -85,20 +90,18 @@ def test_the_damping_ratio_of_the_gondola_by_two_routes(law, sets):
 @pytest.mark.parametrize("law", ["ratio: 0.01", "time: 1 ms"])
 @pytest.mark.parametrize("where", ["ground", "gondola"])
 def test_the_state_space_has_the_poles_of_the_loop(law, where):
-    loop = Case(SAGGING.scene(damped(law), f"winch.location={where}", "model.elements=20")).loop
-    loop = replace(loop, cable=loop.excited, gain=0.1)
-    fixed, scaled = loop.plant.closed_of(loop.cable)
-    found = np.linalg.eigvals(fixed + loop.gain * scaled)
-    for pole in np.linalg.eigvals(statespace.closed(loop).a):
+    sets = damped(law), f"winch.location={where}", "model.elements=20", "winch.controller.gain=0.1"
+    case = Case(SAGGING.scene(*sets))
+    found = case.in_wind.controlled.loop.eigen.values
+    for pole in np.linalg.eigvals(statespace.closed(winch_loop(case)).a):
         assert np.abs(found - pole).min() < 1e-7 * np.abs(pole) + 1e-11 * np.abs(found).max()
 
 
+@pytest.mark.usefixtures("white")
 def test_white_noise_is_lyapunov_s_equation():
-    loop = Case(scene(damped("time: 1 ms"), "winch.controller.gain=0.1")).loop
-    loop = replace(loop, cable=loop.excited.select(np.arange(20)))
-    system = statespace.closed(loop)
+    case = Case(scene(damped("time: 1 ms"), "winch.controller.gain=0.1", WHITE, "model.elements=12"))
+    system = statespace.closed(winch_loop(case))
     level = 3.0  # one-sided
     P = scipy.linalg.solve_continuous_lyapunov(system.a, -np.outer(system.b[:, 0], system.b[:, 0]) * level / 2)
     expected = np.sqrt(system.c[0] @ P @ system.c[0])
-    found = windrms.respond(loop, lambda frequency: level + 0 * frequency, 1.0)
-    assert found.displacement == pytest.approx(expected, rel=1e-6)
+    assert rms_of(case)[0] == pytest.approx(expected, rel=1e-6)

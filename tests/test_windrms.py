@@ -255,13 +255,13 @@ def test_damped_strain_gives_the_gondola_what_a_spring_would_have_whatever_the_b
 def test_kelvin_and_voigt_s_damping_of_the_gondola_is_positive(time):
     case = Case(scene(f"cable.damping={{model: kelvin_voigt, time: {time}}}"))
     assert 0 < case.gondola_damping_ratio <= 1
-    poles = case.loop.open_poles
+    poles = case.in_wind.controlled.open_poles
     assert (poles.real < 1e-15 * np.abs(poles).max()).all()
 
 
 def test_so_much_damping_that_a_mode_does_not_strain_is_refused():
     case = Case(scene("cable.damping={model: kelvin_voigt, time: 1e6 s}"))
-    with pytest.raises(NoSolutionError, match="as good as undamped"):
+    with pytest.raises(NoSolutionError, match="undamped"):
         rms_of(case)
     assert case.gondola_damping_ratio == 1.0  # which needs no response
 
