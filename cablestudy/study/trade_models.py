@@ -3,26 +3,30 @@
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
 from cablestudy.cable import taut
-from cablestudy.control.plant import Plant
+from cablestudy.control.motion import basis
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.case import Case
-from cablestudy.study.closed_form import DISCRETE, MOTION
+from cablestudy.study.closed_form import MOTION, SYSTEM
 from cablestudy.study.columns import ROUNDING, find, value, value_and_error
 from cablestudy.study.one_cable_system import in_cable_wind_of, in_wind_of
 from cablestudy.study.row import evaluate
 from cablestudy.study.scene_values import load_count
 from cablestudy.study.suspension.in_wind import InWind
+from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.system.ends import Ends
+from cablestudy.system.linear import assemble
+from cablestudy.system.superelement import GONDOLA, GROUND
 from cablestudy.wind.imaging import seen_weights
 
 DEFAULT = ("end_stiffness", "cable_frequency", "inplane_frequency_8", "gondola_frequency", "gondola_rms_open_loop")
 LEVELS = ((1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))  # elements a segment, order
+CLOSELY = (1e-8, 1e-10)  # accuracies of gondola and cable as one linear system
 AGREED = 1e-12  # relative difference of two levels at which a value is not refined further
 PAPER = 40  # bars
 BARS = (5, 10, 20, 40, 80, 160, 320, 640)
@@ -88,16 +92,16 @@ def reference_case(scene):
 
 
 def reference_levels(case):
-    """Ever finer models of what moves: list of (name, Case)."""
-    return [(f"{n} x order {order} about the closed form", case.refined(n, order)) for n, order in LEVELS]
+    """Ever finer models of what moves: a function, `Column` -> list of (name, Case)."""
+    finer = [(f"{n} x order {order} about the closed form", case.refined(n, order)) for n, order in LEVELS]
+    systems = [(f"gondola and cable to {power(accuracy)}", fixed_to(accuracy, case.scene)) for accuracy in CLOSELY]
+    return lambda column: systems if column.needs in SYSTEM else finer
 
 
 def exact_value(column, case):
     """A number of a case of the reference, and its relative error by anything but its elements."""
-    if column.needs in MOTION:
-        return value(column, case), 0.0
     number, error = value_and_error(column, case)
-    return number, max(error or 0.0, ROUNDING)
+    return number, max(float(error or 0.0), 0.0 if column.needs in MOTION else ROUNDING)
 
 
 def models_of(_, columns):
@@ -111,7 +115,7 @@ def models_of(_, columns):
         found.append(Model(family, name, build, **options))
 
     row = {
-        "compute": lambda column, row: row.cells[column.header],
+        "compute": _of_row,
         "count_dof": lambda row: row.cells["dof"],
         "stated_error": lambda column, row: row.errors.get(column.header),
     }
@@ -124,7 +128,7 @@ def models_of(_, columns):
         add("high order" if n == 1 else "several of high order", f"{n} x order {p}", partial(_spectral, n, p))
     for family, build in (("modes + residual", _with_residual), ("modes alone", _without_residual)):
         for n in MODES:
-            add(family, f"{n} {family}", partial(build, n), needs=DISCRETE[1:])
+            add(family, f"{n} {family}", partial(build, n), needs=("gondola", "wind"), compute=_of_modes)
     add("sum over poles", "sum over poles", _summed, needs=("wind",))
     for kind, space in (("uniform", np.linspace), ("log", np.geomspace)):
         for n in POINTS:
@@ -159,23 +163,30 @@ def _modelled(scene, **model):
     return scene.model_copy(update={"model": scene.model.model_copy(update=model)})
 
 
+def fixed_to(accuracy, scene, _=()):
+    """The case of a scene with error control."""
+    return Case(with_accuracy(scene, accuracy))
+
+
 def _spectral(elements, order, scene, _):
     return fixed(elements * (1 + load_count(scene)[1]), order, "lumped", scene)
 
 
 def _controlled(accuracy, scene, columns):
     """The row to an accuracy."""
-    row = evaluate(with_accuracy(scene, accuracy), [*columns, find("dof")])
-    if row.failed:
+    return evaluate(with_accuracy(scene, accuracy), [*columns, find("dof")])
+
+
+def _of_row(column, row):
+    if row.failed and row.cells[column.header] is None:
         raise NoSolutionError(row.cells["status"])
-    return row
+    return row.cells[column.header]
 
 
 # ------------------------------------------------------------------------------------------------------ closed forms
 
 
-def _accurate(scene, _=()):
-    return Case(with_accuracy(scene, ACCURACIES[-1]))
+_accurate = partial(fixed_to, ACCURACIES[-1])
 
 
 def _static_value(column, case):
@@ -209,24 +220,73 @@ def _irvine_frequency(column, case):
 
 
 def _with_residual(count, scene, _):
-    """The lowest modes and the static part of all others, as by `ssm --modes`."""
+    """The lowest modes and the static part of all others, as by `ssm --modes`; in the wind coupled modes."""
     case = _accurate(scene).refined(*BASE)
-    return _with_ends(case, Ends(case.dynamics, case.frame, count).model(scene.cable.damping))
+    case = _with_ends(case, Ends(case.dynamics, case.frame, count).model(scene.cable.damping))
+    return _in_winds(case, partial(OfModes, count, LinearMotion))
 
 
 def _without_residual(count, scene, _):
-    """The lowest modes of the paper's bars alone, as by `ssm --modes --no-residual`."""
+    """The lowest modes of the paper's bars alone, as by `ssm --modes --no-residual`; in the wind coupled modes."""
     case = fixed(PAPER, 1, "lumped", scene)
     whole = case.end_model
-    return _with_ends(case, whole.truncate(np.arange(min(count, len(whole.omega)))))
+    case = _with_ends(case, whole.truncate(np.arange(min(count, len(whole.omega)))))
+    return _in_winds(case, partial(OfModes, count, ModesAlone))
 
 
 def _with_ends(case, model):
     """The case with another `Superelement` in the place of its own."""
     case.end_model = case.end_model_along_x = model
     case.end_stiffness_along = lambda axis: float(model.stiffness[3 + axis, 3 + axis])
-    if case.scene.gondola is not None and case.scene.gondola.mass is not None:
-        case.coupled = Plant(model, case.scene.gondola.mass).coupled
+    if _has_mass(case):
+        unit, mass = np.eye(6), np.array([[case.scene.gondola.mass]])
+        omega, shares = assemble([model], unit[:, [GONDOLA]], mass, unit[:, [GROUND]]).modes
+        case.coupled = omega / (2 * np.pi), shares[0]
+    return case
+
+
+def _has_mass(case):
+    return case.scene.gondola is not None and case.scene.gondola.mass is not None
+
+
+def _of_modes(column, case):
+    if column.needs == "loop":
+        raise NoSolutionError("the loop gain has all modes of the cable")
+    return value(column, case)
+
+
+class ModesAlone(LinearMotion):
+    """`LinearMotion` without static responses of the modes that are left out."""
+
+    @cached_property
+    def _basis(self):
+        return basis(self.modes, self._loads[:, :0])
+
+
+class OfModes(InWind):
+    """`InWind` with a number of coupled modes.
+
+    Parameters
+    ----------
+    count : int
+    motion : type
+        `LinearMotion`, or one that is made of the modes alone.
+    *args
+        As of `InWind`.
+    """
+
+    def __init__(self, count, motion, *args):
+        super().__init__(*args)
+        self._counts, self.linear_motion = (count,), motion
+
+
+def _in_winds(case, kind):
+    """The case with another kind of `InWind`; itself where it has no gondola."""
+    if _has_mass(case):
+        case.in_wind = in_wind_of(case, kind=kind)
+        case.in_wind_that_damps = in_wind_of(case, case.cable_air_damping, kind) if case.scene.wind else case.in_wind
+        if case.scene.wind is not None and case.scene.wind_diameter is not None:
+            case.in_cable_wind = in_cable_wind_of(case, kind)
     return case
 
 
@@ -245,12 +305,7 @@ def _on_grid(space, points, scene, _):
 
 def by_trapezoids(case, frequency):
     """A case whose RMS in the wind are by the trapezoidal rule over frequencies, ascending, shape (n,) [Hz]."""
-    kind = partial(OnGrid, frequency)
-    case.in_wind = in_wind_of(case, kind=kind)
-    case.in_wind_that_damps = in_wind_of(case, case.cable_air_damping, kind)
-    if case.scene.wind_diameter is not None:
-        case.in_cable_wind = in_cable_wind_of(case, kind)
-    return case
+    return _in_winds(case, partial(OnGrid, frequency))
 
 
 class OnGrid(InWind):
