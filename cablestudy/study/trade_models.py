@@ -2,25 +2,28 @@
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property, partial
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from cablestudy.cable import taut
-from cablestudy.control.motion import basis
+from cablestudy.control.pose_loop import growing
+from cablestudy.control.pose_state_space import by_forces
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import MOTION, SYSTEM
-from cablestudy.study.columns import ROUNDING, find, value, value_and_error
+from cablestudy.study.columns import GONDOLA_X, ROUNDING, find, value, value_and_error
 from cablestudy.study.one_cable_system import in_cable_wind_of, in_wind_of
 from cablestudy.study.row import evaluate
 from cablestudy.study.scene_values import load_count
 from cablestudy.study.suspension.in_wind import InWind
-from cablestudy.study.suspension.linear_motion import LinearMotion
+from cablestudy.study.suspension.response import OPEN
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.system.ends import Ends
+from cablestudy.system.first_order import Allocation
 from cablestudy.system.linear import assemble
+from cablestudy.system.residues import residues
 from cablestudy.system.superelement import GONDOLA, GROUND
 from cablestudy.wind.imaging import seen_weights
 
@@ -220,74 +223,86 @@ def _irvine_frequency(column, case):
 
 
 def _with_residual(count, scene, _):
-    """The lowest modes and the static part of all others, as by `ssm --modes`; in the wind coupled modes."""
+    """The lowest modes and the static part of all others, as by `ssm --modes`."""
     case = _accurate(scene).refined(*BASE)
-    case = _with_ends(case, Ends(case.dynamics, case.frame, count).model(scene.cable.damping))
-    return _in_winds(case, partial(OfModes, count, LinearMotion))
+    return _with_ends(case, Ends(case.dynamics, case.frame, count).model(scene.cable.damping))
 
 
 def _without_residual(count, scene, _):
-    """The lowest modes of the paper's bars alone, as by `ssm --modes --no-residual`; in the wind coupled modes."""
+    """The lowest modes of the paper's bars alone, as by `ssm --modes --no-residual`."""
     case = fixed(PAPER, 1, "lumped", scene)
     whole = case.end_model
-    case = _with_ends(case, whole.truncate(np.arange(min(count, len(whole.omega)))))
-    return _in_winds(case, partial(OfModes, count, ModesAlone))
+    return _with_ends(case, whole.truncate(np.arange(min(count, len(whole.omega)))))
 
 
 def _with_ends(case, model):
     """The case with another `Superelement` in the place of its own."""
     case.end_model = case.end_model_along_x = model
     case.end_stiffness_along = lambda axis: float(model.stiffness[3 + axis, 3 + axis])
-    if _has_mass(case):
-        unit, mass = np.eye(6), np.array([[case.scene.gondola.mass]])
-        omega, shares = assemble([model], unit[:, [GONDOLA]], mass, unit[:, [GROUND]]).modes
+    gondola = case.scene.gondola
+    if gondola is not None and gondola.mass is not None:
+        system = _on_gondola(model, case)
+        omega, shares = system.modes
         case.coupled = omega / (2 * np.pi), shares[0]
+        case.in_wind = in_wind_of(case, kind=partial(OfSystem, system))
     return case
 
 
-def _has_mass(case):
-    return case.scene.gondola is not None and case.scene.gondola.mass is not None
+def _on_gondola(model, case):
+    """`LinearSystem` of the gondola on a `Superelement`, driven by the winch; its place is the last coordinate."""
+    unit, mass, winch = np.eye(6), np.array([[case.scene.gondola.mass]]), case.scene.winch
+    driving = GONDOLA if winch is not None and winch.location == "gondola" else GROUND
+    system = assemble([model], unit[:, [GONDOLA]], mass, unit[:, [driving]])
+    damping, place, none = system.damping.copy(), np.eye(len(system))[[-1]], np.zeros((1, 1))
+    damping[-1, -1] += case.gondola_air_damping
+    return replace(system, damping=damping, moved=(place, 0 * place, 0 * place), follow=(none, none, none))
 
 
 def _of_modes(column, case):
-    if column.needs == "loop":
-        raise NoSolutionError("the loop gain has all modes of the cable")
+    """A number of reduced modes, which have no other loop and no other wind than those of the gondola's place."""
+    if column.needs == "loop" or (column.needs == "wind" and re.search("winch|cable_wind|all_wind", column.name)):
+        raise NoSolutionError("not by reduced modes")
     return value(column, case)
 
 
-class ModesAlone(LinearMotion):
-    """`LinearMotion` without static responses of the modes that are left out."""
-
-    @cached_property
-    def _basis(self):
-        return basis(self.modes, self._loads[:, :0])
-
-
-class OfModes(InWind):
-    """`InWind` with a number of coupled modes.
+class OfSystem(InWind):
+    """`InWind` whose RMS is that of another linear system of gondola and cable in the same gusts, without its error.
 
     Parameters
     ----------
-    count : int
-    motion : type
-        `LinearMotion`, or one that is made of the modes alone.
+    system : LinearSystem
+        Its only output is the gondola's place, the last coordinate.
     *args
         As of `InWind`.
     """
 
-    def __init__(self, count, motion, *args):
+    def __init__(self, system, *args):
         super().__init__(*args)
-        self._counts, self.linear_motion = (count,), motion
+        self._system, self._weights = system, OWN | seen_weights(self.scene.exposure, self.scene.correction)
 
+    def rms(self, names, variance, open_loop):
+        """As `InWind.rms`; the error is not a number.
 
-def _in_winds(case, kind):
-    """The case with another kind of `InWind`; itself where it has no gondola."""
-    if _has_mass(case):
-        case.in_wind = in_wind_of(case, kind=kind)
-        case.in_wind_that_damps = in_wind_of(case, case.cable_air_damping, kind) if case.scene.wind else case.in_wind
-        if case.scene.wind is not None and case.scene.wind_diameter is not None:
-            case.in_cable_wind = in_cable_wind_of(case, kind)
-    return case
+        Raises
+        ------
+        NoSolutionError
+            As of `InWind.rms`, or this system is unstable.
+        """
+        response, state = self.response_of_state(open_loop)
+        movement, loop = response.movement, None if state == OPEN else response.loop
+        if loop is not None:
+            place = np.eye(len(self._system))[[-1]]
+            loop = replace(loop, motion=self._system, allocation=Allocation(place, loop.allocation.shares))
+        moving = (loop or self._system).eigen
+        if growing(moving.poles) is not None:
+            raise NoSolutionError("the loop is unstable with these modes")
+        moved = movement.motion.moved[0][movement.outputs[GONDOLA_X]].real
+        forces = np.zeros((len(self._system), movement.gusts.into.shape[1]))
+        forces[-1] = moved[: len(movement.gusts.into)] @ movement.gusts.into / (moved @ moved)
+        found = residues(moving, *by_forces(self._system, forces, loop))
+        weights = {variance: self._weights[variance]}
+        ((size,),) = movement.turbulence[min(state, len(movement.turbulence) - 1)].variances_of(found, weights)
+        return float(np.sqrt(size)), np.nan
 
 
 # ---------------------------------------------------------------------------------------------- frequency integration
@@ -305,7 +320,12 @@ def _on_grid(space, points, scene, _):
 
 def by_trapezoids(case, frequency):
     """A case whose RMS in the wind are by the trapezoidal rule over frequencies, ascending, shape (n,) [Hz]."""
-    return _in_winds(case, partial(OnGrid, frequency))
+    kind = partial(OnGrid, frequency)
+    case.in_wind = in_wind_of(case, kind=kind)
+    case.in_wind_that_damps = in_wind_of(case, case.cable_air_damping, kind)
+    if case.scene.wind_diameter is not None:
+        case.in_cable_wind = in_cable_wind_of(case, kind)
+    return case
 
 
 class OnGrid(InWind):

@@ -37,8 +37,6 @@ class InWind:
         What cases of this equilibrium share, and winds that damp it alike: it is filled.
     """
 
-    linear_motion = LinearMotion
-
     def __init__(self, scene, calm, equilibrium, airflow, model, known):
         self.scene, self._calm, self._equilibrium, self._airflow, self._model = scene, calm, equilibrium, airflow, model
         self._known = known
@@ -56,7 +54,7 @@ class InWind:
         driving = repr((scene.winches, scene.actuators))
         linear, loops = (count, driving), self._known.setdefault(driving, {})
         if linear not in self._known:
-            self._known[linear] = self.linear_motion(
+            self._known[linear] = LinearMotion(
                 scene, self._equilibrium, self._airflow, count, self._accuracy, self._model, loops=loops
             )
         blown = *linear, self._airflow and self._airflow.side
