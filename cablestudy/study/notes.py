@@ -63,9 +63,7 @@ def judged_by(scene):
     """Whose modes decide whether the loop of a cable of fixed elements is stable: at most one note."""
     if scene.winch is None or scene.winch.controller is None:
         return ()
-    if scene.cable.damping.model == "modal":
-        return ("loop: judged by the modes of these elements, and not by those of the cable above",)
-    return ("loop: judged with every mode of the cable that the gain could drive, beyond those of these elements",)
+    return ("loop: judged by the modes of these elements, and not by those of the cable above",)
 
 
 def of_comparison(errors, status, what="motion"):
