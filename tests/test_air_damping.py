@@ -1,29 +1,24 @@
 """Damping of gondola and cable by the air: closed forms, dense matrices, and what it leaves as it was."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
-import scipy.linalg
 from command import CARLINA, run, table_of
 from references import loop_matrix
 from scenes import cells, scene
-from test_windrms import loop_with
+from test_windrms import PUSHED, WHITE, case_with, loop_of, lyapunov, rms_of, white  # noqa: F401 a fixture
 
 from cablestudy.control import response, statespace
 from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
-from cablestudy.control.winch import Loop
+from cablestudy.control.gondola import damped_pole
 from cablestudy.scene.scene import load_scene
-from cablestudy.study import windrms
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate, evaluate_cases
-from cablestudy.system.superelement import Superelement
 
 AIR = "wind.aerodynamic_damping=true"
 C = 1.2 * 1.17 * 0.6 * 6.0  # rho C_d A v of configs/carlina.yaml [N s/m]
-CORNER = 1.0
 
 
 @cache
@@ -31,31 +26,20 @@ def case_of(*sets):
     return Case(scene(*sets))
 
 
-def on_spring(mass, stiffness, damping):
-    """A rigid gondola on a massless, undamped spring in the air."""
-    spring = np.zeros((6, 6))
-    spring[np.ix_([0, 3], [0, 3])] = stiffness * np.array([[1, -1], [-1, 1]])
-    cable = Superelement(np.zeros(0), np.zeros((0, 6)), np.zeros(0), spring, np.zeros((6, 6)))
-    return Loop(cable, mass, damping=damping)
-
-
-@pytest.mark.parametrize("damping", [1e-3, 5.0, 200.0, 1000.0])
-def test_a_rigid_gondola_on_a_massless_cable_is_the_textbook_s_oscillator(damping):
-    mass, stiffness = 50.0, 1025.0
-    loop = on_spring(mass, stiffness, damping)
-    half = damping / (2 * mass)
-    expected = -half + np.sqrt(complex(half**2 - stiffness / mass))
-    assert np.abs(loop.open_poles - expected).min() < 1e-12 * abs(expected)
-    s = 2j * np.pi * np.array([0.1, 0.7, 3.0])
-    assert loop.compliances(s)[0] == pytest.approx(1 / (mass * s**2 + damping * s + stiffness), rel=1e-13)
-    # white noise of a one-sided spectrum S: variances S/(4 c k) and S/(4 c M)
-    found = windrms.respond(loop, lambda frequency: 2.0 + 0 * frequency, CORNER)
-    assert found.open_displacement == pytest.approx(np.sqrt(2.0 / (4 * damping * stiffness)), rel=1e-6)
-    # of the velocity the range of frequencies lacks a little
-    assert found.open_velocity == pytest.approx(np.sqrt(2.0 / (4 * damping * mass)), rel=1e-3)
-
-
 LIGHT = ("gravity=0", "cable.density=1e-6", "cable.unstretched_length=184.4883 m", AIR)
+
+
+@pytest.mark.usefixtures("white")
+@pytest.mark.parametrize("drag", [1.17, 10.0, 40.0])
+def test_a_gondola_on_a_light_cable_in_white_noise_is_the_textbook_s_oscillator(drag):
+    """Variances S/(4 c k) and S/(4 c M) of a one-sided spectrum S, which grows with the square of the drag."""
+    sets = (*LIGHT, WHITE, "cable.damping={model: hysteretic, loss_factor: 0}", "model={elements: 1, order: 2}",
+            "winch.controller.gain=0", "gondola.mass=50 kg", f"gondola.drag_coefficient={drag}")  # fmt: skip
+    case, level, damping = Case(scene(*sets)), 3.0 * (drag / 1.17) ** 2, C * drag / 1.17
+    displacement, velocity = rms_of(case)[2:]
+    assert displacement == pytest.approx(np.sqrt(level / (4 * damping * case.end_stiffness_along(0))), rel=1e-6)
+    # of the velocity the range of frequencies lacks a little
+    assert velocity == pytest.approx(np.sqrt(level / (4 * damping * 50.0)), rel=1e-3)
 
 
 @pytest.mark.parametrize("model", ["{elements: 10}", "{accuracy: 1e-6}"])
@@ -73,11 +57,11 @@ def test_damping_ratio_of_a_gondola_on_a_light_cable(model, damping, speed):
 def test_the_damping_ratio_by_complex_stiffness_is_that_of_the_pole(law, damping):
     amount = {"hysteretic": "loss_factor: 0.02", "kelvin_voigt": "time: 4 ms"}[law]
     case = case_of(f"cable.damping={{model: {law}, {amount}}}")
-    plant = replace(case.plant, damping=damping, known={})
-    pole = plant.gondola_pole
+    omega, mass = 2 * np.pi * case.gondola_frequency, case.scene.gondola.mass
+    pole = damped_pole(case.end_model_along_x, mass, damping, omega)
     stiffness = ComplexStiffness(case.excited, case.frame[:, 0])
     value = float(amount.split()[1]) / (1 if law == "hysteretic" else 1000)
-    found = damping_ratio(stiffness, plant.mass, 2 * np.pi * case.gondola_frequency, law, value, damping)
+    found = damping_ratio(stiffness, mass, omega, law, value, damping)
     assert found == pytest.approx(-pole.real / abs(pole), rel=1e-7)
 
 
@@ -86,36 +70,32 @@ def test_an_overdamped_gondola_creeps_back():
     assert damping_ratio(stiffness, 50.0, 4.516, "hysteretic", 1e-9, 2000.0) == pytest.approx(1.0, abs=1e-6)
 
 
+@pytest.mark.usefixtures("white")
 @pytest.mark.parametrize("ratio", [1e-3, 1e-2])
 @pytest.mark.parametrize("gain", [0.0, 0.1, 0.5])
 @pytest.mark.parametrize("damping", [0.3, C, 100.0])
 def test_the_loop_is_that_of_the_dense_matrix(ratio, gain, damping):
-    bare = loop_with(ratio, 0.1)
-    loop = replace(bare, damping=damping)
-    loop = replace(loop, gain=gain * loop.largest_gain)
-    A, B = loop_matrix.matrices(loop, loop.gain)
-    poles = np.linalg.eigvals(A)
-    closed = loop.closed_poles if loop.gain else loop.open_poles
-    main = closed[np.argmin(np.abs(closed - loop.gondola_pole))]
+    sets = AIR, WHITE, f"gondola.drag_coefficient={1.17 * damping / C!r}"
+    case = Case(case_with(ratio, gain, *sets).scene)
+    loop = loop_of(case)
+    assert loop.damping == pytest.approx(damping, rel=1e-12)
+    poles, movement = np.linalg.eigvals(loop_matrix.matrices(loop, loop.gain)[0]), case.in_wind.movement
+    closed = movement.loop.eigen.poles if loop.gain else movement.open_poles
+    main = closed[np.argmin(np.abs(closed - 2j * np.pi * case.gondola_frequency))]
     assert np.abs(poles - main).min() < 1e-5 * abs(main)
-    if not gain:
-        A, B = A[:-3, :-3], B[:-3]
-    P = scipy.linalg.solve_continuous_lyapunov(A, -np.outer(B, B) * 3.0 / 2)
-    place = 2 * len(loop.cable.omega)
-    found = windrms.respond(loop, lambda frequency: 3.0 + 0 * frequency, CORNER)
-    assert found.displacement == pytest.approx(np.sqrt(P[place, place]), rel=1e-6)
+    expected = lyapunov(loop, loop.gain, 3.0 * (damping / C) ** 2)
+    assert rms_of(case, "value")[0] == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize("damping", [0.3, 100.0])
 def test_the_largest_gain_is_that_of_the_dense_matrix(damping):
-    loop = replace(loop_with(0.01, 0.1), damping=damping)
-    limit = loop.largest_gain
+    case = case_with(0.01, 0.1, AIR, f"gondola.drag_coefficient={1.17 * damping / C!r}")
+    loop, limit = loop_of(case), case.in_wind.largest_gain[0]
     for part in (0.5, 1 - 1e-6):
         assert np.linalg.eigvals(loop_matrix.matrices(loop, part * limit)[0]).real.max() <= 0
     for part in (1 + 1e-6, 2.0):
         assert np.linalg.eigvals(loop_matrix.matrices(loop, part * limit)[0]).real.max() > 0
-    tried = replace(loop, gain=2 * limit)
-    assert not tried.stable
+    assert not loop.with_gain(2 * limit).stable
 
 
 @pytest.mark.parametrize("location", ["ground", "gondola"])

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cables import batch, chord_span, matrices_of_all_nodes, state_of
+from one_loop import OneLoop
 from references import bars
 from scenes import G, cells, scene
 from scipy.linalg import eigh
@@ -17,13 +18,12 @@ from test_wind_cable import dense as dense_gondola
 from test_wind_cable import spectrum_of
 
 from cablestudy.cable import catenary, equilibrium
-from cablestudy.cable.assembly import OUT_OF_PLANE
 from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.element import PER_WAVE, mesh_pieces, mesh_segments, pieces
 from cablestudy.control import statespace
 from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
 from cablestudy.control.force_transmission import modal_force_transmission
-from cablestudy.control.stability import HALVED, guaranteed_decay
+from cablestudy.control.gondola import damped_pole
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.case import Case
 from cablestudy.study.case_modes import modes
@@ -322,14 +322,15 @@ def test_the_gondola_is_that_of_dense_bars(law):
     value = eigh(K[np.ix_(along, along)], M[np.ix_(along, along)], eigvals_only=True)
     expected = np.sqrt(value) / (2 * np.pi)
     assert np.abs(expected / case.gondola_frequency - 1).min() < 1e-9
-    pole = case.plant.gondola_pole
+    omega = 2 * np.pi * case.gondola_frequency
+    pole = damped_pole(case.end_model_along_x, 50.0, 0.0, omega)
     whole = dense(bare, law, pole)
     whole[120, 120] += 50.0 * pole**2
     assert abs(condensed(whole[np.ix_(along, along)], [117])[0, 0]) < 1e-6 * abs(50.0 * pole**2)
     assert case.gondola_damping_ratio == pytest.approx(-pole.real / abs(pole), rel=1e-6)
     if "ratio" not in law:
         damping, omega = case.scene.cable.damping, 2 * np.pi * case.gondola_frequency
-        stiffness = ComplexStiffness(case.excited, case.frame[:, 0], case.plant.cable.viscous)
+        stiffness = ComplexStiffness(case.excited, case.frame[:, 0], case.end_model_along_x.viscous)
         found = damping_ratio(stiffness, 50.0, omega, damping.model, damping.loss_factor or damping.time)
         assert found == pytest.approx(-pole.real / abs(pole), rel=1e-7)
     if law != "loss_factor: 0.02":
@@ -446,38 +447,37 @@ def test_cases_of_a_batch_are_as_if_they_were_alone():
 
 @pytest.mark.parametrize(("law", "model"), [("ratio: 0.02", "elements: 20"), ("loss_factor: 0.02", "accuracy: 1e-4")])
 def test_the_loop_is_judged_as_all_modes_judge_it(law, model):
-    """Gains a little below and above the one that brings a pole of all modes together to the imaginary axis."""
+    """The gain that brings a pole of all modes together to the imaginary axis, of a loop gain by dense matrices."""
     case, _ = loaded(f"model={{{model}}}", damped(law), "winch.controller.gain=0.05")
+    loop = OneLoop(case.scene)
     case = case if "elements" in model else case.refined(1, 20)
-    every = case.end_model
+    mass, damping, stiffness = case.end_model.matrices()
+    n = len(case.end_model.omega)
+    place, (w1, w2) = n + 3, (loop.notch.omega, loop.notch.rolloff_omega)
 
-    def growth(gain):
-        fixed, scaled = case.plant.closed_of(every)
-        poles = np.linalg.eigvals(fixed + gain * scaled)
-        poles = poles[poles.imag > 0]
-        return (poles.real / np.abs(poles)).max()
+    def determinant(s, gain):
+        passed = (s**2 + 2 * loop.notch.damping_ratio * w1 * s + w1**2) / w1**2
+        passed *= w2**2 / (s**2 + 2 * loop.notch.rolloff_damping_ratio * w2 * s + w2**2)
+        whole = s**2 * mass + s * damping + stiffness
+        kept = [*range(n), place]
+        closed = whole[np.ix_(kept, kept)].copy()
+        closed[-1, -1] += s**2 * 50.0
+        closed[:, -1] -= gain / s * passed * whole[kept, n]
+        return np.linalg.slogdet(closed)
 
-    limit = brentq(growth, 0.02, 0.5, rtol=1e-4)
-    assert case.plant.stable(0.97 * limit)
-    assert not case.plant.stable(1.03 * limit)
+    limit, omega = loop.largest_gain, loop.movement.limit.omega
+    circle = 1j * omega + 0.05 * omega * np.exp(2j * np.pi * np.arange(400) / 400)
 
+    def poles_inside(gain):
+        """On the right of the axis, by the argument along a half circle."""
+        half = np.concatenate([circle[np.real(circle) >= 0], 1j * omega * np.linspace(1.05, 0.95, 200)])
+        half = half[np.argsort(np.angle(half - omega * (1j + 0.01)))]
+        sign = np.array([determinant(s, gain)[0] for s in np.append(half, half[:1])])
+        return round(np.angle(sign[1:] / sign[:-1]).sum() / (2 * np.pi))
 
-def test_what_viscous_damping_guarantees_beside_masses():
-    """Of a string with two masses, each mode beyond the phase has half of its mass on the string, or more."""
-    for ratio in 10.0 ** np.arange(-3, 4):
-        loads = [(0.3, (0.0, 0.0, 0.0)), (0.55, (0.0, 0.0, 0.0))]
-        span = chord_span(100.0, 0.0, 1e-3, 1e9, gravity=0.0, loads=loads)
-        span = carrying(span, 100 * ratio, 30 * ratio)
-        model = Dynamics(spectral(span, 40).state, planes=(OUT_OF_PLANE,))
-        ends = Ends(model, span.frame, model.dof).model(Damping(viscous=1.0))
-        speed = math.sqrt(1e6 / 1.001 / span.mass)
-        phase = ends.omega / speed * 0.25 * span.unstretched_length
-        left = ends.decay / (ends.viscous / 2)
-        known = (phase >= HALVED) & (phase < 15)  # modes that are resolved
-        assert known.sum() > 5
-        assert np.all(left[known] >= 0.5)
-        assert np.all(left[known] >= 1 - 4 / (phase[known] + 3) - 1e-9)
-        assert np.all(guaranteed_decay(ends, phase) <= np.where(phase < 15, ends.decay, np.inf))
+    assert [poles_inside(part * limit) for part in (0.97, 1.03)] == [0, 1]
+    assert loop.with_gain(0.97 * limit).stable
+    assert not loop.with_gain(1.03 * limit).stable
 
 
 def test_uneven_damping_that_couples_all_modes_goes_with_accuracy():

@@ -1,6 +1,5 @@
 """PID, delay and lag of the winch: closed forms, python-control, encirclements of the loop with exp(-s T) itself."""
 
-from dataclasses import replace
 from functools import cache
 from math import factorial
 
@@ -8,18 +7,21 @@ import control
 import numpy as np
 import pytest
 from command import CARLINA, run, table_of
+from one_loop import OneLoop, spring, spring_loop
 from scenes import cells, scene
 from test_encirclements import encirclements
 from test_stability import random_scene
-from test_winch import loop_gain, rigid
+from test_winch import loop_gain
 from test_windrms import force
 
-from cablestudy.control import loop_response, stability, statespace, time_response
+from cablestudy.control import statespace
 from cablestudy.control.law import Law
-from cablestudy.control.plant import Notch
-from cablestudy.control.winch import Loop
+from cablestudy.control.notch import Notch
+from cablestudy.control.statespace import WinchLoop
+from cablestudy.control.time_response import respond, step
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
+from cablestudy.system.linear import assemble
 
 MASS, STIFFNESS = 50.0, 1025.0
 NATURAL = np.sqrt(STIFFNESS / MASS)
@@ -40,9 +42,8 @@ each_drive = pytest.mark.parametrize("name", DRIVES)
 
 @cache
 def loop_of(name):
-    """The loop of 40 bars with all modes in its response."""
-    loop = Case(scene(*DRIVES[name])).loop
-    return Loop.of(replace(loop.plant, tolerance=0.0, known={}), loop.gain)
+    """The loop of 40 bars."""
+    return OneLoop(scene(*DRIVES[name]))
 
 
 def own_law(name, s):
@@ -68,15 +69,15 @@ class Exact:
 
     def __init__(self, name):
         loop = loop_of(name)
-        self.name, self.notch, self.open_poles, self.excited = name, loop.notch, loop.open_poles, loop.excited
+        self.name, self.notch, self.open_poles, self.cable = name, loop.notch, loop.open_poles, loop.cable
         self._loop = loop
 
     def unit_gain(self, s):
-        if self._loop.cable.strain is None:  # the modes as DESIGN.md writes them
-            bare = loop_gain(replace(self._loop, cable=self._loop.excited, gain=1.0, law=Law()), s.imag) * s
+        if self.cable.strain is None:  # the modes as DESIGN.md writes them
+            bare = loop_gain(self._loop, s.imag) * s / self._loop.gain
         else:
-            own, driven = self._loop.plant.stiffness(s)
-            bare = self._loop.notch(s) * driven / self._loop.plant.alone(s, own)
+            own, driven = self.cable.dynamic_stiffness(s, [3], [3, 0])[:, 0].T
+            bare = -self.notch(s) * driven / (self._loop.mass * s**2 + own)
         return own_law(self.name, s) * bare
 
 
@@ -92,7 +93,7 @@ def test_encirclements_of_the_exact_loop_count_the_unstable_poles(name):
     loop, exact = loop_of(name), Exact(name)
     for factor in (0.1, 0.5, 2.0, 6.0, 15.0, 40.0):
         try:
-            found = stability.loop_up_to(loop.plant, factor * loop.gain).unstable(factor * loop.gain)
+            found = loop.unstable(factor * loop.gain)
         except NoSolutionError:  # refused, and not judged wrongly
             assert (name, factor >= 6) == ("long delay", True)
             continue
@@ -105,9 +106,8 @@ def test_the_largest_gain_is_the_first_at_which_the_exact_curve_encircles(name):
     factor = loop.largest_gain / loop.gain
     assert all(encirclements(exact, part) == 0 for part in factor * np.append(np.geomspace(1e-3, 0.9, 10), 0.9999))
     assert encirclements(exact, 1.0001 * factor) > 0
-    replace(loop, gain=0.999 * loop.largest_gain).check_stable()
-    with pytest.raises(NoSolutionError, match="unstable loop"):
-        replace(loop, gain=1.001 * loop.largest_gain).check_stable()
+    gains = loop.movement.gains
+    assert gains.unstable(0.999 * loop.largest_gain) == 0 < gains.unstable(1.001 * loop.largest_gain)
 
 
 @pytest.mark.parametrize("location", ["ground", "gondola"])
@@ -115,11 +115,12 @@ def test_an_integrator_with_a_delay_in_closed_form(location):
     """Far below the gondola's frequency: gain margin pi/(2 K T), phase margin 90 degrees - K T."""
     delay = 1e3 / NATURAL
     gain = 0.5 / delay
-    loop = replace(rigid(MASS, STIFFNESS, location, gain, time=1 / NATURAL), law=Law(delay=delay))
-    assert loop.largest_gain / gain == pytest.approx(np.pi / (2 * gain * delay), rel=1e-5)
-    assert 2 * np.pi * loop.phase_crossover == pytest.approx(np.pi / (2 * delay), rel=1e-5)
-    assert loop.margins.phase_margin == pytest.approx(90 - np.degrees(gain * delay), abs=1e-4)
-    assert loop.margins.delay_margin == pytest.approx(np.pi / (2 * gain) - delay, rel=1e-5)
+    gains = spring_loop(MASS, STIFFNESS, location, time=1 / NATURAL, law=Law(delay=delay))
+    margins = gains.margins(gain)
+    assert gains.limit.factor / gain == pytest.approx(np.pi / (2 * gain * delay), rel=1e-5)
+    assert gains.limit.omega == pytest.approx(np.pi / (2 * delay), rel=1e-5)
+    assert margins.phase_margin == pytest.approx(90 - np.degrees(gain * delay), abs=1e-4)
+    assert margins.delay_margin == pytest.approx(np.pi / (2 * gain) - delay, rel=1e-5)
 
 
 @pytest.mark.parametrize("derivative", [0.0, 0.02])
@@ -127,31 +128,29 @@ def test_a_pid_controller_has_the_margins_of_python_control(derivative):
     time, corner, lag, notch = 0.002, 40.0, 100.0, Notch(1.1 * NATURAL, 0.05, 20 * np.pi, 1.0)
     integral, proportional = 0.2, 0.03
     law = Law(1.0, proportional / integral, derivative / integral, corner, 0.0, lag)
-    loop = replace(rigid(MASS, STIFFNESS, gain=integral, notch=notch, time=time), law=law)
+    found = spring_loop(MASS, STIFFNESS, notch=notch, time=time, law=law)
     s = control.tf("s")
     spring = STIFFNESS * (time * s + 1)
     passed = (s**2 / notch.omega**2 + 0.1 * s / notch.omega + 1) / (s**2 / (20 * np.pi) ** 2 + s / (10 * np.pi) + 1)
     bracket = integral / s + proportional + derivative * s / (1 + s / corner)
     rational = bracket * passed / (1 + s / lag) * spring / (MASS * s**2 + spring)
     gains, phases, distances, *_ = control.stability_margins(rational, returnall=True)
-    assert loop.largest_gain / integral == pytest.approx(gains[gains > 1].min(), rel=1e-5)
-    assert loop.margins.phase_margin == pytest.approx(np.abs(phases).min(), abs=1e-3)
-    assert loop.margins.sensitivity_peak == pytest.approx(1 / distances.min(), rel=1e-4)
-    # the poles of the closed loop
-    fixed, scaled = loop.plant.closed_of(loop.cable)
-    found = np.sort_complex(np.linalg.eigvals(fixed + integral * scaled))
-    expected = np.sort_complex(control.feedback(rational, 1).poles())
-    for pole in found:
-        assert np.abs(expected - pole).min() < 1e-5 * abs(pole)
+    margins = found.margins(integral)
+    assert found.limit.factor / integral == pytest.approx(gains[gains > 1].min(), rel=1e-5)
+    assert margins.phase_margin == pytest.approx(np.abs(phases).min(), abs=1e-3)
+    assert margins.sensitivity_peak == pytest.approx(1 / distances.min(), rel=1e-4)
 
 
 @each_drive
 def test_the_state_space_of_the_closed_loop_has_the_exact_response(name):
     loop = loop_of(name)
-    loop = replace(loop, gain=min(loop.gain, 0.5 * loop.largest_gain))
-    system = statespace.closed(replace(loop, cable=loop.cable))
+    gain, law = min(loop.gain, 0.5 * loop.largest_gain), loop.movement.loop.law
+    winch = WinchLoop(loop.cable, loop.mass, loop.location, gain, loop.notch, law, loop.damping)
+    system = statespace.closed(winch, highest=2 * np.pi * 20)
     s = 2j * np.pi * np.array([0.01, 0.1, 0.5, 0.72, 2.0, 10.0])
-    assert system.response(s)[:, 0, 0] == pytest.approx(loop.compliances(s)[1], rel=1e-6)
+    alone = loop.mass * s**2 + loop.damping * s + loop.cable.dynamic_stiffness(s, [3], [3])[:, 0, 0]
+    expected = 1 / (alone * (1 + gain * loop.unit_gain(s)))
+    assert system.response(s)[:, 0, 0] == pytest.approx(expected, rel=1e-6)
     assert len(system.state_names) == len(system.a)
     assert len(set(system.state_names)) == len(system.a)
 
@@ -160,23 +159,25 @@ def test_a_reference_with_a_delay_by_the_method_of_steps():
     """x' = K (1 - x(t - T)) behind T: the sum of -(-K)^n (t - n T)^n/n! over n >= 1 with t > n T."""
     delay = 1e4 / NATURAL
     gain = 0.6 / delay
-    loop = replace(rigid(MASS, STIFFNESS, gain=gain, time=1 / NATURAL), law=Law(delay=delay))
+    winch = WinchLoop(spring(STIFFNESS, 1 / NATURAL), MASS, "ground", gain, law=Law(delay=delay))
+    system = statespace.closed(winch, highest=30 / delay)
     time = np.linspace(0, 6 * delay, 31)
-    found = loop_response.loop_response(loop, loop_response.REFERENCE, time_response.step(1.0), time)
+    reference = system.input_names.index("reference")
+    pushed, direct = system.b[:, reference], system.d[[0], reference]
+    found = respond(system.a, pushed, system.c[[0]], direct, step(1.0), time)[:, 0]
     expected = sum(
         -((-gain * np.maximum(time - n * delay, 0)) ** n) / factorial(n) for n in range(1, 7)
     )  # fmt: skip
     # a corner in time has no end in frequency
-    assert found.measured == pytest.approx(expected, abs=5e-3)
-    assert np.abs(found.measured - expected)[np.abs(time / delay % 1 - 0.5) < 0.35].max() < 1e-3
+    assert found == pytest.approx(expected, abs=5e-3)
+    assert np.abs(found - expected)[np.abs(time / delay % 1 - 0.5) < 0.35].max() < 1e-3
 
 
 def test_the_speed_of_the_winch_is_the_integral_of_its_spectrum():
     names = "winch_rms_speed", "winch_peak_speed"
     found = cells(scene("winch.bandwidth=20 Hz"), *names)
-    loop = Case(scene()).loop
-    loop = replace(loop, cable=loop.excited)
-    poles = np.linalg.eigvals(statespace.closed(loop).a)
+    loop = OneLoop(scene())
+    poles = loop.closed_poles(loop.gain)
     poles = poles[poles.imag > 0] / (2 * np.pi)
     parts = [np.geomspace(1e-6, 3e3, 60_000)]
     parts += [abs(p) + abs(p.real) * np.sinh(np.linspace(-7, 7, 801)) for p in poles]
@@ -185,7 +186,7 @@ def test_the_speed_of_the_winch_is_the_integral_of_its_spectrum():
     s = 2j * np.pi * frequency
     late = 1 / (1 + s / (40 * np.pi))
     gain = loop_gain(loop, s.imag) * late
-    alone = 1 / (loop.plant.alone(s, loop.plant.stiffness(s)[0]))
+    alone = 1 / (loop.mass * s**2 + loop.cable.dynamic_stiffness(s, [3], [3])[:, 0, 0])
     moved = alone / (1 + gain) * 0.325 * loop.notch(s) * late
     spectrum = np.abs(moved) ** 2 * force(frequency)
     rms = np.sqrt(np.trapezoid(spectrum, frequency))
@@ -261,18 +262,22 @@ def test_an_unstable_pid_loop_names_its_gains():
     sets = "winch.bandwidth=20 Hz", "winch.controller.proportional_gain=0.5"
     done = run("loop", CARLINA, *(part for text in sets for part in ("--set", text)), code=3)
     assert "the loop is unstable at gains of 0.325 rad/s (integral), 0.5 (proportional)" in done.err
-    assert "it is stable with all gains less than" in done.err
+    assert "stable below 0.4948 times these gains" in done.err
 
 
 class Finer:
-    """The plant with a finer model of its cable, for the count of encirclements."""
+    """The loop with a finer model of its cable, for the count of encirclements."""
 
-    def __init__(self, plant, cable):
-        self._plant, self._cable, self.notch, self.excited = plant, cable, plant.notch, cable
-        self.open_poles = plant.system_of(cable).poles
+    def __init__(self, loop, cable):
+        self._loop, self.cable, self.notch = loop, cable, loop.notch
+        system = assemble([cable], np.eye(6)[:, [3]], np.array([[loop.mass]]))
+        self.open_poles = system.poles
 
     def unit_gain(self, s):
-        return self._plant.unit_gain_of(self._cable, s)
+        own, ground = self.cable.dynamic_stiffness(s, [3], [3, 0])[:, 0].T
+        driven = own if self._loop.location == "gondola" else -ground
+        passed = 1.0 if self.notch is None else self.notch(s)
+        return self._loop.movement.given_loop.law(s) * passed * driven / (self._loop.mass * s**2 + own)
 
 
 @pytest.mark.parametrize("seed", [2, 31, 66])
@@ -282,8 +287,9 @@ def test_no_verdict_contradicts_encirclements_with_a_finer_model(seed):
     drawn = random_scene(seed)
     draw.random()
     damping = drawn.cable.damping.model_copy(update={"viscous": float(draw.uniform(0.01, 0.15))})
-    case = Case(drawn.model_copy(update={"cable": drawn.cable.model_copy(update={"damping": damping})})).refined(1, 16)
-    main = case.plant.main
+    drawn = drawn.model_copy(update={"cable": drawn.cable.model_copy(update={"damping": damping})})
+    case = Case(drawn).refined(1, 16)
+    main = 2 * np.pi * case.gondola_frequency
 
     def spread(low, high):
         return float(10 ** draw.uniform(low, high))
@@ -296,15 +302,28 @@ def test_no_verdict_contradicts_encirclements_with_a_finer_model(seed):
         rest = {"corner": 2.041656594137747, "delay": 0.009394344633159043, "bandwidth": 68.2868167252132}
     if seed == 66:
         weights, rest = (0.0, 0.0), {"delay": 3.0148581361135, "bandwidth": 9.516558040588627}
-    plant = replace(case.plant, law=Law(1.0, *weights, **rest), known={})
-    finer, judged = Finer(plant, case.refined(2, 38).end_model_along_x), 0
-    begin = 0.005 if seed == 31 else plant.largest_gain
+    rest = {"delay": rest["delay"], "bandwidth": rest["bandwidth"] / (2 * np.pi)} | (
+        {"corner": rest["corner"] / (2 * np.pi)} if "corner" in rest else {}
+    )
+    loop = with_law(drawn, 1.0, weights, **rest)
+    begin = 0.005 if seed == 31 else loop.largest_gain
+    finer, judged = Finer(loop, case.refined(2, 38).end_model_along_x), 0
     for part in (0.1, 0.97, 1.03, 5.0):
         gain = part * begin
         try:
-            stable = Loop.of(plant, gain).stable
+            stable = with_law(drawn, gain, weights, **rest).stable
         except NoSolutionError:  # refused: more modes than are resolved
             continue
         judged += 1
         assert stable == (encirclements(finer, gain) == 0), part
     assert judged or seed == 31
+
+
+def with_law(drawn, gain, weights, delay, bandwidth, corner=None):
+    """`OneLoop` of a scene with a law whose proportional and derivative gains are in proportion to the integral one."""
+    controller = drawn.winch.controller.model_copy(
+        update={"gain": float(gain), "proportional_gain": float(gain * weights[0]),
+                "derivative_gain": float(gain * weights[1]), "derivative_filter": corner}
+    )  # fmt: skip
+    winch = drawn.winch.model_copy(update={"controller": controller, "delay": delay, "bandwidth": bandwidth})
+    return OneLoop(drawn.model_copy(update={"winch": winch}))

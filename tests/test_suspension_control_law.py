@@ -1,13 +1,13 @@
 """PID, delay and lag of the winches of a suspension: one cable, dense determinants, time by small steps."""
 
 import re
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 import scipy.linalg
 from command import CARLINA, run, table_of
+from one_loop import OneLoop
 from references.modal_loop import gains_of_modes
 from references.straight_suspension import Straight
 from scenes import cells
@@ -17,7 +17,6 @@ from test_suspension_wind import FREQUENCY, integral, von_karman
 from cablestudy.control.pose_state_space import Labels, state_space
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import Scene, load_scene
-from cablestudy.study.case import Case
 from cablestudy.study.loop_in_time import TimeOptions
 from cablestudy.study.suspension import loop_report
 from cablestudy.study.suspension.case import SuspensionCase
@@ -76,20 +75,18 @@ def both_sides(law):
 
 @each_law
 def test_two_equal_cables_have_the_loop_of_one(name):
-    one, two = Case(one_cable(LAWS[name])).loop, case_of(both_sides(LAWS[name])).in_wind.movement
+    one, in_wind = OneLoop(one_cable(LAWS[name])), case_of(both_sides(LAWS[name])).in_wind
+    two, of_all_modes = in_wind.movement, in_wind.movement_of(250)
     s = 1j * np.geomspace(0.05, 300, 60)
-    expected = one.gain * one.whole.unit_gain(s)
-    for unit_gain in (two.loop.unit_gain, two.gains.loop_gain):
+    expected = one.gain * one.unit_gain(s)
+    for unit_gain in (of_all_modes.loop.unit_gain, two.gains.loop_gain):
         assert two.loop.gain * unit_gain(s)[:, 0, 0] == pytest.approx(expected, rel=1e-8)
-    # of one cable the verdict is that of the continuous one; here that of its elements
-    assert two.largest_gain == pytest.approx(replace(one, plant=None).largest_integral_gain, rel=1e-8)
+    assert two.largest_gain == pytest.approx(one.largest_gain, rel=1e-8)
 
 
 @each_law
 def test_two_equal_cables_have_the_numbers_of_one(name):
     expected = cells(one_cable(LAWS[name]), *COLUMNS, *SPEEDS)
-    own = replace(Case(one_cable(LAWS[name])).loop, plant=None)  # judged by its elements, as the suspension is
-    expected |= {"largest_gain": own.largest_integral_gain, "gain_margin": own.gain_margin}
     case = case_of(both_sides(LAWS[name]))
     for column in (*COLUMNS, *SPEEDS):
         found = value(case, find(column.replace("gondola_", "gondola.")))[0]
@@ -104,8 +101,7 @@ def test_two_equal_cables_have_the_numbers_of_one(name):
 def test_two_equal_cables_have_the_automatic_gain_of_one(auto):
     law = {"gain": {"auto": auto}, "delay": 0.05, "bandwidth": 8.0}
     both = auto if isinstance(auto, dict) else {"gain_margin": auto, "sensitivity": 2.0}
-    rest = replace(Case(one_cable(law)).loop, gain=0.0, plant=None)  # judged by its elements
-    expected = rest.with_margins(*both.values()).gain
+    expected = OneLoop(one_cable(law)).with_margins(*both.values()).gain
     assert value(case_of(both_sides(law)), find("gain"))[0] == pytest.approx(expected, rel=1e-8)
 
 

@@ -15,7 +15,7 @@ from test_suspension_ssm_command import read, response
 
 from cablestudy.control import pose_state_space
 from cablestudy.control.motion import Actuator, motion
-from cablestudy.control.plant import Notch
+from cablestudy.control.notch import Notch
 from cablestudy.control.pose_loop import PoseLoop, allocate
 from cablestudy.control.suspension import labels, outward, second_order
 from cablestudy.scene.scene import load_scene

@@ -199,7 +199,7 @@ def test_a_winch_on_board_in_the_mean_wind_reels_in_weight_and_drag():
 
 def damped(text):
     """2 zeta w of each mode by its pole, in order of frequency, and the modes."""
-    movement = movement_of(text)
+    movement = movement_of(text).with_all_modes
     poles = PoseLoop(movement.motion, None, 0.0, ()).poles
     poles = poles[poles.imag > 0]
     return -2 * poles.real[np.argsort(np.abs(poles))], movement
@@ -236,7 +236,8 @@ def test_a_taut_cable_is_damped_by_its_drag(direction, shares):
 
 
 def gusts_of(text, count=12):
-    return case_of(text).in_wind.movement_of(count)
+    """With the motions of cables that move no body and change no tension."""
+    return case_of(text).in_wind.movement_of(count).with_all_modes
 
 
 def exponential(kappa, shape, other, ends, others, points=400):

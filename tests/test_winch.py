@@ -1,23 +1,21 @@
 """The winch loop against the eigenvalues of its dense matrix, against fine scans, and against algebra."""
 
 import re
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G
+from one_loop import OneLoop, spring_loop
 from random_scenes import scene_data, scene_of
 from references import bars, loop_matrix
 from scenes import scene
 from scipy.optimize import brentq
 
-from cablestudy.control import stability
-from cablestudy.control.winch import Loop, Notch
+from cablestudy.control.gondola import damped_pole
+from cablestudy.control.notch import Notch
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
-from cablestudy.system.coupling_damping import Strain
-from cablestudy.system.superelement import Superelement
 
 CABLES = {
     "carlina": (),
@@ -32,32 +30,19 @@ each_loop = pytest.mark.parametrize("which", LOOPS, ids=["-".join(filter(None, w
 
 @cache
 def loop_of(name, where="ground", notch="static", *more):
-    """A loop of 40 bars, with only the modes that it feels, and judged by these."""
+    """A loop of 40 bars."""
     filtered = f"winch.controller.notch.frequency={notch}" if notch else "winch.controller.notch=none"
-    loop = Case(scene(*CABLES[name], f"winch.location={where}", filtered, *more)).loop
-    return replace(loop, cable=loop.excited, plant=None)
-
-
-def rigid(mass, stiffness, location="ground", gain=0.0, notch=None, time=0.0):
-    """A gondola on one spring, damped by Kelvin and Voigt's law, without any mode."""
-    spring = np.zeros((6, 6))
-    spring[np.ix_([0, 3], [0, 3])] = stiffness * np.array([[1, -1], [-1, 1]])
-    strain = Strain("kelvin_voigt", time, np.zeros((0, 0)), np.zeros((0, 6)), spring) if time else None
-    cable = Superelement(np.zeros(0), np.zeros((0, 6)), np.zeros(0), spring, np.zeros((6, 6)), strain)
-    return Loop(cable, mass, location, gain, notch)
+    return OneLoop(scene(*CABLES[name], f"winch.location={where}", filtered, *more))
 
 
 @each_loop
 def test_poles_to_the_right_are_counted_right(which):
     loop = loop_of(*which)
     for gain in loop.largest_gain * np.geomspace(0.01, 10, 12):
-        assert stability.loop_up_to(loop.plant, gain).unstable(gain) == loop_matrix.unstable(loop, gain), gain
+        assert loop.unstable(gain) == loop_matrix.unstable(loop, gain), gain
 
 
-REFUSED = re.compile(
-    r"unstable loop at a gain of (\S+) rad/s: a motion of (\S+) Hz grows by (\S+) 1/s; "
-    r"the largest stable gain is (\S+) rad/s"
-)
+REFUSED = re.compile(r"the loop is unstable at (\S+) rad/s: .* grows by (\S+)/s at (\S+) Hz; stable below (\S+) rad/s")
 
 
 @each_loop
@@ -66,7 +51,7 @@ def test_a_gain_is_refused_exactly_where_a_pole_is_to_the_right(which):
     loop = loop_of(*which)
     limit = loop.largest_gain
     for part in (1e-3, 0.01, 0.3, 0.5, 0.7, 1 - 1e-6, 1 + 1e-6, 1.1, 2.0, 7.0, 30.0):
-        tried = replace(loop, gain=float(part * limit))
+        tried = loop.with_gain(float(part * limit))
         poles = np.linalg.eigvals(loop_matrix.matrices(loop, tried.gain)[0])
         stable = poles.real.max() <= 0
         assert stable == (part < 1) or part > 1.1
@@ -77,25 +62,20 @@ def test_a_gain_is_refused_exactly_where_a_pole_is_to_the_right(which):
             tried.check_stable()
         found = REFUSED.fullmatch(str(caught.value))
         assert found, str(caught.value)
-        said_gain, frequency, growth, said_limit = map(float, found.groups())
-        assert (said_gain, said_limit) == pytest.approx((tried.gain, limit), rel=1e-5)
+        said_gain, growth, frequency, said_limit = map(float, found.groups())
+        assert (said_gain, said_limit) == pytest.approx((tried.gain, limit), rel=1e-3)
         pole = complex(growth, 2 * np.pi * frequency)
-        assert np.abs(poles - pole).min() < 2e-3 * np.abs(pole), "not a pole of this loop"
+        near = 2e-3 if part < 5 else 1e-2  # where poles of an unstable loop nearly coincide they are known less well
+        assert np.abs(poles - pole).min() < near * np.abs(pole), "not a pole of this loop"
 
 
 @each_loop
-def test_the_closed_matrix_has_the_poles_of_the_dense_one(which):
-    """And the poles that lay out a grid are about those."""
+def test_the_model_of_the_response_has_the_poles_of_the_dense_matrix(which):
     loop = loop_of(*which)
-    fixed, scaled = loop.plant.closed_of(loop.cable)
     for gain in loop.largest_gain * np.array([0.5, 2]):
-        every = np.linalg.eigvals(loop_matrix.matrices(loop, gain)[0])
-        for pole in np.linalg.eigvals(fixed + gain * scaled):
+        every = np.concatenate([np.linalg.eigvals(loop_matrix.matrices(loop, gain)[0]), loop.unmoved_poles])
+        for pole in [pole for pole in loop.closed_poles(gain) if pole.imag >= 0]:
             assert np.abs(every - pole).min() < 1e-9 * np.abs(pole) + 1e-11 * np.abs(every).max()
-        tried = replace(loop, gain=gain)
-        for pole in tried.closed_poles if gain < loop.largest_gain else ():
-            if np.abs(pole) < 10 * np.abs(tried.gondola_pole):
-                assert np.abs(every - pole).min() < 0.05 * np.abs(pole.real)
 
 
 def test_a_gain_that_is_stable_again_is_accepted():
@@ -104,9 +84,9 @@ def test_a_gain_that_is_stable_again_is_accepted():
     limit = loop.largest_gain
     assert loop_matrix.unstable(loop, 1.05 * limit) == 2
     assert loop_matrix.unstable(loop, 10 * limit) == 0
-    replace(loop, gain=10 * limit).check_stable()
-    with pytest.raises(NoSolutionError, match="unstable loop"):
-        replace(loop, gain=1.05 * limit).check_stable()
+    loop.with_gain(10 * limit).check_stable()
+    with pytest.raises(NoSolutionError, match="the loop is unstable"):
+        loop.with_gain(1.05 * limit).check_stable()
 
 
 def test_the_notch_at_the_coupled_frequency_bears_more_on_the_thick_cable():
@@ -156,16 +136,19 @@ def test_a_mode_that_damped_strain_hardly_reaches_is_refused_by_name(law, key, a
     loop = loop_of("carlina", "ground", "static", f"cable.damping={{model: {law}, {key}: {amount}}}")
     expected = dense_pole(0.325, law, amount, 2)
     assert 1e-9 * expected.imag < expected.real < 1e-8 * expected.imag
-    with pytest.raises(NoSolutionError, match=r"unstable loop.*as good as undamped.*cable\.damping\.viscous") as caught:
-        replace(loop, gain=0.325).check_stable()
-    frequency, growth = re.search(r"a motion of (\S+) Hz grows by (\S+) 1/s", str(caught.value)).groups()
-    assert float(frequency) == pytest.approx(expected.imag / (2 * np.pi), rel=1e-3)
-    assert float(growth) == pytest.approx(expected.real, rel=5e-3)
+    with pytest.raises(
+        NoSolutionError, match=r"the loop is unstable.*as good as undamped.*cable\.damping\.viscous"
+    ) as caught:
+        loop.with_gain(0.325).check_stable()
+    found = re.search(r"a motion of (\S+) Hz grows; |grows by (\S+)/s at (\S+) Hz", str(caught.value))
+    assert float(found[1] or found[3]) == pytest.approx(expected.imag / (2 * np.pi), rel=1e-3)
+    if found[2]:  # by more than rounding of the poles
+        assert float(found[2]) == pytest.approx(expected.real, rel=0.1)
     with pytest.raises(NoSolutionError, match=r"no largest gain.* mode of 3\.179 Hz.*cable\.damping\.viscous"):
         _ = loop.largest_gain
     # at a gain that drives it by less than a billionth of its frequency nothing is said
     assert 0 < dense_pole(0.2, law, amount, 2).real < 1e-9 * expected.imag
-    replace(loop, gain=0.2).check_stable()
+    loop.with_gain(0.2).check_stable()
 
 
 @STRAINED
@@ -177,17 +160,9 @@ def test_viscous_damping_decides_about_such_a_mode_as_dense_bars_do(law, key, am
     others = [dense_pole(limit, law, amount, number, viscous).real for number in (1, 3, 4)]
     assert max(others) < 0
     assert loop.largest_gain == pytest.approx(limit, rel=1e-5)
-    replace(loop, gain=limit * (1 - 1e-4)).check_stable()
-    with pytest.raises(NoSolutionError, match="unstable loop"):
-        replace(loop, gain=limit * (1 + 1e-4)).check_stable()
-
-
-@pytest.mark.parametrize("name", CABLES)
-def test_modes_that_are_not_excited_change_nothing(name):
-    case = Case(scene(*CABLES[name]))
-    assert len(case.loop.excited.omega) < len(case.end_model.omega)
-    gain = 2 * case.loop.largest_gain
-    assert loop_matrix.unstable(case.loop, gain) == loop_matrix.unstable(loop_of(name), gain)
+    loop.with_gain(limit * (1 - 1e-4)).check_stable()
+    with pytest.raises(NoSolutionError, match="the loop is unstable"):
+        loop.with_gain(limit * (1 + 1e-4)).check_stable()
 
 
 @each_loop
@@ -249,7 +224,7 @@ def test_an_automatic_gain_is_the_largest_that_bounds_the_sensitivity_and_has_th
     poles = poles[poles.imag > 1e-6]
     parts = [abs(p) + abs(p.real) * np.linspace(-6, 6, 121) for p in poles]
     omega = np.concatenate([np.geomspace(1e-3 * loop.gain, 2 * np.abs(poles).max(), 6000), *parts])
-    unit = loop_gain(replace(loop, gain=1.0), omega[omega > 0])
+    unit = loop_gain(loop, omega[omega > 0]) / loop.gain
 
     def largest(gain):
         return np.abs(1 / (1 + gain * unit)).max()
@@ -268,18 +243,17 @@ def test_an_automatic_gain_is_the_largest_that_bounds_the_sensitivity_and_has_th
 def test_an_integrator_on_a_damped_spring_by_algebra(location):
     # M s^3 + k t s^2 + (k + g k t) s + g k: Routh gives t (k + g k t) > M g, so g < t k/(M - k t^2)
     mass, stiffness, time = 50.0, 1025.0, 0.002
-    loop = rigid(mass, stiffness, location, time=time)
-    assert loop.largest_gain == pytest.approx(time * stiffness / (mass - stiffness * time**2), rel=1e-9)
-    with pytest.raises(NoSolutionError, match="unstable loop"):
-        replace(loop, gain=loop.largest_gain * (1 + 1e-6)).check_stable()
-    replace(loop, gain=loop.largest_gain * (1 - 1e-6)).check_stable()
+    gains = spring_loop(mass, stiffness, location, time=time)
+    limit = gains.limit.factor
+    assert limit == pytest.approx(time * stiffness / (mass - stiffness * time**2), rel=1e-9)
+    assert [gains.unstable(limit * (1 + sign * 1e-6)) for sign in (-1, 1)] == [0, 2]
 
 
 @pytest.mark.parametrize("ratio", [0.9, 1.0, 1.1])
 def test_a_notch_on_a_damped_spring_by_the_roots_of_its_polynomial(ratio):
     mass, stiffness, time = 50.0, 1025.0, 0.002
     notch = Notch(ratio * np.sqrt(stiffness / mass), 0.05, 20 * np.pi, 1.0)
-    loop = rigid(mass, stiffness, time=time, notch=notch)
+    gains = spring_loop(mass, stiffness, time=time, notch=notch)
     spring = stiffness * np.array([time, 1.0])
     zero = np.array([1, 2 * 0.05 * notch.omega, notch.omega**2]) / notch.omega**2
     pole = np.array([1, 40 * np.pi, (20 * np.pi) ** 2]) / (20 * np.pi) ** 2
@@ -289,10 +263,10 @@ def test_a_notch_on_a_damped_spring_by_the_roots_of_its_polynomial(ratio):
         roots = np.roots(np.polyadd(np.polymul([1, 0], np.polymul(pole, plant)), gain * np.polymul(zero, spring)))
         return int((roots.real > 0).sum())
 
-    limit = loop.largest_gain
+    limit = gains.limit.factor
     assert (right(limit * (1 - 1e-6)), right(limit * (1 + 1e-6))) == (0, 2)
     for gain in limit * np.geomspace(1e-3, 1e3, 24):
-        assert stability.loop_up_to(loop.plant, gain).unstable(gain) == right(gain)
+        assert gains.unstable(gain) == right(gain)
 
 
 def test_a_notch_that_takes_the_spring_away_leaves_the_roll_off():
@@ -300,25 +274,17 @@ def test_a_notch_that_takes_the_spring_away_leaves_the_roll_off():
     mass, stiffness, time = 50.0, 1025.0, 0.002
     natural, roll = np.sqrt(stiffness / mass), 2 * 0.7 * 20 * np.pi
     notch = Notch(natural, time * natural / 2, 20 * np.pi, 0.7)
-    loop = rigid(mass, stiffness, time=time, notch=notch)
-    assert loop.largest_gain == pytest.approx(roll / (1 - roll * time), rel=1e-9)
+    gains = spring_loop(mass, stiffness, time=time, notch=notch)
+    assert gains.limit.factor == pytest.approx(roll / (1 - roll * time), rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", [110040, 501006, 501046, 501048])
 def test_the_gondola_s_pole_among_others_that_it_passes_while_it_is_damped(seed):
     """With a loss factor of one its pole lies beyond undamped ones of the cable; followed there without any modes."""
     case = Case(scene_of(scene_data(seed), 1e-6)).refined(1, 16)
-    pole = case.loop.gondola_pole
+    omega = 2 * np.pi * case.gondola_frequency
+    pole = damped_pole(case.end_model_along_x, case.scene.gondola.mass, case.gondola_air_damping, omega)
     assert -pole.real / abs(pole) == pytest.approx(case.gondola_damping_ratio, rel=1e-8)
-
-
-@pytest.mark.parametrize("gain", [0.0, 0.1])
-def test_a_gondola_that_nothing_damps_is_refused(gain):
-    loop = rigid(50.0, 1025.0, gain=gain)
-    with pytest.raises(NoSolutionError, match=r"^undamped: .* 0\.7206 Hz .*cable\.damping"):
-        loop.check_stable()
-    with pytest.raises(NoSolutionError, match=r"^undamped"):
-        _ = loop.largest_gain
 
 
 @pytest.mark.parametrize("damping", ["model: hysteretic, loss_factor: 0.01", "model: kelvin_voigt, time: 1 ms"])
@@ -328,7 +294,7 @@ def test_modes_across_the_plane_that_nothing_damps_lie_upon_the_axis(damping, wh
     ends = ("cable.ends=[[0, 0, 0], [70, 70, 20]]", "cable.unstretched_length=99 m", "cable.strength=null")
     winch = (f"winch.location={where}", "winch.controller.gain=1e-3", "winch.controller.notch=none")
     bare, loop = (
-        Case(scene(*ends, *winch, f"cable.damping={{{damping}{more}}}", "model.elements=10")).loop
+        OneLoop(scene(*ends, *winch, f"cable.damping={{{damping}{more}}}", "model.elements=10"))
         for more in ("", ", viscous: 1e-5 N s/m^2")
     )
     assert (np.abs(bare.cable.poles.real) < 1e-12 * np.abs(bare.cable.poles)).any()

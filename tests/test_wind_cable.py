@@ -12,13 +12,10 @@ from scenes import cells, scene
 from scipy.integrate import trapezoid
 
 from cablestudy.cable.element import Mesh
-from cablestudy.control import statespace
-from cablestudy.control.force_transmission import modal_force_transmission
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import quantity_of
-from cablestudy.study import cable_wind, plots, wind_report
+from cablestudy.study import one_cable_system, plots, wind_report
 from cablestudy.study.case import Case
-from cablestudy.study.ssm import nodal_forces
 from cablestudy.wind.coherence import ratio_of, rod
 from cablestudy.wind.drag import drag_matrices, shedding_frequencies
 
@@ -117,6 +114,27 @@ def test_a_stretched_cable_counts_by_its_stretched_length():
     assert value == pytest.approx(2 * (2 - 1 + np.exp(-2)) / 4, rel=1e-8)  # of a constant
 
 
+def test_covariances_of_loads_are_those_of_their_sums():
+    found, first = polynomial(Mesh(np.linspace(0, 1, 9), 4), lambda s: np.cos(3 * s))
+    loads = np.stack([np.stack([first, found.collect @ (1 + found.collect[3]).ravel()])] * 2)
+    ratio, weights = np.array([1e-9, 0.3, 12.0, 1e3]), np.array([0.7, -1.3])
+    summed = np.einsum("n,cnr->cr", weights, loads)[:, None] + 0j
+    covariance = found.covariance(loads, ratio)
+    assert weights @ covariance @ weights == pytest.approx(found.variance(summed, ratio), rel=1e-9)
+
+
+def test_covariances_between_known_ones_are_within_the_stated_error():
+    """Of the gusts on the modes, by frequencies at which they are computed directly."""
+    case = case_of(INCLINED)
+    gusts = case.in_cable_wind.sides[0].movement.gusts
+    frequency = np.geomspace(1e-4, 20, 43)
+    direct = gusts._at(gusts.coherence.kappa(frequency))
+    weights = np.random.default_rng(3).normal(size=direct.shape[1])
+    found = gusts._covariance(gusts.coherence.kappa(frequency))
+    assert weights @ found @ weights == pytest.approx(weights @ direct @ weights, rel=gusts.error)
+    assert case_of(INCLINED, SMOOTH).in_cable_wind.sides[0].movement.gusts.error == 0
+
+
 def test_coherence_length():
     wind = SimpleNamespace(speed=6.0, length_scale=25.0, coherence_length=None)
     frequency, distance = np.array([0.0, 0.1, 3.0]), 7.0
@@ -152,15 +170,14 @@ def test_the_linear_drag_is_the_derivative_of_the_drag(blowing, tangent):
 
 def test_wind_across_and_along_bound_any_other_on_a_straight_cable():
     """In between the spectrum is linear in the square of the sine."""
-    case = case_of(INCLINED, "gravity=1e-3")
-    reach = cable_wind.CableWind(case)
+    case = case_of(INCLINED, "gravity=1e-3", "winch.controller.gain=0")
     frequency = np.array([0.01, 0.5, 2.0])
-    along, across = (reach.spectrum(direction)(frequency) for direction in ("along", "across"))
+    along, across = (spectrum_of(case, frequency, direction) for direction in ("along", "across"))
     for angle, digits in ((0, 1e-12), (20, 1e-3), (45, 1e-3), (70, 1e-3), (90, 1e-12)):
         turned = np.radians(angle)
-        reach._blowing["some"] = case.span.frame @ np.array([np.cos(turned), np.sin(turned), 0.0])
-        expected = np.cos(turned) ** 2 * along + np.sin(turned) ** 2 * across
-        assert reach.spectrum("some")(frequency) == pytest.approx(expected, rel=digits)
+        direction = np.array([np.cos(turned), np.sin(turned), 0.0])
+        found = spectrum_in(one_cable_system.in_wind_from(case, direction, "some", {}), frequency)
+        assert found == pytest.approx(np.cos(turned) ** 2 * along + np.sin(turned) ** 2 * across, rel=digits)
 
 
 # the whole way, by dense matrices
@@ -234,10 +251,13 @@ SMOOTH = "wind.coherence_length=60 m"
 
 def spectrum_of(case, frequency, direction):
     """What `dense` gives, by the program."""
-    reach, wind = cable_wind.CableWind(case), case.scene.wind
-    size = wind.air_density * 1.2 * case.scene.cable.section_diameter * wind.speed * wind.turbulence * reach.length
-    held = np.abs(case.loop_in_air.compliances(2j * np.pi * frequency)[0]) ** 2
-    return reach.spectrum(direction)(frequency) * held * size**2
+    (found,) = (side for side in case.in_cable_wind.sides if side.airflow.side == direction)
+    return spectrum_in(found, frequency)
+
+
+def spectrum_in(wind, frequency):
+    """Spectrum of the gondola's place without control, in an `InWind`."""
+    return wind.response.spectra(frequency)[-1, wind.response.names.index("gondola.x")]
 
 
 @pytest.mark.parametrize("direction", ["across", "along"])
@@ -267,36 +287,16 @@ def test_whole_coherence_is_the_dense_matrices_to_rounding(form, more):
 def test_the_rms_is_that_of_the_dense_matrices_over_many_frequencies(sets):
     case = case_of("winch.controller.gain=0", SMOOTH, "model.elements=16", *sets)
     grid = [np.geomspace(1e-5, 60, 400)]
-    for pole in case.loop.open_poles:
+    for pole in case.in_wind.movement.open_poles:
         c, w = abs(pole) / (2 * np.pi), abs(pole.real) / (2 * np.pi)
         if c < 5:
             grid.append(c + w * np.sinh(np.linspace(-np.arcsinh(0.2 * c / w), np.arcsinh(0.2 * c / w), 201)))
     frequency = np.unique(np.concatenate(grid))
     spectra = (dense(case, frequency, direction) for direction in ("across", "along"))
     largest = max(trapezoid(spectrum * frequency, np.log(frequency)) for spectrum in spectra)
-    assert case.cable_response.displacement == pytest.approx(np.sqrt(largest), rel=0.02)
-
-
-@pytest.mark.parametrize("sets", [(), (VISCOUS,), (INCLINED,)])
-def test_forces_along_the_cable_act_as_in_the_state_space(sets):
-    """One node after the other pushed: B_wind of the coupled model against h at that node."""
-    case = case_of("winch.controller.gain=0", *sets)
-    modes = case.dynamics.modes(case.dynamics.dof)
-    system = statespace.coupled(case.end_model, 50.0, forces=nodal_forces(case, modes))
-    s = 2j * np.pi * np.array([0.05, 0.7, 1.6, 5.0])
-    pushed = system.response(s)[:, 0, 2:]  # of each node along x, y, z
-    reach = cable_wind.CableWind(case)
-    shares = np.concatenate([np.ones((len(s), 1)), modal_force_transmission(reach.model, s)], axis=1)
-    size = np.abs(case.end_model.participation[:, [3, 0]]).max(axis=1)
-    felt = np.flatnonzero(size > 1e-9 * size.max())
-    shapes = np.zeros((case.state.mesh.nodes, 3, len(felt) + 1))
-    for system_ in case.dynamics.systems:
-        axes = list(system_.axes)
-        shapes[:, axes, 0] = system_.end_shapes @ case.span.frame[axes, 0]
-    shapes[..., 1:] = modes.shapes[..., felt]
-    shapes = np.einsum("nak,ag->ngk", shapes, case.span.frame)[1:-1]
-    expected = case.loop.compliances(s)[0][:, None] * np.einsum("ngk,mk->mng", shapes, shares).reshape(len(s), -1)
-    assert pushed == pytest.approx(expected, rel=1e-6, abs=1e-9 * np.abs(expected).max())
+    assert case.in_cable_wind.rms(["gondola.x"], "value", open_loop=True)[0] == pytest.approx(
+        np.sqrt(largest), rel=0.02
+    )
 
 
 # what follows from linearity, and what converges
@@ -411,7 +411,7 @@ def test_the_paper_s_hundred_to_six_hundred_hertz(diameter, speed, frequency):
 @pytest.mark.parametrize("sets", [(), (INCLINED,), (SAGGING,), ("cable.diameter=7.4 mm",)])
 def test_the_estimated_count_of_modes_is_the_computed_one(sets, monkeypatch):
     case = case_of(*sets)
-    time = cable_wind.transverse_travel_time(case)
+    time = wind_report.transverse_travel_time(case)
     between = 20.4 / (2 * time), 60.4 / (2 * time)
     estimate, spacing = wind_report.modes_between(case, *between)
     assert spacing == pytest.approx(1 / (2 * time))
@@ -426,7 +426,7 @@ def test_travel_time_of_a_taut_cable():
     tension = case.statics.mean_tension
     # c over the stretched chord, with the mass that a stretched metre has
     speed = np.sqrt(tension / (1440 * 2.69e-6 * 184.4883 / 185.8))
-    assert cable_wind.transverse_travel_time(case) == pytest.approx(185.8 / speed, rel=1e-6)
+    assert wind_report.transverse_travel_time(case) == pytest.approx(185.8 / speed, rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -134,8 +134,9 @@ def minima_between(function, low, middle, high, index, width=TINY, rtol=PLACED, 
         At most.
     """
     index = np.asarray(index)
-    # rows: place and value
-    one, best, other = (np.array([x, function(x, index)]) for x in np.array([low, middle, high], dtype=float))
+    places = np.array([low, middle, high], dtype=float)
+    values = function(places.ravel(), np.tile(index, 3)).reshape(places.shape)
+    one, best, other = np.stack([places, values], axis=1)  # rows: place and value
     found, going, before = np.full(best.shape, np.nan), np.arange(best.shape[1]), other[0]
     near = width
     for step in range(steps + 1):

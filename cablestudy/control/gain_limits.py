@@ -24,6 +24,7 @@ from cablestudy.control.margins_grid import (
     frequencies,
     with_more,
 )
+from cablestudy.errors import NoSolutionError
 
 UNDAMPED = 1e-8  # damping ratio below which a mode counts as undamped
 NEGLIGIBLE = 1e-9  # growth over frequency, of such a mode, that is not called instability: twofold in 1e8 oscillations
@@ -36,6 +37,8 @@ FIRST_STEP = 1e-6  # relative, of the search for a crossing near another one
 SETTLED = 1e-12  # relative, of a frequency that is found
 HIGHEST = 1e3  # gain up to which the sensitivity of a loop without limit is looked at, over its highest pole
 FARTHEST = 1e9  # gain up to which stability is judged, over the lowest pole: beyond it rounding decides
+MOST_MODES = 300  # of cables, that a gain could drive; more are refused: 600 states take a second
+ABOVE = 0.03  # a gain this much above that at which a mode as good as undamped grows is named
 CLOSED = 3.0  # gains between which poles of the closed loop follow from a crossing, over its gain
 
 
@@ -266,17 +269,14 @@ class StableGains:
         """
         (omega, matrices), found = self._close(gain), []
 
-        def others(s):
-            return 1 / sensitivity(gain * self.loop_gain(s)) - 1
-
-        known = 1 / sensitivity(gain * matrices) - 1
+        known = sensitivity(gain * matrices)
         for own in range(known.shape[-1]):
             place = np.s_[:, own : own + 1, own : own + 1]
 
             def alone(s, place=place):
-                return others(s)[place]
+                return 1 / sensitivity(gain * self.loop_gain(s))[place] - 1
 
-            closer, _, values = curve(alone, omega, known[place], self.law.judged_up_to)
+            closer, _, values = curve(alone, omega, 1 / known[place] - 1, self.law.judged_up_to)
             found.append(_growth_allowed(alone, crossings(closer[None], values[None]).sorted()))
         return np.array(found)
 
@@ -336,3 +336,19 @@ def _followed(loop_gain, begin):
         return known[-1][1]
 
     return needed_gain
+
+
+def undamped(pole, ratio, begin=""):
+    """The error for a loop whose stability depends on a mode as good as undamped, the message beginning with a text."""
+    return NoSolutionError(
+        f"{begin}the winch drives the cable's mode of {abs(pole.imag) / (2 * np.pi):.4g} Hz, whose damping ratio is "
+        f"{ratio:.1e}: damped strain leaves it as good as undamped (below {UNDAMPED:g}); give cable.damping.viscous"
+    )
+
+
+def too_many(said, count, omega):
+    """The error for a gain, in words, that could drive too many modes."""
+    return NoSolutionError(
+        f"{said} could drive about {count} modes of the cable, up to {omega / (2 * np.pi):.4g} Hz, "
+        f"more than are resolved ({MOST_MODES}): cable.damping.viscous or a lower roll-off of the notch bounds them"
+    )

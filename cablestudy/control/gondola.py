@@ -111,10 +111,7 @@ def damped_pole(cable, mass, damping, omega):
     NoSolutionError
         So much damped strain that rounding spoils the response.
     """
-    size = np.abs(cable.coupling[:, GONDOLA])
-    chosen = np.flatnonzero(size > EXCITED * size.max(initial=0.0))
-    cable = cable if len(chosen) == len(size) else cable.select(chosen)
-    system = assemble([cable], np.eye(6)[:, [GONDOLA]], np.array([[mass]]))
+    cable, system = _moved(cable, mass)
     system.damping[-1, -1] += damping
     poles, shares = system.pole_shares
     poles = poles[shares[0] >= LARGE * shares[0].max()]
@@ -123,6 +120,20 @@ def damped_pole(cable, mass, damping, omega):
         return complex((mass * s**2 + damping * s + cable.dynamic_stiffness(s, [GONDOLA], [GONDOLA])[:, 0, 0])[0])
 
     return _refined(balance, complex(poles[np.argmin(np.abs(np.abs(poles) - omega))]))
+
+
+def undamped_modes(cable, mass):
+    """Frequencies of a gondola on a cable [Hz], and their shares in its static compliance [-]: two of shape (m,)."""
+    omega, shares = _moved(cable, mass)[1].modes
+    return omega / (2 * np.pi), shares[0]
+
+
+def _moved(cable, mass):
+    """A `Superelement` with the modes that move with the gondola, and the `LinearSystem` of both."""
+    size = np.abs(cable.coupling[:, GONDOLA])
+    chosen = np.flatnonzero(size > EXCITED * size.max(initial=0.0))
+    cable = cable if len(chosen) == len(size) else cable.select(chosen)
+    return cable, assemble([cable], np.eye(6)[:, [GONDOLA]], np.array([[mass]]))
 
 
 def _refined(balance, pole):

@@ -178,3 +178,16 @@ def _pade(delay):
         passed = 2 * np.sqrt(decay)
         parts.append((a, np.array([0.0, passed]), np.array([0.0, -passed]), 1.0))
     return reduce(series, parts)
+
+
+def law_from(control):
+    """The `Law` of a `Control`, and what multiplies it, its integral gain [rad/s]: None where a margin decides."""
+    turn = 2 * np.pi
+    driven = {"delay": control.delay, "bandwidth": np.inf if control.bandwidth is None else turn * control.bandwidth}
+    if not isinstance(control.gain, float | int):
+        return Law(**driven), None
+    gain = float(control.gain)
+    if control.integrates_only:
+        return Law(**driven), gain
+    corner = np.inf if control.derivative_filter is None else turn * control.derivative_filter
+    return Law(1.0, control.proportional_gain / gain, control.derivative_gain / gain, corner=corner, **driven), gain

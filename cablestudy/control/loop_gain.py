@@ -76,7 +76,8 @@ class LoopGain:
     def __call__(self, s):
         """L for s of shape (f,), shape (f, k, k)."""
         bodies, pulled = self._at(s)
-        moved = self.measured @ np.linalg.solve(bodies, pulled @ self.shares)
+        pulled = pulled @ self.shares
+        moved = self.measured @ (pulled / bodies if bodies.shape[-1] == 1 else np.linalg.solve(bodies, pulled))
         return moved * self.controller(s)[:, None, :]
 
     @property
@@ -158,8 +159,10 @@ class _Part:
 
     Attributes
     ----------
+    used : ndarray of bool
+        Modes of the cable that its ends move.
     coupled : ndarray of bool
-        Modes of the cable that damping may couple; of all, if of none.
+        Those of them that damping may couple; of all, if of none.
     element : Superelement
         With these.
     others : Superelement or None
@@ -170,6 +173,7 @@ class _Part:
         Which reel it in.
     """
 
+    used: np.ndarray
     coupled: np.ndarray
     element: object
     others: object
@@ -324,13 +328,15 @@ def _columns(part, winches):
 
 def _part(element, moved, winches, near=None):
     """`_Part` of a `Superelement` at ends that are moved; `near` is that of nearly the same one."""
+    used = element.moved_by_ends if near is None else near.used
+    element = element if used.all() else element.select(used)
     coupled = _coupled(element) if near is None else near.coupled
     others = None
     if coupled.any() and not coupled.all():
         element, others = element.select(coupled), element.select(~coupled)
     if near is not None:
         element = replace(element, near=near.element)
-    return _Part(coupled, element, others, moved, winches)
+    return _Part(used, coupled, element, others, moved, winches)
 
 
 def _coupled(element):

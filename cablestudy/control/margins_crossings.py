@@ -6,6 +6,7 @@ the imaginary part of l grows with w, to the left where it falls.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -42,19 +43,19 @@ class Crossings:
         """Some of them."""
         return Crossings(self.omega[chosen], self.values[chosen])
 
-    @property
+    @cached_property
     def slope(self):
         """Change of the eigenvalue with frequency, shape (c,). [s]"""
         return (self.values[:, 1] - self.values[:, 0]) / (self.omega[:, 1] - self.omega[:, 0])
 
-    @property
+    @cached_property
     def place(self):
         """Frequency of each crossing, interpolated, shape (c,). [rad/s]"""
         change = np.diff(self.values.imag)[:, 0]
         share = -self.values[:, 0].imag / np.where(change, change, 1.0)
         return self.omega[:, 0] + share * np.diff(self.omega)[:, 0]
 
-    @property
+    @cached_property
     def factor(self):
         """Of the gain, that each needs, interpolated, shape (c,)."""
         with np.errstate(divide="ignore", invalid="ignore"):  # of values that rounding leaves of zero

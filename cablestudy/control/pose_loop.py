@@ -142,22 +142,10 @@ class PoseLoop:
         highest = min(highest, self.law.reach)
         return self.law.approximants(highest) if highest * self.law.delay > SLIGHT else 0
 
-    def _matrices(self, count):
-        """A0, shape (N, N), and A_j, shape (k, N, N), of x' = (A0 + sum gain_j A_j) x; see `Equations`.
-
-        Parameters
-        ----------
-        count : int
-            Approximants of the delay.
-        """
-        if count not in self._known_matrices:
-            found = equations(self.motion, self.allocation, self.notches, self.law.state_space_of(count)[0])
-            self._known_matrices[count] = found.fixed, found.scaled
-        return self._known_matrices[count]
-
     @cached_property
-    def _known_matrices(self):
-        return {}
+    def equations(self):
+        """`Equations` x' = (A0 + gain sum A_j) x of the closed loop, without inputs."""
+        return equations(self.motion, self.allocation, self.notches, self.law_space)
 
     @cached_property
     def _highest(self):
@@ -211,8 +199,7 @@ class PoseLoop:
         """`Eigen` of the closed loop; with a delay that of poles that do not nearly coincide."""
         if self.allocation is None:
             return self.motion.eigen
-        fixed, scaled = self._matrices(self._approximants(self._highest))
-        whole = fixed + self.gain * scaled.sum(axis=0)
+        whole = self.equations.fixed + self.gain * self.equations.scaled.sum(axis=0)
         return eigen_apart(whole) if self.law.delay else eigen(whole)
 
     @property

@@ -83,14 +83,27 @@ def by_forces(motion, forces, loop=None, actuators=(), direct=None):
     Arguments are those of `state_space`, and `direct`, shape (o, j): how much of each force is in each output of the
     motion at once. A is that of `PoseLoop.eigen`, or of `LinearSystem.eigen` without a loop.
     """
-    _, whole, _, shown = rows(motion, forces, loop, actuators, direct)
-    return _by_forces(whole, shown, forces)
+    _, whole, reeled, shown = rows(motion, None, loop, actuators)
+    given, through = _given(motion, forces, len(whole)), np.zeros((len(shown), forces.shape[1]), shown.dtype)
+    own = motion.moved[2] @ given[len(motion) : 2 * len(motion)]
+    if loop:
+        own = own + sum(part @ (row @ given) for part, row in zip(motion.follow[1:], reeled, strict=True))
+    through[: len(own)] = own if direct is None else own + direct
+    return given, shown, through
 
 
 def winch_speeds(motion, forces, loop, actuators=(), direct=None):
     """B, C and D as of `by_forces`, with the speeds of the winches as the outputs."""
-    _, whole, reeled, _ = rows(motion, forces, loop, actuators)
-    return _by_forces(whole, reeled[1], forces)
+    _, whole, (reeled, speed), _ = rows(motion, None, loop, actuators)
+    given = _given(motion, forces, len(whole))
+    return given, speed, reeled @ given
+
+
+def _given(motion, forces, size):
+    """Change of each state by forces on the coordinates, shape (N, j)."""
+    given = np.zeros((size, forces.shape[1]))
+    given[len(motion) : 2 * len(motion)] = np.linalg.solve(motion.mass, forces)
+    return given
 
 
 class ExactResponse:
@@ -101,9 +114,11 @@ class ExactResponse:
     """
 
     def __init__(self, motion, forces, loop, actuators=(), direct=None):
-        found, whole, reeled, shown = rows(motion, forces, None, actuators, direct)
+        found, whole, reeled, shown = rows(motion, forces, None, actuators)
         size, winches = len(whole), len(reeled[0])
         inputs = (whole.shape[1] - size) // 3
+        if direct is not None:
+            shown[: len(direct), size + inputs - forces.shape[1] : size + inputs] += direct
         parts = [slice(size + order * inputs, size + (order + 1) * inputs) for order in range(3)]
         shown = np.concatenate([shown, loop.allocation.measured @ found.places])
         self._loop, self._winches = loop, winches
@@ -150,13 +165,6 @@ class ExactResponse:
         error = filters[:, :, None] * (sensitivity(gain) @ by_forces[:, -count:])
         reeled = -loop.gain * loop.allocation.shares @ error
         return by_forces[:, :-count] + by_winches[:, :-count] @ reeled, reeled
-
-
-def _by_forces(whole, shown, forces):
-    size = len(whole)
-    end = size + (whole.shape[1] - size) // 3
-    inputs = slice(end - forces.shape[1], end)
-    return whole[:, inputs], shown[:, :size], shown[:, inputs]
 
 
 def names(labels, closed, actuators=()):

@@ -8,9 +8,9 @@ from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
 from cablestudy.cable.dynamics import PLANAR
 from cablestudy.cable.geometry import midspan
 from cablestudy.control import gondola
-from cablestudy.errors import CablestudyError, NoSolutionError
-from cablestudy.study import loops
+from cablestudy.errors import NoSolutionError
 from cablestudy.study.cache import Cache, frozen, shared
+from cablestudy.study.gondola import coupled_of, gondola_damping_ratio
 from cablestudy.study.models import MAX_MODES, model_of
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues
@@ -18,14 +18,10 @@ from cablestudy.study.statics import ClosedStatics, DiscreteStatics
 from cablestudy.wind.drag import body_damping, cable_damping
 
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
-OF_EXCITED = ("coupled", "end_inertia", "end_model_along_x", "loop")  # results computed from `Case.excited`
+OF_EXCITED = ("coupled", "end_inertia", "end_model_along_x")  # results computed from `Case.excited`
 # modes above GONDOLA_MODES times the gondola's frequency, or more for high accuracies, are not summed one by one; the
 # error falls with the sixth power of that number n, as (OMITTED/n)^6, measured on random scenes
 GONDOLA_MODES, OMITTED = 20, 1.5
-# columns of the loop that depend on its modes at a frequency -> which of its `Margins` that is
-MARGINS = dict.fromkeys(("phase_margin", "gain_crossover", "delay_margin"), "gain_crossover")
-MARGINS |= dict.fromkeys(("sensitivity_peak", "sensitivity_frequency"), "sensitivity_frequency")
-MARGINS |= dict.fromkeys(("disk_margin", "disk_gain_margin", "disk_phase_margin"), "disk_frequency")
 SPARE = 1.2  # times as many modes as are expected below an axial one are computed at first
 # what the statics and undamped motion of the cable depend on, beside gravity and model
 CABLE = ("ends", "chord", "inclination", "section_axial_stiffness", "section_mass", "section_diameter",
@@ -94,11 +90,6 @@ class Case:
     def mass_key(self):
         """The gondola's mass."""
         return self.scene.gondola.mass
-
-    @cached_property
-    def winch_key(self):
-        """What the winch loop depends on beside cable and gondola."""
-        return frozen(self.scene.winch)
 
     @property
     def size(self):
@@ -322,6 +313,16 @@ class Case:
         """The same with only the motion that moving the ends along x excites."""
         return self.model.end_model(self.excited.planes, self.scene.cable.damping)
 
+    @shared("damping_key")
+    def cable_models(self):
+        """`Cables` by their viscous damping, for `in_wind`."""
+        return {}
+
+    @shared("damping_key", "mass_key")
+    def coupled_models(self):
+        """`CoupledModes` of gondola and cable by their number, by the viscous damping of the cable."""
+        return {}
+
     @shared("damping_key", "body_key", "air_key")
     def linear_models(self):
         """Linear models about the equilibrium, by what they are of: what cases share that differ in the loop alone."""
@@ -407,22 +408,6 @@ class Case:
         return frozen(self.scene.wind)
 
     @cached_property
-    def notch_key(self):
-        """What of the winch does not depend on the gain."""
-        winch = self.scene.winch
-        controller = winch and winch.controller
-        gains = controller and (controller.proportional_gain, controller.derivative_gain, controller.derivative_filter)
-        # with these gains the integral one is a part of the control law
-        gains = gains and (*gains, controller.gain if gains[0] or gains[1] else None)
-        drive = winch and (winch.delay, winch.bandwidth)
-        return frozen(winch and (winch.location, drive, controller and (controller.notch, gains)))
-
-    @cached_property
-    def plant_key(self):
-        """What the winch acts on depends on, beside the level of refinement."""
-        return self.cable_key, self.damping_key, self.mass_key, self.notch_key, self.gondola_air_damping
-
-    @cached_property
     def gondola_air_damping(self):
         """Viscous damping of the gondola by the air; 0 without wind or drag. [N s/m]"""
         gondola, wind = self.scene.gondola, self.scene.wind
@@ -439,42 +424,6 @@ class Case:
     def cable_air_rate(self):
         """The same per mass. [1/s]"""
         return self.cable_air_damping / float(self.span.mass)
-
-    @shared("damping_key", "mass_key", "notch_key", "gondola_air_damping")
-    def plant(self):
-        """What the winch acts on: `control.plant.Plant`."""
-        return loops.plant_of(self)
-
-    @shared("damping_key", "mass_key", "notch_key", "gondola_air_damping", "cable_air_rate")
-    def plant_in_air(self):
-        """The same with the damping of the cable by the air."""
-        return loops.plant_of(self, self.cable_air_rate)
-
-    @shared("damping_key", "mass_key", "winch_key", "gondola_air_damping")
-    def loop(self):
-        """The winch loop: `control.winch.Loop`."""
-        return loops.loop_of(self)
-
-    def margin_frequency(self, names):
-        """The highest frequency on which some columns of the loop depend; 0 where they cannot be had. [Hz]"""
-        found = [0.0]
-        for name, frequency in MARGINS.items():
-            try:
-                if name in names and self.loop.stable:
-                    found.append(getattr(self.loop.margins, frequency) or 0.0)
-            except CablestudyError:  # which the column says
-                continue
-        return max(found)
-
-    @cached_property
-    def loop_in_air(self):
-        """The same with the damping of the cable by the air."""
-        return loops.loop_in_air(self, self.loop)
-
-    @shared("damping_key", "mass_key", "winch_key", "gondola_air_damping")
-    def loop_at_rest(self):
-        """The same with the winch held, also where the gain cannot be had."""
-        return loops.loop_at_rest_of(self)
 
     @cached_property
     def gondola_frequency_static(self):
@@ -495,7 +444,7 @@ class Case:
     @shared("mass_key")
     def coupled(self):
         """Undamped frequencies of gondola and cable together [Hz], and the gondola's share in them."""
-        found = loops.coupled_of([self])[0]
+        found = coupled_of([self])[0]
         if isinstance(found, Exception):
             raise found
         return found
@@ -520,7 +469,7 @@ class Case:
         NoSolutionError
             So much damping that the mode does not oscillate.
         """
-        return loops.gondola_damping_ratio(self)
+        return gondola_damping_ratio(self)
 
     # --------------------------------------------------------------------------------------------------------- wind
 

@@ -40,6 +40,7 @@ class ColumnRequirements:
         # whether the motion is that of the gondola too; whether damping matters
         self.gondola = bool(_needing(self.motion, "gondola"))
         self.damped = any(column.needs == "cable wind" or column.name == DAMPING_RATIO for column in self.motion)
+        self.in_wind = bool(_needing(self.physical, "wind", "cable wind"))
         self.cable_wind = bool(_needing(self.motion, "cable wind"))
         # whether one model gives the errors of all by itself
         self.frequencies_only = len(self.modes) == len(self.motion)

@@ -12,12 +12,13 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from cablestudy.cable.assembly import IN_PLANE
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
 from cablestudy.study.columns import GONDOLA_X
 from cablestudy.study.suspension.airflow import Airflow
 from cablestudy.study.suspension.in_wind import InWind
 from cablestudy.study.suspension.linear_motion import drag_of
-from cablestudy.system.cables import FixedModel
+from cablestudy.system.cables import Cables, FixedModel
 from cablestudy.system.suspension import GROUND, Equilibrium, Suspension
 from cablestudy.wind.coherence import along_cable
 from cablestudy.wind.gusts import Gusts
@@ -39,8 +40,8 @@ class CableAirflow(Airflow):
         Of the scene of one cable.
     on_cable : Drag
         Of the cable, in the direction of the mean wind.
-    side : {"across", "along"}
-        Where that is, from the vertical plane of the cable.
+    side : str
+        Names it.
     """
 
     on_cables = True
@@ -95,8 +96,8 @@ def in_wind_of(case, damping=0.0, kind=InWind):
         There is no equilibrium.
     """
     scene = as_suspension(case.scene, damping)
-    airflow = scene.wind and Airflow(scene, drag_of([scene], (GONDOLA,), (CABLE,)).take(0))
-    return _in_airflow(case, scene, airflow, damping, kind)
+    airflow = scene.wind and Airflow(scene, _on_gondola(scene))
+    return _in_airflow(case, scene, airflow, case.linear_models.setdefault(damping, {}), kind)
 
 
 def in_cable_wind_of(case, kind=InWind):
@@ -114,23 +115,46 @@ def in_cable_wind_of(case, kind=InWind):
     NoSolutionError, ConvergenceError
         There is no equilibrium.
     """
-    damping, wind, span = case.cable_air_damping, case.scene.wind, case.span
-    scene = as_suspension(case.scene, damping)
-    drag = drag_of([scene], (GONDOLA,), (CABLE,)).take(0)
-    offered = np.array([wind.cable_drag_coefficient * case.scene.wind_diameter])
-    sides = {"across": span.frame[2], "along": span.level}
-    every = [CableAirflow(scene, drag, wind, _on_cable(drag, wind, offered, to), side) for side, to in sides.items()]
-    return InCableWind([_in_airflow(case, scene, airflow, damping, kind) for airflow in every])
+    known = case.linear_models.setdefault(case.cable_air_damping, {})
+    sides = {"across": case.span.frame[2], "along": case.span.level}
+    return InCableWind([in_wind_from(case, direction, side, known, kind) for side, direction in sides.items()])
 
 
-def _on_cable(drag, wind, offered, direction):
-    """`Drag` of the cable alone, in a direction."""
-    return replace(drag, velocity=wind.speed * direction, cables=offered, bodies=0 * drag.bodies)
+def in_wind_from(case, direction, side, known, kind=InWind):
+    """`InWind` of a case in the wind on its cable, as a horizontal unit vector has it, shape (3,).
+
+    Parameters
+    ----------
+    case, kind
+        As for `in_cable_wind_of`.
+    direction : ndarray
+    side : str
+        Names it.
+    known : dict
+        What winds from other directions share with it.
+    """
+    wind, scene = case.scene.wind, as_suspension(case.scene, case.cable_air_damping)
+    drag, offered = _on_gondola(scene), np.array([wind.cable_drag_coefficient * case.scene.wind_diameter])
+    on_cable = replace(drag, velocity=wind.speed * direction, cables=offered, bodies=0 * drag.bodies)
+    return _in_airflow(case, scene, CableAirflow(scene, drag, wind, on_cable, side), known, kind)
 
 
-def _in_airflow(case, scene, airflow, damping, kind):
-    equilibrium, known = equilibrium_of(case), case.linear_models.setdefault(damping, {})
-    return kind(scene, equilibrium, equilibrium, airflow, _exact_model(case), known)
+def _on_gondola(scene):
+    """`Drag` of the gondola along x."""
+    return drag_of([scene], (GONDOLA,), (CABLE,)).take(0)
+
+
+def _in_airflow(case, scene, airflow, known, kind):
+    equilibrium, model, damping = equilibrium_of(case), _exact_model(case), scene.cables[CABLE].damping
+    cables, modes = (found.setdefault(damping.viscous, {}) for found in (case.cable_models, case.coupled_models))
+    if not cables:
+        cables[CABLE] = Cables(equilibrium.catenary, damping, drag=model and model.drag, planes=_planes(case))
+    return kind(scene, equilibrium, equilibrium, airflow, model, known, cables[CABLE], modes)
+
+
+def _planes(case):
+    """The plane of a cable, where a movement along x does not leave it; else None, for all directions."""
+    return None if case.results.across_x[case.index] or not case.planar else (IN_PLANE,)
 
 
 def equilibrium_of(case):

@@ -51,8 +51,6 @@ class Settings:
         Safety factor on the error extrapolated from three levels, and the least share of their last difference.
     modal_rounding : float
         Least error of numbers that sum many modes, whose rounding neighbouring levels may share.
-    omitted_near_limit : float
-        Least error of the largest gain with damped strain, over the accuracy: all levels leave out the same modes.
     numbers : int
         In the models that are solved at once: 2.4 MB, what a processor's cache holds.
     """
@@ -79,7 +77,6 @@ class Settings:
     three_levels: float = 10
     least_of_three: float = 0.03
     modal_rounding: float = 1e-10
-    omitted_near_limit: float = 0.3
     numbers: int = 300_000
 
 
@@ -127,8 +124,6 @@ class AccuracyNeeds:
         Whether damping matters: rounding shared by two levels is possible, and three are compared.
     single : bool
         Whether one model gives the errors of all values by itself.
-    near_limit : frozenset of str
-        Headers of columns whose modes left out are the same at all levels: see `Settings.omitted_near_limit`.
     """
 
     waves: float
@@ -136,7 +131,6 @@ class AccuracyNeeds:
     least: Callable = lambda case: 0.0
     damped: bool = False
     single: bool = False
-    near_limit: frozenset = frozenset()
 
 
 def needs_of(case, required):
@@ -159,11 +153,9 @@ def needs_of(case, required):
     """
     results, axial, body = case.results, required.axial, required.gondola
     axial_waves, travel_time = float(results.axial_waves[case.index]), float(results.travel_time[case.index])
-    names = {column.name for column in required.motion}
 
     def highest(finer, values):
         found = max([values.get(column.header, 0.0) for column in required.modes], default=0.0)
-        found = max(found, finer.margin_frequency(names))
         return max(found, finer.gondola_frequency) if body else found
 
     # Dunkerley: masses on the cable lower its axial mode k at most by this
@@ -175,8 +167,8 @@ def needs_of(case, required):
         alone = axial * axial_waves / (4 * travel_time) / slower if axial else 0.0
         return max(alone, finer.gondola_frequency) if body else alone
 
-    waves, near_limit = _half_waves(case, required), _near_limit(case, required)
-    return AccuracyNeeds(waves, highest, least, required.damped, required.frequencies_only, near_limit)
+    waves = _half_waves(case, required)
+    return AccuracyNeeds(waves, highest, least, required.damped, required.frequencies_only)
 
 
 def _half_waves(case, required):
@@ -195,20 +187,6 @@ def _half_waves(case, required):
     if required.cable_wind:
         waves = max(waves, SETTINGS.waves_in_wind)
     return waves
-
-
-def _near_limit(case, required):
-    """Headers of the columns whose modes left out are the same at all levels: frozenset."""
-    if case.scene.cable.damping.model == "modal":
-        return frozenset()
-    limited = {"largest_gain", "gain_margin", *(["gain"] if gain_follows(case.scene) else [])}
-    return frozenset(column.header for column in required.motion if column.name in limited)
-
-
-def gain_follows(scene):
-    """Whether the gain of the winch is none that the scene states, but follows from a margin."""
-    controller = scene.winch and scene.winch.controller
-    return controller is not None and not isinstance(controller.gain, (int, float))
 
 
 @dataclass
@@ -355,8 +333,6 @@ class Refinement:
             return None
         left = left_of_two if count == 2 else left_of_three
         least = max(SETTINGS.modal_rounding, self.finer.omitted)
-        if header in self.needs.near_limit:
-            least = max(least, SETTINGS.omitted_near_limit * self._accuracy, self.finer.plant.limit_error)
         return max(least, left([(orders, values[header]) for orders, values in self._history[-3:]]))
 
     def _refuse(self, failures):

@@ -33,7 +33,6 @@ class Results:
 
     def __init__(self, values):
         self.values, self._along = values, {}
-        self.known_of_plants = {}  # Case.plant_key -> `Plant.known`
 
     def given(self, path):
         """A number that each scene states, shape (n,); see `SceneValues.given`."""

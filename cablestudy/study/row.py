@@ -6,7 +6,7 @@ from math import isnan
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import missing
-from cablestudy.study import loops, models, notes
+from cablestudy.study import gondola, models, notes
 from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import ColumnRequirements, closed_form
@@ -227,7 +227,7 @@ def _solve_models(cases, required):
     """Solve the models of many cases at once, and the coupled modes of gondola and cable."""
     models.solve_models(cases)
     if required.gondola:
-        loops.prepare(cases)
+        gondola.prepare(cases)
 
 
 # ------------------------------------------------------------------------------------------------- to an accuracy
@@ -239,7 +239,7 @@ def _solve_to_accuracy(answers, required, _):
     for answer in answers:
         answer.compute(required.single)
         if required.system:
-            _solve_system(answer, required.system)
+            _solve_system(answer, required)
         if not required.motion:
             continue
         if _damped_by_modes(answer.case):
@@ -262,9 +262,9 @@ def _damped_by_modes(case):
     return damping.model == "modal" and bool(damping.ratio)
 
 
-def _solve_system(answer, columns):
+def _solve_system(answer, required):
     """Compute what gondola and cable do as one linear system, which states its own errors."""
-    case = answer.case
+    case, columns = answer.case, required.system
     drag, accuracy = case.results.drag_error[case.index], case.scene.model.accuracy
     if _damped_by_modes(case):
         answer.fail(columns, NoSolutionError(MODAL))
@@ -277,7 +277,7 @@ def _solve_system(answer, columns):
             answer.failures[name] = ConvergenceError(text)
             del answer.values[name]
     if case.moves:
-        answer.slack, answer.dof = goes_slack(case), case.system_size
+        answer.slack, answer.dof = required.in_wind and goes_slack(case), case.system_size
         about = notes.assumed_damping(case.scene) + notes.air_damping(case)
         answer.notes = (notes.CLOSED_FORM, *notes.of_system(case), *about)
 
@@ -298,7 +298,7 @@ def _take_over(answer, needed, search):
         else:
             answer.failures[name] = search.failures.get(name, search.failures.get(None))
     if search.values:
-        answer.slack = goes_slack(search.used)
+        answer.slack = answer.slack or (needed.in_wind and goes_slack(search.used))
         worst = max(answer.errors[name] for name in search.values)
         found = (notes.CLOSED_FORM, *notes.of_refined(search.used, worst, search.tried))
         answer.notes = found + tuple(line for line in answer.notes if line not in found)
@@ -342,7 +342,7 @@ def _fixed_answer(answer, required, noted):
     for column in columns:
         answer.errors.pop(column.header, None)
     answer.compute(columns)
-    answer.slack = goes_slack(case)
+    answer.slack = required.in_wind and goes_slack(case)
     for column in columns:
         name = column.header
         if column.least_error is not None and name in answer.values and name not in answer.errors:

@@ -8,7 +8,6 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control import export, statespace
-from cablestudy.control.plant import largest
 from cablestudy.control.proper import channels, proper
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.fields import suggestion
@@ -413,7 +412,9 @@ def fewest_modes(share, allowed, error, which, names):
             f"--error {error:g}: {which} lowest modes leave out {excluded:.3g} of the inertia "
             f"between {' and '.join(names)}"
         )
-    return allowed[np.sort(largest(share[allowed], error - excluded))]
+    order = np.argsort(share[allowed], kind="stable")
+    omitted = np.searchsorted(np.cumsum(share[allowed][order]), error - excluded, side="right")
+    return allowed[np.sort(order[omitted:])]
 
 
 def nodal_forces(case, modes):

@@ -59,17 +59,19 @@ class Cables:
         Their `Catenary.global_end_stiffness`, where it is known. [N/m]
     drag : tuple of ndarray, optional
         As of `FixedModel`.
+    planes : tuple, optional
+        Of `Dynamics`: directions in which they move; without it all.
     """
 
-    def __init__(self, catenary, damping, static=None, drag=None):
+    def __init__(self, catenary, damping, static=None, drag=None, planes=None):
         self.catenary, self.count, self._static = catenary, len(catenary.span.chord), static
-        self._drag = drag
+        self._drag, self.planes = drag, planes
         self.damping = list(damping) if isinstance(damping, (list, tuple)) else [damping] * self.count
 
     def take(self, first, catenary):
         """Those from number `first` on, which have this `Catenary`; what all need is computed for all at once."""
         rows = slice(first, first + len(catenary.span.chord))
-        some = Cables(catenary, self.damping[rows])
+        some = Cables(catenary, self.damping[rows], planes=self.planes)
         for name in ("heavy", "shapeless", "folded", "travel_time", "edges", "end_stiffness"):
             some.__dict__[name] = getattr(self, name)[rows]
         return some
@@ -237,7 +239,7 @@ class Models:
                     raise equilibrium.refusal(record.of(failed[0]), mesh)
             else:
                 state = equilibrium.from_catenary(catenary, mesh)
-            dynamics = Dynamics(state, (SPATIAL,) if blown else None)  # uneven drag couples the planes
+            dynamics = Dynamics(state, (SPATIAL,) if blown else cables.planes)  # uneven drag couples the planes
             if self._large(mesh):
                 ends = EndsOfLarge(dynamics, catenary.span.frame, self._most)
             else:

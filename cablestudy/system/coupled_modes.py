@@ -252,9 +252,9 @@ class Search:
         return CoupledModes(frequency, error, coincident, self.layout, solution, shapes, finer)
 
 
-def coupled_modes(equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None):
+def coupled_modes(equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None, cables=None):
     """The lowest coupled modes of a suspension: see `Search`."""
-    return Search(equilibrium, count, accuracy, damping, model).solve()
+    return Search(equilibrium, count, accuracy, damping, model, cables).solve()
 
 
 def coupled_modes_of_cases(equilibria, catenary, count, accuracy, damping):

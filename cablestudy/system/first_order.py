@@ -199,19 +199,17 @@ def _independent(shares):
     return left * sign, right * sign[:, None]
 
 
-def rows(system, forces, loop=None, actuators=(), direct=None):
+def rows(system, forces=None, loop=None, actuators=()):
     """A system, with its loop closed or without one, as rows over x, u, u', u'' with the inputs of `Equations`.
 
     Parameters
     ----------
     system : LinearSystem
-    forces : ndarray, shape (m, j)
-        Force on each coordinate by each input that is a force.
+    forces : ndarray, shape (m, j), optional
+        Force on each coordinate by each input that is a force; without it there are no inputs.
     loop : LinearControl or PoseLoop, optional
     actuators : sequence of Actuator
         Those of the system.
-    direct : ndarray, shape (o, j), optional
-        How much of each force is in each output at once.
 
     Returns
     -------
@@ -223,7 +221,10 @@ def rows(system, forces, loop=None, actuators=(), direct=None):
     shown : ndarray, shape (o + a, w)
         Outputs of the system, then two of each actuator: stroke and force, or momentum and torque.
     """
-    found = equations(system, *((loop.allocation, loop.notches, loop.law_space) if loop else ()), forces=forces)
+    if forces is None:
+        found = (loop or system).equations
+    else:
+        found = equations(system, *((loop.allocation, loop.notches, loop.law_space) if loop else ()), forces=forces)
     whole = found.fixed + (loop.gain * found.scaled.sum(axis=0) if loop else 0.0)
     m, size, (winches, movements) = len(system), len(whole), found.winches.shape
     inputs = (whole.shape[1] - size) // 3
@@ -238,14 +239,13 @@ def rows(system, forces, loop=None, actuators=(), direct=None):
     reeled[:, size - movements : size] = found.winches
     speed = derivative(reeled)
     lengths = [reeled, speed, derivative(speed)] if loop else np.zeros((3, *reeled.shape))
-    added = inputs - forces.shape[1] - winches  # after the references
-    for order, part in enumerate(lengths):
-        lengths[order] = part + np.eye(*part.shape, size + order * inputs + added)
+    if inputs:
+        added = inputs - forces.shape[1] - winches  # after the references
+        for order, part in enumerate(lengths):
+            lengths[order] = part + np.eye(*part.shape, size + order * inputs + added)
     moving = found.places, found.speeds, whole[m : 2 * m]
     shown = sum(part @ one for part, one in zip(system.moved, moving, strict=True))
     shown += sum(part @ one for part, one in zip(system.follow, lengths, strict=True))
-    if direct is not None:
-        shown[:, size + inputs - forces.shape[1] : size + inputs] += direct
     outputs = [shown]
     strokes = iter(found.places[m - sum(not one.wheel for one in actuators) :])
     for one, (moved, rate) in zip(actuators, found.feedback, strict=True):

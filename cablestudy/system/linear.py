@@ -26,6 +26,7 @@ UNSTABLE = "the equilibrium is not stable: it has no modes"
 MASSLESS_MOTION = "the state space needs a mass of everything that moves"
 MODAL = "sqrt(kg) m"  # unit of a modal amplitude
 ENTRIES = 4_000_000  # of the matrices that are solved at once for a frequency response: 64 MB
+UNCOUPLED = 1e-12  # momentum of a mode of unit mass over the root of a body's mass, up to which it is rounding
 
 
 @dataclass(frozen=True)
@@ -156,9 +157,14 @@ class LinearSystem:
         return np.sqrt(np.where(stiffness > 0, stiffness, mass) / mass)
 
     @cached_property
+    def equations(self):
+        """`Equations` of first order, winches at rest and without inputs."""
+        return equations(self)
+
+    @cached_property
     def eigen(self):
-        """`Eigen` of the equations of first order, winches at rest."""
-        return eigen(equations(self).fixed)
+        """`Eigen` of these equations."""
+        return eigen(self.equations.fixed)
 
     def few(self, kept, orders, shaken=()):
         """A space for `within`: some of the modal coordinates, vectors that stand for all others, and the bodies.
@@ -213,12 +219,12 @@ class LinearSystem:
     @cached_property
     def poles(self):
         """Winches at rest: upper half plane and real axis. [rad/s]"""
-        return upper(np.linalg.eigvals(equations(self).fixed))
+        return upper(np.linalg.eigvals(self.equations.fixed))
 
     @cached_property
     def pole_shares(self):
         """The poles, and the share of each in the static compliance of each body's displacement, shape (b, k). [-]"""
-        values, vectors = np.linalg.eig(equations(self).fixed)
+        values, vectors = np.linalg.eig(self.equations.fixed)
         n, body = len(self.mass), slice(len(self.mass) - self.bodies, len(self.mass))
         force = np.zeros((2 * n, self.bodies), dtype=complex)
         force[n:] = np.linalg.inv(self.mass)[:, body]
@@ -230,6 +236,11 @@ class LinearSystem:
         above = values.imag >= 0
         return values[above], shares[:, above]
 
+    @cached_property
+    def _parts(self):
+        """K, C and M, the entries of each in a row, shape (3, n^2)."""
+        return np.stack([self.stiffness.real, self.damping, self.mass]).reshape(3, -1)
+
     def dynamic_stiffness(self, s):
         """Forces per displacement of the coordinates, D = s^2 M + s C + K, shape (f, n, n), inputs at rest.
 
@@ -239,9 +250,8 @@ class LinearSystem:
             With Im s > 0 where the stiffness is complex. [rad/s]
         """
         powers = np.asarray(s, dtype=complex)[:, None] ** np.arange(3)
-        parts = np.stack([self.stiffness.real, self.damping, self.mass]).reshape(3, -1)
         value = np.empty((len(powers), *self.mass.shape), dtype=complex)
-        value.real, value.imag = ((part @ parts).reshape(value.shape) for part in (powers.real, powers.imag))
+        value.real, value.imag = ((part @ self._parts).reshape(value.shape) for part in (powers.real, powers.imag))
         if np.iscomplexobj(self.stiffness):
             value.imag += self.stiffness.imag
         s = powers[:, 1, None, None]
@@ -469,6 +479,8 @@ class ReducedSystem:
         """The lowest undamped modes: as `LinearSystem.lowest`."""
         if not len(self):
             return np.zeros(0), np.zeros((0, 0))
+        if isinstance(self.inertia, np.ndarray) and not (coupled := self._coupled).all():
+            return self._lowest_beside_uncoupled(count, coupled)
         if len(self) > DENSE_LIMIT and 2 * count <= len(self):
             return self._lowest_of_large(count)
         modal, (lower, matrix) = len(self.omega), self._compliance()
@@ -476,6 +488,22 @@ class ReducedSystem:
         bodies = _solve_lower(lower, vectors[modal:], transposed=True)
         shapes = np.concatenate([vectors[:modal] / self.omega[:, None], bodies])
         return _normalised(shapes, (vectors * (matrix @ vectors)).sum(axis=0))
+
+    @property
+    def _coupled(self):
+        """Which coordinates of the cables move bodies, shape (N,): each of the others is a mode by itself."""
+        return (np.abs(self.coupling) > UNCOUPLED * np.sqrt(np.diagonal(self.inertia))).any(axis=1)
+
+    def _lowest_beside_uncoupled(self, count, coupled):
+        """`lowest` where some coordinates of the cables are modes: these and the modes of the others."""
+        own, alone, size = np.flatnonzero(coupled), np.flatnonzero(~coupled), len(self)
+        omega, shapes = replace(self, omega=self.omega[own], coupling=self.coupling[own]).lowest(count)
+        every = np.concatenate([omega, self.omega[alone]])
+        lowest = np.argsort(every, kind="stable")[:count]
+        whole = np.zeros((size, len(every)))
+        whole[np.concatenate([own, np.arange(len(self.omega), size)]), : len(omega)] = shapes
+        whole[alone, len(omega) + np.arange(len(alone))] = 1.0
+        return every[lowest], whole[:, lowest]
 
     def compliance(self, motion):
         """Static displacement of a free displacement of the bodies (its number) per force there. [m/N, rad/(N m)]"""

@@ -25,6 +25,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.system.connected import NONE, connected
 from cablestudy.system.coupling_damping import Strain, StrainDamping, UnevenDamping
 from cablestudy.system.linear import shares
 
@@ -126,6 +127,15 @@ class Superelement:
     def uneven(self):
         """Whether viscous damping couples modes: it is of the cable and not of what that carries, or of the wind."""
         return (self.carried is not None and self.viscous != 0) or self.air is not None
+
+    @property
+    def moved_by_ends(self):
+        """Which modes the ends move, by themselves or by other modes, shape (n,): the response lacks no others."""
+        size = np.abs(self.coupling)
+        moved, n = (size > NONE * size.max(axis=0, initial=0.0)).any(axis=1), len(self.omega)
+        if moved.all():
+            return moved
+        return connected(*self.matrices(), np.arange(n + size.shape[1]) >= n)[:n]
 
     def select(self, chosen):
         """The same cable with only some modes; its static stiffness stays exact.

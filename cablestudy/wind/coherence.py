@@ -23,7 +23,7 @@ from cablestudy.errors import NoSolutionError
 
 DECAY, LARGE_SCALE = 12.0, 0.12  # of the exponential model of IEC 61400-1
 MOST_FUNCTIONS = 800  # of a cable with more nodes the smoothest ones
-COARSE, FINE = (8, 5, 6e-6), (24, 7, 1e-8)  # of `Coherence`: per_decade, degree and error
+COARSE, FINE = (8, 5, 6e-6), (24, 7, 3e-8)  # of `Coherence`: per_decade, degree and error
 SMALLEST, LARGEST = 1e-200, 1e150  # cable's length over coherence length, whose squares must be finite
 
 

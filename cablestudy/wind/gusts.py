@@ -3,7 +3,8 @@
 Three components of the turbulence, along the mean wind, across it and vertical, are uncorrelated. The cross-spectrum of
 one of them at two places is sqrt(S_i S_j) exp(-C f d/U) at their distance d (Davenport, Quarterly Journal of the Royal
 Meteorological Society 87, 1961). So the spectral matrix of the forces depends on frequency by the spectrum of the
-speed, by the admittance of each body, and by kappa = C f/U: it is computed for some kappa and interpolated. Of other coherences kappa is another function.
+speed, by the admittance of each body, and by kappa = C f/U: it is computed for some kappa and interpolated. Another
+`Coherence` is another function kappa of the frequency.
 """
 
 from dataclasses import dataclass
@@ -95,12 +96,12 @@ class Gusts:
         """
         count = self.forces.shape[-1]
         of_bodies = (self.directions @ self.forces).reshape(-1, count).T
-        return np.concatenate([np.eye(count), np.zeros((count, self._work - count)), of_bodies], axis=1)
+        return np.concatenate([np.eye(count, self._work), of_bodies], axis=1)
 
     @property
     def _work(self):
-        """How many inputs are works of the gusts on cables: one for each coordinate, and two of each cable."""
-        return self.forces.shape[-1] + 2 * len(self.strips)
+        """How many inputs are works of the gusts on cables: one for each coordinate, and two of each cable, if any."""
+        return self.forces.shape[-1] + 2 * len(self.strips) if self.strips else 0
 
     def _among(self, place, forces):
         """Forces of strip number `place`, shape (..., m + 2), in columns for all of them, shape (..., m + 2 c)."""
@@ -112,16 +113,21 @@ class Gusts:
 
     @property
     def parts(self):
-        """Those of the cables among these inputs, then the three of each body: list of slice."""
+        """Those of the cables among these inputs, if any, then the three of each body: list of slice."""
         count = self._work
-        return [slice(count), *(slice(count + 3 * k, count + 3 * k + 3) for k in range(len(self.areas)))]
+        of_bodies = [slice(count + 3 * k, count + 3 * k + 3) for k in range(len(self.areas))]
+        return [slice(count), *of_bodies] if count else of_bodies
 
     def noise(self, frequency):
         """Forces of the cables on the coordinates and speeds at the bodies as `Noise`, at frequencies [Hz]."""
         speed, shares = self._functions(frequency)
         cables, bodies = self._shares(self.coherence.kappa(frequency))
+        first = 1 if self._work else 0  # of the bodies
         functions = [
-            [speed * one * other * (bodies if row and column else cables) for column, other in enumerate(shares)]
+            [
+                speed * one * other * (cables if min(row, column) < first else bodies)
+                for column, other in enumerate(shares)
+            ]
             for row, one in enumerate(shares)
         ]
         return Noise(self._known[1], self.parts, functions)
@@ -146,7 +152,7 @@ class Gusts:
         wind = self.wind
         speed = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
         shares = [np.sqrt(admittance(frequency, wind.speed, area, wind.admittance)) for area in self.areas.tolist()]
-        return speed, [np.ones_like(frequency), *shares]
+        return speed, [np.ones_like(frequency), *shares] if self._work else shares
 
     def _covariance(self, kappa):
         """Covariance of the forces of the cables on the coordinates and of the components of speed at the bodies.

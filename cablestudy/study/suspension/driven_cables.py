@@ -7,7 +7,7 @@ could drive, show all crossings. Waves across a cable take power from those alon
 that crosses first decides how far they are resolved; it is sought again with them.
 
 Another law than an integrator may make the loop gain large far above the frequencies of the body. All modes are then
-needed up to where the loop gain of waves that do not return is below BROAD, as for one cable.
+needed up to where the loop gain of waves that do not return is below BROAD.
 """
 
 from dataclasses import replace
@@ -16,11 +16,10 @@ from functools import cached_property, partial
 import numpy as np
 
 from cablestudy.activity import doing
-from cablestudy.control.gain_limits import StableGains, limit_near
+from cablestudy.control.gain_limits import MOST_MODES, StableGains, limit_near, too_many
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.margins import Margins
 from cablestudy.control.motion import actuated
-from cablestudy.control.stability import too_many
 from cablestudy.control.suspension import load_off_ends
 from cablestudy.errors import ConvergenceError
 from cablestudy.study.suspension.driven_waves import ACROSS, dense
@@ -28,14 +27,14 @@ from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
 from cablestudy.system.linear import LinearSystem
 
-MOST_WAVES, MOST_OF_CABLE = 240, 1600  # half-waves along a cable that are resolved, and its modes that are computed
-MOST_MODES = 300  # modes of cables that a gain could drive; more are refused
+MOST_WAVES, MOST_OF_CABLE = 300, 1600  # half-waves along a cable that are resolved, and its modes that are computed
 TRIALS, BEYOND = 5, 1.2  # of the frequency up to which waves across the cables are resolved, over that of the pole
 MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coincide, over that of one alone
 SAFETY = 2.0  # on the change of the largest gain
 WINDOW = 0.2  # relative distance of frequencies beside one that decides a margin, by which it changes with the model
 NEARLY, CLOSE = 0.5, 0.05  # gain over the largest, and relative distance of modes from the one that would grow, from
 # which on such modes are in the model of the response
+UNCERTAIN = 2e-3  # relative error of where such a pole is: the model may lack one that seems to be below its highest
 ZERO = 1e-3  # size of a pole over the lowest frequency, below which it is that of an integral, zero
 TURN = 2 * np.pi
 
@@ -166,12 +165,14 @@ class DrivenCables:
         poles = [open_poles(self._movement)]
         if self._spoilt:
             return poles[0]
-        chosen = self._chosen()
+        chosen, highest = self._chosen(), (1 - UNCERTAIN) * self._base.omega[-1]
         for cable, own in enumerate(chosen):
-            above = np.flatnonzero(own & (self.loop_gain.elements[cable].omega > self._base.omega[-1]))
-            if len(above):
-                alone = self.loop_gain.elements[cable].omega[above]
-                moved, _ = self.loop_gain.poles_of(cable, above)
+            near = np.flatnonzero(own & (self.loop_gain.elements[cable].omega > NEARLY * highest))
+            if len(near):
+                moved, _ = self.loop_gain.poles_of(cable, near)
+                alone = self.loop_gain.elements[cable].omega[near]
+                above = np.maximum(np.abs(moved), alone) > highest
+                moved, alone = moved[above], alone[above]
                 shift = (np.abs(moved) - alone)[:, None] * MODES_TOGETHER
                 poles.append((moved.real[:, None] + 1j * (alone[:, None] + shift)).ravel())
         return np.concatenate(poles)

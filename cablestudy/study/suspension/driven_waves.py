@@ -23,14 +23,15 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.gain_limits import NEGLIGIBLE
-from cablestudy.control.stability import BROAD
 from cablestudy.control.suspension import reeled
 from cablestudy.scene.suspension_tables import MOTIONS
+from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import outward
 
 DRIVEN = 0.05  # share of its decay by which the gain may move the pole of a mode that is left out
 SAFETY = 2.0  # on the same for waves, by which the highest mode is found that is looked at
 UNDAMPED = NEGLIGIBLE / 4  # growth over frequency by a gain that is no instability, however small the decay
+BROAD = 0.1  # loop gain of waves that run away, above which a law that is no integrator needs all modes
 RANGE = np.geomspace(1.0, 1e8, 481)  # frequencies at which the bound is computed, over the lowest of the modes
 AXIAL = 0.1  # share of the force of a wave along a cable, of a mode across it that is damped by the air
 ACROSS, ALONG = 0, 1
@@ -221,12 +222,10 @@ class Effects:
 
 def _normals(direction):
     """Two unit vectors across a cable at both of its ends, shape (2, 6), for its tangents there, shape (2, 3)."""
-    found = []
-    for tangent in direction:
-        first = np.cross(tangent, np.eye(3)[np.argmin(np.abs(tangent))])
-        first = first / np.linalg.norm(first)
-        found.append(np.stack([first, np.cross(tangent, first)]))
-    return np.concatenate(found, axis=1)
+    turned = cross_matrix(direction)
+    first = (turned @ np.eye(3)[np.abs(direction).argmin(axis=1)][..., None])[..., 0]
+    first = first / np.linalg.norm(first, axis=1, keepdims=True)
+    return np.stack([first, (turned @ first[..., None])[..., 0]]).reshape(2, 6)
 
 
 def dense(matrix):

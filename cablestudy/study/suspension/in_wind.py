@@ -5,6 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.activity import doing
+from cablestudy.control.law import law_from
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.words import counted
 from cablestudy.study.columns import relative
@@ -12,11 +13,15 @@ from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.movement import Movement
 from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
 from cablestudy.study.suspension.turbulence import OWN
+from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.wind.peak import peak_factor
 
-COUNTS = (64, 100, 160)  # modes of the models that are tried
+COUNTS = (64, 100, 160)  # modes of the models that are tried,
+IN_PLANE = (32, *COUNTS, 300)  # of a cable that moves in its plane only
+FIRST, OF_EACH = 16, 8  # before them, of few cables, so many and so many of each cable
 MORE = (300, 600)  # where notches are at frequencies that those have not
-ELEMENTS = (250,)  # of a model with an exact choice of elements
+ELEMENTS = 250  # of a model with an exact choice of elements, where fewer change the RMS by more than a share EXACT
+EXACT = 1e-9
 SAFETY = 2.0  # on the change of a margin by fewer modes
 ROUNDING = 1e-14  # of a displacement by the mean wind over the longest chord: what is less is shown as zero
 
@@ -35,15 +40,25 @@ class InWind:
     model : FixedModel or None
     known : dict
         What cases of this equilibrium share, and winds that damp it alike: it is filled.
+    cables : Cables, optional
+        Of this equilibrium, with damping.
+    modes : dict, optional
+        `CoupledModes` of this equilibrium by their number, which cases in other winds share too: it is filled.
     """
 
-    def __init__(self, scene, calm, equilibrium, airflow, model, known):
-        self.scene, self._calm, self._equilibrium, self._airflow, self._model = scene, calm, equilibrium, airflow, model
-        self._known = known
+    def __init__(self, scene, calm, equilibrium, airflow, model, known, cables=None, modes=None):
+        self.scene, self._calm, self._equilibrium, self.airflow, self._model = scene, calm, equilibrium, airflow, model
+        self._known, self._cables, self._modes = known, cables, {} if modes is None else modes
         self._accuracy = scene.model.accuracy or ACCURACY
 
-    def movement_of(self, count):
+    def movement_of(self, count, responses=False):
         """`Movement` with so many modes, which may be unstable.
+
+        Parameters
+        ----------
+        count : int
+        responses : bool
+            See `LinearMotion`.
 
         Raises
         ------
@@ -52,29 +67,61 @@ class InWind:
         """
         scene = self.scene
         driving = repr((scene.winches, scene.actuators))
-        linear, loops = (count, driving), self._known.setdefault(driving, {})
+        linear, loops = (count, responses, driving), self._known.setdefault(driving, {})
         if linear not in self._known:
-            self._known[linear] = LinearMotion(
-                scene, self._equilibrium, self._airflow, count, self._accuracy, self._model, loops=loops
-            )
-        blown = *linear, self._airflow and self._airflow.side
+            known = scene, self._equilibrium, self.airflow, self._modes_of(count), self._accuracy, self._model
+            self._known[linear] = LinearMotion(*known, loops=loops, responses=responses)
+        blown = *linear, self.airflow and self.airflow.side
         if blown not in self._known:
-            self._known[blown] = self._known[linear].blown_by(self._airflow)
+            self._known[blown] = self._known[linear].blown_by(self.airflow)
         moving = *blown, repr(scene.control)
         if moving not in self._known:
             self._known[moving] = Movement(scene, self._known[blown])
         return self._known[moving]
 
+    def _modes_of(self, count):
+        """The lowest `CoupledModes`, as damping needs them."""
+        if count not in self._modes:
+            damping = [cable.damping for cable in self.scene.cables.values()]
+            about = self._equilibrium, count, self._accuracy, damping, self._model, self._cables
+            self._modes[count] = coupled_modes(*about).damped
+        return self._modes[count]
+
     @cached_property
     def _counts(self):
         """Modes of the models that are tried: from the fewest on with which the frequencies of notches are known."""
-        if self._model is not None:
-            return ELEMENTS
-        for count in (*COUNTS, *MORE):
-            movement = self.movement_of(count)
+        for count in (*self._tried, *(MORE if self._model is None else ())):
+            movement = self._with(count)
             if movement.knows_notches or len(movement.modes) < count:
                 break
-        return tuple(one for one in COUNTS if one >= count) or (count,)
+        return tuple(one for one in self._tried if one >= count) or (count,)
+
+    @property
+    def _tried(self):
+        """Numbers of modes, ascending.
+
+        Fewer first where cables are few and few modes are excited: by wind on free bodies alone, and a loop that only
+        integrates. Modal damping, unless of an exact choice of elements, depends on their number: it is then that of
+        many cables.
+        """
+        scene, many = self.scene, self._many
+        few, exact = FIRST + OF_EACH * len(scene.cables), self._model is not None
+        all_excited = self.airflow is not None and self.airflow.on_cables
+        all_excited |= scene.control is not None and not law_from(scene.control)[0].integrates_only
+        modal = any(one.damping.model == "modal" and one.damping.ratio for one in scene.cables.values())
+        if few >= many[0] or all_excited or (modal and not exact) or not self._equilibrium.suspension.free.any():
+            return many
+        return few, *many
+
+    @property
+    def _many(self):
+        if self._model is not None:
+            return (ELEMENTS,)
+        return IN_PLANE if self._cables is not None and self._cables.planes else COUNTS
+
+    def _with(self, count):
+        """`movement_of` one of these numbers: where it is that of few cables, modes left out have more responses."""
+        return self.movement_of(count, count < self._many[0])
 
     @cached_property
     def _outcome(self):
@@ -86,12 +133,13 @@ class InWind:
 
     def _settled(self):
         """Movement with as many modes as needed, and its response to the wind; raises as `response`."""
+        allowed = 2 * (self._accuracy if self._model is None else EXACT)
         for count in self._counts:
             doing(f"motion with {count} modes")
-            movement = self.movement_of(count)
+            movement = self._with(count)
             movement.check_stable()
-            response = Response(movement, self.scene) if self._airflow is not None else None
-            if response is None or len(movement.modes) < count or not response.errs_more_than(2 * self._accuracy):
+            response = Response(movement, self.scene) if self.airflow is not None else None
+            if response is None or len(movement.modes) < count or not response.errs_more_than(allowed):
                 break
         if movement.loop is not None and movement.with_critical_modes is not movement:
             movement = movement.with_critical_modes
@@ -110,7 +158,7 @@ class InWind:
         error = self.response.moving_error / 2
         if self._model is not None or error <= self._accuracy:
             return ""
-        tried = [str(count) for count in COUNTS if count <= len(self.movement.modes)]
+        tried = [str(count) for count in self._tried if count <= len(self.movement.modes)]
         models = f"{counted(len(tried), 'model')} of {', '.join(tried)} modes"
         return f"{models} tried: estimated error of the RMS {error:.1e}, asked for {self._accuracy:g}"
 
@@ -134,7 +182,9 @@ class InWind:
 
     @property
     def described(self):
-        """`movement`, or of an unstable loop, which has no response, `controlled`; raises as that."""
+        """`movement`, or of an unstable loop, or where no response was asked for, `controlled`; raises as that."""
+        if "_outcome" not in self.__dict__ and "_judged" in self.__dict__:
+            return self.controlled
         return self.controlled if isinstance(self._outcome, NoSolutionError) else self.movement
 
     @property
@@ -152,7 +202,7 @@ class InWind:
     def _judged(self):
         """The movement of `controlled`, or the error that says why there is none: computed once for a row."""
         try:
-            movement = self.movement_of(self._counts[0])
+            movement = self._with(self._counts[0])
             movement.check_open()
         except (NoSolutionError, ConvergenceError) as error:
             return error
@@ -181,7 +231,8 @@ class InWind:
     def _at_rest(self):
         """`InWind` with the winches at rest, which shares what does not depend on the loop."""
         scene = self.scene.model_copy(update={"control": None})
-        return InWind(scene, self._calm, self._equilibrium, self._airflow, self._model, self._known)
+        about = self._calm, self._equilibrium, self.airflow, self._model, self._known, self._cables, self._modes
+        return InWind(scene, *about)
 
     @property
     def _open(self):

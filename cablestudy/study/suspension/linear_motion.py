@@ -14,8 +14,8 @@ from cablestudy.control.pose_state_space import ExactResponse, by_forces, winch_
 from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, second_order
 from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.study.suspension.turbulence import Turbulence
+from cablestudy.system.connected import observed
 from cablestudy.system.coupled import Layout
-from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.residues import beside, residues
 from cablestudy.system.superelement import with_ends
 from cablestudy.wind.mean import Drag
@@ -23,6 +23,7 @@ from cablestudy.wind.mean import Drag
 TURN = 2 * np.pi
 FEWER = 0.7  # of the modes, with which the error by those left out is estimated
 DEPENDENT = 1e-10  # size of a static response over the largest, below which it is rounding
+UNSEEN = 1e-16  # share of the kinetic energy of a mode in what outputs depend on, up to which it is rounding
 
 
 def drag_of(scenes, body_names, cable_names):
@@ -134,8 +135,8 @@ class LinearMotion:
         In the mean wind, of this case.
     airflow : Airflow or None
         Of this case; None without wind.
-    modes : int or CoupledModes
-        Coupled modes in the model, or how many.
+    modes : CoupledModes
+        In the model.
     accuracy : float
         Relative, of their frequencies. [-]
     model : FixedModel, optional
@@ -143,22 +144,33 @@ class LinearMotion:
         How many of the modes, the last ones, are there because the loop would drive them first.
     loops : dict, optional
         `DrivenCables` and first gains by control, which models with other numbers of modes share: it is filled.
+    responses : bool
+        Whether the modes left out answer to the inertia and damping forces of what bodies and winches move too.
+    complete : bool
+        Whether the model has modes that no output depends on too.
     """
 
-    def __init__(self, scene, equilibrium, airflow, modes, accuracy=1e-4, model=None, driven=0, loops=None):
+    def __init__(
+        self,
+        scene,
+        equilibrium,
+        airflow,
+        modes,
+        accuracy=1e-4,
+        model=None,
+        driven=0,
+        loops=None,
+        responses=False,
+        complete=False,
+    ):
         self.scene, self.equilibrium, self.accuracy, self.model = scene, equilibrium, accuracy, model
         self.airflow, self.drag = airflow, airflow and airflow.drag
-        self._damping = [cable.damping for cable in scene.cables.values()]
-        self.modes = self.lowest(modes).damped if isinstance(modes, int) else modes
-        self.driven, self.loops = driven, {} if loops is None else loops
+        self.modes, self.driven, self.loops = modes, driven, {} if loops is None else loops
+        self._responses, self._complete = responses, complete
         self.layout = Layout(equilibrium)
         suspension = equilibrium.suspension
         self.winches, self.markers = winches_of(scene, suspension.cable_names), markers_of(scene)
         self.actuators = actuators_of(scene)
-
-    def lowest(self, count):
-        """The lowest `CoupledModes`; raises as `coupled_modes`."""
-        return coupled_modes(self.equilibrium, count, self.accuracy, self._damping, self.model)
 
     def with_modes(self, modes, chosen, driven):
         """The same with some modes of other `CoupledModes`, the last ones of which the loop could drive.
@@ -172,7 +184,15 @@ class LinearMotion:
         """
         known = self.scene, self.equilibrium, self.airflow
         some = modes_among(modes, np.array(chosen))
-        return LinearMotion(*known, some, self.accuracy, self.model, driven, self.loops)
+        return LinearMotion(*known, some, self.accuracy, self.model, driven, self.loops, self._responses)
+
+    @cached_property
+    def with_all_modes(self):
+        """The same with the modes that no output depends on: for a state space."""
+        if len(self.kept) == len(self.modes):
+            return self
+        known = self.scene, self.equilibrium, self.airflow, self.modes, self.accuracy, self.model, self.driven
+        return LinearMotion(*known, responses=self._responses, complete=True)
 
     @cached_property
     def outputs(self):
@@ -192,15 +212,39 @@ class LinearMotion:
 
     @cached_property
     def _loads(self):
-        """Forces on the coordinates of the suspension by winches and by loads on bodies."""
-        winches, bodies = len(self.winches), 6 * self.equilibrium.suspension.bodies
+        """Forces on the coordinates of the suspension by winches and by loads on bodies.
+
+        With `responses` also those by inertia and damping of what bodies and winches move, and by the inertia of the
+        answer to these: it is what modes left out do to the motion and the damping of others, see `LinearSystem.few`.
+        """
+        whole, winches, bodies = self._whole, len(self.winches), 6 * self.equilibrium.suspension.bodies
         of_bodies = winches + np.flatnonzero(self.layout.free < bodies)
-        return self._whole.driven[0].real[:, [*range(winches), *of_bodies.tolist()]]
+        found = whole.driven[0].real[:, [*range(winches), *of_bodies.tolist()]]
+        if not self._responses:
+            return found
+        moved = np.s_[:, len(whole) - whole.bodies :]
+        acting = [part[moved] for part in (whole.mass, whole.damping, whole.stiffness.imag)]
+        acting += [part[:, :winches] for part in (whole.driven[0].imag, whole.driven[1].real, whole.driven[2].real)]
+        acting = np.concatenate(acting, axis=1)
+        acting = acting[:, acting.any(axis=0)]
+        return np.concatenate([found, acting, whole.mass @ whole.compliance(acting)], axis=1)
 
     @cached_property
     def _basis(self):
         """Frequencies and shapes of the coordinates: modes, and the static responses to the loads."""
-        return basis(self.modes, self._loads)
+        omega, shapes = basis(self.modes, self._loads)
+        kept = np.concatenate([self.kept, np.arange(len(self.modes), len(omega))])
+        return omega[kept], shapes[:, kept]
+
+    @cached_property
+    def kept(self):
+        """Numbers from 0 of the modes that are coordinates of the model: those that outputs depend on, or all."""
+        every = np.arange(len(self.modes))
+        if self._complete or (seen := observed(self._whole)).all():
+            return every
+        shapes = self.modes.shapes[seen]
+        share = (shapes * (self._whole.mass[np.ix_(seen, seen)] @ shapes)).sum(axis=0)
+        return every[share > UNSEEN] if (share > UNSEEN).any() else every
 
     @cached_property
     def fewer(self):
@@ -208,17 +252,17 @@ class LinearMotion:
 
         Of the lowest modes the highest are left out; modes that the loop could drive stay.
         """
-        omega, shapes = self._basis
-        size, modes = len(self.motion), len(self.modes) - self.driven
+        (omega, shapes), count = self._basis, len(self.kept)
+        size, modes = len(self.motion), np.count_nonzero(self.kept < len(self.modes) - self.driven)
         left = np.arange(int(FEWER * modes), modes)
-        others = np.concatenate([left, np.arange(len(self.modes), len(omega))])
+        others = np.concatenate([left, np.arange(count, len(omega))])
         static = (shapes.T @ self._loads / omega[:, None] ** 2)[others]
         static, values, _ = np.linalg.svd(static, full_matrices=False)
         static = static[:, values > DEPENDENT * values.max(initial=0.0)]
         kept = np.eye(size)
         responses = kept[:, others] @ static
         return np.concatenate(
-            [kept[:, : left[0]], kept[:, modes : len(self.modes)], responses, kept[:, len(omega) :]], axis=1
+            [kept[:, : int(FEWER * modes)], kept[:, modes:count], responses, kept[:, len(omega) :]], axis=1
         )
 
     @cached_property

@@ -6,12 +6,12 @@ from math import ceil, log2
 
 import numpy as np
 
-from cablestudy.control.plant import Notch
+from cablestudy.control.gain_limits import ABOVE, undamped
+from cablestudy.control.law import law_from
+from cablestudy.control.notch import Notch
 from cablestudy.control.pose_loop import PoseLoop, allocate, growing, moved_by_winches
-from cablestudy.control.stability import BEYOND, undamped
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.suspension_tables import MOTIONS
-from cablestudy.study.loops import law_from
 from cablestudy.study.suspension.driven_cables import DrivenCables
 from cablestudy.study.suspension.driven_waves import Effects
 from cablestudy.study.suspension.turbulence import Turbulence
@@ -132,8 +132,10 @@ class Movement:
 
     @cached_property
     def _shares(self):
-        """Share of each mode in the static compliance of each measured coordinate, shape (k, m). [-]"""
-        return (self._measurable[1][:, : len(self.modes)] / self.modes.solution.omega) ** 2 / self._compliance[:, None]
+        """Share of each mode of the model in the static compliance of each measured coordinate, shape (k, m). [-]"""
+        kept = self.linear.kept
+        moved = self._measurable[1][:, : len(kept)] / self.modes.solution.omega[kept]
+        return moved**2 / self._compliance[:, None]
 
     @cached_property
     def _compliance(self):
@@ -153,7 +155,7 @@ class Movement:
     def _coupled_frequencies(self):
         """Frequency of the mode with the largest share in the static compliance of each measured coordinate. [Hz]"""
         shares = self._shares / self._shares.max(axis=1, keepdims=True)
-        return self.modes.frequency[np.argmax(np.round(shares, 9), axis=1)]
+        return self.modes.frequency[self.linear.kept[np.argmax(np.round(shares, 9), axis=1)]]
 
     def _static_frequencies(self):
         """Frequency of each measured coordinate on its static compliance with the body's own mass. [Hz]"""
@@ -192,7 +194,7 @@ class Movement:
     @cached_property
     def given_loop(self):
         """The loop with its gain, or with next to none where the gain follows from a margin."""
-        law, gain = law_from(self.scene.control, self.scene.control)
+        law, gain = law_from(self.scene.control)
         given = LITTLE * self.modes.solution.omega[0] if gain is None else gain
         return PoseLoop(self.motion, self.allocation, given, self.notches, law)
 
@@ -267,7 +269,7 @@ class Movement:
         """
         limit = self.gains.limit
         if limit and limit.undamped:
-            said = self.given_loop.law.said((1 + BEYOND) * limit.factor, 4).removeprefix("a gain of ")
+            said = self.given_loop.law.said((1 + ABOVE) * limit.factor, 4).removeprefix("a gain of ")
             raise undamped(1j * limit.omega, self.gains.open_ratio(limit.omega), f"no largest gain: at {said} ")
         return limit
 
@@ -295,6 +297,12 @@ class Movement:
     def with_critical_modes(self):
         """The same movement, with the modes that would grow first where its gain is nearly the largest one."""
         linear = self.driven.with_critical_modes(self.linear, self.loop.gain)
+        return self if linear is self.linear else Movement(self.scene, linear)
+
+    @cached_property
+    def with_all_modes(self):
+        """The same movement with the modes that no output depends on: for a state space."""
+        linear = self.linear.with_all_modes
         return self if linear is self.linear else Movement(self.scene, linear)
 
     @cached_property
@@ -331,16 +339,16 @@ class Movement:
     def _complaint(self):
         """Which motion grows with the loop, and below which gain none does."""
         loop, pole = self.loop, self.loop.growing
+        moving = self._named(pole, loop) if pole else f"a motion of {self.gains.limit.omega / TURN:.4g} Hz grows"
+        found = f"the loop is unstable at {self._said}: {moving}; "
         try:
             limit = self.largest_gain
         except NoSolutionError as error:
-            return f"the loop is unstable at {self._said}: {self._named(pole, loop)}; {error}" if pole else str(error)
-        moving = self._named(pole, loop) if pole else f"a motion of {self.limit.omega / TURN:.4g} Hz grows"
-        found = f"the loop is unstable at {self._said}: {moving}"
+            return found + str(error)
         if limit is None:
-            return found
+            return found + "no gain below it is the largest stable one"
         below = f"{limit:.4g} rad/s" if loop.law.integrates_only else f"{limit / loop.gain:.4g} times these gains"
-        return f"{found}; stable below {below}"
+        return f"{found}stable below {below}"
 
     @property
     def _said(self):
@@ -349,9 +357,10 @@ class Movement:
 
     def mode_name(self, place):
         """Number of a coordinate, what it moves and its frequency, in words."""
-        if place >= len(self.modes):
+        if place >= len(self.linear.kept):
             return "a motion above the modes of the model"
-        return f"mode {place + 1} ({self.modes.moves[place]}, {self.modes.frequency[place]:.4g} Hz)"
+        mode = int(self.linear.kept[place])
+        return f"mode {mode + 1} ({self.modes.moves[mode]}, {self.modes.frequency[mode]:.4g} Hz)"
 
     def _named(self, pole, moving):
         """The motion of a growing pole of a `LinearSystem` or `PoseLoop` in words."""

@@ -120,7 +120,7 @@ def _of_wind(case):
         return
     movement, wind = case.in_wind.described, case.scene.wind
     modes, strokes = len(movement.modes), sum(not one.wheel for one in movement.actuators)
-    shapes = counted(len(movement.motion) - modes - strokes, "static shape")
+    shapes = counted(len(movement.motion) - len(movement.linear.kept) - strokes, "static shape")
     if movement.loop is not None and case.model is not None:
         yield (
             f"loop: judged by the modes of these elements, up to {_highest(movement):.4g} Hz, and not by those "

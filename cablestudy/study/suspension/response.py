@@ -19,7 +19,7 @@ from cablestudy.wind.integrals import QUADRATURE
 ACCURACY = 1e-4  # where the scene has a fixed model
 TENSION = 6.0  # what modes left out add to a tension over what the highest ones add: with fewer of them it falls slowly
 ABOVE = 1e-3  # of the variance of a tension: by waves along the cables, far above the modes of the model
-ROUNDING = 1e-16  # of the energy of an output over the largest of all: what is less is shown as zero
+ROUNDING = 1e-15  # of the energy of an output over the largest of all: what is less is shown as zero
 AT_ONCE = 500_000  # entries of the responses that are computed at once
 CLOSED, OPEN = 0, 1
 

@@ -206,7 +206,7 @@ def choose_controlled(document, scene, options, highest=None):
         movement = _with(case.in_wind, whole, int((frequency <= options.limit).sum()))
     elif highest:
         whole = movement = _reaching(case.in_wind, whole, highest, MOST)
-    loop = None
+    loop, movement = None, movement.with_all_modes
     if options.attached == "loop":
         allocation = replace(whole.allocation, measured=movement.allocation.measured)
         loop = replace(whole.loop, motion=movement.linear.viscous_motion, allocation=allocation)

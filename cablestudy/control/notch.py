@@ -1,0 +1,44 @@
+"""The notch in series with a control law: it removes one frequency, and rolls off above another one."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Notch:
+    """N(s) = [(s^2 + 2 z1 w1 s + w1^2)/w1^2] [w2^2/(s^2 + 2 z2 w2 s + w2^2)].
+
+    Attributes
+    ----------
+    omega, damping_ratio : float
+        Of the notch. [rad/s], [-]
+    rolloff_omega, rolloff_damping_ratio : float
+        [rad/s], [-]
+    """
+
+    omega: float
+    damping_ratio: float
+    rolloff_omega: float
+    rolloff_damping_ratio: float
+
+    def __call__(self, s):
+        """Value at s. [-]"""
+        zero, pole = s / self.omega, s / self.rolloff_omega
+        return (zero * (zero + 2 * self.damping_ratio) + 1) / (pole * (pole + 2 * self.rolloff_damping_ratio) + 1)
+
+    @property
+    def corners(self):
+        """About where its zero and its pole of the upper half plane are, shape (2,). [rad/s]"""
+        own = (self.omega, self.damping_ratio), (self.rolloff_omega, self.rolloff_damping_ratio)
+        return np.array([omega * (1j - ratio) for omega, ratio in own])
+
+    @property
+    def state_space(self):
+        """a, b, c, d for the states w2^2/q and s w2/q, q the roll-off's polynomial."""
+        w1, w2 = self.omega, self.rolloff_omega
+        passed = (w2 / w1) ** 2
+        a = w2 * np.array([[0.0, 1.0], [-1.0, -2 * self.rolloff_damping_ratio]])
+        first = 1.0 - passed
+        second = 2 * passed * (self.damping_ratio * w1 / w2 - self.rolloff_damping_ratio)
+        return a, np.array([0.0, w2]), np.array([first, second]), passed

@@ -1,0 +1,160 @@
+"""The winch loop of a scene of one cable, with what independent computations need of it."""
+
+from functools import cached_property, partial
+
+import numpy as np
+
+from cablestudy.control.gain_limits import StableGains
+from cablestudy.control.law import INTEGRATOR
+from cablestudy.control.loop_gain import LoopGain
+from cablestudy.scene.one_cable import as_suspension
+from cablestudy.study.case import Case
+from cablestudy.study.suspension.in_wind import InWind
+from cablestudy.system.coupling_damping import Strain
+from cablestudy.system.linear import LinearSystem
+from cablestudy.system.superelement import Superelement
+
+
+class OneLoop:
+    """The loop of a scene; loops that differ in the gain alone share its models."""
+
+    def __init__(self, scene, in_wind=None):
+        self.scene, self.case = scene, Case(scene)
+        self.in_wind = in_wind or self.case.in_wind
+
+    def with_gain(self, gain):
+        """The same loop with another gain [rad/s], and the other gains of a law in proportion."""
+        own = self.scene.winch.controller
+        scaled = {name: getattr(own, name) * gain / own.gain for name in ("proportional_gain", "derivative_gain")
+                  if getattr(own, name)}  # fmt: skip
+        return self._with(lambda table: table.model_copy(update={"gain": gain} | scaled))
+
+    def with_margins(self, margin, peak=np.inf):
+        """The same loop with the largest gain that leaves a gain margin [dB] and bounds the sensitivity."""
+        sensitivity = min(peak, 1e9)
+        return self._with(
+            lambda table: type(table).model_validate(
+                {**table.model_dump(), "gain": {"auto": {"gain_margin": margin, "sensitivity": sensitivity}}}
+            )
+        )
+
+    def _with(self, changed):
+        winch = self.scene.winch
+        winch = winch.model_copy(update={"controller": changed(winch.controller)})
+        scene, own = self.scene.model_copy(update={"winch": winch}), self.in_wind
+        known = own._calm, own._equilibrium, own._drag, own._model, own._known
+        return OneLoop(scene, InWind(as_suspension(scene), *known))
+
+    @property
+    def movement(self):
+        """`Movement`, stable or not with the loop."""
+        return self.in_wind.controlled
+
+    @property
+    def gain(self):
+        """[rad/s]"""
+        return self.movement.loop.gain
+
+    @property
+    def mass(self):
+        """Of the gondola. [kg]"""
+        return self.scene.gondola.mass
+
+    @property
+    def damping(self):
+        """Of the gondola by the air. [N s/m]"""
+        return self.case.gondola_air_damping
+
+    @property
+    def location(self):
+        """Of the winch."""
+        return self.scene.winch.location
+
+    @property
+    def notch(self):
+        """`Notch` or None."""
+        return self.movement.notches[0]
+
+    @cached_property
+    def cable(self):
+        """`Superelement` with the modes that are judged, as far as gondola or winch move them."""
+        return self._element.select(self._moved)
+
+    @property
+    def unmoved_poles(self):
+        """Of the others. [rad/s]"""
+        return self._element.select(~self._moved).poles
+
+    @property
+    def _element(self):
+        (found,) = self.movement.driven.loop_gain.elements
+        return found
+
+    @property
+    def _moved(self):
+        size = np.abs(self._element.coupling[:, [0, 3]]).max(axis=1, initial=0.0)
+        return size > 1e-9 * size.max(initial=0.0)
+
+    @property
+    def largest_gain(self):
+        """[rad/s], or None."""
+        return self.movement.largest_gain
+
+    @property
+    def gain_margin(self):
+        """[dB], or None."""
+        return self.in_wind.gain_margin[0]
+
+    @property
+    def margins(self):
+        """`Margins`."""
+        return self.movement.margins
+
+    @property
+    def stable(self):
+        """Whether nothing grows."""
+        return self.movement.stable
+
+    def check_stable(self):
+        """NoSolutionError where something grows."""
+        self.in_wind.check_stable()
+
+    def unstable(self, gain):
+        """How many poles with a gain [rad/s] are to the right."""
+        return self.with_gain(float(gain)).movement.gains.unstable(float(gain))
+
+    def unit_gain(self, s):
+        """L over the gain, shape (f,)."""
+        return self.movement.gains.loop_gain(s)[:, 0, 0]
+
+    @property
+    def open_poles(self):
+        """With the winch at rest, upper half plane and real axis. [rad/s]"""
+        return self.movement.open_poles
+
+    def closed_poles(self, gain):
+        """The same with a gain. [rad/s]"""
+        return self.with_gain(float(gain)).movement.loop.poles
+
+
+def spring_loop(mass, stiffness, location="ground", notch=None, time=0.0, law=INTEGRATOR):
+    """`StableGains` of a gondola on one spring, damped by Kelvin and Voigt's law, without any mode."""
+    cable = spring(stiffness, time)
+    bodies, unit = LinearSystem(np.array([[mass]]), np.zeros((1, 1)), np.zeros((1, 1))), np.eye(6)
+    winch, sign = (unit[:, 0], 1.0) if location == "ground" else (unit[:, 3], -1.0)
+    places = unit[None, :, [3]], winch[None, :, None], np.zeros((1, 1)), np.ones((1, 1)), np.array([[sign]])
+    loop_gain = LoopGain(bodies, [cable], *places, partial(_controller, notch, law))
+    poles = np.roots([mass, stiffness * time, stiffness]).astype(complex)
+    return StableGains(loop_gain, poles[poles.imag >= 0], (notch,), law)
+
+
+def spring(stiffness, time=0.0):
+    """`Superelement` of a spring along x without mass, damped by Kelvin and Voigt's law."""
+    ends = np.zeros((6, 6))
+    ends[np.ix_([0, 3], [0, 3])] = stiffness * np.array([[1, -1], [-1, 1]])
+    strain = Strain("kelvin_voigt", time, np.zeros((0, 0)), np.zeros((0, 6)), ends) if time else None
+    return Superelement(np.zeros(0), np.zeros((0, 6)), np.zeros(0), ends, np.zeros((6, 6)), strain)
+
+
+def _controller(notch, law, s):
+    return (law(s) if notch is None else law(s) * notch(s))[:, None]
