@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from cablestudy.cable import taut
+from cablestudy.control.gondola import undamped_modes
 from cablestudy.control.pose_loop import growing
 from cablestudy.control.pose_state_space import by_forces
 from cablestudy.errors import CablestudyError, NoSolutionError
@@ -241,10 +242,8 @@ def _with_ends(case, model):
     case.end_stiffness_along = lambda axis: float(model.stiffness[3 + axis, 3 + axis])
     gondola = case.scene.gondola
     if gondola is not None and gondola.mass is not None:
-        system = _on_gondola(model, case)
-        omega, shares = system.modes
-        case.coupled = omega / (2 * np.pi), shares[0]
-        case.in_wind = in_wind_of(case, kind=partial(OfSystem, system))
+        case.coupled = undamped_modes(model, gondola.mass)
+        case.in_wind = in_wind_of(case, kind=partial(OfSystem, _on_gondola(model, case)))
     return case
 
 
