@@ -184,6 +184,14 @@ def test_residual_stiffness_pays():
     assert all(entry["end_stiffness"] < 1e-11 for entry in found.values())
 
 
+def test_reduced_modes_say_nothing_of_the_loop_gain():
+    damped = "cable.damping={model: kelvin_voigt, time: 1e-3, viscous: 0.02}"
+    wanted, chosen = columns("largest_gain", "gondola_frequency"), named(r"3 modes \+ residual")
+    found = trade.compare(scene(damped), wanted, 0, chosen)
+    assert found.reference.errors["largest_gain"] < 1e-8
+    assert [entry.status for entry in found.entries] == ["largest_gain: not by reduced modes"]
+
+
 def test_trapezoids_are_trapezoids():
     """On the continuous cable, point by point."""
     case = case_module.Case(trade_models.with_accuracy(PAPER.scene(HYSTERETIC), 1e-10))

@@ -298,7 +298,9 @@ def closed(loop, chosen=None, residual=True, forces=None, highest=0.0):
     by_force, held = system.driven[0][:, 1:], system.follow[0][:, 1:]
     driven, follow = (tuple(part[:, :1] for part in parts) for parts in (system.driven, system.follow))
     scaled = replace(system, driven=driven, follow=follow, scale=_scale(system))
-    _, whole, (reeled, _), shown = rows(scaled, by_force, control, direct=held)
+    _, whole, (reeled, _), shown = rows(scaled, by_force, control)
+    end = len(whole) + (whole.shape[1] - len(whole)) // 3
+    shown[:, end - held.shape[1] : end] += held
     names = [*(("notch_1", "notch_2") if loop.notch else ()), *names, "winch"]
     states = *_states(system), *((name, "m") for name in names)
     inputs, outputs = (("reference", "m"), *system.inputs), (*system.outputs, ("winch", "m"))

@@ -146,7 +146,7 @@ def reference_of(scene, columns):
             if reason:
                 raise NoSolutionError(reason)
             if column.needs in MOTION:
-                error, number, note = _converged(levels, column, particular.exact_value)
+                error, number, note = _converged(levels(column), column, particular.exact_value)
             else:
                 number, error = particular.exact_value(column, case)
                 error, note = max(error, ROUNDING), "closed form"

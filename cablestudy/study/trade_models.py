@@ -2,27 +2,35 @@
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from cablestudy.cable import taut
 from cablestudy.control.gondola import undamped_modes
+from cablestudy.control.pose_loop import growing
+from cablestudy.control.pose_state_space import by_forces
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.case import Case
-from cablestudy.study.closed_form import DISCRETE, MOTION
-from cablestudy.study.columns import ROUNDING, find, value, value_and_error
+from cablestudy.study.closed_form import MOTION, SYSTEM
+from cablestudy.study.columns import GONDOLA_X, ROUNDING, find, value, value_and_error
 from cablestudy.study.one_cable_system import in_cable_wind_of, in_wind_of
 from cablestudy.study.row import evaluate
 from cablestudy.study.scene_values import load_count
 from cablestudy.study.suspension.in_wind import InWind
+from cablestudy.study.suspension.response import OPEN
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.system.ends import Ends
+from cablestudy.system.first_order import Allocation
+from cablestudy.system.linear import assemble
+from cablestudy.system.residues import residues
+from cablestudy.system.superelement import GONDOLA, GROUND
 from cablestudy.wind.imaging import seen_weights
 
 DEFAULT = ("end_stiffness", "cable_frequency", "inplane_frequency_8", "gondola_frequency", "gondola_rms_open_loop")
 LEVELS = ((1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))  # elements a segment, order
+CLOSELY = (1e-8, 1e-10)  # accuracies of gondola and cable as one linear system
 AGREED = 1e-12  # relative difference of two levels at which a value is not refined further
 PAPER = 40  # bars
 BARS = (5, 10, 20, 40, 80, 160, 320, 640)
@@ -88,16 +96,16 @@ def reference_case(scene):
 
 
 def reference_levels(case):
-    """Ever finer models of what moves: list of (name, Case)."""
-    return [(f"{n} x order {order} about the closed form", case.refined(n, order)) for n, order in LEVELS]
+    """Ever finer models of what moves: a function, `Column` -> list of (name, Case)."""
+    finer = [(f"{n} x order {order} about the closed form", case.refined(n, order)) for n, order in LEVELS]
+    systems = [(f"gondola and cable to {power(accuracy)}", fixed_to(accuracy, case.scene)) for accuracy in CLOSELY]
+    return lambda column: systems if column.needs in SYSTEM else finer
 
 
 def exact_value(column, case):
     """A number of a case of the reference, and its relative error by anything but its elements."""
-    if column.needs in MOTION:
-        return value(column, case), 0.0
     number, error = value_and_error(column, case)
-    return number, max(error or 0.0, ROUNDING)
+    return number, max(float(error or 0.0), 0.0 if column.needs in MOTION else ROUNDING)
 
 
 def models_of(_, columns):
@@ -111,7 +119,7 @@ def models_of(_, columns):
         found.append(Model(family, name, build, **options))
 
     row = {
-        "compute": lambda column, row: row.cells[column.header],
+        "compute": _of_row,
         "count_dof": lambda row: row.cells["dof"],
         "stated_error": lambda column, row: row.errors.get(column.header),
     }
@@ -124,7 +132,7 @@ def models_of(_, columns):
         add("high order" if n == 1 else "several of high order", f"{n} x order {p}", partial(_spectral, n, p))
     for family, build in (("modes + residual", _with_residual), ("modes alone", _without_residual)):
         for n in MODES:
-            add(family, f"{n} {family}", partial(build, n), needs=DISCRETE[1:])
+            add(family, f"{n} {family}", partial(build, n), needs=("gondola", "wind"), compute=_of_modes)
     add("sum over poles", "sum over poles", _summed, needs=("wind",))
     for kind, space in (("uniform", np.linspace), ("log", np.geomspace)):
         for n in POINTS:
@@ -159,23 +167,30 @@ def _modelled(scene, **model):
     return scene.model_copy(update={"model": scene.model.model_copy(update=model)})
 
 
+def fixed_to(accuracy, scene, _=()):
+    """The case of a scene with error control."""
+    return Case(with_accuracy(scene, accuracy))
+
+
 def _spectral(elements, order, scene, _):
     return fixed(elements * (1 + load_count(scene)[1]), order, "lumped", scene)
 
 
 def _controlled(accuracy, scene, columns):
     """The row to an accuracy."""
-    row = evaluate(with_accuracy(scene, accuracy), [*columns, find("dof")])
-    if row.failed:
+    return evaluate(with_accuracy(scene, accuracy), [*columns, find("dof")])
+
+
+def _of_row(column, row):
+    if row.failed and row.cells[column.header] is None:
         raise NoSolutionError(row.cells["status"])
-    return row
+    return row.cells[column.header]
 
 
 # ------------------------------------------------------------------------------------------------------ closed forms
 
 
-def _accurate(scene, _=()):
-    return Case(with_accuracy(scene, ACCURACIES[-1]))
+_accurate = partial(fixed_to, ACCURACIES[-1])
 
 
 def _static_value(column, case):
@@ -225,9 +240,68 @@ def _with_ends(case, model):
     """The case with another `Superelement` in the place of its own."""
     case.end_model = case.end_model_along_x = model
     case.end_stiffness_along = lambda axis: float(model.stiffness[3 + axis, 3 + axis])
-    if case.scene.gondola is not None and case.scene.gondola.mass is not None:
-        case.coupled = undamped_modes(model, case.scene.gondola.mass)
+    gondola = case.scene.gondola
+    if gondola is not None and gondola.mass is not None:
+        case.coupled = undamped_modes(model, gondola.mass)
+        case.in_wind = in_wind_of(case, kind=partial(OfSystem, _on_gondola(model, case)))
     return case
+
+
+def _on_gondola(model, case):
+    """`LinearSystem` of the gondola on a `Superelement`, driven by the winch; its place is the last coordinate."""
+    unit, mass, winch = np.eye(6), np.array([[case.scene.gondola.mass]]), case.scene.winch
+    driving = GONDOLA if winch is not None and winch.location == "gondola" else GROUND
+    system = assemble([model], unit[:, [GONDOLA]], mass, unit[:, [driving]])
+    damping, place, none = system.damping.copy(), np.eye(len(system))[[-1]], np.zeros((1, 1))
+    damping[-1, -1] += case.gondola_air_damping
+    return replace(system, damping=damping, moved=(place, 0 * place, 0 * place), follow=(none, none, none))
+
+
+def _of_modes(column, case):
+    """A number of reduced modes, which have no other loop and no other wind than those of the gondola's place."""
+    if column.needs == "loop" or (column.needs == "wind" and re.search("winch|cable_wind|all_wind", column.name)):
+        raise NoSolutionError("not by reduced modes")
+    return value(column, case)
+
+
+class OfSystem(InWind):
+    """`InWind` whose RMS is that of another linear system of gondola and cable in the same gusts, without its error.
+
+    Parameters
+    ----------
+    system : LinearSystem
+        Its only output is the gondola's place, the last coordinate.
+    *args
+        As of `InWind`.
+    """
+
+    def __init__(self, system, *args):
+        super().__init__(*args)
+        self._system, self._weights = system, OWN | seen_weights(self.scene.exposure, self.scene.correction)
+
+    def rms(self, names, variance, open_loop):
+        """As `InWind.rms`; the error is not a number.
+
+        Raises
+        ------
+        NoSolutionError
+            As of `InWind.rms`, or this system is unstable.
+        """
+        response, state = self.response_of_state(open_loop)
+        movement, loop = response.movement, None if state == OPEN else response.loop
+        if loop is not None:
+            place = np.eye(len(self._system))[[-1]]
+            loop = replace(loop, motion=self._system, allocation=Allocation(place, loop.allocation.shares))
+        moving = (loop or self._system).eigen
+        if growing(moving.poles) is not None:
+            raise NoSolutionError("the loop is unstable with these modes")
+        moved = movement.motion.moved[0][movement.outputs[GONDOLA_X]].real
+        forces = np.zeros((len(self._system), movement.gusts.into.shape[1]))
+        forces[-1] = moved[: len(movement.gusts.into)] @ movement.gusts.into / (moved @ moved)
+        found = residues(moving, *by_forces(self._system, forces, loop))
+        weights = {variance: self._weights[variance]}
+        ((size,),) = movement.turbulence[min(state, len(movement.turbulence) - 1)].variances_of(found, weights)
+        return float(np.sqrt(size)), np.nan
 
 
 # ---------------------------------------------------------------------------------------------- frequency integration

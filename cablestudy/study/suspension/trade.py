@@ -48,9 +48,9 @@ def reference_case(scene):
 
 
 def reference_levels(case):
-    """Ever finer models of the coupled modes: list of (name, SuspensionCase)."""
+    """Ever finer models of the coupled modes: a function, `Column` -> list of (name, SuspensionCase)."""
     fits = _size_limit(case)
-    return [
+    levels = [
         (
             f"{n} x order {order} of each cable",
             SuspensionCase(with_elements(case.scene, n, order, "lumped"), case.group),
@@ -58,6 +58,7 @@ def reference_levels(case):
         for n, order in LEVELS
         if fits(n * order)
     ]
+    return lambda column: levels
 
 
 def exact_value(column, case):

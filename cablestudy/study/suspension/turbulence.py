@@ -80,6 +80,10 @@ class Turbulence:
         """Variances of the outputs with weights that are functions of frequency [Hz], by their names; see `_found`."""
         return self._found(self._integrals_of(weights))
 
+    def variances_of(self, residues, weights):
+        """Variances of the outputs of other `Residues` by the same gusts, shape (w, o); weights as of `seen`."""
+        return self._integrals_of(weights).variances(residues)
+
     def below(self, limits):
         """Variances of the outputs by frequencies below some limits [Hz], shape (l, o)."""
         return self._integrals_of({limit: partial(np.greater, limit) for limit in limits}, limits).variances(
