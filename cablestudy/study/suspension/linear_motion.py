@@ -271,6 +271,15 @@ class LinearMotion:
             [kept[:, : int(FEWER * modes)], kept[:, modes:count], responses, kept[:, len(omega) :]], axis=1
         )
 
+    @property
+    def lacked(self):
+        """Largest share in the static compliance of a free displacement that the lowest modes, of `fewer`, have not."""
+        solution = self.modes.solution
+        lowest = slice(int(FEWER * len(self.modes)))
+        moved = self.layout.bodies(solution.shapes[:, lowest]) / solution.omega[lowest]
+        compliance = [solution.reduced.compliance(motion) for motion in range(len(moved))]
+        return float((1 - (moved**2).sum(axis=1) / np.array(compliance)).max(initial=0.0))
+
     @cached_property
     def fewer_motion(self):
         """The `motion` in that space."""
