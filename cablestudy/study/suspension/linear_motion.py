@@ -16,6 +16,7 @@ from cablestudy.study.suspension.turbulence import Turbulence
 from cablestudy.system.connected import observed
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
+from cablestudy.system.linear import dense
 from cablestudy.system.residues import beside, residues
 from cablestudy.system.superelement import with_ends
 from cablestudy.wind.gusts import damping_of_bodies, gusts
@@ -277,8 +278,8 @@ class LinearMotion:
         solution = self.modes.solution
         lowest = slice(int(FEWER * len(self.modes)))
         moved = self.layout.bodies(solution.shapes[:, lowest]) / solution.omega[lowest]
-        compliance = [solution.reduced.compliance(motion) for motion in range(len(moved))]
-        return float((1 - (moved**2).sum(axis=1) / np.array(compliance)).max(initial=0.0))
+        compliance = np.diagonal(np.linalg.inv(dense(solution.reduced.stiffness)))
+        return float((1 - (moved**2).sum(axis=1) / compliance).max(initial=0.0))
 
     @cached_property
     def fewer_motion(self):
