@@ -206,3 +206,17 @@ def test_what_excites_all_modes_has_many(changes):
         text = {key: value for key, value in text.items() if key not in ("control", "winches")}
     in_wind = case_of(text).in_wind
     assert len(in_wind.movement.modes) >= 64
+
+
+def test_a_body_that_few_modes_hardly_move_has_many():
+    """A light one on a heavy, slack and stiff cable: its own frequency is far above the lowest modes."""
+    changes = {
+        "cable__area": 4e-5, "bodies__gondola__mass": 1.0, "cables__cable__from": [-370.0, 0.0, 0.0],
+        "cables__cable__unstretched_length": 370.5, "bodies__gondola__force": [2500.0, 0.0, 0.0],
+    }  # fmt: skip
+    in_wind = case_of(one_cable("hysteretic", **changes)).in_wind
+    few = in_wind.movement_of(24, True).linear
+    share = few.modes.compliance_shares(0, 0)
+    assert few.lacked == pytest.approx(1 - share[:16].sum(), rel=1e-6)
+    assert few.lacked > 1e-2
+    assert len(in_wind.controlled.modes) == 64

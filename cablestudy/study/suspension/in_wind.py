@@ -19,6 +19,7 @@ from cablestudy.wind.peak import peak_factor
 COUNTS = (64, 100, 160)  # modes of the models that are tried,
 IN_PLANE = (32, *COUNTS, 300)  # of a cable that moves in its plane only
 FIRST, OF_EACH = 16, 8  # before them, of few cables, so many and so many of each cable
+LACKED = 1e-3  # share in the static compliance of bodies that these may lack
 MORE = (300, 600)  # where notches are at frequencies that those have not
 ELEMENTS = 250  # of a model with an exact choice of elements, where fewer change the RMS by more than a share EXACT
 EXACT = 1e-9
@@ -89,10 +90,14 @@ class InWind:
 
     @cached_property
     def _counts(self):
-        """Modes of the models that are tried: from the fewest on with which the frequencies of notches are known."""
+        """Modes of the models that are tried: from the fewest on with which the frequencies of notches are known.
+
+        Fewer than of many cables only where these hold nearly all of what loads do to bodies.
+        """
         for count in (*self._tried, *(MORE if self._model is None else ())):
             movement = self._with(count)
-            if movement.knows_notches or len(movement.modes) < count:
+            enough = count >= self._many[0] or movement.linear.lacked < LACKED
+            if (enough and movement.knows_notches) or len(movement.modes) < count:
                 break
         return tuple(one for one in self._tried if one >= count) or (count,)
 

@@ -16,6 +16,11 @@ from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.study.suspension.turbulence import Turbulence
 from cablestudy.system.connected import observed
 from cablestudy.system.coupled import Layout
+<<<<<<< HEAD
+=======
+from cablestudy.system.coupled_modes import coupled_modes
+from cablestudy.system.linear import dense
+>>>>>>> reduce
 from cablestudy.system.residues import beside, residues
 from cablestudy.system.superelement import with_ends
 from cablestudy.wind.mean import Drag
@@ -264,6 +269,15 @@ class LinearMotion:
         return np.concatenate(
             [kept[:, : int(FEWER * modes)], kept[:, modes:count], responses, kept[:, len(omega) :]], axis=1
         )
+
+    @property
+    def lacked(self):
+        """Largest share in the static compliance of a free displacement that the lowest modes, of `fewer`, have not."""
+        solution = self.modes.solution
+        lowest = slice(int(FEWER * len(self.modes)))
+        moved = self.layout.bodies(solution.shapes[:, lowest]) / solution.omega[lowest]
+        compliance = np.diagonal(np.linalg.inv(dense(solution.reduced.stiffness)))
+        return float((1 - (moved**2).sum(axis=1) / compliance).max(initial=0.0))
 
     @cached_property
     def fewer_motion(self):
