@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G
-from cablestudy.control.plant import Notch
 from command import CARLINA, SLACK
 from references import bars
 

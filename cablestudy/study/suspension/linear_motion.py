@@ -16,11 +16,7 @@ from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.study.suspension.turbulence import Turbulence
 from cablestudy.system.connected import observed
 from cablestudy.system.coupled import Layout
-<<<<<<< HEAD
-=======
-from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.linear import dense
->>>>>>> reduce
 from cablestudy.system.residues import beside, residues
 from cablestudy.system.superelement import with_ends
 from cablestudy.wind.mean import Drag
