@@ -11,6 +11,7 @@ CLOSE = 1e-8  # relative change of a squared frequency that is a correction of r
 EXCITED = 1e-9  # m, relative to the largest, below which a mode does not move with the gondola
 LARGE = 0.3  # of the largest share in the gondola's static compliance
 SECANT_STEPS = 30
+NEAR = 0.05  # rate of decay over frequency up to which a pole near the undamped one is that of the gondola
 TIE = 1e-6  # relative difference of two shares that are one: the lower mode is the gondola's
 
 
@@ -86,7 +87,7 @@ def _polished(natural, own, stiffness, omega, coupling):
     return natural * np.sqrt(1 + np.where(np.abs(change) < CLOSE, change, 0.0))
 
 
-def damped_pole(cable, mass, damping, omega):
+def damped_pole(cable, mass, damping, omega, distinct=False):
     """The pole of the gondola on a damped cable, the winch at rest.
 
     Of the poles with a large share in the gondola's static compliance the one nearest to its undamped frequency.
@@ -100,6 +101,8 @@ def damped_pole(cable, mass, damping, omega):
         Viscous, on the gondola. [N s/m]
     omega : float
         [rad/s]
+    distinct : bool
+        Whether hardly another mode moves the gondola: its pole is then near i omega, unless it is damped much.
 
     Returns
     -------
@@ -111,14 +114,18 @@ def damped_pole(cable, mass, damping, omega):
     NoSolutionError
         So much damped strain that rounding spoils the response.
     """
-    cable, system = _moved(cable, mass)
-    system.damping[-1, -1] += damping
-    poles, shares = system.pole_shares
-    poles = poles[shares[0] >= LARGE * shares[0].max()]
 
     def balance(s):
         return complex((mass * s**2 + damping * s + cable.dynamic_stiffness(s, [GONDOLA], [GONDOLA])[:, 0, 0])[0])
 
+    if distinct:
+        pole = _refined(balance, 1j * omega)
+        if 0 < -pole.real < NEAR * omega:
+            return pole
+    cable, system = _moved(cable, mass)
+    system.damping[-1, -1] += damping
+    poles, shares = system.pole_shares
+    poles = poles[shares[0] >= LARGE * shares[0].max()]
     return _refined(balance, complex(poles[np.argmin(np.abs(np.abs(poles) - omega))]))
 
 

@@ -65,7 +65,7 @@ def gondola_damping_ratio(case):
     """
     damping, omega, mass = case.scene.cable.damping, 2 * np.pi * case.gondola_frequency, case.scene.gondola.mass
     try:
-        pole = damped_pole(case.end_model_along_x, mass, case.gondola_air_damping, omega)
+        pole = damped_pole(case.end_model_along_x, mass, case.gondola_air_damping, omega, case.gondola_share > DISTINCT)
         ratio = -pole.real / abs(pole)
     except NoSolutionError:  # so much damped strain that modes are spoilt by rounding
         pole, ratio = -omega + 0j, 1.0
