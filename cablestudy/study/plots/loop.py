@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
+from cablestudy.control.gondola import gondola_mode
 from cablestudy.control.response import Phase
 from cablestudy.control.step_response import BAND
 from cablestudy.errors import NoSolutionError
@@ -42,7 +43,7 @@ def loop_margins(case, span=None):
     movement = found.controlled
     if not movement.loop.gain:
         raise NoSolutionError(NO_LOOP)
-    frequency = drawn_frequencies(movement, span or _span(case))
+    frequency = drawn_frequencies(movement, span or _span(found))
     value, sensitivity, complementary = curves(movement, frequency)
     figure = Figure(figsize=(WIDTH, 9.6), layout="constrained")
     grid = figure.add_gridspec(4, 2, height_ratios=(2.2, 1.6, 1.8, 3.2), width_ratios=(1.35, 1))
@@ -65,12 +66,11 @@ def loop_margins(case, span=None):
     return figure
 
 
-def _span(case):
+def _span(found):
     """Range of frequencies in which something happens. [Hz]"""
-    found = case.in_wind
     movement = found.controlled
     marked = [
-        case.gondola_frequency,
+        movement.modes.frequency[gondola_mode(movement.modes.compliance_shares(0, 0))],
         movement.loop.gain / (2 * np.pi),
         found.phase_crossover[0] if _has_limit(movement) else None,
         *(notch.rolloff_omega / (2 * np.pi) for notch in movement.notches if notch),
