@@ -1,6 +1,5 @@
 """Viscous damping per length of the cable: dense bars, closed forms, state space, loop and wind."""
 
-
 import numpy as np
 import pytest
 import scipy.linalg
