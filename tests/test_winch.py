@@ -151,6 +151,13 @@ def test_a_mode_that_damped_strain_hardly_reaches_is_refused_by_name(law, key, a
     loop.with_gain(0.2).check_stable()
 
 
+def test_no_peak_is_stated_for_a_mode_as_good_as_undamped():
+    """Its pole lies to the right by less than what is called instability, and the peak is none of the loop."""
+    loop = loop_of("carlina", "ground", "static", "cable.damping={model: kelvin_voigt, time: 1e-3}")
+    with pytest.raises(NoSolutionError, match=r"no peak of the sensitivity.*3\.179 Hz.*cable\.damping\.viscous"):
+        _ = loop.with_gain(0.2).margins.sensitivity_peak
+
+
 @STRAINED
 def test_viscous_damping_decides_about_such_a_mode_as_dense_bars_do(law, key, amount):
     viscous = 4e-9

@@ -38,6 +38,7 @@ SETTLED = 1e-12  # relative, of a frequency that is found
 HIGHEST = 1e3  # gain up to which the sensitivity of a loop without limit is looked at, over its highest pole
 FARTHEST = 1e9  # gain up to which stability is judged, over the lowest pole: beyond it rounding decides
 MOST_MODES = 300  # of cables, that a gain could drive; more are refused: 600 states take a second
+AT_POLE = 1e-5  # relative distance of a peak from a pole up to which it is that of its mode
 ABOVE = 0.03  # a gain this much above that at which a mode as good as undamped grows is named
 CLOSED = 3.0  # gains between which poles of the closed loop follow from a crossing, over its gain
 
@@ -218,7 +219,13 @@ class StableGains:
     def margins(self, gain):
         """`Margins` of the loop with a gain. [rad/s]"""
         omega, matrices = self._close(gain)
-        return Margins(lambda s: gain * self.loop_gain(s), omega, matrices=gain * matrices)
+        return Margins(lambda s: gain * self.loop_gain(s), omega, self._check_peak, gain * matrices)
+
+    def _check_peak(self, omega):
+        """Refuse a peak of the sensitivity [rad/s] of a mode as good as undamped: NoSolutionError."""
+        pole = self.poles[np.argmin(np.abs(self.poles - 1j * omega))] if len(self.poles) else np.inf
+        if abs(pole - 1j * omega) < AT_POLE * omega and (ratio := self.open_ratio(omega)) < UNDAMPED:
+            raise undamped(pole, ratio, "no peak of the sensitivity: ")
 
     def gain_of_peak(self, peak, most):
         """The largest gain up to `most` with which the peak of the sensitivity is at most a value. [rad/s]
