@@ -15,6 +15,9 @@ from cablestudy.system.linear import LinearSystem
 from cablestudy.system.superelement import Superelement
 
 
+EVERY = 250  # modes of a model, of bars all
+
+
 class OneLoop:
     """The loop of a scene; loops that differ in the gain alone share its models."""
 
@@ -134,7 +137,7 @@ class OneLoop:
 
     def closed_poles(self, gain):
         """The same with a gain. [rad/s]"""
-        return self.with_gain(float(gain)).movement.loop.poles
+        return self.with_gain(float(gain)).in_wind.movement_of(EVERY).loop.poles
 
 
 def spring_loop(mass, stiffness, location="ground", notch=None, time=0.0, law=INTEGRATOR):

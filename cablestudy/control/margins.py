@@ -96,9 +96,17 @@ class Margins:
         return highest(at, omega, value)
 
     @cached_property
+    def _highest_sensitivity(self):
+        return self._highest(0.0)
+
+    @cached_property
+    def _highest_disk(self):
+        return self._highest(0.5)
+
+    @cached_property
     def _peak(self):
         """Largest size of S over frequency [-], and where it is [rad/s]: 1 and None where none is above."""
-        value, omega = self._highest(0.0)
+        value, omega = self._highest_sensitivity
         if not value > 1:
             return 1.0, None
         self.check_peak(omega)
@@ -107,7 +115,7 @@ class Margins:
     @cached_property
     def _disk(self):
         """alpha [-], and the frequency that decides it [rad/s]: 2 and None where the real part of L is nowhere < 0."""
-        value, omega = self._highest(0.5)
+        value, omega = self._highest_disk
         if not value > 0.5 * (1 + PASSIVE):
             return 2.0, None
         self.check_peak(omega)
@@ -167,7 +175,7 @@ class Margins:
     @property
     def deciding(self):
         """Frequencies at which the loop gain decides the margins, shape (d,). [rad/s]"""
-        found = [self._peak[1], self._disk[1], self.bandwidth and TURN * self.bandwidth]
+        found = [self._highest_sensitivity[1], self._highest_disk[1], self.bandwidth and TURN * self.bandwidth]
         return np.append(self._crossovers[0], [one for one in found if one])
 
     @cached_property

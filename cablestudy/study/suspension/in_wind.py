@@ -17,7 +17,7 @@ from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.wind.peak import peak_factor
 
 COUNTS = (64, 100, 160)  # modes of the models that are tried,
-IN_PLANE = (32, *COUNTS, 300)  # of a cable that moves in its plane only
+IN_PLANE = (32, 64, 100)  # of a cable that moves in its plane only
 FIRST, OF_EACH = 16, 8  # before them, of few cables, so many and so many of each cable
 LACKED = 1e-3  # share in the static compliance of bodies that these may lack
 MORE = (300, 600)  # where notches are at frequencies that those have not
@@ -142,7 +142,7 @@ class InWind:
         for count in self._counts:
             doing(f"motion with {count} modes")
             movement = self._with(count)
-            movement.check_stable()
+            self._check(movement)
             response = Response(movement, self.scene) if self.airflow is not None else None
             if response is None or len(movement.modes) < count or not response.errs_more_than(allowed):
                 break
@@ -150,6 +150,13 @@ class InWind:
             movement = movement.with_critical_modes
             response = response and Response(movement, self.scene)
         return movement, response
+
+    def _check(self, movement):
+        """Refuse a `Movement` that grows: NoSolutionError, in which one with many modes names the motion."""
+        movement.check_open()
+        if not movement.stable:
+            self._with(self._many[0]).check_stable()
+            movement.check_stable()
 
     @property
     def short_of_accuracy(self):
@@ -188,9 +195,8 @@ class InWind:
     @property
     def described(self):
         """`movement`, or of an unstable loop, or where no response was asked for, `controlled`; raises as that."""
-        if "_outcome" not in self.__dict__ and "_judged" in self.__dict__:
-            return self.controlled
-        return self.controlled if isinstance(self._outcome, NoSolutionError) else self.movement
+        outcome = self.__dict__.get("_outcome")
+        return self.controlled if outcome is None or isinstance(outcome, Exception) else self.movement
 
     @property
     def response(self):
@@ -230,7 +236,7 @@ class InWind:
 
     def check_stable(self):
         """Refuse an unstable loop: NoSolutionError; raises as `controlled` too."""
-        self.controlled.check_stable()
+        self._check(self.controlled)
 
     @cached_property
     def _at_rest(self):
