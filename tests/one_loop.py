@@ -14,7 +14,6 @@ from cablestudy.system.coupling_damping import Strain
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.superelement import Superelement
 
-
 EVERY = 250  # modes of a model, of bars all
 
 

@@ -594,6 +594,8 @@ def _cholesky(stiffness):
 
 def _solve_lower(lower, right, transposed=False):
     """lower^-1 right, or lower^-T right, for a lower triangular matrix."""
+    if len(lower) == 1:
+        return right / lower[0, 0]
     from scipy.linalg.lapack import dtrtrs
 
     return dtrtrs(lower, right, lower=1, trans=int(transposed))[0] if right.size else right

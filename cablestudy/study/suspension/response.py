@@ -18,6 +18,9 @@ from cablestudy.wind.integrals import QUADRATURE
 
 ACCURACY = 1e-4  # where the scene has a fixed model
 TENSION = 6.0  # what modes left out add to a tension over what the highest ones add: with fewer of them it falls slowly
+SPEEDS = (
+    2e-6  # error of variances of speed and acceleration of winches by modes left out, which the highest do not show
+)
 ABOVE = 1e-3  # of the variance of a tension: by waves along the cables, far above the modes of the model
 ROUNDING = 1e-15  # of the energy of an output over the largest of all: what is less is shown as zero
 AT_ONCE = 500_000  # entries of the responses that are computed at once
@@ -207,7 +210,7 @@ class Response:
         """
         whole, added, undamped = self._states[CLOSED].winch_speeds
         self._refuse(undamped)
-        return whole, added + self.integration_error * whole
+        return whole, added + (self.integration_error + SPEEDS) * whole
 
     @cached_property
     def stiffness(self):
