@@ -342,7 +342,7 @@ def _followed(loop_gain, begin):
 def undamped(pole, ratio, begin=""):
     """The error for a loop whose stability depends on a mode as good as undamped, the message beginning with a text."""
     return NoSolutionError(
-        f"{begin}the winch drives the cable's mode of {abs(pole.imag) / (2 * np.pi):.4g} Hz, whose damping ratio is "
+        f"{begin}the loop drives a mode of {abs(pole.imag) / (2 * np.pi):.4g} Hz, whose damping ratio is "
         f"{ratio:.1e}: damped strain leaves it as good as undamped (below {UNDAMPED:g}); give cable.damping.viscous"
     )
 

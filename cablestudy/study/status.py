@@ -11,12 +11,14 @@ def status_of(failures, *doubts):
     Parameters
     ----------
     failures : dict
-        Header -> CablestudyError of a column that cannot be had. Each reason is told once.
+        Header -> CablestudyError of a column that cannot be had. Each reason is told once, and
+        not by itself where another one contains it.
     *doubts : str
         Any of DOUBTS, followed by names where there are several cables; an empty one does not count. They come last, so
         that a status that begins with one has no other reason.
     """
     reasons = list(dict.fromkeys(" ".join(str(error).split()) for error in failures.values()))
+    reasons = [one for one in reasons if not any(one in other for other in reasons if other != one)]
     more = len(reasons) - MAX_REASONS
     reasons[MAX_REASONS:] = [f"and {more} more reasons"] if more > 0 else []
     return "; ".join([*reasons, *filter(None, doubts)]) or OK
