@@ -30,10 +30,7 @@ from cablestudy.wind.imaging import seen_weights
 
 DEFAULT = ("end_stiffness", "cable_frequency", "inplane_frequency_8", "gondola_frequency", "gondola_rms_open_loop")
 LEVELS = ((1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))  # elements a segment, order
-CLOSELY = (
-    1e-8,
-    1e-9,
-)  # accuracies of gondola and cable as one linear system: closer ones have more rounding than they gain
+CLOSELY = (1e-8, 1e-9)  # accuracies of gondola and cable as one linear system: closer ones add rounding
 AGREED = 1e-12  # relative difference of two levels at which a value is not refined further
 PAPER = 40  # bars
 BARS = (5, 10, 20, 40, 80, 160, 320, 640)
