@@ -25,10 +25,12 @@ from straight_scenes import (
     two_bodies,
 )
 
+from cablestudy.control import loop_gain
 from cablestudy.control.margins_grid import frequencies, highest
 from cablestudy.control.pose_loop import PoseLoop
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
+from cablestudy.study.case import Case
 from cablestudy.study.columns import SENSITIVITY
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
@@ -539,3 +541,16 @@ def test_the_error_of_an_automatic_gain_is_that_of_what_it_follows_from():
     _, error = find("gain").compute(case_of(text))
     assert 0 < error < 0.1
     assert find("gain").compute(case_of(everything())) == (0.4, 0.0)
+
+
+def test_waves_that_damped_strain_couples_are_all_in_the_loop_gain(monkeypatch):
+    """A slack cable of 586 modes: the largest gain is that with every mode coupled; a hundred give 5.58 rad/s."""
+    damping = "cable.damping={model: hysteretic, loss_factor: 0.02, viscous: 0.02}"
+    _, scene = load_scene(
+        str(CONFIGS / "slack.yaml"), [damping, "winch.controller.gain=0.05", "model={accuracy: 1e-4}"]
+    )
+    found, error = Case(scene).in_wind.largest_gain
+    monkeypatch.setattr(loop_gain, "COUPLED", 10_000)
+    every, _ = Case(scene).in_wind.largest_gain
+    assert error < 1e-6
+    assert found == pytest.approx(every, rel=error)
