@@ -119,13 +119,12 @@ class Rod:
         ratio = np.maximum(ratio, SMALLEST)[:, None]
         found = np.zeros((len(ratio), loads.shape[1], loads.shape[1]))
         for load in loads:
-            inner, (left, f, g), others, weights = self._parts(load[:, None], ratio)
-            by_constant, first, second, mixed = weights
-            found += np.einsum("im,jm,m->mij", left, left, by_constant)
-            found += (others[:, 0] * inner[:, None]) @ others[:, 0].T
-            across = np.einsum("im,jm,m->mij", f, g, mixed)
-            found -= np.einsum("im,jm,m->mij", f, f, second) + np.einsum("im,jm,m->mij", g, g, first)
-            found += across + np.swapaxes(across, 1, 2)
+            inner, sums, others, (by_constant, first, second, mixed) = self._parts(load[:, None], ratio)
+            weights = np.zeros((len(ratio), 3, 3))
+            weights[:, 0, 0], weights[:, 1, 1], weights[:, 2, 2] = by_constant, -second, -first
+            weights[:, 1, 2] = weights[:, 2, 1] = mixed
+            sums = np.stack(sums, axis=-1).swapaxes(0, 1)
+            found += (others[:, 0] * inner[:, None]) @ others[:, 0].T + sums @ weights @ sums.swapaxes(-1, -2)
         return 2 * found
 
     def _parts(self, load, ratio):
