@@ -4,12 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from random_twins import random_scene
 from references.bar_loop import BarLoop
 from references.bars_in_wind import BarsInWind
 from test_suspension_loop_bars import scene_of
 
 from cablestudy.control import loop_gain
+from cablestudy.scene.scene import Scene
 from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.study.case import Case
+from cablestudy.study.one_cable_system import in_wind_of
+from cablestudy.study.suspension import driven_cables
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.driven_cables import DrivenCables
 
@@ -169,3 +174,20 @@ def test_the_largest_gain_to_first_order_is_that_of_little_damped_modes(seed):
     }
     movement = SuspensionCase(SuspensionScene.model_validate(text)).in_wind.movement_of(250)
     assert movement.given_loop.limit_by_modes == pytest.approx(movement.largest_gain, rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", [18, 22, 57, 79])
+def test_vectors_for_the_highest_modes_change_the_largest_gain_and_the_margins_by_less_than_stated(seed, monkeypatch):
+    """One cable with damped strain, to 1e-4: with six vectors at most for modes far above, and with all modes."""
+    scene = Scene.model_validate(random_scene(seed, model={"accuracy": 1e-4}))
+    names, winds = ("sensitivity_peak", "phase_margin", "disk_margin"), []
+    for all_from in (driven_cables.ALL_FROM, 1.0):
+        monkeypatch.setattr(driven_cables, "ALL_FROM", all_from)
+        wind = in_wind_of(Case(scene))
+        winds.append((wind.controlled.driven, wind.largest_gain, [wind.margin(name) for name in names]))
+    (few, (gain, error), margins), (every, (truth, _), true_margins) = winds
+    assert few.by_others > 0 == every.by_others
+    assert len(few.loop_gain.elements[0].omega) < 0.7 * len(every.loop_gain.elements[0].omega)
+    assert abs(gain / truth - 1) <= error <= 1e-5
+    for (found, stated), (exact, _) in zip(margins, true_margins, strict=True):
+        assert found == exact or abs(found / exact - 1) <= stated <= 1e-5

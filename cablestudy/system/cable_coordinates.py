@@ -37,6 +37,11 @@ class Kept:
     modes: int
     shapes: np.ndarray
 
+    @property
+    def residuals(self):
+        """How many vectors stand for the others."""
+        return len(self.element.omega) - self.modes
+
 
 @dataclass(frozen=True)
 class MeshGroup:

@@ -278,7 +278,7 @@ def _record(solution, place, name):
         elements=mesh.elements if mesh else 0,
         order=mesh.order if mesh else 0,
         modes=kept.modes,
-        residuals=len(kept.element.omega) - kept.modes,
+        residuals=kept.residuals,
         first_mode=float(solution.models.first[place]) / (2 * np.pi),
         limit=float(solution.coordinates.limits[place]) / (2 * np.pi),
         error=float(np.abs(solution.omitted[place]).max(initial=0.0)) / 2,

@@ -1,10 +1,11 @@
 """The loop gain of a suspension with all modes of its cables that a gain could drive, and what follows from it.
 
 Which modes a gain could drive is decided by a bound (`driven_waves`). The largest gain is the smallest one at which any
-pole crosses the imaginary axis: where an eigenvalue of the loop gain is real and negative, all modes of the cables'
-elements being in it (`control.loop_gain`). Frequencies beside the poles of the model, and of the modes that the gain
-could drive, show all crossings. Waves across a cable take power from those along it where it sags, so that the pole
-that crosses first decides how far they are resolved; it is sought again with them.
+pole crosses the imaginary axis: where an eigenvalue of the loop gain is real and negative (`control.loop_gain`). All
+modes of the cables' elements are in it; where damping couples them, and the accuracy allows it, six vectors stand for
+those far above what the gain could drive (`system.cable_coordinates`). Frequencies beside the poles of the model, and
+of the modes that the gain could drive, show all crossings. Waves across a cable take power from those along it where it
+sags, so that the pole that crosses first decides how far they are resolved; it is sought again with them.
 
 Another law than an integrator may make the loop gain large far above the frequencies of the body. All modes are then
 needed up to where the loop gain of waves that do not return is below BROAD.
@@ -27,6 +28,12 @@ from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
 from cablestudy.system.linear import LinearSystem
 
+# frequency up to which modes of a cable are kept that damping couples, over the highest one that the gain could drive
+# and over that up to which waves are resolved; and share of it with which the error by the others is estimated, which
+# is BY_OTHERS at least (3e-7 in 100 random scenes)
+KEPT, FEWER, BY_OTHERS = np.array([4.0, 2.0]), 0.5, 1e-6
+ALL_FROM = 1e-5  # accuracy from which on all modes are kept,
+VECTORS, WORTH = 6, 0.7  # and share of the modes from which on vectors for the others spare nothing
 MOST_WAVES, MOST_OF_CABLE = 300, 1600  # half-waves along a cable that are resolved, and its modes that are computed
 TRIALS, BEYOND = 5, 1.2  # of the frequency up to which waves across the cables are resolved, over that of the pole
 MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coincide, over that of one alone
@@ -63,6 +70,8 @@ class DrivenCables:
     ----------
     models : Models
         Of the cables, with the waves resolved that the gain could drive.
+    limits : ndarray, shape (c,)
+        Frequency up to which the modes of each cable are in the loop gain; vectors stand for the others. [rad/s]
     loop_gain : LoopGain or callable
     poles : ndarray
         Without control: those of the model, and about where those of the modes are that the gain could drive. [rad/s]
@@ -80,7 +89,8 @@ class DrivenCables:
         self._base, self._elements = movement.modes.solution, movement.linear.model is not None
         resolved_to = self._base.omega[-1]
         for _ in range(TRIALS):
-            self._resolve(self._models(resolved_to), others)
+            models = self._models(resolved_to)
+            self._resolve(models, self._limits(models, resolved_to), others)
             limit = self.gains.limit
             self.resolved = limit is None or self._elements or limit.omega <= resolved_to
             if self.resolved or resolved_to == self._farthest:
@@ -103,6 +113,11 @@ class DrivenCables:
         if found.max(initial=0.0) > self._base.omega[-1]:
             doing(f"modes of the cables that {self._in_words} could drive are sought up to {found.max() / TURN:.4g} Hz")
         return found
+
+    @property
+    def highest_mode(self):
+        """Highest frequency of the modes of single cables in the loop gain. [rad/s]"""
+        return max(one.element.omega[: one.modes].max(initial=0.0) for one in self.kept)
 
     @property
     def _in_words(self):
@@ -132,21 +147,33 @@ class DrivenCables:
             raise ConvergenceError(f"{self._in_words} needs modes of a cable up to {up_to:.4g} Hz: {error}") from None
         return models
 
+    def _limits(self, models, resolved_to):
+        """Frequency up to which modes of each cable are kept, infinite where that spares few or nothing. [rad/s]"""
+        found, linear = np.full(models.cables.count, np.inf), self._movement.linear
+        if self._elements or linear.accuracy <= ALL_FROM:
+            return found
+        for cable, (damping, element) in enumerate(zip(models.cables.damping, models.elements, strict=True)):
+            limit = (KEPT * [self._highest[:, cable].max(), resolved_to]).max()
+            coupled, count = linear.braked or damping.model != "modal", np.count_nonzero(element.omega < limit)
+            if coupled and count + VECTORS < WORTH * len(element.omega):
+                found[cable] = limit
+        return found
+
     def _chosen(self):
         """Modes of each cable that the gain could drive, or that are needed: list of (ndarray of bool, shape (n,))."""
-        driven = self._effects.driven(self.loop_gain, self._gain)
-        found = [own | (one.omega < self.broad) for own, one in zip(driven, self.models.elements, strict=True)]
+        driven, found = self._effects.driven(self.loop_gain, self._gain), []
+        for own, kept, element in zip(driven, self.kept, self.loop_gain.elements, strict=True):
+            found.append((own | (element.omega < self.broad)) & (np.arange(len(own)) < kept.modes))
         number = sum(int(own.sum()) for own in found)
         if number > MOST_MODES and not self._elements:
             raise too_many(self._in_words, number, self._highest.max(initial=0.0))
         return found
 
-    def _loop_gain(self):
-        """`LoopGain` with all modes of the models; where rounding spoils it that of the coupled modes, a function."""
+    def _loop_gain(self, kept):
+        """`LoopGain` with what is `kept` of the cables; where rounding spoils it a function, that of the coupled modes."""
         movement, effects, layout, linear = self._movement, self._effects, self._movement.layout, self._movement.linear
         stiffness, mass = (dense(part) for part in layout.own)
-        air = linear.air_on(self.models)
-        elements = [replace(one, air=air.get(cable)) for cable, one in enumerate(self.models.elements)]
+        elements = [one.element for one in linear.in_air(self.models, kept)]
         damping = np.zeros_like(mass) + linear.air_on_bodies(np.eye(len(mass)))
         *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, movement.actuators)
         bodies = LinearSystem(*matrices, feedback=feedback)
@@ -177,11 +204,12 @@ class DrivenCables:
                 poles.append((moved.real[:, None] + 1j * (alone[:, None] + shift)).ravel())
         return np.concatenate(poles)
 
-    def _resolve(self, models, others):
+    def _resolve(self, models, limits, others):
         """Take models, and what follows from them; of other `DrivenCables` what is equal is shared."""
-        others = [one for one in others if one.models.equal(models)]
-        self.models = others[0].models if others else models
-        self.loop_gain = others[0].loop_gain if others else self._loop_gain()
+        others = [one for one in others if one.models.equal(models) and np.array_equal(one.limits, limits)]
+        self.models, self.limits = others[0].models if others else models, limits
+        self.kept = self.models.keep(limits)
+        self.loop_gain = others[0].loop_gain if others else self._loop_gain(self.kept)
         self.poles = self._poles()
         for one in others:
             if np.array_equal(one.poles, self.poles):
@@ -209,16 +237,15 @@ class DrivenCables:
         """Loop gains that differ by what the models leave open: list of `LoopGain`.
 
         The frequencies of the modes are shifted by their own errors. Modal damping of half of the modes, the highest
-        ones, is left out: it has no limit as modes are added.
+        ones, is left out: it has no limit as modes are added. Vectors stand for more modes.
         """
         elements, found = self.loop_gain.elements, []
         wrong = [np.zeros(len(element.omega)) for element in elements]
         for group in self.models.groups:
-            cables, count = group.ends.omega.shape
-            each = np.broadcast_to(np.eye(count), (cables, count, count))
-            energy = group.ends.highest_energy(each, np.zeros((cables, 6, count)))
-            for place, cable in enumerate(group.places.tolist()):
-                wrong[cable] = np.minimum(energy[place] / group.ends.omega[place] ** 2 / 2, 0.5)
+            for cable in group.places.tolist():
+                shapes = self.kept[cable].shapes
+                energy = group.take(cable, 1).ends.highest_energy(shapes[None], np.zeros((1, 6, shapes.shape[1])))[0]
+                wrong[cable] = np.minimum(energy / elements[cable].omega ** 2 / 2, 0.5)
 
         found.append([
             replace(one, omega=one.omega * (1 - own), participation=one.participation * (1 - own)[:, None] ** 2)
@@ -230,7 +257,13 @@ class DrivenCables:
                 replace(one, damping_ratio=np.where(own, one.damping_ratio, 0.0)) if one.strain is None else one
                 for one, own in zip(elements, lower, strict=True)
             ])  # fmt: skip
-        return [replace(self.loop_gain, elements=elements, near=self.loop_gain) for elements in found]
+        found = [replace(self.loop_gain, elements=elements, near=self.loop_gain) for elements in found]
+        return found + ([self._loop_gain(self.models.keep(FEWER * self.limits))] if self.by_others else [])
+
+    @property
+    def by_others(self):
+        """Least relative error of margins by modes for which vectors stand; 0 where there are none. [-]"""
+        return BY_OTHERS if any(one.residuals for one in self.kept) else 0.0
 
     @cached_property
     def errors(self):
@@ -242,7 +275,7 @@ class DrivenCables:
         if None in found:
             return np.nan, np.nan
         both = [(abs(one.factor / limit.factor - 1), abs(one.omega / limit.omega - 1)) for one in found]
-        return tuple(map(float, SAFETY * np.sum(both, axis=0)))
+        return tuple(map(float, SAFETY * np.sum(both, axis=0) + self.by_others))
 
     def perturbed_margins(self, margins, gain):
         """`Margins` of the perturbed loop gains, near the frequencies that decide the margins with a gain [rad/s]."""

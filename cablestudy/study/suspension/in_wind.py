@@ -262,7 +262,8 @@ class InWind:
         found, others = getattr(self.controlled.margins, name), self.controlled.perturbed_margins
         if not others:
             return found, np.nan
-        return found, SAFETY * sum(relative(found, getattr(other, name)) for other in others)
+        error = SAFETY * sum(relative(found, getattr(other, name)) for other in others)
+        return found, error + self.controlled.driven.by_others
 
     @property
     def gain(self):

@@ -204,12 +204,7 @@ class LinearMotion:
     @cached_property
     def _whole(self):
         solution = self.modes.solution
-        air, kept = self.air_on(solution.models), list(solution.kept)
-        for cable, matrix in air.items():
-            one = kept[cable]
-            within = with_ends(one.shapes)
-            kept[cable] = replace(one, element=replace(one.element, air=within.T @ matrix @ within))
-        return second_order(self.layout, kept, self.winches, self.markers)
+        return second_order(self.layout, self.in_air(solution.models, solution.kept), self.winches, self.markers)
 
     @cached_property
     def _loads(self):
@@ -346,9 +341,14 @@ class LinearMotion:
         """Whether the air damps what moves."""
         return self.airflow is not None and self.airflow.damps
 
-    def air_on(self, models):
-        """Aerodynamic damping of each cable of some `Models`, see `Superelement.air`: dict, empty without."""
-        return self.airflow.damping_of_cables(models, self.equilibrium) if self.airflow else {}
+    def in_air(self, models, kept):
+        """What is `Kept` of the cables of some `Models`, with its aerodynamic damping: list of Kept."""
+        found = list(kept)
+        for cable, matrix in (self.airflow.damping_of_cables(models, self.equilibrium) if self.airflow else {}).items():
+            within = with_ends(found[cable].shapes)
+            air = within.T @ matrix @ within
+            found[cable] = replace(found[cable], element=replace(found[cable].element, air=air))
+        return found
 
     def air_on_bodies(self, shapes):
         """Aerodynamic damping of coordinates by the drag on bodies, see `damping_of_bodies`; 0 without."""

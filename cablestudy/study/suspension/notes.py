@@ -183,7 +183,7 @@ def _of_modes(modes):
 
 def _highest(movement):
     """Of all modes of cables that a loop was judged with. [Hz]"""
-    return max(one.omega.max(initial=0.0) for one in movement.driven.loop_gain.elements) / (2 * np.pi)
+    return movement.driven.highest_mode / (2 * np.pi)
 
 
 def damping_notes(scene):
