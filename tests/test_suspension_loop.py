@@ -552,5 +552,5 @@ def test_waves_that_damped_strain_couples_are_all_in_the_loop_gain(monkeypatch):
     found, error = Case(scene).in_wind.largest_gain
     monkeypatch.setattr(loop_gain, "COUPLED", 10_000)
     every, _ = Case(scene).in_wind.largest_gain
-    assert error < 1e-6
+    assert error < 1e-5
     assert found == pytest.approx(every, rel=error)

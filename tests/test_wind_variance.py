@@ -5,8 +5,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from random_twins import random_scene
 from scipy.integrate import quad
 
+from cablestudy.scene.scene import Scene
+from cablestudy.study.case import Case
+from cablestudy.study.one_cable_system import in_wind_of
 from cablestudy.system.residues import eigen, residues
 from cablestudy.wind.variance import Noise, Panels, smooth_on, variances
 
@@ -112,3 +116,12 @@ def test_a_fast_pole_follows_statically():
     assert len(still.poles) == 0
     assert still.direct == pytest.approx(1 / k)
     assert one.response(np.array([1j]))[0] == pytest.approx(still.response(np.array([1j]))[0], rel=1e-4)
+
+
+@pytest.mark.parametrize("count", [24, 64, 100])
+def test_more_modes_of_a_hysteretic_cable_do_not_change_the_rms_with_a_loop(count):
+    """The notch of a slow loop has a double pole, and hysteretic damping many poles that are damped alike."""
+    wind = in_wind_of(Case(Scene.model_validate(random_scene(48))))
+    found = wind.movement_of(count).turbulence[0].variances[0][0]
+    few = wind.movement_of(32).turbulence[0].variances[0][0]
+    assert found[0] == pytest.approx(few[0], rel=1e-7)

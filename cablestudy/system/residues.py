@@ -9,10 +9,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-DEPENDENT = 1e5  # entry of V^-1, the columns of V of unit size, above which A is taken for one without eigenvectors
+# sum of the sizes of the shares of all states in a pole, and entry of V^-1, above which A has next to no eigenvectors
+DEPENDENT, SINGULAR = 1e5, 1e12
 SHARP = 0.35  # damping ratio below which a pole makes a response sharp over frequency
 GAP = 0.7  # least of the frequency above which other poles are taken
-NUDGE = 1e-9  # change of its entries then, over the smaller one of the sizes of its rows
+NUDGE = 1e-9  # change of poles that coincide then, over their size
+COINCIDE = 1e-3  # relative distance of poles up to which they may be one: four of them, by rounding
+PARALLEL = 1e-3  # least singular value of the unit eigenvectors of these, below which they are next to parallel
+CIRCLE = np.exp(2j * np.pi * (np.arange(24) + 0.5) / 24)  # around these poles
+RADIUS = 0.3  # of it, over the distance of the next one
 
 
 @dataclass(frozen=True)
@@ -54,21 +59,46 @@ def eigen(a):
     Rows are ordered by their size, the largest first: the small eigenvalues of a graded matrix then keep more digits
     (Stewart, Matrix Algorithms II: Eigensystems, 2001, section 2.3). A matrix without a full set of eigenvectors, as
     that of a critically damped filter, is changed by little so that it has one (Davies, Approximate diagonalization,
-    SIAM Journal on Matrix Analysis and Applications 29, 2007).
+    SIAM Journal on Matrix Analysis and Applications 29, 2007): in the space of the poles that coincide alone. The share
+    of a state in a pole is its entry of V times that of V^-1; in whatever unit the state is, it is the same.
     """
-    size = np.abs(a).sum(axis=1)
-    order = np.argsort(-size, kind="stable")
+    order = np.argsort(-np.abs(a).sum(axis=1), kind="stable")
     a, back = a[np.ix_(order, order)], np.argsort(order)
     try:
         poles, right = np.linalg.eig(a)
         left = np.linalg.inv(right)
     except np.linalg.LinAlgError:  # V is singular
         left = np.full_like(a, np.inf)
-    if np.abs(left).max(initial=0.0) > DEPENDENT:
-        noise = np.random.default_rng(0).normal(size=a.shape)
-        poles, right = np.linalg.eig(a + NUDGE * np.minimum.outer(size[order], size[order]) * noise)
+    shares = (np.abs(left) * np.abs(right.T)).sum(axis=1)
+    if not (shares.max(initial=0.0) <= DEPENDENT and np.abs(left).max(initial=0.0) <= SINGULAR):
+        poles, right = np.linalg.eig(a + NUDGE * _among_coinciding(a, poles, right))
         left = np.linalg.inv(right)
     return Eigen(poles + 0j, right[back], left[:, back], np.iscomplexobj(a))
+
+
+def _among_coinciding(a, poles, right):
+    """A change of a matrix, shape (N, N), of the size of its poles that nearly coincide, which leaves all others.
+
+    Of those whose eigenvectors are next to parallel; `poles` and `right` are those that the matrix seems to have.
+    In their space: the projector P onto it is the integral of (s - A)^-1/(2 pi i) around them (Kato, Perturbation
+    Theory for Linear Operators, I.5.3), and P A = A P.
+    """
+    draw, found, left, real = np.random.default_rng(0), np.zeros_like(a), np.arange(len(poles)), not np.iscomplexobj(a)
+    while len(left):
+        centre = poles[left[0]]
+        near = np.abs(poles - centre) <= COINCIDE * np.abs(centre)
+        left = np.setdiff1d(left, np.append(np.flatnonzero(near), left[0]))
+        conjugate = real and centre.imag < -COINCIDE * np.abs(centre)  # of a pole that is looked at too
+        if conjugate or np.linalg.svd(right[:, near], compute_uv=False)[-1] > PARALLEL:
+            continue
+        centre = poles[near].mean()
+        step = RADIUS * np.abs(poles[~near] - centre).min(initial=np.abs(centre)) * CIRCLE
+        inverse = np.linalg.inv((centre + step)[:, None, None] * np.eye(len(a)) - a)
+        projector = (step[:, None, None] * inverse).mean(axis=0)
+        change = projector @ draw.normal(size=a.shape) @ projector
+        change *= np.abs(centre) / np.linalg.norm(change, 2)
+        found += (1.0 + (centre.imag > COINCIDE * np.abs(centre))) * change.real if real else change
+    return found
 
 
 def eigen_apart(a):

@@ -170,7 +170,7 @@ class DrivenCables:
         return found
 
     def _loop_gain(self, kept):
-        """`LoopGain` with what is `kept` of the cables; that of the coupled modes, a function, if rounding spoils it."""
+        """`LoopGain` with what is `kept` of the cables; a function, of the coupled modes, where rounding spoils it."""
         movement, effects, layout, linear = self._movement, self._effects, self._movement.layout, self._movement.linear
         stiffness, mass = (dense(part) for part in layout.own)
         elements = [one.element for one in linear.in_air(self.models, kept)]

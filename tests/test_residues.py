@@ -1,0 +1,58 @@
+"""The sum over the poles of a system whose matrix has next to no full set of eigenvectors, against solved systems."""
+
+import numpy as np
+import pytest
+
+from cablestudy.system.residues import eigen
+
+FREQUENCIES = 1j * np.geomspace(1e-2, 1e3, 60)
+
+
+def chain(*blocks, into=1.0):
+    """Systems one behind the other: each is driven by the first state of the one before, times a factor."""
+    size = sum(len(block) for block in blocks)
+    found, begin = np.zeros((size, size)), 0
+    for place, block in enumerate(blocks):
+        own = slice(begin, begin + len(block))
+        found[own, own] = block
+        if place:
+            found[begin + len(block) - 1, begin - len(blocks[place - 1])] = into
+        begin += len(block)
+    return found
+
+
+def second_order(omega, ratio):
+    """x'' + 2 z w x' + w^2 x, its states x and x'."""
+    return np.array([[0.0, 1.0], [-(omega**2), -2 * ratio * omega]])
+
+
+LAG = np.array([[-60.0]])
+MATRICES = {
+    "a critically damped filter": second_order(60.0, 1.0),
+    "it before a slow and a fast oscillator": chain(
+        second_order(60.0, 1.0), second_order(0.7, 0.04), second_order(300.0, 0.1), into=3e5
+    ),
+    "two equal filters": chain(LAG, LAG),
+    "three equal filters": chain(LAG, LAG, LAG, into=60.0),
+    "a critically damped filter and two of its poles": chain(second_order(60.0, 1.0), LAG, LAG, into=60.0),
+}
+WRONG = 2e-7  # of a response, over its largest value
+
+
+@pytest.mark.parametrize("name", MATRICES)
+def test_the_sum_over_poles_is_the_response(name):
+    """Of each state to a force on itself, and of the last one to a force on the first."""
+    matrix, found = MATRICES[name], eigen(MATRICES[name])
+    right = np.linalg.inv(FREQUENCIES[:, None, None] * np.eye(len(matrix)) - matrix)
+    summed = (found.right / (FREQUENCIES[:, None] - found.values)[:, None, :]) @ found.left
+    own = np.arange(len(matrix))
+    for rows, columns in ((own, own), ([-1], [0])):
+        size = np.abs(right[:, rows, columns]).max(axis=0)
+        assert (np.abs(summed - right)[:, rows, columns] / size).max() < WRONG
+
+
+def test_the_slow_poles_of_a_graded_matrix_are_not_moved_by_a_double_pole_far_above():
+    """0.7 rad/s with 4 % beside a critically damped filter of 60 rad/s, and forces of 3e5 between them."""
+    poles = eigen(MATRICES["it before a slow and a fast oscillator"]).poles
+    slow = poles[np.argmin(np.abs(poles - 0.7j))]
+    assert slow == pytest.approx(0.7 * (-0.04 + 1j * np.sqrt(1 - 0.04**2)), rel=1e-9)
