@@ -7,10 +7,12 @@ from functools import cache
 import numpy as np
 import pytest
 from command import CARLINA, SLACK, run
+from random_twins import random_scene
 from references import catenary_mp
 from scenes import CHORD, PAPER, SAGGING, G, Twin, cells, scene
 
 from cablestudy.errors import ConvergenceError
+from cablestudy.scene.scene import Scene
 from cablestudy.study.case import Case
 from cablestudy.study.case_modes import modes
 from cablestudy.study.closed_form import ColumnRequirements
@@ -177,6 +179,15 @@ def test_a_gain_that_no_margin_gives_leaves_the_open_loop(monkeypatch):
     assert row.cells["gondola_rms_open_loop_mm"] == pytest.approx(
         row_of(scene(), "gondola_rms_open_loop").cells["gondola_rms_open_loop_mm"], rel=1e-6
     )
+
+
+def test_a_loop_that_cannot_be_had_in_a_storm_leaves_the_others():
+    """The steady wind adds to the errors of what there is, and of that alone."""
+    scene = Scene.model_validate(random_scene(46))
+    cells = evaluate(scene, [find("gain"), find("gondola_rms"), find("sag")]).cells
+    assert cells["gain_rad_per_s"] is cells["gondola_rms_mm"] is None
+    assert cells["sag_m"] > 0
+    assert cells["status"].startswith("a gain of 0.007812 rad/s could drive about 316 modes of the cable")
 
 
 def test_modal_damping_with_an_accuracy_leaves_what_has_no_damping():

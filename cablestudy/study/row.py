@@ -270,7 +270,8 @@ def _solve_system(answer, required):
         answer.fail(columns, NoSolutionError(MODAL))
         return
     answer.compute(columns)
-    for name in [column.header for column in columns if answer.errors.get(column.header) is not None]:
+    stated = {column.header: answer.errors.get(column.header) for column in columns if column.header in answer.values}
+    for name in [name for name, error in stated.items() if error is not None]:
         answer.errors[name] += float(drag)
         if answer.errors[name] > accuracy:
             text = f"{name}: estimated error {answer.errors[name]:.1e}, asked for {accuracy:g}"
