@@ -61,16 +61,19 @@ OPEN_WIND = {
     "gondola_rms_open_loop": "gondola.rms_x_open_loop",
     "gondola_rms_velocity_open_loop": "gondola.rms_velocity_open_loop",
 }
-WIND = {"gondola_rms": "gondola.rms_x", "gondola_rms_velocity": "gondola.rms_velocity"}
+WIND = {"gondola_rms": "gondola.rms_x", "gondola_rms_velocity": "gondola.rms_velocity"} | {
+    name: name for name in ("winch_rms_speed", "winch_peak_speed")
+}
 PEAK = {"peak": "gondola.peak"}  # where `wind.mean` is false
 IMAGED = {"exposure": "gondola.exposure"}
 CORRECTED = {"corrected": "gondola.corrected"}
 BOTH = {"corrected_exposure": "gondola.corrected_exposure"}
 # of the larger one of wind across and along the plane of the cable
 CABLE_WIND = {
-    "gondola_rms_open_loop_cable_wind": "gondola.rms_x",
-    "gondola_rms_velocity_open_loop_cable_wind": "gondola.rms_velocity",
-}  # with the winch at rest
+    f"gondola_{quantity}{state}_cable_wind": f"gondola.{twin}{state}"
+    for quantity, twin in (("rms", "rms_x"), ("rms_velocity", "rms_velocity"))
+    for state in ("", "_open_loop")
+}
 BARE_CABLE = {"tension_rms": "cable.rms_tension"}
 
 # Columns of one cable that have no twin, and why.
@@ -80,16 +83,10 @@ NO_TWIN = {
     "force_displacement": "the twin is held at the place that it has under that force; test_load_case_forces.py",
     "peak_utilisation": "quasi-static, at the gondola's peak; of a suspension from the RMS of the tension",
     "midspan_rms": "no column of cables of a suspension",
-    "winch_rms_speed": "of the end that moves along x; of a suspension the length reeled in",
-    "winch_peak_speed": "of the end that moves along x; of a suspension the length reeled in",
     **{
         f"gondola_rms{quantity}{state}_all_wind": "gondola and cable in uncorrelated winds; of a suspension in one wind"
         for quantity in ("", "_velocity")
         for state in ("", "_open_loop")
-    },
-    **{
-        f"gondola_rms{quantity}_cable_wind": "with the winch at rest alone: the winches differ where this is not zero"
-        for quantity in ("", "_velocity")
     },
 }
 
@@ -133,7 +130,8 @@ def swinging(scene):
     body |= {"free": ["x"], "force": [-float(end_force(scene)[0]) - _steady_force(scene), 0.0, 0.0]}
     winch = scene.get("winch")
     if winch is not None:
-        twin["winches"] = {"cable": {"end": "to"} if winch.get("location") == "gondola" else {}}
+        end = "to" if winch.get("location") == "gondola" else "from"
+        twin["winches"] = {"cable": {"end": end, "direction": [1.0, 0.0, 0.0]}}
         if winch.get("controller") is not None:
             twin["control"] = winch["controller"] | {key: winch[key] for key in DRIVE if key in winch}
     if "wind" in scene and "wind" in body:

@@ -31,13 +31,13 @@ class Winch:
     ----------
     cable : int
     end : {FROM, TO}
-    direction : tuple of 3 float, optional
-        Along which it moves the end, global axes; without it it reels in the cable. [-]
+    direction : ndarray, shape (3,), optional
+        Unit vector along which it moves the end, global axes; without it it reels in the cable. [-]
     """
 
     cable: int
     end: int = FROM
-    direction: tuple | None = None
+    direction: np.ndarray | None = None
 
 
 @dataclass(frozen=True)

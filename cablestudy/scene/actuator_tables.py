@@ -6,8 +6,8 @@ from pydantic import Field
 
 from cablestudy.scene.cable_table import Point as Place
 from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
+from cablestudy.scene.suspension_tables import Direction
 
-_Component = Annotated[float, Quantity("", -1e6, 1e6)]
 _HighPass = Annotated[float, Quantity("Hz", 1e-9, 1e9)]
 LIMITS = ("stroke", "force", "momentum", "torque")
 
@@ -16,9 +16,7 @@ class _Actuator(Table):
     """Keys of both kinds."""
 
     body: Name | None = Field(None, description="Which body it is on; needed where there are several bodies")
-    axis: tuple[_Component, _Component, _Component] = Field(
-        description="Its direction, body axes, of any length but zero"
-    )
+    axis: Direction = Field(description="Its direction, body axes, of any length but zero")
     high_pass: _HighPass | None = Field(None, description="Corner frequency below which its feedback does not act")
 
     def relations(self):

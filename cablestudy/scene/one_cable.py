@@ -1,10 +1,7 @@
 """A scene of one cable with a gondola as a suspension: a cable between a fixed point and a body that is free along x.
 
-The winch of one cable moves an end along x; that of a suspension reels the cable in. The wind blows along x and acts on
-the body alone, about the equilibrium without wind.
+Its winch moves an end along x. The wind blows along x and acts on the body alone, about the equilibrium without wind.
 """
-
-from typing import ClassVar
 
 from cablestudy.scene.control_tables import Control, Controller, Drive
 from cablestudy.scene.suspension import SuspensionScene
@@ -12,12 +9,7 @@ from cablestudy.scene.suspension_tables import Body, CableWinch
 from cablestudy.scene.wind_tables import BodyWind, SuspensionWind, WindTable
 
 CABLE, GONDOLA = "cable", "gondola"  # names of the cable and of the body
-
-
-class EndWinch(CableWinch):
-    """A winch that moves an end of the cable along x."""
-
-    direction: ClassVar[tuple] = (1.0, 0.0, 0.0)
+ALONG_X = 1.0, 0.0, 0.0  # in which the winch moves an end
 
 
 def as_suspension(scene, damping=0.0):
@@ -63,7 +55,7 @@ def _body(gondola):
 
 
 def _winch(winch):
-    return EndWinch.model_construct(end="to" if winch.location == "gondola" else "from")
+    return CableWinch.model_construct(end="to" if winch.location == "gondola" else "from", direction=ALONG_X)
 
 
 def _control(winch):

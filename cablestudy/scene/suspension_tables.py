@@ -22,9 +22,12 @@ TENSION_KINDS = {
 }  # fmt: skip
 # Rounding of a tensor that is written with few digits, relative to its trace.
 INERTIA_ROUNDING = 1e-9
+NO_DIRECTION = "the direction has no length: all zero"
 NO_MASS = "no mass has this tensor: its principal moments must be positive, and none above the sum of the other two"
 
 Angles = tuple[Angle, Angle, Angle]
+_Component = Annotated[float, Quantity("", -1e6, 1e6)]
+Direction = tuple[_Component, _Component, _Component]
 Inertia = Annotated[float, Quantity("kg m^2", -1e24, 1e24)]
 Tension = Annotated[float, Quantity("N", 1e-24, 1e24)]
 ForceDensity = Annotated[float, Quantity("N/m", 1e-24, 1e24)]
@@ -287,8 +290,13 @@ class Tensions(Table):
 
 
 class CableWinch(Table):
-    """A winch that reels one of the cables."""
-
-    direction: ClassVar[tuple | None] = None  # along which it moves the end instead, global axes
+    """A winch that reels one of the cables, or moves its end."""
 
     end: Literal["from", "to"] = Field("from", description="from (on the ground) or to (on board)")
+    direction: Direction | None = Field(
+        None, description="Along which it moves the end instead of reeling, global axes, of any length but zero"
+    )
+
+    def relations(self):
+        """A direction is one."""
+        yield [(("direction",), self.direction is None or any(self.direction), lambda: NO_DIRECTION)]

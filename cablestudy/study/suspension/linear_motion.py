@@ -79,8 +79,11 @@ def offered_by_bodies(scene, body_names):
 def winches_of(scene, cable_names):
     """The `Winch` of each cable that has one, in the order of the scene: list."""
     place = {name: number for number, name in enumerate(cable_names)}
-    ends = {"from": FROM, "to": TO}
-    return [Winch(place[name], ends[winch.end], winch.direction) for name, winch in scene.winches.items()]
+    ends, found = {"from": FROM, "to": TO}, []
+    for name, winch in scene.winches.items():
+        along = winch.direction and np.array(winch.direction) / np.linalg.norm(winch.direction)
+        found.append(Winch(place[name], ends[winch.end], along))
+    return found
 
 
 def markers_of(scene):

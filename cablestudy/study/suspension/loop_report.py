@@ -103,7 +103,8 @@ def time_case(document, case, options):
         unit = unit_of(movement.measured[references.index(kind)])
         asked = options.step(f"the {kind} moves", unit)
     else:
-        asked = options.step(f"{kind} reels in")
+        winch = scene.winches[kind.removeprefix("winch.")]
+        asked = options.step(f"{kind} reels in" if winch.direction is None else f"{kind} moves its end")
     moved = f"{body}.{AXES[MOTIONS.index(movement.measured[shown])]}"
     found = in_time(movement, moved, input_, asked.components, options.times).times(asked.size)
     unit = f"m{unit_of(movement.measured[shown])}"
