@@ -71,8 +71,12 @@ class MeshGroup:
         amplitudes : ndarray, shape (g, n, r)
         ends : ndarray, shape (g, 6, r)
         """
+        return self.placed(self.ends.motion(amplitudes, ends))
+
+    def placed(self, moved):
+        """As `nodes`, of displacements of the nodes in the chord frame, shape (g, nodes, 3, r)."""
         state, frame = self.ends.state, self.ends.state.span.frame
-        moved = np.einsum("gnir,gij->gnjr", self.ends.motion(amplitudes, ends), frame)
+        moved = np.einsum("gnir,gij->gnjr", moved, frame)
         straight = state.mesh.node_positions[:, None] * np.array([1.0, 0.0, 0.0])
         places = (1 + state.span.chord_strain)[:, None, None] * straight + state.displacement
         places = places * state.span.unstretched_length[:, None, None] @ frame

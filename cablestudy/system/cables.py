@@ -372,10 +372,7 @@ class Models:
         """
         found = [(chord, np.eye(6).reshape(2, 3, 6)) for chord in self._chords]
         for group in self.groups:
-            cables, count = group.ends.omega.shape
-            modes = np.broadcast_to(np.eye(count, count + 6), (cables, count, count + 6))
-            ends = np.broadcast_to(np.eye(6, count + 6, count), (cables, 6, count + 6))
-            for cable, one in zip(group.places.tolist(), group.nodes(modes, ends), strict=True):
+            for cable, one in zip(group.places.tolist(), group.placed(group.ends.shapes), strict=True):
                 found[cable] = one
         return found
 

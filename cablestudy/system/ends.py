@@ -80,6 +80,16 @@ class Ends:
             moved[..., list(system.axes), :] += both @ local[..., None, places, :]
         return moved
 
+    @property
+    def shapes(self):
+        """Displacements of the nodes in each mode, and by a movement of each end, shape (..., nodes, 3, n + 6).
+
+        Chord frame; movements of the ends by global axes.
+        """
+        modes = self._basis[1]
+        still = np.zeros((*self._frame.shape[:-2], modes.shape[-1], 6))
+        return np.concatenate([modes, self.motion(still, np.eye(6))], axis=-1)
+
     def highest_energy(self, amplitudes, ends):
         """Estimated error of twice the strain energy of motions of all cables by the mesh, shape (..., r). [J]
 

@@ -203,15 +203,29 @@ class Movement:
         """`Effects` of the gain on the modes of single cables."""
         return Effects(self)
 
-    @cached_property
+    @property
     def driven(self):
         """`DrivenCables` of a gain above that of the loop and above the largest one; loops that differ in it share it.
 
         Raises
         ------
-        NoSolutionError
+        NoSolutionError, ConvergenceError
             The loop is unstable without gain, or could drive too many modes.
         """
+        if isinstance(self._driven, Exception):
+            raise self._driven
+        return self._driven
+
+    @cached_property
+    def _driven(self):
+        """`driven`, or the error that says why there is none: computed once for a row."""
+        try:
+            return self._found_driven()
+        except (NoSolutionError, ConvergenceError) as error:
+            return error
+
+    def _found_driven(self):
+        """`driven`, of growing gains."""
         control = repr((self.scene.control.model_copy(update={"gain": None}), self.given_loop.law))
         # by powers of two; and gain -> the first one that is tried, which models with other numbers of modes share
         known, begins = self.linear.loops.setdefault(control, ({}, {}))
