@@ -57,6 +57,11 @@ class ColumnRequirements:
         self.sagging_waves = max((_half_waves(c) + (2 if c.mode[2] else 1) for c in self._planes[0]), default=0)
         self.axial = max((column.mode[0] for column in self.modes if column.mode[1] == "axial"), default=0)
 
+    @property
+    def of_models(self):
+        """Whether there is any that a closed form of many cases does not give."""
+        return bool(self.motion or self.single or self.system)
+
     def sample(self, case, refused=()):
         """Values of the columns that need motion, at one level of refinement; without those of `refused` headers.
 

@@ -247,7 +247,7 @@ def assumed_damping(scene):
 def growing_damping(scene):
     """Notes, at most one: the modal damping of fixed elements grows with their number. Returns a tuple of str."""
     elements = scene.model.elements
-    if elements is None or scene.cable.damping.model != "modal" or not scene.cable.damping.ratio:
+    if elements is None or not scene.cable.damping.grows_with_modes:
         return ()
     return (
         "note: the error of the RMS is not known: modal damping grows with the number of modes, here those of "

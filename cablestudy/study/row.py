@@ -196,7 +196,7 @@ def _rows_alike(scenes, required, exact, cache, estimate):
 
 def _solver(required, exact):
     """What computes the columns that are no closed form of many cases; None where there are none."""
-    if required.scene_only or (exact and not (required.motion or required.single or required.system)):
+    if required.scene_only or (exact and not required.of_models):
         return None
     return _solve_to_accuracy if exact else _solve_fixed
 
@@ -242,7 +242,7 @@ def _solve_to_accuracy(answers, required, _):
             _solve_system(answer, required)
         if not required.motion:
             continue
-        if _damped_by_modes(answer.case):
+        if answer.case.scene.cable.damping.grows_with_modes:
             answer.fail([c for c in required.motion if c.name == DAMPING_RATIO], NoSolutionError(MODAL))
         columns = [column for column in required.motion if column.header not in answer.failures]
         if columns:
@@ -256,17 +256,11 @@ def _solve_to_accuracy(answers, required, _):
         _take_over(answer, needed, search)
 
 
-def _damped_by_modes(case):
-    """Whether damping grows with the number of modes, so that there is no limit to an accuracy."""
-    damping = case.scene.cable.damping
-    return damping.model == "modal" and bool(damping.ratio)
-
-
 def _solve_system(answer, required):
     """Compute what gondola and cable do as one linear system, which states its own errors."""
     case, columns = answer.case, required.system
     drag, accuracy = case.results.drag_error[case.index], case.scene.model.accuracy
-    if _damped_by_modes(case):
+    if case.scene.cable.damping.grows_with_modes:
         answer.fail(columns, NoSolutionError(MODAL))
         return
     answer.compute(columns)
@@ -324,7 +318,7 @@ def _solve_fixed(answers, required, estimate):
             _solve_models([answer.case for answer in block], required)
         for answer in block:
             _fixed_answer(answer, required, estimate or len(answers) == 1)
-    if estimate and (required.motion or required.single or required.system):
+    if estimate and required.of_models:
         _estimate_motion(alive, required)
 
 

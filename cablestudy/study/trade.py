@@ -160,7 +160,7 @@ def reference_of(scene, columns):
 def _why_no_reference(scene, column):
     """Why a column has no value for the continuous cable, or an empty text."""
     cables = scene.cables.values() if isinstance(scene, SuspensionScene) else [scene.cable]
-    modal = column.needs in ("loop", "wind") and any(cable.damping.model == "modal" for cable in cables)
+    modal = column.needs in ("loop", "wind") and any(cable.damping.grows_with_modes for cable in cables)
     return MODAL.partition(", or fixed")[0] if modal else ""
 
 

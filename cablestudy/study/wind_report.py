@@ -12,6 +12,7 @@ from cablestudy.study.columns import GONDOLA_X, STATUS, find
 from cablestudy.study.notes import beyond_linear, gondola_notes, growing_damping, larger_by_loop, slack_warning
 from cablestudy.study.row import evaluate_named
 from cablestudy.study.table import Field, Table
+from cablestudy.system.cables import UNDAMPED, Cables
 from cablestudy.wind.drag import shedding_frequencies
 from cablestudy.wind.imaging import seen_weights
 
@@ -24,7 +25,6 @@ LOOP = ("gain_margin", "phase_margin", "bandwidth", "largest_gain")
 GONDOLA = ("gondola_frequency", "gondola_frequency_static", "gondola_damping_ratio")
 CABLE = ("midspan_rms", "tension_rms", "cable_frequency")
 BELOW = (0.1, 1.0, 10.0)  # frequencies up to which the share of the variance is given [Hz]
-TRAVEL_POINTS = 2000
 COUNTED = 40  # modes of each plane up to which they are computed and not estimated
 CABLE_NOTE = (
     "wind on the cable: linear drag of turbulence that has the same spectrum in all directions, across or along the "
@@ -165,9 +165,5 @@ def modes_between(case, low, high):
 
 
 def transverse_travel_time(case):
-    """How long a transverse wave takes from end to end: the integral of sqrt(m |r'|/T) over the cable. [s]"""
-    span = case.span
-    places = (np.arange(TRAVEL_POINTS) + 0.5) / TRAVEL_POINTS
-    tension = np.sqrt((case.catenary.at(places)[1] ** 2).sum(axis=-1))
-    slowness = np.sqrt(span.mass * (1 / np.maximum(tension, np.finfo(float).tiny) + 1 / span.axial_stiffness))
-    return float(slowness.mean() * span.unstretched_length)
+    """How long a transverse wave takes from end to end, see `Cables.travel_time`. [s]"""
+    return float(Cables(case.results.catenary.take(np.array([case.index])), UNDAMPED).travel_time[0])

@@ -89,7 +89,7 @@ class Cables:
     @property
     def modal(self):
         """Which of them have modal damping, shape (c,)."""
-        return self.heavy & [one.model == "modal" and bool(one.ratio) for one in self.damping]
+        return self.heavy & [one.grows_with_modes for one in self.damping]
 
     @cached_property
     def folded(self):

@@ -136,7 +136,7 @@ class Search:
         cables = self.cables
         models = Models(cables, fixed_meshes(cables, self._model), fixed=True, most=min(self._most, MAX_MODES))
         solution = self._modes(models, np.where(cables.heavy, np.inf, 0.0))
-        modal = any(one.model == "modal" and one.ratio for one in cables.damping)
+        modal = any(one.grows_with_modes for one in cables.damping)
         finer = partial(self._damped_by_all, models.meshes) if modal and not models.complete else None
         return self._finished(solution, np.full(len(solution.omega), np.nan), finer)
 

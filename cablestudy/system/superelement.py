@@ -53,6 +53,11 @@ class Damping:
     time: float = 0.0
     viscous: float = 0.0
 
+    @property
+    def grows_with_modes(self):
+        """Whether damping of other motions grows with the number of modes, without limit: modal damping, if any."""
+        return self.model == "modal" and bool(self.ratio)
+
 
 @dataclass(frozen=True)
 class Superelement:

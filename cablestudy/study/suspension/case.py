@@ -64,7 +64,7 @@ class SuspensionCase:
     @property
     def damped_by_modes(self):
         """Whether some cable has modal damping, whose effect grows with the number of modes."""
-        return any(cable.damping.model == "modal" and cable.damping.ratio for cable in self.scene.cables.values())
+        return any(cable.damping.grows_with_modes for cable in self.scene.cables.values())
 
     @cached_property
     def group(self):

@@ -113,7 +113,7 @@ class InWind:
         few, exact = FIRST + OF_EACH * len(scene.cables), self._model is not None
         all_excited = self.airflow is not None and self.airflow.on_cables
         all_excited |= scene.control is not None and not law_from(scene.control)[0].integrates_only
-        modal = any(one.damping.model == "modal" and one.damping.ratio for one in scene.cables.values())
+        modal = any(one.damping.grows_with_modes for one in scene.cables.values())
         if few >= many[0] or all_excited or (modal and not exact) or not self._equilibrium.suspension.free.any():
             return many
         return few, *many

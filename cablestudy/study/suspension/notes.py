@@ -206,7 +206,7 @@ def assumed_damping(scene):
 
 def _of_modal_damping(models):
     """Why damping ratios depend on the models of cables with modal damping."""
-    damped = {place for place, one in enumerate(models.cables.damping) if one.model == "modal" and one.ratio}
+    damped = {place for place, one in enumerate(models.cables.damping) if one.grows_with_modes}
     counts = [group.ends.omega.shape[-1] for group in models.groups if not damped.isdisjoint(group.places.tolist())]
     if counts:
         number = f"{min(counts)} to {max(counts)}" if min(counts) < max(counts) else f"{counts[0]}"
