@@ -25,7 +25,8 @@ MARKERS = (Marker("focus", 0, (0.1, 0.2, -0.5)),)
 def model(state, damping=UNDAMPED, limit=np.inf, mesh=EIGHT):
     """Layout and coordinates of all cables."""
     cables = Cables(state.catenary, damping)
-    return Layout(state), Models(cables, fixed_meshes(cables, mesh), fixed=True).keep(np.full(cables.count, limit))
+    models = Models(cables, fixed_meshes(cables, mesh), fixed=True)
+    return Layout(state), models.coordinates(np.full(cables.count, limit)).kept
 
 
 def names(pairs):
@@ -182,6 +183,6 @@ def test_without_mass_there_is_no_state_space():
     )
     state = hung(scene, [10.3, 10.0, 10.1])
     cables = Cables(state.catenary, Damping())
-    kept = Models(cables, [None] * 3).keep(np.zeros(3))
+    kept = Models(cables, [None] * 3).coordinates(np.zeros(3)).kept
     with pytest.raises(NoSolutionError, match="needs a mass"):
         state_space(Layout(state), kept)

@@ -393,7 +393,7 @@ def test_without_mass_there_is_no_hysteretic_state_space():
     )
     state = hung(scene, [10.3, 10.0, 10.1])
     cables = Cables(state.catenary, Damping("hysteretic", loss_factor=0.01))
-    kept = Models(cables, [None] * 3).keep(np.zeros(3))
+    kept = Models(cables, [None] * 3).coordinates(np.zeros(3)).kept
     with pytest.raises(NoSolutionError, match="needs a mass"):
         second_order(Layout(state), kept).viscous()
 

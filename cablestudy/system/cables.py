@@ -293,9 +293,14 @@ class Models:
         """
         return Coordinates(self, limits, chosen)
 
-    def keep(self, limits):
-        """The same with the superelement of each cable: list of Kept."""
-        return self.coordinates(limits).kept
+    def with_modes(self, chosen):
+        """What is kept of each cable: some of its modes, and vectors for the others: list of Kept.
+
+        Parameters
+        ----------
+        chosen : list of ndarray of bool, shape (n,)
+        """
+        return self.coordinates(np.full(self.cables.count, np.finfo(float).tiny), chosen).kept
 
     def omitted(self, coordinates, square, ends):
         """Relative error of squared frequencies by what the coordinates leave out, of each cable.

@@ -70,8 +70,8 @@ class DrivenCables:
     ----------
     models : Models
         Of the cables, with the waves resolved that the gain could drive.
-    limits : ndarray, shape (c,)
-        Frequency up to which the modes of each cable are in the loop gain; vectors stand for the others. [rad/s]
+    kept : list of Kept
+        What is in the loop gain of each cable: modes, and vectors that stand for the others.
     loop_gain : LoopGain or callable
     poles : ndarray
         Without control: those of the model, and about where those of the modes are that the gain could drive. [rad/s]
@@ -89,8 +89,7 @@ class DrivenCables:
         self._base, self._elements = movement.modes.solution, movement.linear.model is not None
         resolved_to = self._base.omega[-1]
         for _ in range(TRIALS):
-            models = self._models(resolved_to)
-            self._resolve(models, self._limits(models, resolved_to), others)
+            self._resolve(self._models(resolved_to), resolved_to, others)
             limit = self.gains.limit
             self.resolved = limit is None or self._elements or limit.omega <= resolved_to
             if self.resolved or resolved_to == self._farthest:
@@ -147,16 +146,22 @@ class DrivenCables:
             raise ConvergenceError(f"{self._in_words} needs modes of a cable up to {up_to:.4g} Hz: {error}") from None
         return models
 
-    def _limits(self, models, resolved_to):
-        """Frequency up to which modes of each cable are kept, infinite where that spares few or nothing. [rad/s]"""
-        found, linear = np.full(models.cables.count, np.inf), self._movement.linear
+    def _kept(self, models, resolved_to, share=1.0):
+        """Which modes of each cable are in the loop gain: list of ndarray of bool, shape (n,).
+
+        With a `share` below 1 up to this share of the frequencies. All where damping couples none of them, where that
+        spares little, and for a high accuracy.
+        """
+        linear, found = self._movement.linear, [np.ones(len(one.omega), dtype=bool) for one in models.elements]
         if self._elements or linear.accuracy <= ALL_FROM:
             return found
-        for cable, (damping, element) in enumerate(zip(models.cables.damping, models.elements, strict=True)):
-            limit = (KEPT * [self._highest[:, cable].max(), resolved_to]).max()
-            coupled, count = linear.braked or damping.model != "modal", np.count_nonzero(element.omega < limit)
-            if coupled and count + VECTORS < WORTH * len(element.omega):
-                found[cable] = limit
+        driven, resolved = KEPT * share
+        for cable, (element, (across, along)) in enumerate(zip(models.elements, self._highest.T, strict=True)):
+            kept = element.omega < max(driven * across, resolved * resolved_to)
+            kept |= self._effects.along(cable, element) & (element.omega < driven * along)
+            coupled = linear.braked or element.strain is not None or element.uneven
+            if coupled and np.count_nonzero(kept) + VECTORS < WORTH * len(kept):
+                found[cable] = kept
         return found
 
     def _chosen(self):
@@ -204,11 +209,12 @@ class DrivenCables:
                 poles.append((moved.real[:, None] + 1j * (alone[:, None] + shift)).ravel())
         return np.concatenate(poles)
 
-    def _resolve(self, models, limits, others):
+    def _resolve(self, models, resolved_to, others):
         """Take models, and what follows from them; of other `DrivenCables` what is equal is shared."""
-        others = [one for one in others if one.models.equal(models) and np.array_equal(one.limits, limits)]
-        self.models, self.limits = others[0].models if others else models, limits
-        self.kept = self.models.keep(limits)
+        some = self._kept(models, resolved_to)
+        others = [one for one in others if one.models.equal(models) and all(map(np.array_equal, one._some, some))]
+        self.models, self._some, self._resolved_to = others[0].models if others else models, some, resolved_to
+        self.kept = others[0].kept if others else self.models.with_modes(some)
         self.loop_gain = others[0].loop_gain if others else self._loop_gain(self.kept)
         self.poles = self._poles()
         for one in others:
@@ -258,7 +264,10 @@ class DrivenCables:
                 for one, own in zip(elements, lower, strict=True)
             ])  # fmt: skip
         found = [replace(self.loop_gain, elements=elements, near=self.loop_gain) for elements in found]
-        return found + ([self._loop_gain(self.models.keep(FEWER * self.limits))] if self.by_others else [])
+        if self.by_others:
+            fewer = self._kept(self.models, self._resolved_to, FEWER)
+            found.append(self._loop_gain(self.models.with_modes(fewer)))
+        return found
 
     @property
     def by_others(self):

@@ -33,7 +33,7 @@ SAFETY = 2.0  # on the same for waves, by which the highest mode is found that i
 UNDAMPED = NEGLIGIBLE / 4  # growth over frequency by a gain that is no instability, however small the decay
 BROAD = 0.1  # loop gain of waves that run away, above which a law that is no integrator needs all modes
 RANGE = np.geomspace(1.0, 1e8, 481)  # frequencies at which the bound is computed, over the lowest of the modes
-AXIAL = 0.1  # share of the force of a wave along a cable, of a mode across it that is damped by the air
+AXIAL = 0.1  # share of the force of a wave along a cable from which a mode is one along it
 ACROSS, ALONG = 0, 1
 
 
@@ -71,12 +71,16 @@ class Effects:
         force = linear.drag.density * linear.drag.cables * speed / 2  # across the wind; along it twice as much
         return force / (2 * np.where(self.cables.heavy, span.mass, np.inf))
 
-    def _decay(self, cable, element):
-        """Rate at which the modes of a cable between fixed ends decay at least, shape (n,). [1/s]"""
+    def along(self, cable, element):
+        """Which modes of a cable between fixed ends are along it: the others are damped by the air, shape (n,)."""
         span, direction = self.cables.catenary.span, outward(self.equilibrium)[0][cable, 0]
         impedance = np.sqrt(span.axial_stiffness[cable] * span.mass[cable])
-        along = (element.coupling[:, :3] @ direction) ** 2 * element.omega**2 * self.travel_time[ALONG, cable]
-        return element.decay + np.where(along < AXIAL * 2 * impedance, self.air[cable], 0.0)
+        force = (element.coupling[:, :3] @ direction) ** 2 * element.omega**2 * self.travel_time[ALONG, cable]
+        return force >= AXIAL * 2 * impedance
+
+    def _decay(self, cable, element):
+        """Rate at which the modes of a cable between fixed ends decay at least, shape (n,). [1/s]"""
+        return element.decay + np.where(self.along(cable, element), 0.0, self.air[cable])
 
     @cached_property
     def _impedance(self):
