@@ -125,3 +125,13 @@ def test_more_modes_of_a_hysteretic_cable_do_not_change_the_rms_with_a_loop(coun
     found = wind.movement_of(count).turbulence[0].variances[0][0]
     few = wind.movement_of(32).turbulence[0].variances[0][0]
     assert found[0] == pytest.approx(few[0], rel=1e-7)
+
+
+@pytest.mark.parametrize("seed", [14, 16, 49])
+def test_the_error_of_few_modes_counts_what_they_leave_out_of_damping(seed):
+    """Loss factors of 0.2, cables that hang, stand or carry masses, against 200 modes; 24 are up to 0.15 % off."""
+    wind = in_wind_of(Case(Scene.model_validate(random_scene(seed, model={"accuracy": 1e-4}))))
+    (found, changed, _), (truth, *_) = (
+        wind.movement_of(count, responses=True).linear.at_rest.variances for count in (24, 200)
+    )
+    assert (np.abs(found - truth)[:, 0] <= changed[:, 0] + 1e-9 * truth[:, 0]).all()
