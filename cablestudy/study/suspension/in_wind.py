@@ -125,8 +125,13 @@ class InWind:
         return IN_PLANE if self._cables is not None and self._cables.planes else COUNTS
 
     def _with(self, count):
-        """`movement_of` one of these numbers: where it is that of few cables, modes left out have more responses."""
-        return self.movement_of(count, count < self._many[0])
+        """`movement_of` one of these numbers; where it may be that of few cables modes left out have more responses."""
+        return self.movement_of(count, count < self._many[0] or self._compared)
+
+    @property
+    def _compared(self):
+        """Whether models are compared with each other: those to an accuracy, of few cables and few excited modes."""
+        return self._model is None and self._tried[0] < self._many[0]
 
     @cached_property
     def _outcome(self):
@@ -138,12 +143,13 @@ class InWind:
 
     def _settled(self):
         """Movement with as many modes as needed, and its response to the wind; raises as `response`."""
-        allowed = 2 * (self._accuracy if self._model is None else EXACT)
+        allowed, response = 2 * (self._accuracy if self._model is None else EXACT), None
         for count in self._counts:
             doing(f"motion with {count} modes")
             movement = self._with(count)
             self._check(movement)
-            response = Response(movement, self.scene) if self.airflow is not None else None
+            before = response if self._compared else None
+            response = Response(movement, self.scene, before) if self.airflow is not None else None
             if response is None or len(movement.modes) < count or not response.errs_more_than(allowed):
                 break
         if movement.loop is not None and movement.with_critical_modes is not movement:

@@ -24,6 +24,7 @@ SPEEDS = (
 ABOVE = 1e-3  # of the variance of a tension: by waves along the cables, far above the modes of the model
 ROUNDING = 1e-15  # of the energy of an output over the largest of all: what is less is shown as zero
 AT_ONCE = 500_000  # entries of the responses that are computed at once
+COMPARED = 10.0  # on the change of a variance from a model with fewer modes, whose errors may fall slowly
 CLOSED, OPEN = 0, 1
 
 
@@ -55,10 +56,12 @@ class Response:
         With wind, and stable.
     scene : SuspensionScene
         Its scene, or one with another exposure or correction.
+    before : Response, optional
+        Of a model with fewer modes and coarser cables: the change from it may tell more of the error than one model.
     """
 
-    def __init__(self, movement, scene):
-        self.movement, self.scene = movement, scene
+    def __init__(self, movement, scene, before=None):
+        self.movement, self.scene, self._before = movement, scene, before
 
     @cached_property
     def names(self):
@@ -147,11 +150,20 @@ class Response:
         """Whether that is more than a value; the winches at rest, which cost less, are looked at first."""
         return not all(self._moving_error(state) <= allowed for state in reversed(self._states))
 
+    def _variances(self, state, weights=None):
+        """`Turbulence.variances`, or those with some weights, and their errors by modes as far as they are known."""
+        whole, added, late = state.seen(weights) if weights else state.variances
+        if self._before is None:
+            return whole, added, late
+        earlier = self._before._states[self._states.index(state)]
+        change = np.abs(whole - (earlier.seen(weights) if weights else earlier.variances)[0])
+        return whole, np.minimum(added, COMPARED * change), late
+
     def _moving_error(self, state):
         """`moving_error` of one `Turbulence`."""
         places = [row for row, name in enumerate(self.names) if name.endswith((".x", ".y", ".z"))]
         groups, found = np.array(_groups(self.names))[places], [0.0]
-        whole, added, _ = state.variances
+        whole, added, _ = self._variances(state)
         for group in set(groups.tolist()):
             own = np.array(places)[groups == group]
             part, total = added[:, own].sum(axis=-1), whole[:, own].sum(axis=-1)
@@ -161,13 +173,13 @@ class Response:
     @cached_property
     def variances(self):
         """`Variances` of all outputs and their rates, without what nothing damps: see `check_damped`."""
-        return self._described(list(OWN), [state.variances for state in self._states])
+        return self._described(list(OWN), [self._variances(state) for state in self._states])
 
     @cached_property
     def seen(self):
         """`Variances` of what a telescope sees of all outputs, see `seen_weights`."""
         weights = seen_weights(self.scene.exposure, self.scene.correction)
-        return self._described(list(weights), [state.seen(weights) for state in self._states])
+        return self._described(list(weights), [self._variances(state, weights) for state in self._states])
 
     def _described(self, names, found):
         """`Variances` from those that each `Turbulence` has found, for the names of their weights."""
