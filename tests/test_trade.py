@@ -440,5 +440,6 @@ def test_stored_errors_are_the_computed_ones(name, count):
         for column in wanted:
             now, then = entry.errors.get(column.name), row[f"{column.name}_error"]
             assert (now is None) == (then is None)
-            # what is next to rounding differs from one processor to another
-            assert now is None or now == pytest.approx(then, rel=0.01, abs=1e-10), (entry.name, column.name)
+            # the error of the reference, below 1e-9, is in each: the change between two models, which is next to
+            # rounding and differs from one processor to another
+            assert now is None or now == pytest.approx(then, rel=0.01, abs=1e-9), (entry.name, column.name)
