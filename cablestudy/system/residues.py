@@ -64,8 +64,8 @@ def eigen(a):
     """
     order = np.argsort(-np.abs(a).sum(axis=1), kind="stable")
     a, back = a[np.ix_(order, order)], np.argsort(order)
+    poles, right = np.linalg.eig(a)
     try:
-        poles, right = np.linalg.eig(a)
         left = np.linalg.inv(right)
     except np.linalg.LinAlgError:  # V is singular
         left = np.full_like(a, np.inf)
