@@ -92,3 +92,21 @@ class ConvergenceError(CablestudyError):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (str(self), self.record)
+
+
+def outcome_of(compute):
+    """What a function without arguments gives, or the error that says why there is nothing, to be kept for `result_of`.
+
+    The errors are NoSolutionError and ConvergenceError.
+    """
+    try:
+        return compute()
+    except (NoSolutionError, ConvergenceError) as error:
+        return error
+
+
+def result_of(found):
+    """What `outcome_of` gave, or its error raised."""
+    if isinstance(found, Exception):
+        raise found
+    return found

@@ -42,11 +42,6 @@ class Damping(Table):
         0.0, description="Force per length and velocity against all motion, with any model; alone: no other damping"
     )
 
-    @property
-    def grows_with_modes(self):
-        """Whether damping of other motions grows with the number of modes, without limit: modal damping, if any."""
-        return self.model == "modal" and bool(self.ratio)
-
     @model_validator(mode="before")
     @classmethod
     def _complete(cls, data):

@@ -9,7 +9,6 @@ from cablestudy.scene.suspension_tables import Body, CableWinch
 from cablestudy.scene.wind_tables import BodyWind, SuspensionWind, WindTable
 
 CABLE, GONDOLA = "cable", "gondola"  # names of the cable and of the body
-ALONG_X = 1.0, 0.0, 0.0  # in which the winch moves an end
 
 
 def as_suspension(scene, damping=0.0):
@@ -55,7 +54,7 @@ def _body(gondola):
 
 
 def _winch(winch):
-    return CableWinch.model_construct(end="to" if winch.location == "gondola" else "from", direction=ALONG_X)
+    return CableWinch.model_construct(end="to" if winch.location == "gondola" else "from", direction=(1.0, 0.0, 0.0))
 
 
 def _control(winch):

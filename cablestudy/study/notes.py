@@ -10,6 +10,7 @@ from cablestudy.scene.words import first_of
 from cablestudy.study.columns import over_strength, relative, stress_of, tensions_at_peak
 from cablestudy.study.refinement import REFERENCE
 from cablestudy.study.status import SLACK
+from cablestudy.system.superelement import grows_with_modes
 
 POOR_STATICS = 0.01  # relative error of the statics of fixed elements above which a warning is given
 FLAT = 1e-3  # sag over chord below which its error counts relative to the chord
@@ -247,7 +248,7 @@ def assumed_damping(scene):
 def growing_damping(scene):
     """Notes, at most one: the modal damping of fixed elements grows with their number. Returns a tuple of str."""
     elements = scene.model.elements
-    if elements is None or not scene.cable.damping.grows_with_modes:
+    if elements is None or not grows_with_modes(scene.cable.damping):
         return ()
     return (
         "note: the error of the RMS is not known: modal damping grows with the number of modes, here those of "

@@ -15,6 +15,7 @@ from cablestudy.study.refinement import SETTINGS, Refinement, needs_of, referenc
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
 from cablestudy.study.status import OVER_STRENGTH, SLACK, has_answer, status_of
+from cablestudy.system.superelement import grows_with_modes
 
 AT_ONCE = 200  # rows whose models are solved at once: bounds the memory
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
@@ -242,7 +243,7 @@ def _solve_to_accuracy(answers, required, _):
             _solve_system(answer, required)
         if not required.motion:
             continue
-        if answer.case.scene.cable.damping.grows_with_modes:
+        if grows_with_modes(answer.case.scene.cable.damping):
             answer.fail([c for c in required.motion if c.name == DAMPING_RATIO], NoSolutionError(MODAL))
         columns = [column for column in required.motion if column.header not in answer.failures]
         if columns:
@@ -260,12 +261,12 @@ def _solve_system(answer, required):
     """Compute what gondola and cable do as one linear system, which states its own errors."""
     case, columns = answer.case, required.system
     drag, accuracy = case.results.drag_error[case.index], case.scene.model.accuracy
-    if case.scene.cable.damping.grows_with_modes:
+    if grows_with_modes(case.scene.cable.damping):
         answer.fail(columns, NoSolutionError(MODAL))
         return
     answer.compute(columns)
-    stated = {column.header: answer.errors.get(column.header) for column in columns if column.header in answer.values}
-    for name in [name for name, error in stated.items() if error is not None]:
+    had = [column.header for column in columns if column.header in answer.values]
+    for name in [name for name in had if answer.errors.get(name) is not None]:
         answer.errors[name] += float(drag)
         if answer.errors[name] > accuracy:
             text = f"{name}: estimated error {answer.errors[name]:.1e}, asked for {accuracy:g}"

@@ -21,7 +21,7 @@ from cablestudy.cable.steady_drag import uneven_drag
 from cablestudy.system.cable_coordinates import Coordinates, MeshGroup
 from cablestudy.system.coupling_damping import Strain
 from cablestudy.system.ends import Ends, EndsOfLarge
-from cablestudy.system.superelement import Damping, Superelement
+from cablestudy.system.superelement import Damping, Superelement, grows_with_modes
 
 MAX_MODES = 600  # of one cable
 HIGHEST_ORDER = 44
@@ -89,7 +89,7 @@ class Cables:
     @property
     def modal(self):
         """Which of them have modal damping, shape (c,)."""
-        return self.heavy & [one.grows_with_modes for one in self.damping]
+        return self.heavy & [grows_with_modes(one) for one in self.damping]
 
     @cached_property
     def folded(self):

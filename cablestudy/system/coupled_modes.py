@@ -16,6 +16,7 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.system.cables import HIGHEST_ORDER, MAX_MODES, UNDAMPED, Cables, Models, fixed_meshes
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_solution import NOISE, CoupledModes, Solution
+from cablestudy.system.superelement import grows_with_modes
 
 PER_DIGIT = 0.9  # orders of a cable's mesh for each digit of the accuracy
 STEPS = np.array([6, 8, 10, 12, 14, 16, 20, 24, 32, 40])  # sums of orders to begin with: cables then share a mesh
@@ -136,7 +137,7 @@ class Search:
         cables = self.cables
         models = Models(cables, fixed_meshes(cables, self._model), fixed=True, most=min(self._most, MAX_MODES))
         solution = self._modes(models, np.where(cables.heavy, np.inf, 0.0))
-        modal = any(one.grows_with_modes for one in cables.damping)
+        modal = any(grows_with_modes(one) for one in cables.damping)
         finer = partial(self._damped_by_all, models.meshes) if modal and not models.complete else None
         return self._finished(solution, np.full(len(solution.omega), np.nan), finer)
 

@@ -53,10 +53,16 @@ class Damping:
     time: float = 0.0
     viscous: float = 0.0
 
-    @property
-    def grows_with_modes(self):
-        """Whether damping of other motions grows with the number of modes, without limit: modal damping, if any."""
-        return self.model == "modal" and bool(self.ratio)
+
+def grows_with_modes(damping):
+    """Whether damping of other motions grows with the number of modes, without limit: modal damping, if any.
+
+    Parameters
+    ----------
+    damping : Damping
+        Or that of a scene, which has the same names.
+    """
+    return damping.model == "modal" and bool(damping.ratio)
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ from cablestudy.control.motion import actuated
 from cablestudy.control.suspension import load_off_ends
 from cablestudy.errors import ConvergenceError
 from cablestudy.study.suspension.driven_waves import ACROSS, dense
+from cablestudy.study.suspension.linear_motion import in_air
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
 from cablestudy.system.linear import LinearSystem
@@ -146,7 +147,12 @@ class DrivenCables:
             raise ConvergenceError(f"{self._in_words} needs modes of a cable up to {up_to:.4g} Hz: {error}") from None
         return models
 
-    def _kept(self, models, resolved_to, share=1.0):
+    @property
+    def _shared(self):
+        """What is the same for others with equal models and modes."""
+        return self.models, self._air, self.kept, self.loop_gain
+
+    def _own_modes(self, models, resolved_to, share=1.0):
         """Which modes of each cable are in the loop gain: list of ndarray of bool, shape (n,).
 
         With a `share` below 1 up to this share of the frequencies. All where damping couples none of them, where that
@@ -178,7 +184,7 @@ class DrivenCables:
         """`LoopGain` with what is `kept` of the cables; a function, of the coupled modes, where rounding spoils it."""
         movement, effects, layout, linear = self._movement, self._effects, self._movement.layout, self._movement.linear
         stiffness, mass = (dense(part) for part in layout.own)
-        elements = [one.element for one in linear.in_air(self.models, kept)]
+        elements = [one.element for one in in_air(kept, self._air)]
         damping = np.zeros_like(mass) + linear.air_on_bodies(np.eye(len(mass)))
         *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, movement.actuators)
         bodies = LinearSystem(*matrices, feedback=feedback)
@@ -211,11 +217,15 @@ class DrivenCables:
 
     def _resolve(self, models, resolved_to, others):
         """Take models, and what follows from them; of other `DrivenCables` what is equal is shared."""
-        some = self._kept(models, resolved_to)
-        others = [one for one in others if one.models.equal(models) and all(map(np.array_equal, one._some, some))]
-        self.models, self._some, self._resolved_to = others[0].models if others else models, some, resolved_to
-        self.kept = others[0].kept if others else self.models.with_modes(some)
-        self.loop_gain = others[0].loop_gain if others else self._loop_gain(self.kept)
+        own = self._own_modes(models, resolved_to)
+        others = [one for one in others if one.models.equal(models) and all(map(np.array_equal, one._own, own))]
+        self._own, self._resolved_to = own, resolved_to
+        if others:
+            self.models, self._air, self.kept, self.loop_gain = others[0]._shared
+        else:
+            self.models, self._air = models, self._movement.linear.air_on(models)
+            self.kept = models.with_modes(own)
+            self.loop_gain = self._loop_gain(self.kept)
         self.poles = self._poles()
         for one in others:
             if np.array_equal(one.poles, self.poles):
@@ -265,7 +275,7 @@ class DrivenCables:
             ])  # fmt: skip
         found = [replace(self.loop_gain, elements=elements, near=self.loop_gain) for elements in found]
         if self.by_others:
-            fewer = self._kept(self.models, self._resolved_to, FEWER)
+            fewer = self._own_modes(self.models, self._resolved_to, FEWER)
             found.append(self._loop_gain(self.models.with_modes(fewer)))
         return found
 

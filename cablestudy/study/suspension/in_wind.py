@@ -6,7 +6,7 @@ import numpy as np
 
 from cablestudy.activity import doing
 from cablestudy.control.law import law_from
-from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.errors import NoSolutionError, outcome_of, result_of
 from cablestudy.scene.words import counted
 from cablestudy.study.columns import relative
 from cablestudy.study.suspension.linear_motion import LinearMotion
@@ -14,6 +14,7 @@ from cablestudy.study.suspension.movement import Movement
 from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.system.coupled_modes import coupled_modes
+from cablestudy.system.superelement import grows_with_modes
 from cablestudy.wind.peak import peak_factor
 
 COUNTS = (64, 100, 160)  # modes of the models that are tried,
@@ -101,7 +102,7 @@ class InWind:
                 break
         return tuple(one for one in self._tried if one >= count) or (count,)
 
-    @property
+    @cached_property
     def _tried(self):
         """Numbers of modes, ascending.
 
@@ -113,7 +114,7 @@ class InWind:
         few, exact = FIRST + OF_EACH * len(scene.cables), self._model is not None
         all_excited = self.airflow is not None and self.airflow.on_cables
         all_excited |= scene.control is not None and not law_from(scene.control)[0].integrates_only
-        modal = any(one.damping.grows_with_modes for one in scene.cables.values())
+        modal = any(grows_with_modes(one.damping) for one in scene.cables.values())
         if few >= many[0] or all_excited or (modal and not exact) or not self._equilibrium.suspension.free.any():
             return many
         return few, *many
@@ -136,10 +137,7 @@ class InWind:
     @cached_property
     def _outcome(self):
         """Movement and response to the wind, or the error that says why there are none: computed once for a row."""
-        try:
-            return self._settled()
-        except (NoSolutionError, ConvergenceError) as error:
-            return error
+        return outcome_of(self._settled)
 
     def _settled(self):
         """Movement with as many modes as needed, and its response to the wind; raises as `response`."""
@@ -189,9 +187,7 @@ class InWind:
 
     @property
     def _found(self):
-        if isinstance(self._outcome, Exception):
-            raise self._outcome
-        return self._outcome
+        return result_of(self._outcome)
 
     @property
     def movement(self):
@@ -218,11 +214,11 @@ class InWind:
     @cached_property
     def _judged(self):
         """The movement of `controlled`, or the error that says why there is none: computed once for a row."""
-        try:
-            movement = self._with(self._counts[0])
-            movement.check_open()
-        except (NoSolutionError, ConvergenceError) as error:
-            return error
+        return outcome_of(self._with_fewest)
+
+    def _with_fewest(self):
+        movement = self._with(self._counts[0])
+        movement.check_open()
         return movement
 
     @property
@@ -236,9 +232,7 @@ class InWind:
         NoSolutionError, ConvergenceError
             It is unstable with the winches at rest, or there are no modes to the accuracy.
         """
-        if isinstance(self._judged, Exception):
-            raise self._judged
-        return self._judged
+        return result_of(self._judged)
 
     def check_stable(self):
         """Refuse an unstable loop: NoSolutionError; raises as `controlled` too."""

@@ -81,9 +81,13 @@ def winches_of(scene, cable_names):
     place = {name: number for number, name in enumerate(cable_names)}
     ends, found = {"from": FROM, "to": TO}, []
     for name, winch in scene.winches.items():
-        along = winch.direction and np.array(winch.direction) / np.linalg.norm(winch.direction)
-        found.append(Winch(place[name], ends[winch.end], along))
+        found.append(Winch(place[name], ends[winch.end], winch.direction and _unit(winch.direction)))
     return found
+
+
+def _unit(vector):
+    """A direction of the file, of any length, as a unit vector."""
+    return np.array(vector) / np.sqrt(sum(part * part for part in vector))
 
 
 def markers_of(scene):
@@ -100,7 +104,7 @@ def actuators_of(scene):
     names, found = list(scene.bodies), []
     for name, table in scene.actuators.items():
         body = names.index(table.body) if table.body else 0
-        axis = np.array(table.axis) / np.sqrt(sum(part * part for part in table.axis))
+        axis = _unit(table.axis)
         corner = TURN * (table.high_pass or 0.0)
         if isinstance(table, ReactionWheel):
             gain = table.rate_gain
@@ -127,6 +131,15 @@ def modes_among(modes, chosen):
         solution=solution,
         finer=None,
     )
+
+
+def in_air(kept, air):
+    """What is `Kept` of some cables with their aerodynamic damping, as of `LinearMotion.air_on`: list of Kept."""
+    found = list(kept)
+    for cable, matrix in air.items():
+        within = with_ends(found[cable].shapes)
+        found[cable] = replace(found[cable], element=replace(found[cable].element, air=within.T @ matrix @ within))
+    return found
 
 
 class LinearMotion:
@@ -207,7 +220,8 @@ class LinearMotion:
     @cached_property
     def _whole(self):
         solution = self.modes.solution
-        return second_order(self.layout, self.in_air(solution.models, solution.kept), self.winches, self.markers)
+        kept = in_air(solution.kept, self.air_on(solution.models))
+        return second_order(self.layout, kept, self.winches, self.markers)
 
     @cached_property
     def _loads(self):
@@ -352,14 +366,9 @@ class LinearMotion:
         """Whether the air damps what moves."""
         return self.airflow is not None and self.airflow.damps
 
-    def in_air(self, models, kept):
-        """What is `Kept` of the cables of some `Models`, with its aerodynamic damping: list of Kept."""
-        found = list(kept)
-        for cable, matrix in (self.airflow.damping_of_cables(models, self.equilibrium) if self.airflow else {}).items():
-            within = with_ends(found[cable].shapes)
-            air = within.T @ matrix @ within
-            found[cable] = replace(found[cable], element=replace(found[cable].element, air=air))
-        return found
+    def air_on(self, models):
+        """Aerodynamic damping of each cable of some `Models`, see `Superelement.air`: dict, empty without."""
+        return self.airflow.damping_of_cables(models, self.equilibrium) if self.airflow else {}
 
     def air_on_bodies(self, shapes):
         """Aerodynamic damping of coordinates by the drag on bodies, see `damping_of_bodies`; 0 without."""

@@ -10,7 +10,7 @@ from cablestudy.control.gain_limits import ABOVE, undamped
 from cablestudy.control.law import law_from
 from cablestudy.control.notch import Notch
 from cablestudy.control.pose_loop import PoseLoop, allocate, growing, moved_by_winches
-from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, result_of
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.suspension.driven_cables import DrivenCables
 from cablestudy.study.suspension.driven_waves import Effects
@@ -212,17 +212,12 @@ class Movement:
         NoSolutionError, ConvergenceError
             The loop is unstable without gain, or could drive too many modes.
         """
-        if isinstance(self._driven, Exception):
-            raise self._driven
-        return self._driven
+        return result_of(self._driven)
 
     @cached_property
     def _driven(self):
         """`driven`, or the error that says why there is none: computed once for a row."""
-        try:
-            return self._found_driven()
-        except (NoSolutionError, ConvergenceError) as error:
-            return error
+        return outcome_of(self._found_driven)
 
     def _found_driven(self):
         """`driven`, of growing gains."""

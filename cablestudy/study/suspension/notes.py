@@ -5,6 +5,7 @@ import numpy as np
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.notes import long_cables, of_comparison
 from cablestudy.study.ssm import DAMPING_NOTES
+from cablestudy.system.superelement import grows_with_modes
 
 LISTED = 12  # cables, or runs of modes, that are named one by one
 LEAST = 1e-11  # net force over the forces: what is less is rounding
@@ -206,7 +207,7 @@ def assumed_damping(scene):
 
 def _of_modal_damping(models):
     """Why damping ratios depend on the models of cables with modal damping."""
-    damped = {place for place, one in enumerate(models.cables.damping) if one.grows_with_modes}
+    damped = {place for place, one in enumerate(models.cables.damping) if grows_with_modes(one)}
     counts = [group.ends.omega.shape[-1] for group in models.groups if not damped.isdisjoint(group.places.tolist())]
     if counts:
         number = f"{min(counts)} to {max(counts)}" if min(counts) < max(counts) else f"{counts[0]}"
