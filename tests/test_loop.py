@@ -15,6 +15,7 @@ from scenes import AREA, DENSITY, MODULUS, cells, scene
 
 from cablestudy.control import response
 from cablestudy.errors import NoSolutionError
+from cablestudy.scene.one_cable import NAMES, WIND_KEYS
 from cablestudy.study import plots
 from cablestudy.study.case import Case
 from cablestudy.study.loop_in_time import TimeOptions, time_case
@@ -195,7 +196,7 @@ def test_the_peak_of_the_sensitivity_is_that_of_a_fine_scan(name, margin):
 def test_curves_are_those_of_the_stiffness_of_the_cable_at_its_ends(name):
     case, frequency = case_of(*BARS[name]), np.geomspace(1e-3, 30, 200)
     value = loop_gain(case, TURN * frequency)
-    found = curves(case.in_wind.controlled, frequency)
+    found = curves(case.in_wind.controlled, frequency)[..., 0, 0]
     for own, expected in zip(found, (value, 1 / (1 + value), value / (1 + value)), strict=True):
         assert own == pytest.approx(expected, rel=1e-10)
 
@@ -206,7 +207,7 @@ def test_curves_are_those_of_the_stiffness_of_the_cable_at_its_ends(name):
 def in_time(case, kind, time, size):
     """The response over some uniform points of time."""
     options = TimeOptions(f"{float(time[-1])!r} s:{len(time)}", kind, size)
-    found = time_case(None, case, options).found
+    found = time_case(None, case.scene, case.in_wind.movement, options, NAMES, WIND_KEYS).found
     every = slice(None, None, options.every)
     return replace(
         found,
@@ -375,7 +376,7 @@ def test_a_loop_that_no_model_is_made_for_says_why(given):
 
 @pytest.mark.parametrize("sets", [(), ("winch.controller.gain=80",), ("winch.controller.gain={auto: 6 dB}",), PID])
 def test_pictures_show_the_margins_within_the_figure(sets):
-    figure = plots.loop_margins(case_of(*sets))
+    figure = plots.loop_margins(case_of(*sets).in_wind.controlled)
     figure.canvas.draw()
     whole = figure.bbox
     for legend in [axes.get_legend() for axes in figure.axes if axes.get_legend()]:

@@ -17,8 +17,7 @@ from test_suspension_wind import FREQUENCY, integral, von_karman
 from cablestudy.control.pose_state_space import Labels, state_space
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import Scene, load_scene
-from cablestudy.study.loop_in_time import TimeOptions
-from cablestudy.study.suspension import loop_report
+from cablestudy.study.loop_in_time import TimeOptions, time_case
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import value
@@ -344,7 +343,8 @@ def test_a_step_of_a_reference_in_time_is_that_of_small_steps():
     law = {"gain": 0.4, "delay": 0.3}
     text = everything(control=LOOP | law | {"notch": "none"}, actuators={})
     own, case = Straight(text), case_of(text)
-    found = loop_report.time_case(None, case, TimeOptions("20s:41", "reference.y", "1 mm", output="gondola.y"))
+    options = TimeOptions("20s:41", "reference.y", "1 mm", output="gondola.y")
+    found = time_case(None, case.scene, case.in_wind.movement, options)
     seen = in_time(own, law, 20.0, 60, reference=1e-3 * np.eye(3)[1])
     times = np.arange(len(seen)) * law["delay"] / 60
     expected = np.interp(found.time[:: found.options.every], times, seen[:, 1])

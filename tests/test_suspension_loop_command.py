@@ -13,9 +13,9 @@ from cablestudy.cable.dynamics import Dynamics
 from cablestudy.errors import ConvergenceError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots
-from cablestudy.study.loop_in_time import TimeOptions
+from cablestudy.study.loop_in_time import TimeOptions, time_case
 from cablestudy.study.ssm import Options
-from cablestudy.study.suspension import loop_report, ssm
+from cablestudy.study.suspension import ssm
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.loop_in_time import uniform_gust
 
@@ -28,9 +28,13 @@ def solved(*sets):
     return document, SuspensionCase(scene)
 
 
+def in_time(document, case, options):
+    return time_case(document, case.scene, case.in_wind.movement, options)
+
+
 def test_a_step_of_a_reference_is_that_of_scipy():
     document, case = solved()
-    found = loop_report.time_case(document, case, TimeOptions("10s:21", "reference.y", "2 mm")).found.measured
+    found = in_time(document, case, TimeOptions("10s:21", "reference.y", "2 mm")).found.measured
     system = ssm.choose(document, case.scene, Options(attached="loop")).system()
     output, input_ = system.output_names.index("gondola.y"), system.input_names.index("reference.y")
     siso = system.a, system.b[:, [input_]], system.c[[output]], system.d[[output], [input_]][None]
@@ -42,7 +46,7 @@ def test_a_step_of_a_reference_is_that_of_scipy():
 def test_a_step_of_a_winch_is_taken_back_as_far_as_the_pose_is_measured():
     document, case = solved("control.gain=0.5")
     for name in ("gondola.x", "gondola.z"):
-        found = loop_report.time_case(document, case, TimeOptions("200s:11", "winch.u1", output=name)).found
+        found = in_time(document, case, TimeOptions("200s:11", "winch.u1", output=name)).found
         assert abs(found.measured[-1]) < 1e-3 * np.abs(found.measured).max()
         assert abs(found.open_loop[-1]) > 0.1 * np.abs(found.open_loop).max()
         assert abs(found.final) < 1e-9 * np.abs(found.measured).max()
@@ -50,7 +54,7 @@ def test_a_step_of_a_winch_is_taken_back_as_far_as_the_pose_is_measured():
 
 def test_a_reference_is_reached_in_the_end_and_the_settling_time_is_that_of_the_table():
     document, case = solved("control.gain=0.5")
-    found = loop_report.time_case(document, case, TimeOptions("60s:4001", "reference.y"))
+    found = in_time(document, case, TimeOptions("60s:4001", "reference.y"))
     assert found.found.final == pytest.approx(1e-3, rel=1e-9)
     outside = np.abs(found.found.measured - 1e-3) > 0.02e-3
     assert found.step.settling_time == pytest.approx(found.time[outside].max(), abs=found.time[1])
@@ -97,7 +101,7 @@ def test_every_winch_is_in_the_file_and_the_busiest_on_the_screen():
 
 def test_the_picture_has_a_line_for_each_winch():
     document, case = solved()
-    figure = plots.loop_in_time(loop_report.time_case(document, case, TimeOptions("5s:11", "gust")))
+    figure = plots.loop_in_time(in_time(document, case, TimeOptions("5s:11", "gust")))
     assert len(figure.axes[-1].lines) == 6
     figure.canvas.draw()
     for axes in figure.axes:

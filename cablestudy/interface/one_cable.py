@@ -84,18 +84,16 @@ def loop(
     estimate: bool = False,
 ):
     """The loop, or its `response` over a range of frequencies, or what it does in `time`; see `Scene.loop_in_time`."""
+    from cablestudy.scene.one_cable import NAMES, WIND_KEYS
     from cablestudy.study import loop_report
-    from cablestudy.study.loop_in_time import time_case
 
+    if output is not None:
+        raise SceneError("--output: no effect: the scene has one cable")
     span, asked = loop_options(response, time, input=input, size=size, length=length, output=output)
     answer = _of_row(scene, *loop_report.loop_table(scene.document, scene.model, estimate), None)
-    if asked and not answer.failures:
-        return in_time(answer, time_case(scene.document, answer.case, asked))
-    if asked or not loop_report.has_loop(answer.case):
+    if (asked and answer.failures) or not loop_report.has_loop(answer.case):
         return replace(answer, table=None) if asked or span else answer
-    # an unstable loop too has a response over frequency
-    table = loop_report.response_table(answer.case.in_wind.controlled, span) if span else answer.table
-    return replace(answer, table=table, draw=lambda plots: plots.loop_margins(answer.case, span))
+    return with_loop(answer, scene, answer.case.in_wind, span, asked, names=NAMES, wind_keys=WIND_KEYS)
 
 
 def loop_options(response, time, **timed):
@@ -106,16 +104,30 @@ def loop_options(response, time, **timed):
     return read_span(response) if response else None, TimeOptions(time, **timed) if time else None
 
 
-def in_time(answer, solved):
-    """The `Answer` with the table, notes and picture of a `TimeCase`."""
-    from cablestudy.study.loop_in_time import time_table
+def with_loop(answer, scene, in_wind, span, asked, **named):
+    """An `Answer` with the picture of a loop, or with its table over a range of frequencies, or with what it does.
 
-    return replace(
-        answer,
-        table=time_table(solved),
-        warnings=(*answer.warnings, *solved.notes),
-        draw=lambda plots: plots.loop_in_time(solved),
-    )
+    Parameters
+    ----------
+    answer : Answer
+    scene : Scene
+    in_wind : InWind
+    span, asked
+        From `loop_options`.
+    **named
+        Of `loop_in_time.time_case`.
+    """
+    from cablestudy.study.loop_in_time import time_case, time_table
+    from cablestudy.study.loop_report import response_table
+
+    if asked:
+        solved = time_case(scene.document, scene.model, in_wind.movement, asked, **named)
+        lines, draw = (*answer.warnings, *solved.notes), lambda plots: plots.loop_in_time(solved)
+        return replace(answer, table=time_table(solved), tables=None, warnings=lines, draw=draw)
+    movement = in_wind.controlled
+    answer = replace(answer, draw=lambda plots: plots.loop_margins(movement, span))
+    # an unstable loop too has a response over frequency
+    return replace(answer, table=response_table(movement, span), tables=None) if span else answer
 
 
 def _of_row(scene, table, row, draw, remarks=()):

@@ -73,5 +73,5 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
             table=response_table(span, curves),
             draw=lambda plots: _bode(plots, curves, drawn(span, curves), asked.attached),
         )
-    loop = (lambda plots: plots.suspension_loop(choice.whole)) if scene.is_suspension else None
+    loop = (lambda plots: plots.loop_margins(choice.whole)) if scene.is_suspension else None
     return replace(answer, table=None if out else tables.mode_table(choice), draw=loop)

@@ -11,7 +11,7 @@ from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.interface.answer import Answer, Tables
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Duration, Frequencies, Frequency, Modes, Size, Text, WindOn
-from cablestudy.interface.one_cable import DEFAULT_MODES, fewer_modes, frequency_limit, in_time, loop_options
+from cablestudy.interface.one_cable import DEFAULT_MODES, fewer_modes, frequency_limit, loop_options, with_loop
 from cablestudy.interface.scene import Scene
 
 if TYPE_CHECKING:
@@ -84,27 +84,19 @@ def loop(
     estimate: bool = False,
 ):
     """The loop, or its `response` over a range of frequencies, or what it does in `time`; see `Scene.loop_in_time`."""
-    from cablestudy.study.suspension import loop_report
+    from cablestudy.scene.scene import missing
+    from cablestudy.study.loop_report import unstable
     from cablestudy.study.suspension.notes import notes_of, warnings_of
+    from cablestudy.study.suspension.wind_report import loop_tables
 
     span, asked = loop_options(response, time, input=input, size=size, length=length, output=output)
-    loop_report.check_control(scene.document, scene.model)
+    if scene.model.control is None:
+        raise missing(scene.document, "control", "loop")
     case = _solved(scene, estimate)
-    movement = case.in_wind.controlled
-    answer = Answer(
-        explain=lambda: notes_of(case),
-        warnings=tuple(warnings_of(case)),
-        draw=lambda plots: plots.suspension_loop(movement),
-        case=case,
-    )
-    if asked:
-        return in_time(answer, loop_report.time_case(scene.document, case, asked))
-    if span:  # an unstable loop too has a response over frequency
-        failures = loop_report.unstable(movement)
-        return replace(answer, table=loop_report.response_table(movement, span), failures=failures)
-    tables, failures = loop_report.loop_tables(case, table)
-    answer = replace(answer, failures=failures)
-    return replace(answer, table=tables[table]) if table else replace(answer, tables=tables)
+    tables, failures = ({}, ()) if span or asked else loop_tables(case, table)
+    answer = _of_tables(table, tables, case, lambda: notes_of(case), warnings_of(case))
+    answer = replace(answer, failures=unstable(case.in_wind.controlled) if span else failures)
+    return with_loop(answer, scene, case.in_wind, span, asked)
 
 
 def _solved(scene, estimate):

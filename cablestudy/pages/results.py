@@ -107,7 +107,7 @@ def _suspension_in_motion(page, scene):
         with page.section("Loop"):
             found = scene.compute("windrms", estimate=True)
             _tables(page, scene, "windrms", {name: found.tables[name] for name in LOOP})
-            page.draw(lambda plots: plots.suspension_loop(found.case.in_wind.controlled), PICTURES["loop"])
+            page.draw(lambda plots: plots.loop_margins(found.case.in_wind.controlled), PICTURES["loop"])
     if scene.model.wind is not None:
         with page.section("Wind"):
             found = found or scene.compute("windrms", estimate=True)

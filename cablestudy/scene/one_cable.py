@@ -9,6 +9,8 @@ from cablestudy.scene.suspension_tables import Body, CableWinch
 from cablestudy.scene.wind_tables import BodyWind, SuspensionWind, WindTable
 
 CABLE, GONDOLA = "cable", "gondola"  # names of the cable and of the body
+NAMES = {f"winch.{CABLE}": "winch", "reference.x": "reference", f"{GONDOLA}.x": GONDOLA}  # in the loop -> of the user
+WIND_KEYS = ("gondola.area", "gondola.drag_coefficient", "wind")  # without which no wind acts on the gondola
 
 
 def as_suspension(scene, damping=0.0):

@@ -9,17 +9,14 @@ import numpy as np
 from cablestudy.control import time_response
 from cablestudy.control.step_response import step_response
 from cablestudy.errors import SceneError
-from cablestudy.scene.one_cable import CABLE
 from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_positive
-from cablestudy.study.columns import GONDOLA_X
+from cablestudy.study.columns import attribute
 from cablestudy.study.ssm import has_loss_factor, number_of
 from cablestudy.study.suspension.loop_in_time import GUST as OF_STATE_SPACE
-from cablestudy.study.suspension.loop_in_time import delayed_up_to, in_time
+from cablestudy.study.suspension.loop_in_time import delayed_up_to, in_time, unit_of
 from cablestudy.study.table import Field, Table
 
-# inputs of one cable, and of its state space
-INPUTS = {"winch": f"winch.{CABLE}", "reference": "reference.x", "gust": OF_STATE_SPACE, "wind": OF_STATE_SPACE}
 OF_WIND = ("gust", "wind")
 STEP = 1e-3  # of winch or reference, without another size [m] or [rad]
 GUST = 3.0  # standard deviations of the turbulence in a gust or step of the wind without another size
@@ -30,7 +27,6 @@ LENGTHS = 1e-4, 1e4  # of a gust, over the duration
 NOTHING = 1e-13  # over the largest value, below which a value is rounding
 FAST = 10.0  # above the speed of all but the hoists of deep mines [m/s]
 MILLI = 1e3
-DRAG = ("gondola.area", "gondola.drag_coefficient", "wind")
 
 
 @dataclass(frozen=True)
@@ -41,7 +37,7 @@ class TimeOptions:
     input: str | None = None
     size: str | None = None
     length: str | None = None  # of a gust
-    output: str | None = None  # of a suspension: what of its pose is shown
+    output: str | None = None  # what is shown of the measured coordinates
 
     def __post_init__(self):
         if self.length is not None and self.input != "gust":
@@ -162,10 +158,10 @@ class TimeCase:
     input: Input
     found: object
     gain: float
-    name: str = "gondola"
-    unit: str = "mm"
-    winches: tuple = ("winch",)
-    remarks: tuple = ()
+    name: str
+    unit: str
+    winches: tuple
+    remarks: tuple
 
     @property
     def time(self):
@@ -217,41 +213,55 @@ def step_words(step, time):
     return words + ("" if step.resolved else coarse)
 
 
-def time_case(document, case, options):
-    """`TimeCase` of one cable.
+def time_case(document, scene, movement, options, names=None, wind_keys=("wind",)):
+    """`TimeCase` of a loop: one measured coordinate after a step of a winch or a reference, or in a gust.
 
     Parameters
     ----------
     document : Document
-        Of its scene, for the places of mistakes.
-    case : Case
-        With a winch loop.
+        Of the scene, for the places of mistakes.
+    scene : Scene or SuspensionScene
+        As the user wrote it.
+    movement : Movement
+        With a stable loop.
     options : TimeOptions
+    names : dict, optional
+        Those of the user for winches, references and outputs of the movement that have others there.
+    wind_keys : sequence of str
+        Without which no wind acts on it.
 
     Raises
     ------
     SceneError
-        An unknown input, or the scene has no wind for it.
-    NoSolutionError
-        The loop is unstable.
+        An unknown input or output, or the scene has no wind for it.
     """
-    kind, scene = options.input or "winch", case.scene
-    number_of("--input", kind, tuple(INPUTS))
-    if options.output is not None:
-        raise SceneError("--output: no effect: the scene has one cable")
+    names, body = names or {}, movement.equilibrium.suspension.body_names[movement.body]
+    winches = {names.get(key := f"winch.{name}", key): key for name in movement.scene.winches}
+    references = {names.get(key := f"reference.{name}", key): key for name in movement.measured}
+    outputs = [names.get(key := f"{body}.{name}", key) for name in movement.measured]
+    kind = options.input or next(iter(winches))
+    number_of("--input", kind, [*winches, *references, *OF_WIND])
+    shown = number_of("--output", options.output, outputs) if options.output else 0
+    if kind in references and not options.output:
+        shown = list(references).index(kind)
     if kind in OF_WIND:
-        for key in DRAG:
-            table, _, name = key.rpartition(".")
-            if getattr(getattr(scene, table) if table else scene, name) is None:
+        for key in wind_keys:
+            if attribute(scene, key) is None:
                 raise missing(document, key, f"loop --input {kind}")
-        asked = options.gust(scene.wind, scene.wind.turbulence)
+        asked, driven = options.gust(scene.wind, movement.scene.wind.turbulence[0]), OF_STATE_SPACE
+    elif kind in references:
+        coordinate = references[kind].removeprefix("reference.")
+        asked, driven = options.step(f"the {kind} moves", unit_of(coordinate)), references[kind]
     else:
-        asked = options.step({"winch": "the winch moves", "reference": "the reference of the gondola moves"}[kind])
-    movement = case.in_wind.movement
-    loop = movement.loop
-    found = in_time(movement, GONDOLA_X, INPUTS[kind], asked.components, options.times).times(asked.size)
-    remarks = remarks_of(scene.winch, delayed_up_to(loop), found, [scene.cable.damping])
-    return TimeCase(options, asked, found, loop.gain, remarks=remarks)
+        driven = winches[kind]
+        reels = movement.scene.winches[driven.removeprefix("winch.")].direction is None
+        asked = options.step(f"{kind} reels in" if reels else f"the {kind} moves")
+    output = list(movement.outputs)[movement.measured_outputs[shown]]
+    found = in_time(movement, output, driven, asked.components, options.times).times(asked.size)
+    dampings = [cable.damping for cable in movement.scene.cables.values()]
+    remarks = remarks_of(movement.scene.control, delayed_up_to(movement.loop), found, dampings)
+    unit = f"m{unit_of(movement.measured[shown])}"
+    return TimeCase(options, asked, found, movement.loop.gain, outputs[shown], unit, tuple(winches), remarks)
 
 
 def remarks_of(drive, right, found, dampings):

@@ -1,4 +1,4 @@
-"""Tables of the command `loop` for one cable: margins of the winch loop, and the loop over frequency."""
+"""The loop of winches over frequency, and the table of its margins of one cable, for the command `loop`."""
 
 from dataclasses import replace
 
@@ -7,9 +7,9 @@ import numpy as np
 from cablestudy.control.margins_grid import by_parts
 from cablestudy.control.pose_state_space import by_forces
 from cablestudy.control.response import Phase
-from cablestudy.errors import CablestudyError
+from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.scene.scene import missing
-from cablestudy.study.columns import GONDOLA_X, SENSITIVITY, STATUS
+from cablestudy.study.columns import SENSITIVITY, STATUS
 from cablestudy.study.row import evaluate_named
 from cablestudy.study.table import Field, Table
 from cablestudy.system.residues import residues
@@ -66,8 +66,17 @@ def has_loop(case):
     return True
 
 
+def unstable(movement):
+    """Why a `Movement` is unstable: tuple of str, empty where it is stable."""
+    try:
+        movement.check_stable()
+    except NoSolutionError as error:
+        return (str(error),)
+    return ()
+
+
 def resonances(movement):
-    """Poles of the gondola by a force on it, the winch at rest and with the loop, that show in its response. [rad/s]
+    """Poles that show in what is measured by forces there, the winches at rest and with the loop. [rad/s]
 
     Those of the upper half plane. What a pole adds to the response at its frequency is small where a zero is beside it.
 
@@ -76,16 +85,17 @@ def resonances(movement):
     movement : Movement
         With a loop.
     """
-    row, found = movement.outputs[GONDOLA_X], []
-    force = movement.motion.moved[0][[row]].real.T
+    rows, found = movement.measured_outputs, []
+    forces = movement.motion.moved[0][rows].real.T
     for loop in (None, movement.loop):
-        system = residues((loop or movement.motion).eigen, *by_forces(movement.motion, force, loop))
-        system = replace(system, shown=system.shown[[row]], direct=system.direct[[row]])
-        poles, own = system.poles, np.abs(system.shown[0] * system.given[:, 0])
+        system = residues((loop or movement.motion).eigen, *by_forces(movement.motion, forces, loop))
+        system = replace(system, shown=system.shown[rows], direct=system.direct[rows])
+        poles, own = system.poles, np.abs(system.shown.T * system.given)
         above = poles.imag > 0
         with np.errstate(divide="ignore", invalid="ignore"):  # on an undamped pole
-            whole = np.abs(system.response(1j * np.abs(poles[above]))[:, 0, 0])
-            found.append(poles[above][own[above] > CANCELLED * np.abs(poles[above].real) * whole])
+            whole = np.abs(np.diagonal(system.response(1j * np.abs(poles[above])), axis1=1, axis2=2))
+            seen = own[above] > CANCELLED * np.abs(poles[above].real)[:, None] * whole
+        found.append(poles[above][seen.any(axis=1)])
     return np.concatenate(found)
 
 
@@ -125,15 +135,25 @@ def around_poles(poles, count):
 
 
 def loop_gain(movement, frequency):
-    """L of a `Movement` that measures one coordinate at frequencies [Hz], complex, shape (m,)."""
-    return movement.loop.gain * by_parts(movement.gains.loop_gain, 2 * np.pi * frequency)[:, 0, 0]
+    """L of a `Movement` that measures k coordinates at frequencies [Hz], complex, shape (m, k, k)."""
+    return movement.loop.gain * by_parts(movement.gains.loop_gain, 2 * np.pi * frequency)
 
 
 def curves(movement, frequency):
-    """Loop gain L, sensitivity 1/(1 + L) and complementary sensitivity L/(1 + L), complex, shape (3, m)."""
+    """Loop gain L, sensitivity S = (I + L)^-1 and complementary sensitivity T = S L, complex, shape (3, m, k, k)."""
+    value = loop_gain(movement, frequency)
     with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode L is infinite
-        value = loop_gain(movement, frequency)
-        return np.stack([value, 1 / (1 + value), value / (1 + value)])
+        difference = np.eye(value.shape[-1]) + value
+        sensitivity = np.linalg.inv(difference) if value.shape[-1] > 1 else 1 / difference
+        return np.stack([value, sensitivity, sensitivity @ value])
+
+
+def singular_values(value):
+    """Singular values of matrices, descending, shape (m, k); not a number where an entry is not finite."""
+    finite = np.isfinite(value).all(axis=(-2, -1))
+    found = np.full(value.shape[:-1], np.nan)
+    found[finite] = np.linalg.svd(value[finite], compute_uv=False)
+    return found
 
 
 def decibels(value):
@@ -143,7 +163,7 @@ def decibels(value):
 
 
 def response_table(movement, span):
-    """Table of frequency, and magnitude [dB] and phase [deg] of L, S and T.
+    """Table over frequency of L, S and T: magnitude [dB] and phase [deg]; of several coordinates singular values [dB].
 
     Parameters
     ----------
@@ -155,8 +175,13 @@ def response_table(movement, span):
     frequency, columns = frequencies_of(movement, span), {}
     for name, value in zip(CURVES, curves(movement, frequency), strict=True):
         title = name.replace("_", " ")
-        columns[Field(f"{name}_dB", title, "dB")] = decibels(value)
-        columns[Field(f"{name}_phase_deg", f"{title} phase", "deg")] = Phase()(value)
+        sizes = decibels(singular_values(value)).T
+        if len(sizes) == 1:
+            columns[Field(f"{name}_dB", title, "dB")] = sizes[0]
+            columns[Field(f"{name}_phase_deg", f"{title} phase", "deg")] = Phase()(value[:, 0, 0])
+        else:
+            columns[Field(f"{name}_largest_dB", f"{title} largest", "dB")] = sizes[0]
+            columns[Field(f"{name}_smallest_dB", f"{title} smallest", "dB")] = sizes[-1]
     return over_frequency(frequency, columns)
 
 

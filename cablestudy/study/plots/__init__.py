@@ -9,7 +9,6 @@ from cablestudy.study.plots.modes import mode_shapes
 from cablestudy.study.plots.study import not_drawn, study_plot
 from cablestudy.study.plots.style import save
 from cablestudy.study.plots.suspension import suspension_views
-from cablestudy.study.plots.suspension_loop import suspension_loop
 from cablestudy.study.plots.suspension_modes import suspension_modes
 from cablestudy.study.plots.suspension_wind import suspension_wind
 from cablestudy.study.plots.trade import trade_plot
@@ -26,7 +25,6 @@ __all__ = [
     "sensitivity_plot",
     "static_form",
     "study_plot",
-    "suspension_loop",
     "suspension_modes",
     "suspension_views",
     "suspension_wind",

@@ -1,18 +1,30 @@
-"""The winch loop of one cable: Bode and Nyquist plots with their margins, sensitivity, and the response in time."""
+"""The loop of winches: loop gain and sensitivity over frequency, Nyquist plot with margins, and response in time."""
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
-from cablestudy.control.gondola import gondola_mode
 from cablestudy.control.response import Phase
 from cablestudy.control.step_response import BAND
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.loop_in_time import MILLI
-from cablestudy.study.loop_report import curves, decibels, drawn_frequencies, loop_gain
-from cablestudy.study.plots.style import BLUE, GREEN, GREY, LIGHT, RED, SERIES, WIDTH, plain, plain_axis, styled
+from cablestudy.study.loop_report import curves, decibels, drawn_frequencies, loop_gain, singular_values
+from cablestudy.study.plots.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    LIGHT,
+    RED,
+    SERIES,
+    WIDTH,
+    heading,
+    plain,
+    plain_axis,
+    styled,
+)
 from cablestudy.study.plots.words import with_minus
 
+TURN = 2 * np.pi
 BELOW, ABOVE = 0.02, 3.0  # of the range without another one: of the lowest and the highest frequency that is marked
 POINTS = 1500  # of a curve, without those near resonances
 LEAST = -100.0  # magnitude that is drawn [dB]
@@ -24,58 +36,62 @@ NO_LOOP = "the gain of the loop is zero: there is nothing to draw"
 
 
 @styled
-def loop_margins(case, span=None):
-    """Figure of loop gain, phase and sensitivity over frequency, and of the loop gain near -1.
+def loop_margins(movement, span=None):
+    """Figure of loop gain, phase of one coordinate, and sensitivity over frequency, and of the loop gain near -1.
+
+    Of several coordinates the singular values of the loop gain over frequency, and its eigenvalues near -1.
 
     Parameters
     ----------
-    case : Case
-        With a winch loop.
+    movement : Movement
+        With a loop.
     span : (float, float, int), optional
-        From `ssm.read_span`. Default: about bandwidth, gondola and largest gain.
+        From `ssm.read_span`. Default: about bandwidth, controlled motions and largest gain.
 
     Raises
     ------
     NoSolutionError
         The gain is zero.
     """
-    found = case.in_wind
-    movement = found.controlled
     if not movement.loop.gain:
         raise NoSolutionError(NO_LOOP)
-    frequency = drawn_frequencies(movement, span or _span(found))
+    frequency = drawn_frequencies(movement, span or _span(movement))
     value, sensitivity, complementary = curves(movement, frequency)
-    figure = Figure(figsize=(WIDTH, 9.6), layout="constrained")
-    grid = figure.add_gridspec(4, 2, height_ratios=(2.2, 1.6, 1.8, 3.2), width_ratios=(1.35, 1))
+    alone = len(movement.measured) == 1
+    heights = (2.2, 1.6, 1.8, 3.2) if alone else (2.2, 1.8, 3.2)
+    figure = Figure(figsize=(WIDTH, 0.8 + sum(heights)), layout="constrained")
+    grid = figure.add_gridspec(len(heights), 2, height_ratios=heights, width_ratios=(1.35, 1))
     upper = figure.add_subplot(grid[0, :])
-    middle, lower = (figure.add_subplot(grid[row, :], sharex=upper) for row in (1, 2))
-    _magnitude(upper, found, frequency, value)
-    _phase(middle, movement, frequency, value)
-    _sensitivity(lower, movement, frequency, sensitivity, complementary)
+    lower = [figure.add_subplot(grid[row, :], sharex=upper) for row in range(1, len(heights) - 1)]
+    _magnitude(upper, movement, frequency, value)
+    if alone:
+        _phase(lower[0], movement, frequency, value[:, 0, 0])
+    _sensitivity(lower[-1], movement, frequency, sensitivity, complementary)
     upper.set_xlim(frequency[0], frequency[-1])
-    for axes in (upper, middle):
+    for axes in (upper, *lower[:-1]):
         axes.tick_params(labelbottom=False)
-    nyquist, beside = figure.add_subplot(grid[3, 0]), figure.add_subplot(grid[3, 1])
-    _nyquist(nyquist, found, value)
-    _numbers(beside, found)
+    nyquist, beside = figure.add_subplot(grid[-1, 0]), figure.add_subplot(grid[-1, 1])
+    _nyquist(nyquist, movement, value)
+    _numbers(beside, movement)
     beside.legend(*nyquist.get_legend_handles_labels(), loc="lower left", fontsize=8)
-    figure.align_ylabels([upper, middle, lower])
-    winch = case.scene.winch.location
-    figure.suptitle(f"Winch loop, winch on the {winch}: open loop L, sensitivity S = 1/(1 + L), T = L/(1 + L)",
-                    x=0.01, ha="left", fontsize=10)  # fmt: skip
+    figure.align_ylabels([upper, *lower])
+    heading(figure, _title(movement))
     return figure
 
 
-def _span(found):
+def _title(movement):
+    """What the loop holds by how many winches, and the letters of the picture."""
+    body = movement.equilibrium.suspension.body_names[movement.body]
+    count, held = len(movement.winches), ", ".join(movement.measured)
+    letters = "loop gain L, S = 1/(1 + L), T = S L" if len(movement.measured) == 1 else "S = (I + L)⁻¹, T = S L"
+    return f"Loop that holds {body} ({held}) by {count} winch{'es' * (count != 1)}: {letters}"
+
+
+def _span(movement):
     """Range of frequencies in which something happens. [Hz]"""
-    movement = found.controlled
-    marked = [
-        movement.modes.frequency[gondola_mode(movement.modes.compliance_shares(0, 0))],
-        movement.loop.gain / (2 * np.pi),
-        found.phase_crossover[0] if _has_limit(movement) else None,
-        *(notch.rolloff_omega / (2 * np.pi) for notch in movement.notches if notch),
-    ]
-    marked = [one for one in marked if one]
+    marked = [*movement.coupled_frequencies, movement.loop.gain / TURN]
+    marked += [movement.limit.omega / TURN] if _has_limit(movement) else []
+    marked += [notch.rolloff_omega / TURN for notch in movement.notches if notch]
     return min(0.2 * max(marked), BELOW / ABOVE * 10 * min(marked)), ABOVE * max(marked), POINTS
 
 
@@ -87,21 +103,35 @@ def _has_limit(movement):
         return False
 
 
-def _magnitude(axes, found, frequency, value):
-    axes.semilogx(frequency, np.maximum(decibels(value), 2 * LEAST), color=BLUE, lw=1.3, label="|L|")
+def _margin(movement):
+    """Gain margin of a loop that has a largest gain. [dB]"""
+    return float(decibels(movement.largest_gain / movement.loop.gain))
+
+
+def _magnitude(axes, movement, frequency, value):
+    sizes = decibels(singular_values(value)).T
+    for place, size in enumerate(sizes):
+        name = "|L|" if len(sizes) == 1 else ("largest singular value of L", "others")[place] if place < 2 else None
+        axes.semilogx(frequency, np.maximum(size, 2 * LEAST), color=BLUE, lw=1.3 if place == 0 else 0.7, label=name)
     axes.axhline(0.0, color=GREY, lw=0.8)
-    size = decibels(value)
-    axes.set_ylim(max(LEAST, size.min() - 5), size.max() + 10)
-    axes.set_ylabel("loop gain |L| [dB]")
-    movement = found.controlled
+    axes.set_ylim(max(LEAST, np.nanmin(sizes) - 5), np.nanmax(sizes) + 10)
+    axes.set_ylabel("loop gain [dB]")
     if _has_limit(movement):
-        margin, place = found.gain_margin[0], found.phase_crossover[0]
+        margin, place = _margin(movement), movement.limit.omega / TURN
         axes.annotate("", (place, 0), (place, -margin), arrowprops={"arrowstyle": "<->", "color": RED, "lw": 1.2,
                                                                    "shrinkA": 0, "shrinkB": 0})  # fmt: skip
         axes.plot(place, -margin, "o", color=RED, ms=4, zorder=5,
                   label=with_minus(f"gain margin {margin:.4g} dB at {place:.4g} Hz"))  # fmt: skip
     if crossover := movement.margins.gain_crossover:
-        axes.plot(crossover, 0, "s", color=GREEN, ms=4, zorder=5, label=f"|L| = 1 at {crossover:.4g} Hz")
+        axes.plot(
+            crossover,
+            0,
+            "s",
+            color=GREEN,
+            ms=4,
+            zorder=5,
+            label=f"{'|L| = 1' if len(sizes) == 1 else 'gain crossover'} at {crossover:.4g} Hz",
+        )
     axes.legend(loc="lower left", **BOX)
 
 
@@ -133,52 +163,73 @@ def _phase(axes, movement, frequency, value):
 
 
 def _sensitivity(axes, movement, frequency, sensitivity, complementary):
-    axes.semilogx(frequency, decibels(complementary), color=GREEN, lw=1.0, ls="--", label="|T|")
-    axes.semilogx(frequency, decibels(sensitivity), color=BLUE, lw=1.3, label="|S|")
+    both = [decibels(singular_values(one)[:, 0]) for one in (complementary, sensitivity)]
+    for size, colour, width, dashes, name in zip(both, (GREEN, BLUE), (1.0, 1.3), ("--", "-"), "TS", strict=True):
+        axes.semilogx(frequency, size, color=colour, lw=width, ls=dashes, label=f"|{name}|")
     axes.axhline(0.0, color=GREY, lw=0.8)
-    top = decibels(sensitivity).max()
+    top = np.nanmax(both[1])
     if movement.stable:
-        peak, place = movement.margins.sensitivity_peak, movement.margins.sensitivity_frequency
+        peak, place = movement.margins.sensitivity_peak, movement.margins.sensitivity_frequency or frequency[-1]
         top = max(top, float(decibels(peak)))
         axes.plot(place, decibels(peak), "o", color=RED, ms=4, zorder=5,
                   label=with_minus(f"peak {peak:.4g} = {decibels(peak):.4g} dB at {place:.4g} Hz"))  # fmt: skip
     axes.set_ylim(-40, top + 6)
-    axes.set_ylabel("|S|, |T| [dB]")
+    several = sensitivity.shape[-1] > 1
+    axes.set_ylabel("largest singular value\nof S, T [dB]" if several else "|S|, |T| [dB]")
     axes.set_xlabel("frequency [Hz]")
     axes.legend(loc="lower left", ncols=3, **BOX)
 
 
-def _nyquist(axes, found, value):
+def _nyquist(axes, movement, value):
+    """The eigenvalues of the loop gain, each joined to the nearest at the next frequency."""
     axes.axhline(0, color=LIGHT, lw=0.9)
     axes.axvline(0, color=LIGHT, lw=0.9)
-    circle = np.exp(1j * np.linspace(0, 2 * np.pi, 361))
+    circle = np.exp(1j * np.linspace(0, TURN, 361))
     axes.plot(circle.real, circle.imag, color=GREY, lw=0.8, ls="--", label="unit circle")
-    # far outside nothing is drawn, so that no line crosses the picture between two points far away
-    shown = np.where(np.abs(value) < 20 * NEAR, value, np.nan)
-    axes.plot(shown.real, shown.imag, color=BLUE, lw=1.3, zorder=3, label="L")
-    axes.plot(shown.real, -shown.imag, color=BLUE, lw=0.6, alpha=0.5, zorder=3)
+    several = value.shape[-1] > 1
+    colours = (*SERIES, GREY) * value.shape[-1] if several else (BLUE,)
+    for place, (row, colour) in enumerate(zip(_eigenvalues(value).T, colours, strict=False)):
+        # far outside nothing is drawn, so that no line crosses the picture between two points far away
+        shown = np.where(np.abs(row) < 20 * NEAR, row, np.nan)
+        name = ("eigenvalues of L" if several else "L") if place == 0 else None
+        axes.plot(shown.real, shown.imag, color=colour, lw=1.3, zorder=3, label=name)
+        axes.plot(shown.real, -shown.imag, color=colour, lw=0.6, alpha=0.5, zorder=3)
     axes.plot(-1, 0, "+", color=RED, ms=10, mew=2, zorder=6, label="−1")
-    movement = found.controlled
     margins = movement.margins if movement.stable else None
     if margins:
-        near = 1 / margins.sensitivity_peak
+        near = 1 / margins.sensitivity_peak  # no eigenvalue is nearer than the least singular value of I + L
         around = -1 + near * circle
-        axes.plot(around.real, around.imag, color=RED, lw=0.8, ls=":", label=f"nearest to −1: {near:.4g}")
-    if margins and margins.gain_crossover:
-        (here,) = loop_gain(movement, np.array([margins.gain_crossover]))
+        name = f"1 over the peak of S: {near:.4g}" if several else f"nearest to −1: {near:.4g}"
+        axes.plot(around.real, around.imag, color=RED, lw=0.8, ls=":", label=name)
+    if margins and margins.gain_crossover and not several:
+        (here,) = loop_gain(movement, np.array([margins.gain_crossover]))[:, 0, 0]
         axes.plot(here.real, here.imag, "s", color=GREEN, ms=4, zorder=5, label=_phase_label(margins))
     if _has_limit(movement):
         axes.plot(-movement.loop.gain / movement.largest_gain, 0, "o", color=RED, ms=4, zorder=5,
-                  label=with_minus(f"gain margin {found.gain_margin[0]:.4g} dB"))  # fmt: skip
-    axes.set(xlim=(-0.6 - NEAR, -0.6 + NEAR), ylim=(-NEAR, NEAR), xlabel="real part of L", ylabel="imaginary part of L")
+                  label=with_minus(f"gain margin {_margin(movement):.4g} dB"))  # fmt: skip
+    name = "the eigenvalues of L" if several else "L"
+    axes.set(xlim=(-0.6 - NEAR, -0.6 + NEAR), ylim=(-NEAR, NEAR))
+    axes.set(xlabel=f"real part of {name}", ylabel=f"imaginary part of {name}")
     axes.set_aspect("equal", adjustable="box")
     plain(axes, 6, 6)
 
 
-def _numbers(axes, found):
+def _eigenvalues(value):
+    """Eigenvalues of matrices, shape (f, k), in the order in which each is near its neighbour."""
+    if value.shape[-1] == 1:
+        return value[:, 0]
+    from scipy.optimize import linear_sum_assignment
+
+    found = np.linalg.eigvals(value[np.isfinite(value).all(axis=(-2, -1))])
+    for place in range(1, len(found)):
+        apart = np.abs(found[place - 1][:, None] - found[place][None])
+        found[place] = found[place][linear_sum_assignment(apart)[1]]
+    return found
+
+
+def _numbers(axes, movement):
     """The margins as text."""
     axes.set_axis_off()
-    movement = found.controlled
     limit, loop, law = _has_limit(movement), movement.loop, movement.loop.law
     largest = movement.largest_gain if limit else None
     lines = [("gain", f"{loop.gain:.4g} rad/s")]
@@ -186,7 +237,7 @@ def _numbers(axes, found):
     lines += [("derivative gain", f"{loop.gain * law.derivative:.4g} s")] if law.derivative else []
     lines += [("delay", f"{law.delay:.4g} s")] if law.delay else []
     lines += [("largest gain", f"{largest:.4g} rad/s" if largest else "none")]
-    lines += [("gain margin", f"{found.gain_margin[0]:.4g} dB")] if limit else []
+    lines += [("gain margin", f"{_margin(movement):.4g} dB")] if limit else []
     lines += _of_stable(movement.margins) if movement.stable else [("loop", "unstable")]
     for place, (name, number) in enumerate(lines):
         height = 0.97 - LINE * place

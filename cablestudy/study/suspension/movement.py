@@ -15,6 +15,7 @@ from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.suspension.driven_cables import DrivenCables
 from cablestudy.study.suspension.driven_waves import Effects
 from cablestudy.study.suspension.turbulence import Turbulence
+from cablestudy.system.suspension import AXES
 
 TURN = 2 * np.pi
 LITTLE = 1e-6  # gain over the lowest frequency, of a loop whose gain follows from a margin
@@ -114,6 +115,12 @@ class Movement:
         """Names of what is measured: list of str."""
         return self._measurable[0]
 
+    @property
+    def measured_outputs(self):
+        """Rows of what is measured among the `outputs`: list of int."""
+        body = self.equilibrium.suspension.body_names[self.body]
+        return [self.outputs[f"{body}.{AXES[MOTIONS.index(name)]}"] for name in self.measured]
+
     @cached_property
     def notches(self):
         """Notch of each measured coordinate: tuple of (Notch or None)."""
@@ -122,7 +129,7 @@ class Movement:
             return (None,) * len(self.measured)
         frequencies = [table.frequency] * len(self.measured)
         if table.frequency == "coupled":
-            frequencies = self._coupled_frequencies()
+            frequencies = self.coupled_frequencies
         elif table.frequency == "static":
             frequencies = self._static_frequencies()
         return tuple(
@@ -152,7 +159,8 @@ class Movement:
             return True
         return bool((self._shares.max(axis=1) > 1 - self._shares.sum(axis=1)).all())
 
-    def _coupled_frequencies(self):
+    @property
+    def coupled_frequencies(self):
         """Frequency of the mode with the largest share in the static compliance of each measured coordinate. [Hz]"""
         shares = self._shares / self._shares.max(axis=1, keepdims=True)
         return self.modes.frequency[self.linear.kept[np.argmax(np.round(shares, 9), axis=1)]]

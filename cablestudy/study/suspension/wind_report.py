@@ -1,4 +1,4 @@
-"""Tables of the command `windrms` for a suspension: motion, rotations, cables, actuators, loop and its coordinates."""
+"""Tables of `windrms` and `loop` for a suspension: motion, rotations, cables, actuators, loop and its coordinates."""
 
 from dataclasses import replace
 from functools import partial
@@ -63,6 +63,12 @@ def wind_tables(document, case, only=None):
     return made(
         case, {name: make for name, (key, make) in TABLES.items() if getattr(scene, key) and only in (None, name)}
     )
+
+
+def loop_tables(case, only=None):
+    """The tables `loop`, and `coordinates` with the margin of each alone, or one of them; see `wind_tables`."""
+    makers = {"loop": loop_table, "coordinates": coordinate_table}
+    return made(case, {name: make for name, make in makers.items() if only in (None, name)})
 
 
 def made(case, makers):
