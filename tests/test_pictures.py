@@ -110,7 +110,10 @@ def test_mode_shapes(count):
 
 
 def test_wind_response():
-    assert faults(plots.wind_response(case_of("carlina", "gondola.mass=54.321987 kg", "wind.speed=6.54321 m/s"))) == []
+    assert (
+        faults(plots.wind_response([case_of("carlina", "gondola.mass=54.321987 kg", "wind.speed=6.54321 m/s").in_wind]))
+        == []
+    )
 
 
 # ----------------------------------------------------------------------------------------------------- suspensions

@@ -8,8 +8,9 @@ from picture import faults
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots
-from cablestudy.study.plots.suspension_wind import ellipse
+from cablestudy.study.plots.wind import ellipse
 from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.study.suspension.response import CLOSED, OPEN
 
 CONTROLLED = f"""
 base: {CONFIGS / "suspensions" / "carlina-net.yaml"}
@@ -62,8 +63,8 @@ def controlled(tmp_path_factory):
 
 
 def test_spectra_and_variances_are_those_computed(controlled):
-    figure = whole(plots.suspension_wind(controlled))
-    places, below, turns, below_turns, above, side = figure.axes
+    figure = whole(plots.wind_response([controlled.in_wind]))
+    _, places, below, turns, below_turns, above, side = figure.axes
     response = controlled.in_wind.response
     drawn = lines(places)
     assert legend(places) == ["x", "y", "z"]
@@ -71,7 +72,7 @@ def test_spectra_and_variances_are_those_computed(controlled):
     frequency = drawn["z"].get_xdata()
     rows = [response.names.index("gondola.z"), response.names.index("gondola.ry")]
     some = np.searchsorted(frequency, [0.01, 0.5857, 3.0])
-    closed, at_rest = response.spectra(frequency[some])[:, rows]
+    closed, at_rest = (response.spectra(frequency[some], state)[rows] for state in (CLOSED, OPEN))
     assert drawn["z"].get_ydata()[some] == pytest.approx(1e6 * closed[0], rel=1e-9)
     assert lines(turns)["ry"].get_ydata()[some] == pytest.approx(1e12 * closed[1], rel=1e-9)
     dashed = [line for line in places.lines if line.get_linestyle() == "--"]
@@ -95,7 +96,7 @@ def test_spectra_and_variances_are_those_computed(controlled):
 
 
 def test_the_ellipse_reaches_the_rms_in_each_direction(controlled):
-    *_, above, side = plots.suspension_wind(controlled).axes
+    *_, above, side = plots.wind_response([controlled.in_wind]).axes
     in_wind = controlled.in_wind
     for state, open_loop in (("winches at rest", True), ("winch loop closed", False)):
         x, y, z = (1e3 * in_wind.rms([f"gondola.focus.{axis}"], "value", open_loop)[0] for axis in "xyz")
@@ -120,13 +121,13 @@ def test_an_ellipse_is_that_of_its_covariance():
 
 def test_actuators_are_drawn_with_and_without(tmp_path, controlled):
     case = case_of(tmp_path, CONTROLLED + DAMPED)
-    figure = whole(plots.suspension_wind(case))
+    figure = whole(plots.wind_response([case.in_wind]))
     names = [f"gondola.{axis}" for axis in "xyz"]
 
     def rms(one, open_loop):
         return f"{1e3 * one.in_wind.rms(names, 'value', open_loop)[0]:.4g} mm RMS"
 
-    assert legend(figure.axes[1]) == [
+    assert legend(figure.axes[2]) == [
         f"winches at rest, no actuators: {rms(controlled, True)}",
         f"loop, no actuators: {rms(controlled, False)}",
         f"loop and actuators: {rms(case, False)}",
@@ -134,18 +135,17 @@ def test_actuators_are_drawn_with_and_without(tmp_path, controlled):
 
 
 def test_a_body_with_one_motion_has_one_panel(tmp_path):
-    figure = whole(plots.suspension_wind(case_of(tmp_path, SLIDER)))
-    spectra, below, above, side = figure.axes
-    assert legend(spectra) == ["x"]
+    figure = whole(plots.wind_response([case_of(tmp_path, SLIDER).in_wind]))
+    speed, spectra, below = figure.axes
+    assert legend(speed)[0] == "wind speed"
+    assert legend(spectra) == ["without control"]
     assert legend(below)[0].startswith("without control: ")
-    assert lines(side)["without control"].get_ydata() == pytest.approx(np.zeros(241), abs=1e-12)
-    assert lines(above)["without control"].get_xdata().max() > 0
 
 
 def test_what_the_wind_does_not_move_is_not_drawn(tmp_path):
     case = case_of(tmp_path, SLIDER, "bodies.mass.free=[]")
     with pytest.raises(NoSolutionError, match="nothing"):
-        plots.suspension_wind(case)
+        plots.wind_response([case.in_wind])
 
 
 # ------------------------------------------------------------------------------------------------------- the loop

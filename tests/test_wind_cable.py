@@ -16,6 +16,7 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import quantity_of
 from cablestudy.study import one_cable_system, plots, wind_report
 from cablestudy.study.case import Case
+from cablestudy.study.suspension.response import OPEN
 from cablestudy.wind.coherence import ratio_of, rod
 from cablestudy.wind.drag import drag_matrices, shedding_frequencies
 
@@ -257,7 +258,7 @@ def spectrum_of(case, frequency, direction):
 
 def spectrum_in(wind, frequency):
     """Spectrum of the gondola's place without control, in an `InWind`."""
-    return wind.response.spectra(frequency)[-1, wind.response.names.index("gondola.x")]
+    return wind.response.spectra(frequency, OPEN)[wind.response.names.index("gondola.x")]
 
 
 @pytest.mark.parametrize("direction", ["across", "along"])
@@ -364,7 +365,8 @@ def test_what_the_wind_acts_on():
 @pytest.mark.parametrize("on", ["gondola", "cable", "both"])
 def test_a_picture_has_the_variance_that_is_printed(on, sets):
     case = Case(scene(*sets))
-    _, gondola, share = plots.wind_response(case, on).axes
+    winds = (case.winds_on(on, open_loop) for open_loop in (False, True))
+    _, gondola, share = plots.wind_response(*winds, on).axes
     curves = {line.get_label(): line.get_xydata().T for line in gondola.lines}
     part = {"gondola": "", "cable": "_cable_wind", "both": "_all_wind"}[on]
     shown = {"winch at rest": f"gondola_rms_open_loop{part}"}

@@ -7,6 +7,7 @@ from cablestudy.interface.answer import Answer
 from cablestudy.interface.kinds import Duration, Frequencies, Frequency, Modes, Size, Text, WindOn
 
 DEFAULT_MODES = 12
+WIND_ON = {"gondola": "gondola", "cable": "the cable of the gondola", "both": "gondola and cable"}  # in titles
 
 
 def static(scene, estimate: bool = False):
@@ -69,8 +70,12 @@ def windrms(scene, on: WindOn | None = None, estimate: bool = False):
     from cablestudy.study.wind_report import wind_table
 
     table, row, remarks = wind_table(scene.document, scene.model, on, estimate)
-    draw = (lambda case, plots: plots.wind_response(case, on or "gondola")) if scene.model.gondola else None
-    return _of_row(scene, table, row, draw, remarks)
+
+    def draw(case, plots):
+        winds = (case.winds_on(on or "gondola", open_loop) for open_loop in (False, True))
+        return plots.wind_response(*winds, WIND_ON[on or "gondola"])
+
+    return _of_row(scene, table, row, draw if scene.model.gondola else None, remarks)
 
 
 def loop(

@@ -67,7 +67,7 @@ def windrms(scene, table: Text | None = None, estimate: bool = False):
     case = _solved(scene, estimate)
     tables, failures = wind_tables(scene.document, case, table)
     remarks = warnings_of(case) if failures else remarks_of(case, tables)
-    draw = None if failures else lambda plots: plots.suspension_wind(case)
+    draw = None if failures else lambda plots: plots.wind_response([case.in_wind])
     answer = _of_tables(table, tables, case, lambda: notes_of(case), remarks, draw)
     return replace(answer, failures=failures)
 

@@ -347,7 +347,6 @@ class OnGrid(InWind):
         """As `InWind.rms`; the error is not a number."""
         response, state = self.response_of_state(open_loop)
         rows = [row for row, name in enumerate(response.names) if name in names]
-        spectra = response.spectra(self._frequency)
-        spectrum = spectra[min(state, len(spectra) - 1), rows].sum(axis=0)
+        spectrum = response.spectra(self._frequency, state)[rows].sum(axis=0)
         weight = self._weights[variance](self._frequency)
         return float(np.sqrt(np.trapezoid(weight * spectrum, self._frequency))), np.nan

@@ -148,6 +148,10 @@ class Residues:
         """Itself, and None: nothing is beside it. See `Beside.split`."""
         return self, None
 
+    def combined(self, space):
+        """The same with combinations of the outputs, of shape (o, r)."""
+        return replace(self, shown=space.T @ self.shown, direct=space.T @ self.direct)
+
     def some(self, chosen):
         """The same with some of its poles, an array of bool."""
         return replace(self, poles=self.poles[chosen], given=self.given[chosen], shown=self.shown[:, chosen])
@@ -177,6 +181,10 @@ class Beside:
         """Its sharp poles up to a frequency [rad/s], and what is to be added to their response, a function of s."""
         sharp = self.sharp.some(np.abs(self.sharp.poles) <= highest)
         return sharp, lambda s: self.response(s) - sharp.response(s)
+
+    def combined(self, space):
+        """See `Residues.combined`."""
+        return Beside(lambda s: space.T @ self.response(s), self.sharp.combined(space))
 
 
 def beside(response, slow, fast, highest):

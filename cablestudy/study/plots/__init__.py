@@ -10,7 +10,6 @@ from cablestudy.study.plots.study import not_drawn, study_plot
 from cablestudy.study.plots.style import save
 from cablestudy.study.plots.suspension import suspension_views
 from cablestudy.study.plots.suspension_modes import suspension_modes
-from cablestudy.study.plots.suspension_wind import suspension_wind
 from cablestudy.study.plots.trade import trade_plot
 from cablestudy.study.plots.wind import wind_response
 
@@ -27,7 +26,6 @@ __all__ = [
     "study_plot",
     "suspension_modes",
     "suspension_views",
-    "suspension_wind",
     "trade_plot",
     "wind_response",
 ]

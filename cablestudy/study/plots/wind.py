@@ -1,107 +1,306 @@
-"""The gondola in the wind: spectra of wind speed (the paper's Fig. 6) and displacement, and cumulative variance."""
+"""A body in the wind: spectra of the wind, its displacements and rotations, cumulative variance, ellipses."""
+
+from contextlib import suppress
+from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from cablestudy.errors import NoSolutionError
-from cablestudy.study.columns import GONDOLA_X
-from cablestudy.study.plots.spectra import RANGE, frequencies_near, share_below
-from cablestudy.study.plots.style import BLUE, GREY, RED, WIDTH, heading, styled
-from cablestudy.study.plots.words import quantity_text
+from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.study.plots.style import BLUE, GREEN, GREY, LIGHT, ORANGE, RED, WIDTH, heading, plain, styled
+from cablestudy.study.plots.words import quantity_text, shortened
 from cablestudy.study.suspension.response import CLOSED, OPEN
 from cablestudy.wind.spectrum import admittance, speed_spectrum
 
-POINTS = 4000
-WHAT = {"gondola": "a gondola of {mass}", "cable": "the cable of a gondola of {mass}",
-        "both": "a gondola of {mass} and its cable"}  # fmt: skip
+TURN = 2 * np.pi
+RANGE, POINTS = (1e-3, 1e2), 1200  # frequencies of a picture [Hz], and how many of equal ratios
+NARROW = 0.3  # damping ratio below which a pole gets frequencies of its own
+BESIDE = np.sinh(np.linspace(-3.6, 3.6, 57))  # their distances from it, in half-widths
+DECADES = 10  # of the largest spectrum that are shown
+PLACES, TURNS = ("x", "y", "z"), ("rx", "ry", "rz")
+PAIRS = ((0, 1), (0, 2), (1, 2))
+COLOURS, WIDTHS = (BLUE, GREEN, ORANGE), (1.8, 1.2, 0.7)
+MM, URAD = 1e3, 1e6
+
+
+@dataclass(frozen=True)
+class DrawnState:
+    """What is drawn of one state of control.
+
+    Attributes
+    ----------
+    label, colour, dashes : str
+    spectra : dict
+        Output -> spectrum, shape (f,). [m^2/Hz], [rad^2/Hz]
+    rms : dict
+        Output -> RMS. [m], [rad]
+    covariance : ndarray, shape (3, 3)
+        Of the displacements of the place whose ellipse is drawn. [m^2]
+    parts : dict
+        `spectra` by the last of several winds.
+    """
+
+    label: str
+    colour: str
+    dashes: str
+    spectra: dict
+    rms: dict
+    covariance: np.ndarray
+    parts: dict
+
+    def together(self, names):
+        """Sum of the spectra, and root of the sum of variances, of some outputs."""
+        return sum(self.spectra[name] for name in names), np.sqrt(sum(self.rms[name] ** 2 for name in names))
 
 
 @styled
-def wind_response(case, on="gondola"):
-    """Figure of wind speed with and without admittance, displacement and cumulative variance against frequency.
+def wind_response(winds, at_rest=None, on=None):
+    """Figure of the spectra of a body, their cumulative variance, and ellipses of the motion of its marker.
+
+    The body is that of the loop, or the first one. Where it has actuators they are drawn with and without. Above is the
+    spectrum of the wind speed.
 
     Parameters
     ----------
-    case : Case
-        With gondola and wind; its loop is stable.
-    on : {"gondola", "cable", "both"}
-        What the wind acts on. Forces on the two are taken as uncorrelated: their spectra add.
+    winds : list of InWind
+        Stable; with several their spectra add.
+    at_rest : list of InWind, optional
+        The same for the winches at rest, where they are others.
+    on : str, optional
+        What the wind blows on, for the title; without it the body.
 
     Raises
     ------
-    NoSolutionError
-        The response is zero, or outside the range of a picture.
+    NoSolutionError, ConvergenceError
+        There is no response, or nothing that moves, or it is outside the range of a picture.
     """
-    closed, at_rest = (case.winds_on(on, open_loop) for open_loop in (False, True))
-    movement = closed[0].movement
-    frequency, controlled = _grid(movement), movement.loop is not None and movement.loop.gain
-    with np.errstate(all="ignore"):
-        parts = [_spectrum(wind, frequency, CLOSED) for wind in closed]
-        held, alone = sum(parts), sum(_spectrum(wind, frequency, OPEN) for wind in at_rest)
-    if not _rms(at_rest, open_loop=True):
-        raise NoSolutionError("the wind on the cable exerts no force on the gondola: there is nothing to draw")
-    if not (np.isfinite(1e6 * held) & np.isfinite(1e6 * alone) & (alone > 0)).all():
-        raise NoSolutionError("the response spectrum is too large or too small for a picture")
-    figure = Figure(figsize=(WIDTH, 8.0), layout="constrained")
-    axes = figure.subplots(3, 1, sharex=True)
-    _speed(axes[0], case, frequency, on)
-    _displacement(axes[1], frequency, alone, held if controlled else None)
-    if on == "both":
-        axes[1].loglog(frequency, 1e6 * parts[1], color=BLUE, ls="--", label="by the wind on the cable")
-    axes[1].legend(loc="lower left")
-    lines = [(alone, GREY, _rms(at_rest, open_loop=True), "winch at rest")]
-    if controlled:
-        lines.append((held, RED, _rms(closed, open_loop=False), "winch loop closed"))
-    _variance(axes[2], frequency, lines)
-    axes[2].set_xlabel("frequency [Hz]")
-    axes[2].set_xlim(*RANGE)
-    figure.align_ylabels(axes)
-    wind = case.scene.wind
-    what = WHAT[on].format(mass=quantity_text(case.scene.gondola.mass, "kg"))
-    heading(figure, f"Wind at {quantity_text(wind.speed, 'm/s')} on {what}")
+    movement = winds[0].movement
+    body, place = _drawn(movement)
+    names = [f"{body}.{axis}" for axis in (*PLACES, *TURNS) if f"{body}.{axis}" in movement.outputs]
+    frequency = _grid([*winds, *(at_rest or ())], names)
+    states = _states(winds, at_rest or winds, names, place, frequency)
+    moved = [name for name in names if states[0].rms[name] > 0]
+    if not moved:
+        raise NoSolutionError(f"the wind does not move {body}: there is nothing to draw")
+    kinds = [
+        (found, *look)
+        for axes, *look in ((PLACES, MM, "displacement", "mm"), (TURNS, URAD, "rotation", "µrad"))
+        if (found := [name for name in moved if name.rpartition(".")[2] in axes])
+    ]
+    _check_range(states, kinds)
+    extended = np.linalg.matrix_rank(states[0].covariance) > 1  # the place moves in a plane, or in space
+    heights = (1.3, 2.4, 1.6, 2.8) if extended else (2, 2, 2)
+    figure = Figure(figsize=(WIDTH, 0.8 + 1.2 * sum(heights)), layout="constrained")
+    grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
+    shared, high = figure.add_subplot(grid[0, :]), _highest(frequency, states, kinds)
+    on_bodies = any(not wind.airflow.side for wind in winds)
+    _speed(shared, movement, frequency[frequency <= high], body, on_bodies)
+    for column, (found, scale, what, unit) in enumerate(kinds):
+        columns = column if len(kinds) > 1 else slice(None)
+        upper = figure.add_subplot(grid[1, columns], sharex=shared)
+        lower = figure.add_subplot(grid[2, columns], sharex=shared)
+        _spectra(upper, frequency, states, found, scale)
+        if len(winds) > 1 and found[0] in states[-1].parts:
+            upper.loglog(frequency, scale**2 * states[-1].parts[found[0]], color=BLUE, ls="--",
+                         label="by the wind on the cable")  # fmt: skip
+        upper.legend(loc="lower left", frameon=True, edgecolor="none", framealpha=0.85)
+        upper.set_ylabel(f"spectrum of\n{what}s [{unit}²/Hz]")
+        _variance(lower, frequency, states, found, unit, scale)
+        figure.align_ylabels([shared, upper, lower] if not column else [upper, lower])
+    shared.set_xlim(frequency[0], high)
+    if extended:
+        _ellipses(figure, grid, states, movement, place)
+    heading(figure, f"Wind at {quantity_text(movement.scene.wind.speed, 'm/s')} on {on or body}")
     return figure
 
 
-def _grid(movement):
-    """Frequencies with equal ratios, and closer ones near the poles."""
-    poles = [movement.open_poles, *([movement.loop.eigen.poles] if movement.loop else [])]
-    return frequencies_near(np.concatenate(poles), np.linspace(-5, 5, 41), POINTS)
+def _check_range(states, kinds):
+    """Refuse spectra that a picture cannot have."""
+    drawn = [scale**2 * state.spectra[name] for state in states for found, scale, *_ in kinds for name in found]
+    if not (np.isfinite(drawn).all() and all((one > 0).any() for one in drawn)):
+        raise NoSolutionError("the response spectrum is too large or too small for a picture")
 
 
-def _spectrum(wind, frequency, state):
-    """Of the displacement of the gondola, with the loop (CLOSED) or the winch at rest (OPEN), shape (f,). [m^2/Hz]"""
-    response = wind.response
-    found = response.spectra(frequency)
-    return found[state if len(found) > 1 else 0, response.names.index(GONDOLA_X)]
-
-
-def _rms(winds, open_loop):
-    """Of the displacement in winds that have nothing to do with each other. [m]"""
-    return float(np.sqrt(sum(wind.rms([GONDOLA_X], "value", open_loop)[0] ** 2 for wind in winds)))
-
-
-def _speed(axes, case, frequency, on):
-    wind = case.scene.wind
-    bare = speed_spectrum(frequency, wind.speed, wind.turbulence, wind.length_scale, wind.spectrum)
+def _speed(axes, movement, frequency, body, on_bodies):
+    """Spectrum of the longitudinal wind speed, and of its average over the body."""
+    wind = movement.scene.wind
+    bare = speed_spectrum(frequency, wind.speed, wind.turbulence[0], wind.length_scale, wind.spectrum)
     axes.loglog(frequency, bare, color=BLUE, label="wind speed")
-    if wind.admittance != "none" and on != "cable":
-        share = admittance(frequency, wind.speed, case.scene.gondola.area, wind.admittance)
-        axes.loglog(frequency, bare * share, color=BLUE, ls="--", label="averaged over the gondola")
+    place = movement.equilibrium.suspension.body_names.index(body)
+    area = movement.linear.airflow.areas(movement.equilibrium)[place] if on_bodies else 0.0
+    if area and wind.admittance != "none":
+        share = admittance(frequency, wind.speed, area, wind.admittance)
+        axes.loglog(frequency, bare * share, color=BLUE, ls="--", label=f"averaged over {body}")
     axes.set_ylabel("spectrum of the\nwind speed [(m/s)²/Hz]")
+    axes.tick_params(labelbottom=False)
     axes.legend(loc="lower left")
 
 
-def _displacement(axes, frequency, alone, held):
-    axes.loglog(frequency, 1e6 * alone, color=GREY, label="winch at rest")
-    if held is not None:
-        axes.loglog(frequency, 1e6 * held, color=RED, label="winch loop closed")
-    axes.set_ylabel("spectrum of the gondola's\ndisplacement [mm²/Hz]")
+def _drawn(movement):
+    """Name of the body that is drawn, and of the place whose ellipse is: its marker, or itself."""
+    scene, outputs = movement.scene, movement.outputs
+    owners = [name.rpartition(".")[0] for name in outputs if ".tension_" not in name]
+    if scene.control:
+        body = movement.equilibrium.suspension.body_names[movement.body]
+    elif owners:
+        body = owners[0].partition(".")[0]
+    else:
+        raise NoSolutionError("nothing is free to move: there is nothing to draw")
+    markers = [f"{body}.{name}" for name in (scene.bodies[body].markers if body in scene.bodies else ())]
+    corrected = scene.correction.marker if scene.correction else None
+    return body, corrected if corrected in markers else markers[0] if markers else body
 
 
-def _variance(axes, frequency, lines):
-    for spectrum, colour, total, label in lines:
-        label = f"{label}: {quantity_text(1e3 * total, 'mm')} RMS"
-        axes.semilogx(frequency, share_below(frequency, spectrum), color=colour, label=label)
+def _grid(winds, names):
+    """Frequencies of RANGE with equal ratios, and closer ones near the narrow poles of some outputs. [Hz]"""
+    poles = np.concatenate([one.response.resonances(names, state) for one in winds for state in (CLOSED, OPEN)])
+    poles = poles[np.abs(poles.real) < NARROW * np.abs(poles)]
+    centre, width = np.abs(poles) / TURN, np.abs(poles.real) / TURN
+    points = np.concatenate([np.geomspace(*RANGE, POINTS), (centre[:, None] + width[:, None] * BESIDE).ravel()])
+    return np.unique(points[(points >= RANGE[0]) & (points <= RANGE[1])])
+
+
+def _share_below(frequency, spectrum):
+    """Share of the variance below each frequency, by trapezoids, shape (f,). [-]"""
+    step = np.diff(frequency) * (spectrum[1:] + spectrum[:-1]) / 2
+    return np.concatenate([[0.0], np.cumsum(step)]) / step.sum()
+
+
+def _states(winds, at_rest, names, place, frequency):
+    """The `DrawnState` of each state of control: winches at rest, loop, actuators."""
+    movement = winds[0].movement
+    rest = f"winch{'es' * (len(movement.winches) != 1)} at rest" if movement.winches else "without control"
+    looks = [("winch loop closed", RED, "-", CLOSED, winds), (rest, GREY, "--", OPEN, at_rest)]
+    if not movement.actuators:
+        looks = looks if winds[0].response.loop else [(rest, RED, "-", OPEN, at_rest)]
+        return [_of(look, names, place, frequency) for look in reversed(looks)]
+    both = "loop and actuators" if winds[0].response.loop else "with actuators"
+    states = [_of((both, RED, "-", CLOSED, winds), names, place, frequency)]
+    with suppress(NoSolutionError, ConvergenceError):  # unstable without them, for example
+        alone = [winds[0].without_actuators]
+        looks = [("loop, no actuators", "#000000", "--", CLOSED, alone),
+                 ("winches at rest, no actuators", GREY, ":", OPEN, alone)]  # fmt: skip
+        if not alone[0].response.loop:
+            looks = [("without actuators", GREY, "--", OPEN, alone)]
+        states += [_of(look, names, place, frequency) for look in looks]
+    return states[::-1]
+
+
+def _of(look, names, place, frequency):
+    """A `DrawnState`: of its look, its state of control and its winds."""
+    label, colour, dashes, state, winds = look
+    places = [f"{place}.{axis}" for axis in PLACES]
+    spectra, variances, covariance = {}, {}, np.zeros((3, 3))
+    for wind in winds:
+        response, parts = wind.response, {}
+        known = list(dict.fromkeys([*names, *(name for name in places if name in response.names)]))
+        response.check_damped(known, state)
+        space = np.zeros((len(response.names), len(known) + len(PAIRS)))
+        space[[response.names.index(name) for name in known], np.arange(len(known))] = 1.0
+        for column, pair in enumerate(PAIRS, len(known)):  # sums of two displacements of the place
+            space[[response.names.index(places[axis]) for axis in pair if places[axis] in known], column] = 1.0
+        found = response.spectra(frequency, state, space)
+        parts = dict(zip(known, found, strict=False))
+        every = response.variances
+        own = {name: every.weighted["value"][state, every.rows[name]] for name in known}
+        covariance += _covariance(frequency, parts, found[len(known) :], own, places)
+        spectra = {name: spectra.get(name, 0.0) + part for name, part in parts.items()}
+        variances = {name: variances.get(name, 0.0) + part for name, part in own.items()}
+    rms = {name: np.sqrt(value) for name, value in variances.items()}
+    return DrawnState(label, colour, dashes, spectra, rms, covariance, parts)
+
+
+def _covariance(frequency, spectra, of_sums, variances, places):
+    """Covariance of the displacements of a place, shape (3, 3), from their spectra and those of sums of two of them."""
+    drawn = np.array([np.trapezoid(spectra[name], frequency) if name in spectra else 0.0 for name in places])
+    covariance = np.diag(drawn)
+    for (one, other), total in zip(PAIRS, np.trapezoid(of_sums, frequency), strict=True):
+        covariance[one, other] = covariance[other, one] = (total - drawn[one] - drawn[other]) / 2
+    # what is not in the range of the picture counts too
+    exact = np.array([variances.get(name, 0.0) for name in places])
+    scale = np.sqrt(exact / np.where(drawn > 0, drawn, 1.0))
+    return covariance * np.outer(scale, scale)
+
+
+def _highest(frequency, states, kinds):
+    """Power of ten that is above all frequencies at which a spectrum is DECADES below the largest of its kind. [Hz]"""
+    last = frequency[1]
+    for names, *_ in kinds:
+        spectra = np.array([state.spectra[name] for state in states for name in names])
+        last = max(last, frequency[(spectra > 10.0**-DECADES * spectra.max()).any(axis=0)].max())
+    return min(10.0 ** np.ceil(np.log10(last)), frequency[-1])
+
+
+def _spectra(axes, frequency, states, names, scale):
+    """Of one motion a line in the colour of each state, of several one in that of each axis."""
+    for state in states:
+        for name in names:
+            axis = name.rpartition(".")[2]
+            look = {"color": COLOURS["xyz".index(axis[-1])], "lw": WIDTHS["xyz".index(axis[-1])], "ls": state.dashes}
+            look["label"] = axis if state is states[-1] else None
+            if len(names) == 1:
+                look = {"color": state.colour, "lw": 1.3, "ls": state.dashes, "label": state.label}
+            axes.loglog(frequency, scale**2 * state.spectra[name], **look)
+    largest = max(scale**2 * state.spectra[name].max() for state in states for name in names)
+    axes.set_ylim(10.0 ** (np.ceil(np.log10(largest)) - DECADES), 10 * largest)
+    axes.tick_params(labelbottom=False)
+
+
+def _variance(axes, frequency, states, names, unit, scale):
+    for state in states:
+        spectrum, rms = state.together(names)
+        below = _share_below(frequency, spectrum)
+        label = f"{state.label}: {quantity_text(scale * rms, unit)} RMS"
+        axes.semilogx(frequency, below, color=state.colour, ls=state.dashes, label=label)
     axes.set_ylabel("share of the\nvariance below")
-    axes.set_ylim(0, 1.02)
-    axes.legend(loc="upper left")
+    axes.set_xlabel("frequency [Hz]")
+    axes.set_ylim(0, 1.1 + 0.17 * len(states))
+    axes.set_yticks(np.linspace(0, 1, 6))
+    axes.legend(loc="upper left", fontsize=7)
+
+
+def _ellipses(figure, grid, states, movement, place):
+    """From above, and in the vertical plane of the mean wind: the extent in any direction is the RMS in it."""
+    velocity = movement.drag.velocity
+    along = velocity / np.sqrt((velocity**2).sum())
+    place = shortened(place, 32)
+    planes = (
+        (np.eye(3)[:2], ("x [mm]", "y [mm]"), f"{place} from above"),
+        (
+            np.stack([along, [0.0, 0.0, 1.0]]),
+            ("along the wind [mm]", "z [mm]"),
+            f"{place} from the side",
+        ),
+    )
+    half = 1.25 * MM * np.sqrt(max(np.linalg.eigvalsh(state.covariance)[-1] for state in states))
+    half = half or 1.0  # a place that only turns
+    for column, (plane, labels, title) in enumerate(planes):
+        axes = figure.add_subplot(grid[3, column])
+        axes.axhline(0, color=LIGHT, lw=0.9)
+        axes.axvline(0, color=LIGHT, lw=0.9)
+        for state in states:
+            x, y = MM * ellipse(plane @ state.covariance @ plane.T)
+            axes.plot(x, y, color=state.colour, ls=state.dashes, label=state.label)
+        if column == 0:
+            _wind_arrow(axes, along[:2])
+            axes.text(0.02, 0.02, "the extent in a direction is the RMS in it", transform=axes.transAxes, fontsize=7.5)
+        axes.set(xlim=(-half, half), ylim=(-half, half), xlabel=labels[0], ylabel=labels[1])
+        axes.set_title(title, loc="left")
+        axes.set_aspect("equal", adjustable="box")
+        plain(axes, 6, 6)
+
+
+def _wind_arrow(axes, along):
+    """An arrow in the upper left corner that points where the wind blows."""
+    centre, half = np.array([0.11, 0.89]), 0.07 * along
+    arrow = {"arrowstyle": "->", "color": BLUE, "lw": 1.4}
+    frame = axes.transAxes
+    axes.annotate("", centre + half, centre - half, xycoords=frame, textcoords=frame, arrowprops=arrow)
+    axes.text(*(centre - [0.0, 0.13]), "wind", transform=frame, color=BLUE, fontsize=8, ha="center")
+
+
+def ellipse(covariance):
+    """Points of the ellipse whose extent in any direction is the RMS in it, shape (2, n), of a covariance (2, 2)."""
+    value, axes = np.linalg.eigh(covariance)
+    turned = np.linspace(0.0, TURN, 241)
+    return axes @ (np.sqrt(np.maximum(value, 0.0))[:, None] * np.stack([np.cos(turned), np.sin(turned)]))

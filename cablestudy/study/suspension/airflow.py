@@ -58,9 +58,9 @@ class Airflow:
             Combinations of its coordinates.
         """
         wind, along = self.scene.wind, strips(solution, layout, shapes, self.drag)
-        return gusts(wind, self.drag, layout, shapes, along, self._areas(layout.equilibrium), davenport(wind))
+        return gusts(wind, self.drag, layout, shapes, along, self.areas(layout.equilibrium), davenport(wind))
 
-    def _areas(self, equilibrium):
+    def areas(self, equilibrium):
         """What each body and junction shows to the mean wind, for its admittance, shape (b,). [m^2]"""
         along = self.drag.velocity / np.sqrt((self.drag.velocity**2).sum())
         own = (np.swapaxes(equilibrium.rotation, -1, -2) @ along[:, None])[..., 0]

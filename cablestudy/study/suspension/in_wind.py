@@ -241,9 +241,17 @@ class InWind:
     @cached_property
     def _at_rest(self):
         """`InWind` with the winches at rest, which shares what does not depend on the loop."""
-        scene = self.scene.model_copy(update={"control": None})
+        return self._changed(control=None)
+
+    @property
+    def without_actuators(self):
+        """`InWind` without actuators, which shares what does not depend on them."""
+        return self._changed(actuators={})
+
+    def _changed(self, **update):
+        """`InWind` of the scene with some keys changed that the equilibrium does not depend on."""
         about = self._calm, self._equilibrium, self.airflow, self._model, self._known, self._cables, self._modes
-        return InWind(scene, *about)
+        return InWind(self.scene.model_copy(update=update), *about)
 
     @property
     def _open(self):

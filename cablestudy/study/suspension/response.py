@@ -24,6 +24,7 @@ SPEEDS = (
 ABOVE = 1e-3  # of the variance of a tension: by waves along the cables, far above the modes of the model
 ROUNDING = 1e-15  # of the energy of an output over the largest of all: what is less is shown as zero
 AT_ONCE = 500_000  # entries of the responses that are computed at once
+SEEN = 0.01  # height of a resonance over the largest one of an output, from which on it is seen there
 COMPARED = 10.0  # on the change of a variance from a model with fewer modes, whose errors may fall slowly
 CLOSED, OPEN = 0, 1
 
@@ -83,24 +84,45 @@ class Response:
 
     # ------------------------------------------------------------------------------------------------ frequencies
 
-    def responses(self, frequency):
-        """All outputs by the inputs of `Gusts.into`, shape (2, f, i, o), or (1, f, i, o) without a loop.
+    def spectra(self, frequency, state, space=None):
+        """One-sided spectra of outputs, with the loop (CLOSED) or the winches at rest (OPEN).
 
         Parameters
         ----------
         frequency : ndarray, shape (f,)
             [Hz]
-        """
-        found = [one.residues.response(2j * np.pi * frequency) for one in self._states]
-        return np.swapaxes(np.stack(found), -1, -2)
+        state : {CLOSED, OPEN}
+        space : ndarray, shape (o, r), optional
+            Combinations of the outputs.
 
-    def spectra(self, frequency):
-        """One-sided spectra of all outputs, shape (2, o, f), or (1, o, f) without a loop; `frequency` in Hz."""
-        at_once = max(1, AT_ONCE // len(self.movement.motion) ** 2)
-        parts = np.split(frequency, range(at_once, len(frequency), at_once))
-        gusts = self.movement.gusts
-        found = [[gusts.input_spectra(part, one).T for one in self.responses(part)] for part in parts]
+        Returns
+        -------
+        ndarray, shape (o, f) or (r, f)
+        """
+        residues, gusts = self._state(state).residues, self.movement.gusts
+        if space is not None:
+            residues = residues.combined(space)
+        at_once, found = max(1, AT_ONCE // len(self.movement.motion) ** 2), []
+        for part in np.split(frequency, range(at_once, len(frequency), at_once)):
+            found.append(gusts.input_spectra(part, np.swapaxes(residues.response(2j * np.pi * part), -1, -2)).T)
         return np.concatenate(found, axis=-1)
+
+    def resonances(self, names, state):
+        """Poles of the upper half plane that are seen in some outputs, with the loop or without it. [rad/s]
+
+        Parameters
+        ----------
+        names : sequence of str
+        state : {CLOSED, OPEN}
+        """
+        (found, _), rows = self._state(state).residues.split(np.inf), [self.names.index(name) for name in names]
+        height = np.abs(found.shown[rows]) * np.linalg.norm(found.given, axis=1) / np.abs(found.poles.real)
+        seen = (height > SEEN * height.max(axis=1, keepdims=True)).any(axis=0)
+        return found.poles[seen & (found.poles.imag > 0)]
+
+    def _state(self, state):
+        """`Turbulence` with the loop (CLOSED) or with the winches at rest (OPEN), the only one without a loop."""
+        return self._states[min(state, len(self._states) - 1)]
 
     # -------------------------------------------------------------------------------------------------- integrals
 
