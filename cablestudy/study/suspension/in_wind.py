@@ -114,8 +114,7 @@ class InWind:
         few, exact = FIRST + OF_EACH * len(scene.cables), self._model is not None
         all_excited = self.airflow is not None and self.airflow.on_cables
         all_excited |= scene.control is not None and not law_from(scene.control)[0].integrates_only
-        modal = any(grows_with_modes(one.damping) for one in scene.cables.values())
-        if few >= many[0] or all_excited or (modal and not exact) or not self._equilibrium.suspension.free.any():
+        if few >= many[0] or all_excited or (self._modal and not exact) or not self._equilibrium.suspension.free.any():
             return many
         return few, *many
 
@@ -163,20 +162,40 @@ class InWind:
             movement.check_stable()
 
     @property
-    def short_of_accuracy(self):
-        """What was tried where the RMS of the bodies has a larger error than asked for; else empty.
+    def _modal(self):
+        """Whether the damping of a cable grows with the number of modes."""
+        return any(grows_with_modes(one.damping) for one in self.scene.cables.values())
+
+    @property
+    def doubt(self):
+        """Why the error of the RMS of the bodies is not known, or larger than asked for, in words; else empty.
 
         Raises
         ------
         NoSolutionError, ConvergenceError
             As `response`.
         """
+        if self._model is not None:
+            return ""
+        if self._modal:
+            count = counted(len(self.movement.modes), "mode")
+            return (
+                f"the error of the RMS is not known: modal damping grows with the number of modes, here {count}; "
+                "hysteretic and Kelvin-Voigt damping have a limit"
+            )
         error = self.response.moving_error / 2
-        if self._model is not None or error <= self._accuracy:
+        if error <= self._accuracy:
             return ""
         tried = [str(count) for count in self._tried if count <= len(self.movement.modes)]
         models = f"{counted(len(tried), 'model')} of {', '.join(tried)} modes"
-        return f"{models} tried: estimated error of the RMS {error:.1e}, asked for {self._accuracy:g}"
+        return (
+            f"motion in the wind: {models} tried: estimated error of the RMS {error:.1e}, asked for {self._accuracy:g}"
+        )
+
+    @property
+    def _error_known(self):
+        """Whether the errors of RMS are: not those of an exact choice of elements, nor with modal damping."""
+        return self._model is None and not self._modal
 
     @property
     def solved(self):
@@ -316,7 +335,7 @@ class InWind:
     def rms(self, names, variance, open_loop):
         """Root of the sum of variances of some outputs, and its estimated relative error; 0 of what is held.
 
-        Not a number for an exact choice of elements, whose own error is not known.
+        Not a number for an exact choice of elements, whose own error is not known, nor with modal damping.
         """
         response, state = self.response_of_state(open_loop)
         found = response.variances if variance in OWN else response.seen
@@ -324,8 +343,10 @@ class InWind:
         response.check_damped(names, state)
         rows = [found.rows[name] for name in names]
         total = found.weighted[variance][state, rows].sum()
-        error = found.error[variance][state, rows].sum() / (2 * total) if total > 0 else 0.0
-        return np.sqrt(total), error if self._model is None else np.nan
+        if not total > 0:
+            return np.sqrt(total), 0.0 if self._model is None else np.nan
+        error = found.error[variance][state, rows].sum() / (2 * total)
+        return np.sqrt(total), error if self._error_known else np.nan
 
     def peak(self, names, mean, crossings=0.0):
         """Mean and peak factor times RMS of the size of some outputs, and its estimated relative error.
@@ -363,7 +384,7 @@ class InWind:
         peak = peak_factor(np.sqrt(rate) / (2 * np.pi * moving), self.scene.wind.duration) * size
         fastest = int(np.argmax(peak))
         relative = error[fastest] / (2 * speed[fastest]) if speed[fastest] else 0.0
-        return float(size.max()), float(peak[fastest]), fastest, relative if self._model is None else np.nan
+        return float(size.max()), float(peak[fastest]), fastest, relative if self._error_known else np.nan
 
     def mean_displacement(self, name):
         """Of a body, or of a marker BODY.MARKER, by the mean wind, the winches at rest, shape (3,). [m]"""

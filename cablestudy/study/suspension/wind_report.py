@@ -190,8 +190,8 @@ def remarks_of(case, tables):
     found += [f"warning: {text}: the linear numbers do not hold" for text in limits_passed(case).values()]
     if slack := slackened(case):
         found.append(f"warning: {SLACK}: {first_of(slack, LISTED)}: the linear numbers do not hold")
-    if tried := case.in_wind.short_of_accuracy:
-        found.append(f"note: motion in the wind: {tried}")
+    if doubt := case.in_wind.doubt:
+        found.append(f"note: {doubt}")
     if "motion" in tables:
         found += beyond_linear(_peaks_and_ranges(case))
     if "motion" in tables and "open_loop" in tables:
