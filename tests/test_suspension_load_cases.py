@@ -593,29 +593,50 @@ def test_turbulence_acts_about_the_state_of_the_case(made):
     assert ratio == pytest.approx((D + 0.04) / (D + 0.02))
 
 
-def test_the_stated_error_of_uniform_drag_holds(made):
-    """Truth: each cable in 16 pieces that meet at free points, with their own directions in the wind."""
-    case = SuspensionCase(made(*body("case=storm", stated="unstretched_length: 79 m")))
-    error, moved = case.group.drag_error(0), case.group.drag_movement(0)[0]
-    assert 1e-4 < error < 0.2
-    text, pieces, points, cables = *body(stated="unstretched_length: 1"), 16, "", ""
-    own = SuspensionCase(made(*body("case=storm", stated="unstretched_length: 79 m"))).equilibrium
+def in_pieces(case, length, pieces=16):
+    """Text of the same suspension with each cable in pieces that meet at free points, with their own directions."""
+    text, points, cables = *body(stated="unstretched_length: 1"), "", ""
     for number, name in enumerate(ANCHORS):
-        nodes = places(own.catenary.take(number), np.arange(1, pieces) / pieces) + ANCHORS[name]
+        nodes = places(case.equilibrium.catenary.take(number), np.arange(1, pieces) / pieces) + ANCHORS[name]
         ends = [f"{list(ANCHORS[name])}", *(f"{name}{k}" for k in range(1, pieces)), "gondola.eye"]
         points += "".join(f"  {name}{k}: {{at: {node.tolist()}, free: true}}\n" for k, node in enumerate(nodes, 1))
         cables += "".join(
-            f"  {name}-{k}: {{from: {ends[k]}, to: {ends[k + 1]}, unstretched_length: {79 / pieces}}}\n"
+            f"  {name}-{k}: {{from: {ends[k]}, to: {ends[k + 1]}, unstretched_length: {length / pieces}}}\n"
             for k in range(pieces)
         )
-    text = text.partition("cables:\n")[0] + "points:\n" + points + "cables:\n" + cables
-    truth = SuspensionCase(made(text, "case=storm"))
+    return text.partition("cables:\n")[0] + "points:\n" + points + "cables:\n" + cables
+
+
+def test_the_stated_error_of_uniform_drag_holds(made):
+    """Truth: each cable in pieces that meet the wind in their own directions."""
+    case = SuspensionCase(made(*body("case=storm", stated="unstretched_length: 79 m")))
+    error, moved = case.group.drag_error(0), case.group.drag_movement(0)[0]
+    assert 1e-4 < error < 0.2
+    truth = SuspensionCase(made(in_pieces(case, 79), "case=storm"))
     found, there = case.equilibrium.end_forces[:, 1], truth.equilibrium
-    last = [there.suspension.cable_names.index(f"{name}-{pieces - 1}") for name in ANCHORS]
+    last = [there.suspension.cable_names.index(f"{name}-15") for name in ANCHORS]
     own, true = np.linalg.norm(found, axis=-1), np.linalg.norm(there.end_forces[last, 1], axis=-1)
     assert (np.abs(own / true - 1) <= error).all()
     body_moved = np.abs(case.equilibrium.position[0] - there.position[0])
     assert (body_moved <= moved + 1e-9).all()
+
+
+@pytest.mark.parametrize("steady", [True, False], ids=["load case", "mean wind"])
+def test_the_stated_error_of_uniform_drag_holds_for_motion_in_the_wind(made, steady):
+    speed, lossy = 10 if steady else 25, "cable.damping={loss_factor: 0.02}"
+    wind = (
+        f"wind={{speed: {speed}, turbulence_intensity: 0.15, length_scale: 50, on: {'bodies' if steady else 'both'}}}"
+    )
+    changed = lossy, wind, *(["case=storm"] if steady else [])
+    case = SuspensionCase(made(*body(*changed, stated="unstretched_length: 79 m")))
+    names = ["gondola.rms", "gondola.rms_velocity", *([] if steady else ["gondola.mean_x", "gondola.mean_z"])]
+    rows = [
+        evaluate_suspensions([scene], [find(name) for name in names])[0]
+        for scene in (case.scene, made(in_pieces(case, 79, 6), *changed))
+    ]
+    for header in rows[0].errors:
+        true = abs(rows[0].cells[header] / rows[1].cells[header] - 1)
+        assert 1e-5 < true < rows[0].errors[header] < 0.2, header
 
 
 # --------------------------------------------------------------------------------------------------------- bad input

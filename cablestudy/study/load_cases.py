@@ -156,7 +156,7 @@ def drag_errors(values, catenary):
     return uneven_drag_errors(pressed, direction, catenary)[0] if pressed.any() else pressed
 
 
-def uneven_drag_errors(pressed, direction, catenary):
+def uneven_drag_errors(pressed, direction, catenary, stretched=False):
     """What cables with fixed ends change by, since their drag is taken as uniform along them.
 
     Parameters
@@ -167,6 +167,8 @@ def uneven_drag_errors(pressed, direction, catenary):
         Of the wind. [-]
     catenary : Catenary
         Of shape (n,).
+    stretched : bool
+        Whether the uniform drag is that of the stretched length.
 
     Returns
     -------
@@ -190,7 +192,10 @@ def uneven_drag_errors(pressed, direction, catenary):
     tension = np.maximum(tension, SLACK * np.maximum(tension.max(axis=1, keepdims=True), SLACK))
     tangent, stiffness = force / tension, np.asarray(span.axial_stiffness)[:, None, None]
     there = (1 + tension / stiffness) * across(direction[:, None], tangent)
-    differs = (pressed * length)[:, None, None] * (there - across(direction, span.frame[..., 0, :])[:, None])
+    uniform = across(direction, span.frame[..., 0, :])
+    if stretched:
+        uniform = uniform * (1 + catenary.mean_tension / span.axial_stiffness)[:, None]
+    differs = (pressed * length)[:, None, None] * (there - uniform[:, None])
     passed = _running_integral(nodes) @ differs
     outer = tangent[..., :, None] * tangent[..., None, :]
     compliance = (np.eye(3) - outer) / tension[..., None] + outer / stiffness[..., None]

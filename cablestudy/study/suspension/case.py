@@ -272,6 +272,12 @@ class SuspensionCase:
             unknown = max(unknown, self.group.drag_error(self.place) * abs(value))
         return value, max(ROUNDING, unknown / abs(value))
 
+    def mean_displacement(self, name, axis):
+        """Displacement of a body or marker by the mean wind along x, y or z (0, 1, 2) [m], and its relative error."""
+        moved, error = self.in_wind.mean_displacement(name)[axis], self.statics_error(None)
+        unknown = self.group.drag_movement(self.place, in_wind=True)[self.body(name.partition(".")[0]), axis]
+        return moved, max(error, unknown / abs(moved)) if moved else error
+
     def force_displacement(self, name, axis):
         """Displacement of a body or free point along x, y or z (0, 1, 2) by the forces of the load case [m].
 

@@ -11,7 +11,14 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING, attribute, utilisation_of
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.linear_motion import drag_of, wind_diameters
-from cablestudy.study.suspension.load_cases import day_of, load_counts, reference_loads, too_long
+from cablestudy.study.suspension.load_cases import (
+    day_of,
+    drag_change,
+    load_counts,
+    pressed_cables,
+    reference_loads,
+    too_long,
+)
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of
 from cablestudy.system import lengths, statics
 from cablestudy.system.coupled_modes import coupled_modes_of_cases
@@ -217,15 +224,30 @@ class Group:
         """That of a case on its cables, as `FixedModel.drag`; None without a steady wind."""
         if self._day is None or self._day.drag is None:
             return None
-        return tuple(part[place] for part in self._day.pressed)
+        drag = pressed_cables(self._day.drag, self.equilibrium.suspension.cable_mass)
+        return tuple(part[place] for part in drag)
 
-    def drag_error(self, place):
-        """Estimated relative error of a case, since drag is taken as uniform along each cable. [-]"""
-        return 0.0 if self._day is None else float(self._day.drag_change[0][place])
+    @cached_property
+    def _drag_change(self):
+        """`drag_change` of the steady wind of load cases."""
+        return drag_change(self.equilibrium, self._day and self._day.drag)
 
-    def drag_movement(self, place):
+    @cached_property
+    def _drag_change_in_wind(self):
+        """`drag_change` of the equilibrium about which a suspension moves in the wind."""
+        found, drag = self.windy
+        return self._drag_change if found is self.equilibrium else drag_change(found, drag)
+
+    def drag_error(self, place, in_wind=False):
+        """Estimated relative error of a case, since drag is taken as uniform along each cable. [-]
+
+        In the steady wind of its load case, or `in_wind`, in which it moves.
+        """
+        return float((self._drag_change_in_wind if in_wind else self._drag_change)[0][place])
+
+    def drag_movement(self, place, in_wind=False):
         """Estimated error of the places of bodies and points for the same reason, shape (b, 3). [m]"""
-        return np.zeros((len(self.body_places), 3)) if self._day is None else self._day.drag_change[1][place]
+        return (self._drag_change_in_wind if in_wind else self._drag_change)[1][place]
 
     def rounding_error(self, place):
         """Estimated relative error of tensions, places and attitudes of a case by rounding and its search. [-]"""

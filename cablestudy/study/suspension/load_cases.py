@@ -7,7 +7,6 @@ of its chord.
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -50,44 +49,60 @@ class Day:
     drag: Drag | None
     problems: list
 
-    @cached_property
-    def pressed(self):
-        """Drag of a length of each cable across the steady wind, zero of those without mass, shape (n, c) [N/m].
 
-        And the direction of the wind, shape (n, c, 3). [-]
-        """
-        mass = self.equilibrium.suspension.cable_mass
-        pressure, speed = self.drag.density / 2 * (self.drag.velocity**2).sum(axis=-1), size(self.drag.velocity)
-        direction = self.drag.velocity / np.maximum(speed, np.finfo(float).tiny)[:, None]
-        pressed = np.where(mass > 0, pressure[:, None] * self.drag.cables, 0.0)
-        return pressed, np.broadcast_to(direction[:, None], (*mass.shape, 3))
+def pressed_cables(drag, mass):
+    """Drag of a length of each cable across the wind, zero of those without mass, and the direction of the wind.
 
-    @cached_property
-    def drag_change(self):
-        """What the equilibrium changes by, since drag is taken as uniform along each cable, to first order.
+    Parameters
+    ----------
+    drag : Drag
+        Of n cases.
+    mass : ndarray, shape (n, c)
+        Per length. [kg/m]
 
-        Returns
-        -------
-        error : ndarray, shape (n,)
-            Largest one of all cables, relative. [-]
-        moved : ndarray, shape (n, b, 3)
-            Displacement of bodies and points along x, y, z. [m]
-        """
-        found = self.equilibrium
-        shape = found.lengths.shape
-        error, moved = np.zeros(shape[0]), np.zeros(found.position.shape)
-        if self.drag is None:
-            return error, moved
-        pressed, direction = self.pressed
-        case, cable = np.nonzero((pressed > 0) & found.record.converged[:, None])
-        own, forces = np.zeros(shape), np.zeros((*shape, 2, 3))
-        if len(case):
-            one, blown = found.catenary.take((case, cable)), pressed[case, cable]
-            own[case, cable], forces[case, cable] = uneven_drag_errors(blown, direction[case, cable], one)
-        for place in np.unique(case).tolist():
-            more, moved[place] = _by_bodies(found, place, forces[place])
-            error[place] = np.minimum(np.nan_to_num(own[place] + SECOND_ORDER * more, nan=UNKNOWN), UNKNOWN).max()
-        return error, np.minimum(np.nan_to_num(SECOND_ORDER * np.abs(moved), nan=UNKNOWN), UNKNOWN)
+    Returns
+    -------
+    pressed : ndarray, shape (n, c)
+        [N/m]
+    direction : ndarray, shape (n, c, 3)
+        [-]
+    """
+    pressure, speed = drag.density / 2 * (drag.velocity**2).sum(axis=-1), size(drag.velocity)
+    direction = drag.velocity / np.maximum(speed, np.finfo(float).tiny)[:, None]
+    pressed = np.where(mass > 0, pressure[:, None] * drag.cables, 0.0)
+    return pressed, np.broadcast_to(direction[:, None], (*mass.shape, 3))
+
+
+def drag_change(found, drag):
+    """What an equilibrium changes by, since drag is taken as uniform along each cable, to first order.
+
+    Parameters
+    ----------
+    found : Equilibrium
+        Of n cases, in the wind.
+    drag : Drag or None
+
+    Returns
+    -------
+    error : ndarray, shape (n,)
+        Largest one of all cables, relative. [-]
+    moved : ndarray, shape (n, b, 3)
+        Displacement of bodies and points along x, y, z. [m]
+    """
+    shape = found.lengths.shape
+    error, moved = np.zeros(shape[0]), np.zeros(found.position.shape)
+    if drag is None:
+        return error, moved
+    pressed, direction = pressed_cables(drag, found.suspension.cable_mass)
+    case, cable = np.nonzero((pressed > 0) & found.record.converged[:, None])
+    own, forces = np.zeros(shape), np.zeros((*shape, 2, 3))
+    if len(case):
+        about = pressed[case, cable], direction[case, cable], found.catenary.take((case, cable)), drag.stretched
+        own[case, cable], forces[case, cable] = uneven_drag_errors(*about)
+    for place in np.unique(case).tolist():
+        more, moved[place] = _by_bodies(found, place, forces[place])
+        error[place] = np.minimum(np.nan_to_num(own[place] + SECOND_ORDER * more, nan=UNKNOWN), UNKNOWN).max()
+    return error, np.minimum(np.nan_to_num(SECOND_ORDER * np.abs(moved), nan=UNKNOWN), UNKNOWN)
 
 
 def _by_bodies(found, place, forces):

@@ -115,6 +115,8 @@ def value(case, column):
     """
     found = column.compute(case)
     number, error = found if isinstance(found, tuple) else (found, case.statics_error(column))
+    if column.needs in ("loop", "wind") and error:
+        error += case.group.drag_error(case.place, in_wind=True)
     if case.estimate and column.needs in DISCRETE:
         error = _difference(case, column, number)
     if number is None:  # a limit that there is not

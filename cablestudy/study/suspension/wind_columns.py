@@ -34,7 +34,7 @@ def place_columns(name):
         return lambda case: scaled(_rms(case, axes, variance, state), unit)
 
     def mean(axis):
-        return lambda case: case.in_wind.mean_displacement(name)[axis] * MM
+        return lambda case: scaled(case.mean_displacement(name, axis), MM)
 
     def peak(case):
         return scaled(case.in_wind.peak(outputs, np.sqrt((case.in_wind.mean_displacement(name) ** 2).sum())), MM)
