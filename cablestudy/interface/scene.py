@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 TABLES = ("cable", "gondola", "winch", "wind", "cases")
 NAMED = 120  # characters of path and changes in a representation
-OF_COMMANDS = {"answers", "attachable", "compute", "compute_cases", "document", "is_suspension"}
+OF_COMMANDS = {"answers", "attachable", "compute", "compute_cases", "document", "is_suspension", "loop_key"}
 
 
 class Scene:
@@ -64,6 +64,7 @@ class Scene:
     """
 
     is_suspension: ClassVar[bool] = False
+    loop_key: ClassVar[str] = "winch.controller"
     attachable: ClassVar[tuple[str, ...]] = ("gondola", "loop")
     hidden: ClassVar[Set[str]] = OF_COMMANDS | {"hidden"}  # public names that no user needs
     # name of a command -> function of a `Scene` and options that computes its `Answer`

@@ -64,7 +64,7 @@ def windrms(scene, table: Text | None = None, estimate: bool = False):
     from cablestudy.study.suspension.notes import notes_of, warnings_of
     from cablestudy.study.suspension.wind_report import remarks_of, wind_tables
 
-    case = _solved(scene, estimate)
+    case = scene.estimated if estimate else scene.case
     tables, failures = wind_tables(scene.document, case, table)
     remarks = warnings_of(case) if failures else remarks_of(case, tables)
     draw = None if failures else lambda plots: plots.wind_response([case.in_wind])
@@ -92,18 +92,11 @@ def loop(
     span, asked = loop_options(response, time, input=input, size=size, length=length, output=output)
     if scene.model.control is None:
         raise missing(scene.document, "control", "loop")
-    case = _solved(scene, estimate)
+    case = scene.estimated if estimate else scene.case
     tables, failures = ({}, ()) if span or asked else loop_tables(case, table)
     answer = _of_tables(table, tables, case, lambda: notes_of(case), warnings_of(case))
     answer = replace(answer, failures=unstable(case.in_wind.controlled) if span else failures)
     return with_loop(answer, scene, case.in_wind, span, asked)
-
-
-def _solved(scene, estimate):
-    """The case; one of its own where the errors of fixed elements are to be estimated."""
-    from cablestudy.study.suspension.case import SuspensionCase
-
-    return SuspensionCase(scene.model, estimate=True) if estimate else scene.case
 
 
 def _of_tables(name, tables, case=None, explain=tuple, warnings=(), draw=None):
@@ -116,8 +109,9 @@ class Suspension(Scene):
     """A scene of several cables, bodies and points; its tables are mappings of name -> pandas.DataFrame."""
 
     is_suspension: ClassVar[bool] = True
+    loop_key: ClassVar[str] = "control"
     attachable: ClassVar[tuple[str, ...]] = ("loop", "actuators")
-    hidden: ClassVar[Set[str]] = Scene.hidden | {"case", "shape"}
+    hidden: ClassVar[Set[str]] = Scene.hidden | {"case", "estimated", "shape"}
     answers: ClassVar[Mapping[str, Callable[..., Answer]]] = {
         "static": static,
         "form": form,
@@ -138,6 +132,13 @@ class Suspension(Scene):
         from cablestudy.study.suspension.case import SuspensionCase
 
         return SuspensionCase(self.model)
+
+    @cached_property
+    def estimated(self) -> Any:
+        """The same with the errors of fixed elements estimated."""
+        from cablestudy.study.suspension.case import SuspensionCase
+
+        return self.case if self.model.model.elements is None else SuspensionCase(self.model, estimate=True)
 
     def _compute_case(self, what, **options):
         """As `_compute`, of one of several cases: the others go on where it has no answer."""

@@ -2,8 +2,7 @@
 
 from dataclasses import replace
 
-from cablestudy.errors import CablestudyError
-from cablestudy.pages.page import one_line
+from cablestudy.study.columns import attribute
 from cablestudy.study.table import Field, Table
 
 CAPTIONS = {
@@ -21,7 +20,6 @@ CAPTIONS = {
     "loop": "Loop",
     "coordinates": "Measured coordinates of the loop",
 }
-LOOP = ("loop", "coordinates")  # tables of a suspension in the wind that are of the loop, where it has one
 NOTE = "note: "  # how a warning begins that is none
 CABLES = {"static": "Cables", "windrms": "Tensions of the cables in the wind"}
 PICTURES = {
@@ -39,11 +37,15 @@ KEY_FIGURES = {
         ("cables", "utilisation", "largest utilisation", max),
     ),
     "modes": (("", "frequency_Hz", "lowest frequency", min),),
-    "loop": (("", "gain_margin_dB", "gain margin", min), ("", "phase_margin_deg", "phase margin", min)),
+    "loop": tuple(
+        (table, column, title, min)
+        for table in ("", "loop")
+        for column, title in (("gain_margin_dB", "gain margin"), ("phase_margin_deg", "phase margin"))
+    ),
     "windrms": (
         ("", "gondola_frequency_Hz", "frequency of the gondola", max),
         ("", "gondola_rms_mm", "RMS of the gondola", max), ("", "midspan_rms_mm", "RMS at mid-span", max),
-        ("motion", "rms_mm", "largest RMS in the wind", max), ("loop", "gain_margin_dB", "gain margin", min),
+        ("motion", "rms_mm", "largest RMS in the wind", max),
     ),
 }  # fmt: skip
 OF_CASES = (
@@ -61,71 +63,45 @@ def sections(page, scene):
     page : Page
     scene : interface.scene.Scene
     """
-    model = scene.model
+    model, known = scene.model, {}
     with page.section("Statics"):
         _answer(page, scene, "static")
     if model.cases and model.case is None:
         with page.section("Load cases"):
-            (_cases_of_suspension if scene.is_suspension else _cases_of_cable)(page, scene)
+            _cases(page, scene)
     elif not model.cases:
         page.left_out.append("load cases: the scene has none (key cases)")
     with page.section("Modes"):
         _answer(page, scene, "modes")
-    if scene.is_suspension:
-        _suspension_in_motion(page, scene)
-    else:
-        _cable_in_motion(page, scene)
-    for key, what in (("wind", "wind"), ("control" if scene.is_suspension else "winch.controller", "loop")):
-        if not _has(model, key):
+    if attribute(model, scene.loop_key) is not None:
+        with page.section("Loop"):
+            found = _answer(page, scene, "loop")
+            known = {name: {field.name for field in table.fields} for name, table in _by_name(found).items()}
+    if model.wind is not None:
+        with page.section("Wind"):
+            _answer(page, scene, "windrms", known)
+    for key, what in (("wind", "wind"), (scene.loop_key, "loop")):
+        if attribute(model, key) is None:
             page.left_out.append(f"{what}: the scene has none (key {key})")
 
 
-def _has(model, key):
-    """Whether a scene has what a dotted key names."""
-    for name in key.split("."):
-        model = model and getattr(model, name)
-    return model is not None
+def _by_name(answer):
+    """The tables of an answer by their names, empty of the only one."""
+    return {"": answer.table} if answer.table is not None else answer.tables or {}
 
 
-def _cable_in_motion(page, scene):
-    known = ()
-    if _has(scene.model, "winch.controller"):
-        with page.section("Loop"):
-            known = [field.name for field in _answer(page, scene, "loop").table.fields]
-    if scene.model.wind is not None:
-        with page.section("Wind"):
-            _answer(page, scene, "windrms", known)
+def _answer(page, scene, what, known=None):
+    """What a command computes: tables without the columns that are known, picture, notes; returns the `Answer`.
 
-
-def _suspension_in_motion(page, scene):
-    """With wind the loop is that in the wind, which damps the motion, and both are computed once."""
-    found = None
-    if scene.model.control is not None and scene.model.wind is None:
-        with page.section("Loop"):
-            _answer(page, scene, "loop")
-    elif scene.model.control is not None:
-        with page.section("Loop"):
-            found = scene.compute("windrms", estimate=True)
-            _tables(page, scene, "windrms", {name: found.tables[name] for name in LOOP})
-            page.draw(lambda plots: plots.loop_margins(found.case.in_wind.controlled), PICTURES["loop"])
-    if scene.model.wind is not None:
-        with page.section("Wind"):
-            found = found or scene.compute("windrms", estimate=True)
-            _told(page, "windrms", found)
-            tables = {name: table for name, table in found.tables.items() if name not in LOOP}
-            _tables(page, scene, "windrms", tables)
-            if found.draw is not None:
-                page.draw(found.draw, PICTURES["windrms"])
-
-
-def _answer(page, scene, what, known=()):
-    """What a command computes: tables without the columns that are known, picture, notes; returns the `Answer`."""
-    answer = scene.compute(what, estimate=True)
+    `known` has the names of columns by the name of their table.
+    """
+    answer, tables = scene.compute(what, estimate=True), {}
     _told(page, what, answer)
-    tables = {"": answer.table} if answer.table is not None else answer.tables
-    if known:
-        left = tuple(field for field in answer.table.fields if field.name not in known or field.name == "status")
-        tables = {"": replace(answer.table, fields=left)}
+    for name, table in _by_name(answer).items():
+        new = tuple(field for field in table.fields if field.name not in (known or {}).get(name, ()))
+        if any(not field.label for field in new):
+            status = tuple(field for field in table.fields if field.name == "status" and field not in new)
+            tables[name] = replace(table, fields=new + status)
     _tables(page, scene, what, tables)
     if answer.draw is not None:
         page.draw(answer.draw, PICTURES[what] + _of_case(scene))
@@ -158,33 +134,28 @@ def _of_case(scene):
     return "" if scene.model.case is None else f", load case {scene.model.case}"
 
 
-def _cases_of_cable(page, scene):
+def _cases(page, scene):
+    """Statics in each load case: of several cables the extremes of all."""
     answer = scene.compute_cases("static", estimate=True)
     page.warn(answer.warnings)
     for reason in answer.failures:
         page.fail("Load cases", reason)
-    page.table(answer.table, "Statics in each load case")
+    if answer.tables is None:
+        page.table(answer.table, "Statics in each load case")
+    else:
+        page.table(_extremes(answer.tables["cables"], list(scene.cases)), "Extremes of all cables")
     if answer.draw is not None:
         page.draw(answer.draw, "Static forms in the load cases")
 
 
-def _cases_of_suspension(page, scene):
-    """Extreme tensions of the whole in each load case."""
-    rows, errors = [], []
-    for name, of_case in scene.cases.items():
-        row, worst = {"case": name}, {}
-        try:
-            answer = of_case.compute("static")
-        except CablestudyError as error:
-            page.fail(f"Load case {name}", one_line(error))
-        else:
-            page.warn(f"load case {name}: {line.removeprefix('warning: ')}" for line in answer.warnings)
-            cables = answer.tables["cables"]
-            for column, _, _, pick in OF_CASES:
-                known = [one[column] for one in cables.rows if one.get(column) is not None]
-                row |= {column: pick(known)} if known else {}
-                worst[column] = max((one.get(column, 0.0) for one in cables.errors()), default=0.0)
-        rows.append(row)
-        errors.append(worst)
+def _extremes(cables, cases):
+    """Table of the extreme tensions of all cables in each of some load cases."""
+    rows, errors = {name: {"case": name} for name in cases}, {name: {} for name in cases}
+    for row, own in zip(cables.rows, cables.errors(), strict=True):
+        found, worst = rows[row["case"]], errors[row["case"]]
+        for column, _, _, pick in OF_CASES:
+            if row.get(column) is not None:
+                found[column] = pick(row[column], found.get(column, row[column]))
+                worst[column] = max(worst.get(column, 0.0), own.get(column, 0.0))
     fields = (Field("case", "case"), *(Field(column, title, unit) for column, title, unit, _ in OF_CASES))
-    page.table(Table(fields, rows, across="case", errors=lambda: iter(errors)), "Extremes of all cables")
+    return Table(fields, list(rows.values()), across="case", errors=lambda: iter(errors.values()))
