@@ -17,6 +17,7 @@ import numpy as np
 
 from cablestudy.cable.element import Mesh, basis, lagrange, mesh_segments
 from cablestudy.cable.plane_modes import nodal_tangent
+from cablestudy.system.superelement import with_ends
 from cablestudy.system.suspension import outward
 from cablestudy.wind.coherence import at_points, galerkin, gauss, rod, tangents
 from cablestudy.wind.drag import drag_matrices
@@ -37,11 +38,8 @@ class Strip:
         Stretched. [m]
     places : ndarray, shape (p, 3)
         Of the nodes, global axes. [m]
-    shapes : ndarray, shape (p, 3, m)
-        Displacements per coordinate.
-    pulled : ndarray, shape (p, 3, 2)
-        Static displacements where either end is moved out of the cable along its tangent by one, and nothing else: the
-        work of a load on them is what it takes off the tension there.
+    shapes : ndarray, shape (p, 3, k)
+        Displacements per coordinate of the cable: what is kept of its modes, then its six ends.
     drag : ndarray, shape (p, 3, 3)
         Force per length and speed at the nodes, symmetric, see `drag.drag_matrices`. [N s/m^2]
     inside : ndarray, shape (elements, points, 3, 3)
@@ -55,7 +53,6 @@ class Strip:
     length: float
     places: np.ndarray
     shapes: np.ndarray
-    pulled: np.ndarray
     drag: np.ndarray
     inside: np.ndarray
     stretch: np.ndarray
@@ -66,20 +63,16 @@ class Strip:
 
     @cached_property
     def forces(self):
-        """Work on each of `shapes`, then of `pulled`, by a turbulence along x, y, z of the form of each shape function.
+        """Work on each of `shapes` by a turbulence along x, y, z of the form of each shape function, shape (3, p, k).
 
-        Shape (3, p, m + 2); of a unit speed everywhere it is the sum over the nodes.
+        Of a unit speed everywhere it is the sum over the nodes.
         """
         points, order = self._rod.points[0], self.mesh.order
-        values, whole = lagrange(basis(order).nodes, points), at_points(self.mesh, self._whole, points)
-        pushed = self.inside @ whole * (self.length * self._rod.shares[..., None, None])
+        values, moved = lagrange(basis(order).nodes, points), at_points(self.mesh, self.shapes, points)
+        pushed = self.inside @ moved * (self.length * self._rod.shares[..., None, None])
         found = np.zeros((len(self.places), 3, pushed.shape[-1]))
         np.add.at(found, self.mesh.element_nodes, np.einsum("qi,eqam->eiam", values, pushed, optimize=True))
         return np.moveaxis(found, 1, 0)
-
-    @property
-    def _whole(self):
-        return np.concatenate([self.shapes, self.pulled], axis=-1)
 
     @cached_property
     def points(self):
@@ -88,14 +81,14 @@ class Strip:
 
     @cached_property
     def point_forces(self):
-        """As `forces` at each point, shape (3, q, m + 2)."""
+        """As `forces` at each point, shape (3, q, k)."""
         mesh = self.mesh
         if mesh.order == 1:  # at the points of `inside`, where bars have a drag of their own
             drag, shares = self.inside.reshape(-1, 3, 3), self._rod.shares.ravel()
         else:
             drag, shares = self._at_points(self.drag), (mesh.sizes[:, None] * _points(mesh.order)[1]).ravel()
         lengths = self.length * shares
-        forces = drag @ self._at_points(self._whole)
+        forces = drag @ self._at_points(self.shapes)
         return np.moveaxis(forces * lengths[:, None, None], 1, 0)
 
     def _at_points(self, values):
@@ -107,90 +100,43 @@ class Strip:
 
     @property
     def damping(self):
-        """Aerodynamic damping of the coordinates, shape (m, m)."""
+        """Aerodynamic damping of the coordinates, shape (k, k)."""
         count = self.shapes.shape[-1]
-        return np.moveaxis(self.forces, 0, 1)[..., :count].reshape(-1, count).T @ self.shapes.reshape(-1, count)
+        return np.moveaxis(self.forces, 0, 1).reshape(-1, count).T @ self.shapes.reshape(-1, count)
 
-    def coherent(self, forces, kappa):
-        """Covariance of forces by c components of turbulence of unit variance with the coherence exp(-kappa r).
+    def coherent(self, components, kappa):
+        """Covariance of the works on `shapes` by components of turbulence with the coherence exp(-kappa r).
 
         Parameters
         ----------
-        forces : ndarray, shape (p, c, m)
-            By a turbulence of the form of each shape function.
-        kappa : ndarray, shape (q,)
+        components : ndarray, shape (c, 3)
+            Their directions times their RMS. [m/s]
+        kappa : ndarray, shape (f,)
             Positive. [1/m]
 
         Returns
         -------
-        ndarray, shape (q, m, m)
+        ndarray, shape (f, k, k)
         """
-        loads = np.einsum("pr,pcm->cmr", self._rod.shapes, forces, optimize=True)
+        loads = np.einsum("pr,ca,apk->ckr", self._rod.shapes, components, self.forces, optimize=True)
         return self._rod.covariance(loads, kappa * self.length)
 
 
-def strips(solution, layout, shapes, drag):
-    """The `Strip` of each cable that the wind acts on.
-
-    Parameters
-    ----------
-    solution : Solution
-        Models and coordinates of the cables.
-    layout : Layout
-    shapes : ndarray, shape (n, m)
-        Combinations of the coordinates.
-    drag : Drag
-        Of one case.
-
-    Returns
-    -------
-    list of Strip
-    """
-    equilibrium = layout.equilibrium
-    ends = layout.ends(layout.bodies(shapes))
-    pulled = np.zeros((len(ends), 2, 3, 2))
-    for end in range(2):
-        pulled[:, end, :, end] = outward(equilibrium)[0][:, end]
-    ends = np.concatenate([ends, pulled.reshape(-1, 6, 2)], axis=-1)
-    shapes = np.concatenate([shapes, np.zeros((len(shapes), 2))], axis=-1)
-    nodes = solution.models.nodes(solution.coordinates.amplitudes(shapes), ends)
-    return list(_strips(solution.models, equilibrium, nodes, drag))
-
-
-def damping_of_cables(models, equilibrium, drag):
-    """Aerodynamic damping of the modes and ends of each cable, see `Superelement.air`.
+def strips(models, kept, equilibrium, drag):
+    """The `Strip` of each cable that the wind acts on: list.
 
     Parameters
     ----------
     models : Models
+    kept : list of Kept
+        Coordinates of each cable.
     equilibrium : Equilibrium
     drag : Drag
         Of one case.
-
-    Returns
-    -------
-    dict
-        Number of each cable that the wind acts on -> ndarray, shape (n + 6, n + 6).
-    """
-    nodes = [(places, np.concatenate([moved, np.zeros((*moved.shape[:2], 2))], axis=-1))
-             for places, moved in models.shapes_of_modes()]  # fmt: skip
-    return {one.cable: one.damping for one in _strips(models, equilibrium, nodes, drag)}
-
-
-def _strips(models, equilibrium, nodes, drag):
-    """Yield the `Strip` of each cable that the wind acts on.
-
-    Parameters
-    ----------
-    models : Models
-    equilibrium : Equilibrium
-    nodes : list of (ndarray, ndarray)
-        Of each cable, as `Models.nodes`: the last two displacements are those of `Strip.pulled`.
-    drag : Drag
     """
     speed = float(np.sqrt((drag.velocity**2).sum()))
     begin = equilibrium.suspension.ends(equilibrium.position, equilibrium.rotation)[:, 0]
-    states, meshes = _states(models), models.meshes
+    states, meshes, nodes, found = _states(models), models.meshes, models.shapes_of_modes(), []
     for cable in np.flatnonzero(drag.cables > 0).tolist():
         mesh, (places, moved) = meshes[cable], nodes[cable]
         if mesh is None:
@@ -203,8 +149,48 @@ def _strips(models, equilibrium, nodes, drag):
         size = float(drag.density) * drag.cables[cable] * speed
         matrices = (size * drag_matrices(tangent, drag.velocity / speed) for tangent in course)
         length = float(equilibrium.lengths[cable]) * galerkin(mesh, stretch, *gauss(mesh.order))[2]
-        shapes = moved[..., :-2], moved[..., -2:]
-        yield Strip(cable, mesh, length, begin[cable] + places, *shapes, *matrices, stretch)
+        shapes = moved.reshape(-1, moved.shape[-1]) @ with_ends(kept[cable].shapes)
+        shapes = shapes.reshape(*moved.shape[:2], -1)
+        found.append(Strip(cable, mesh, length, begin[cable] + places, shapes, *matrices, stretch))
+    return found
+
+
+def on_cables(solution, layout, shapes, drag):
+    """`strips` with the coordinates of a `Solution`, and their `amplitudes` in shapes of the suspension."""
+    found = strips(solution.models, solution.kept, layout.equilibrium, drag)
+    return found, amplitudes(solution, layout, shapes, [strip.cable for strip in found])
+
+
+def amplitudes(solution, layout, shapes, cables):
+    """Of the coordinates of cables in combinations of those of the suspension, and in two movements of their own ends.
+
+    In these two either end is moved out of the cable along its tangent by one, and nothing else: the work of a load on
+    them is what it takes off the tension there.
+
+    Parameters
+    ----------
+    solution : Solution
+        Models and coordinates of the cables.
+    layout : Layout
+    shapes : ndarray, shape (n, m)
+        Combinations.
+    cables : list of int
+
+    Returns
+    -------
+    list of ndarray, shape (k, m + 2 c)
+        Of each of the c cables.
+    """
+    ends, outwards = layout.ends(layout.bodies(shapes)), outward(layout.equilibrium)[0]
+    owner, count, found = solution.coordinates.cable, shapes.shape[1], []
+    for place, cable in enumerate(cables):
+        own = shapes[np.flatnonzero(owner == cable)]
+        moved = np.zeros((len(own) + 6, count + 2 * len(cables)))
+        moved[:, :count] = np.concatenate([own, ends[cable]])
+        for end in range(2):
+            moved[len(own) + 3 * end : len(own) + 3 * end + 3, count + 2 * place + end] = outwards[cable, end]
+        found.append(moved)
+    return found
 
 
 def _course(mesh, state, frame, mean):
