@@ -14,15 +14,16 @@ from math import ceil
 import numpy as np
 
 from cablestudy.system.rigid import cross_matrix, size
-from cablestudy.wind.coherence import Coherence
+from cablestudy.wind.coherence import DEGREE, Coherence
 from cablestudy.wind.mean import body_forces
 from cablestudy.wind.spectrum import admittance, speed_spectrum
 from cablestudy.wind.spline import CardinalSplines
 from cablestudy.wind.variance import Noise
 
 PER_DECADE = 8  # panels
-NEARLY_COHERENT, INCOHERENT = 1e-3, 1e4  # kappa times the size of the suspension where its limits are reached,
-FAR = 100.0  # or so far above its least value
+# kappa times the size of the suspension up to which a covariance is about linear in kappa, and from which on it falls
+# with 1/kappa, or so far above the least kappa
+NEARLY_COHERENT, INCOHERENT, FAR = 0.1, 1e4, 100.0
 ROUNDING = 1e-6  # of a boundary of panels in numbers of panels
 AT_ONCE = 1_000_000  # entries of a coherence matrix that are computed at once
 
@@ -135,11 +136,8 @@ class Gusts:
 
     def edges(self, low, high):
         """Boundaries between frequencies at which `noise` is smooth, from low to high, ascending. [Hz]"""
-        known, one = self._known[0], self.coherence.kappa(np.ones(1))[0]
-        # where it grows with the frequency those at which the covariance is computed
-        anchor = low if known is None or self.coherence.least else float(known[0] / one)
-        first, last = (PER_DECADE * np.log10(np.array([low, high]) / anchor)).tolist()
-        inner = anchor * 10 ** (np.arange(ceil(first + ROUNDING), ceil(last - ROUNDING)) / PER_DECADE)
+        count = ceil(PER_DECADE * np.log10(high / low) - ROUNDING)
+        inner = low * 10 ** (np.arange(1, count) / PER_DECADE)
         return np.concatenate([[low], inner, [high]])
 
     def _functions(self, frequency):
@@ -181,26 +179,27 @@ class Gusts:
         known = self._known[0]
         if known is None:
             return (np.ones((1, len(kappa))),) * 2
-        known, place = np.log(known), np.log(np.maximum(kappa, 1e-300))
-        low, high = known[[0, -1]]
-        splines = CardinalSplines(known, self.coherence.degree)
-        # nearly coherent: linear in kappa, d/d log kappa = kappa d/d kappa
-        below = np.maximum(-np.expm1(place - low), 0.0)[:, None]
-        bodies = splines(np.clip(place, low, high)) - below * splines.first_slope
+        linear, kappa = NEARLY_COHERENT / self._across, kappa[:, None]
+        splines = CardinalSplines(np.log(known + linear), DEGREE)
+        bodies = splines(np.log(np.minimum(kappa, known[-1]) + linear)[:, 0])
         # all that cables take part in falls with 1/kappa at last, and the speeds at the bodies remain as they are
-        return (np.exp(np.minimum(high - place, 0.0))[:, None] * bodies).T, bodies.T
+        return (np.minimum(known[-1] / np.maximum(kappa, known[-1]), 1.0) * bodies).T, bodies.T
+
+    @cached_property
+    def _across(self):
+        """Size of the suspension that the wind acts on. [m]"""
+        everywhere = np.concatenate([*(strip.places for strip in self.strips), self.places])
+        return size(np.ptp(everywhere, axis=0)) if len(everywhere) else 0.0
 
     @cached_property
     def _known(self):
         """Some kappa, shape (k,), and `_covariance` for them; None and only one where all is coherent."""
-        everywhere = np.concatenate([*(strip.places for strip in self.strips), self.places])
-        across = size(np.ptp(everywhere, axis=0)) if len(everywhere) else 0.0
-        least = self.coherence.least
+        least, across = self.coherence.least, self._across
         if self.coherence.constant or not across:
             return None, self._at(np.array([least]))
-        low = max(NEARLY_COHERENT / across, least)
-        high = max(INCOHERENT / across, FAR * low)
-        kappa = np.geomspace(low, high, 1 + round(self.coherence.per_decade * np.log10(high / low)))
+        linear, high = NEARLY_COHERENT / across, max(INCOHERENT / across, FAR * least)
+        count = round(self.coherence.per_decade * np.log10((high + linear) / (least + linear)))
+        kappa = np.maximum(np.geomspace(least + linear, high + linear, 1 + count) - linear, least)
         return kappa, self._at(kappa)
 
     @property
