@@ -36,7 +36,7 @@ from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.system import statics
-from cablestudy.wind import gusts
+from cablestudy.wind import gusts, strips
 from cablestudy.wind.mean import Drag, cable_loads
 from cablestudy.wind.spectrum import speed_spectrum
 from cablestudy.wind.strips import Strip
@@ -322,6 +322,19 @@ def test_the_rms_does_not_depend_on_the_nodes_of_the_cables():
     assert found[0].weighted["value"][:, rows] == pytest.approx(found[1].weighted["value"][:, rows], rel=1e-5)
 
 
+def test_the_rms_depends_neither_on_points_of_long_elements_nor_on_parts(monkeypatch):
+    """Six cables with 160 modes, in elements of order 32: interpolated between 30 of 36 points, and in small parts."""
+    scene, found = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml")[1], []
+    for most, at_once in ((strips.MOST, gusts.AT_ONCE), (100, 1000)):
+        monkeypatch.setattr(strips, "MOST", most)
+        monkeypatch.setattr(gusts, "AT_ONCE", at_once)
+        movement = SuspensionCase(scene).in_wind.movement_of(160)
+        strip = movement.gusts.strips[0]
+        assert len(strip.points) == min(most, strip.mesh.order + strips.MORE)
+        found.append(movement.linear.at_rest.variances[0])
+    assert found[0] == pytest.approx(found[1], rel=1e-7)
+
+
 def displacements(gusts_):
     """Of the nodes of each cable per coordinate of the suspension, shape (p, 3, m)."""
     count, along = gusts_.forces.shape[-1], zip(gusts_.strips, gusts_.amplitudes, strict=True)
@@ -330,11 +343,10 @@ def displacements(gusts_):
 
 def first_shapes(movement):
     """Combinations of coordinates: a half wave of amplitude 1 along y of the first cable, of the second, of both."""
-    strips = movement.gusts.strips
     wanted = []
     for chosen in ((1, 0), (0, 1), (1, 1)):
         rows, values = [], []
-        for strip, moved, on in zip(strips, displacements(movement.gusts), chosen, strict=True):
+        for strip, moved, on in zip(movement.gusts.strips, displacements(movement.gusts), chosen, strict=True):
             along = np.linalg.norm(strip.places - strip.places[0], axis=1) / 30.0
             rows.append(moved[:, 1])
             values.append(on * np.sin(np.pi * along))

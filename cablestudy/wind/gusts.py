@@ -214,10 +214,38 @@ class Gusts:
         return self.forces.sum(axis=0) + sum(strip.forces.sum(axis=1) @ own[:, :count] for strip, own in along)
 
     def _at(self, kappa):
-        """`_covariance` computed directly: of the coordinates of each cable and of the bodies, then of the inputs."""
+        """`_covariance` computed directly: of works on the coordinates of each cable, and then of the inputs."""
+        points, forces, given, alone = self._blown(kappa)
+        half = np.zeros((len(kappa), self.into.shape[1], self.into.shape[1]))
+        for place, own in enumerate(alone):
+            before = zip(points[:place], forces[:place], strict=True)
+            row = [_between(kappa, points[place], forces[place], *other) for other in before]
+            row = np.concatenate([*row, own / 2], axis=-1)
+            half += given[place].T @ (row @ np.concatenate(given[: place + 1]))
+        return half + np.swapaxes(half, -1, -2)
+
+    def _blown(self, kappa):
+        """What the gusts act on: each cable, then all bodies together, if any.
+
+        Parameters
+        ----------
+        kappa : ndarray, shape (f,)
+            [1/m]
+
+        Returns
+        -------
+        points : list of ndarray, shape (q, 3)
+            [m]
+        forces : list of ndarray, shape (c, q, k)
+            Works on k coordinates by c components of the turbulence at each point; of bodies the speeds themselves.
+        given : list of ndarray, shape (k, i)
+            These coordinates in terms of the inputs of `into`.
+        alone : list of ndarray, shape (f, k, k)
+            Covariances of these works.
+        """
         rms, count, bodies = np.array(self.wind.turbulence), self._work, np.arange(len(self.areas))
-        blown = np.flatnonzero(rms)
-        components, inputs = (rms[:, None] * self.directions)[blown], np.eye(count + 3 * len(bodies))
+        blown, inputs = np.flatnonzero(rms), np.eye(count + 3 * len(bodies))
+        components = (rms[:, None] * self.directions)[blown]
         points, given = [strip.points for strip in self.strips], [own @ inputs[:count] for own in self.amplitudes]
         forces = [np.tensordot(components, strip.point_forces, axes=1) for strip in self.strips]
         alone = [strip.coherent(components, kappa) for strip in self.strips]
@@ -226,13 +254,7 @@ class Gusts:
             speeds[np.arange(len(blown))[:, None], bodies, 3 * bodies + blown[:, None]] = rms[blown, None]
             points, forces, given = [*points, self.places], [*forces, speeds], [*given, inputs[count:]]
             alone.append(_between(kappa, self.places, speeds, self.places, speeds))
-        half = np.zeros((len(kappa), *inputs.shape))
-        for place, own in enumerate(alone):
-            before = zip(points[:place], forces[:place], strict=True)
-            row = [_between(kappa, points[place], forces[place], *other) for other in before]
-            row = np.concatenate([*row, own / 2], axis=-1)
-            half += given[place].T @ (row @ np.concatenate(given[: place + 1]))
-        return half + np.swapaxes(half, -1, -2)
+        return points, forces, given, alone
 
 
 def _between(kappa, points, forces, others, other_forces):
