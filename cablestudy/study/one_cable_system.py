@@ -22,7 +22,7 @@ from cablestudy.system.cables import Cables, FixedModel
 from cablestudy.system.suspension import GROUND, Equilibrium, Suspension
 from cablestudy.wind.coherence import along_cable
 from cablestudy.wind.gusts import Gusts
-from cablestudy.wind.strips import strips
+from cablestudy.wind.strips import on_cables
 
 ALONG_X = np.array([[True, False, False, False, False, False]])
 FOUND = SimpleNamespace(converged=np.array(True))  # record of a pose that was not searched: end 2 stays where it is
@@ -54,8 +54,8 @@ class CableAirflow(Airflow):
         """`Gusts` on the coordinates, see `Airflow.gusts`: the turbulence is the same in all directions."""
         rms, none = self._wind.turbulence, np.zeros((0, 3, shapes.shape[1]))
         wind = self.scene.wind.model_copy(update={"turbulence_intensity": None, "turbulence_rms": (rms,) * 3})
-        along = strips(solution, layout, shapes, self._on_cable)
-        return Gusts(wind, np.eye(3), along, none, np.zeros((0, 3)), np.zeros(0), along_cable(self._wind))
+        along = on_cables(solution, layout, shapes, self._on_cable)
+        return Gusts(wind, np.eye(3), *along, none, np.zeros((0, 3)), np.zeros(0), along_cable(self._wind))
 
 
 class InCableWind:

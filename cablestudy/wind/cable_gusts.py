@@ -11,11 +11,11 @@ from math import ceil
 
 import numpy as np
 
-from cablestudy.wind.coherence import FINE, Rod
+from cablestudy.wind.coherence import DEGREE, FINE, Rod
 from cablestudy.wind.spline import CardinalSplines
 from cablestudy.wind.variance import Noise
 
-PER_DECADE, DEGREE, INTERPOLATED = FINE
+PER_DECADE, INTERPOLATED = FINE
 
 
 @dataclass(frozen=True)

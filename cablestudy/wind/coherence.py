@@ -23,7 +23,7 @@ from cablestudy.errors import NoSolutionError
 
 DECAY, LARGE_SCALE = 12.0, 0.12  # of the exponential model of IEC 61400-1
 MOST_FUNCTIONS = 800  # of a cable with more nodes the smoothest ones
-COARSE, FINE = (8, 5, 6e-6), (24, 7, 3e-8)  # of `Coherence`: per_decade, degree and error
+COARSE, FINE, DEGREE = (7, 6e-6), (24, 3e-8), 7  # of `Coherence`: per_decade and error; of splines between them
 SMALLEST, LARGEST = 1e-200, 1e150  # cable's length over coherence length, whose squares must be finite
 
 
@@ -35,15 +35,14 @@ class Coherence:
     ----------
     kappa : callable
         Of frequencies, shape (f,) [Hz] -> shape (f,), ascending. [1/m]
-    per_decade, degree : int
-        Values of kappa at which a covariance is computed, and degree of the spline through it.
+    per_decade : int
+        Values of kappa at which a covariance is computed; between them it is a spline.
     error : float
         Of a variance by it.
     """
 
     kappa: Callable
     per_decade: int
-    degree: int
     error: float
 
     @property

@@ -14,15 +14,16 @@ from math import ceil
 import numpy as np
 
 from cablestudy.system.rigid import cross_matrix, size
-from cablestudy.wind.coherence import Coherence
+from cablestudy.wind.coherence import DEGREE, Coherence
 from cablestudy.wind.mean import body_forces
 from cablestudy.wind.spectrum import admittance, speed_spectrum
 from cablestudy.wind.spline import CardinalSplines
 from cablestudy.wind.variance import Noise
 
 PER_DECADE = 8  # panels
-NEARLY_COHERENT, INCOHERENT = 1e-3, 1e4  # kappa times the size of the suspension where its limits are reached,
-FAR = 100.0  # or so far above its least value
+# kappa times the size of the suspension up to which a covariance is about linear in kappa, and from which on it falls
+# with 1/kappa, or so far above the least kappa
+NEARLY_COHERENT, INCOHERENT, FAR = 0.1, 1e4, 100.0
 ROUNDING = 1e-6  # of a boundary of panels in numbers of panels
 AT_ONCE = 1_000_000  # entries of a coherence matrix that are computed at once
 
@@ -38,6 +39,8 @@ class Gusts:
     directions : ndarray, shape (3, 3)
         Rows: along the mean wind, across it, vertical. [-]
     strips : list of Strip
+    amplitudes : list of ndarray, shape (k, m + 2 c)
+        Of the coordinates of each of these c cables, see `strips.amplitudes`.
     forces : ndarray, shape (b, 3, m)
         Force on each coordinate by a unit speed along x, y, z at each body that the wind acts on.
     places : ndarray, shape (b, 3)
@@ -50,6 +53,7 @@ class Gusts:
     wind: object
     directions: np.ndarray
     strips: list
+    amplitudes: list
     forces: np.ndarray
     places: np.ndarray
     areas: np.ndarray
@@ -103,14 +107,6 @@ class Gusts:
         """How many inputs are works of the gusts on cables: one for each coordinate, and two of each cable, if any."""
         return self.forces.shape[-1] + 2 * len(self.strips) if self.strips else 0
 
-    def _among(self, place, forces):
-        """Forces of strip number `place`, shape (..., m + 2), in columns for all of them, shape (..., m + 2 c)."""
-        count = self.forces.shape[-1]
-        found = np.zeros((*forces.shape[:-1], self._work))
-        found[..., :count] = forces[..., :count]
-        found[..., count + 2 * place : count + 2 * place + 2] = forces[..., count:]
-        return found
-
     @property
     def parts(self):
         """Those of the cables among these inputs, if any, then the three of each body: list of slice."""
@@ -140,11 +136,8 @@ class Gusts:
 
     def edges(self, low, high):
         """Boundaries between frequencies at which `noise` is smooth, from low to high, ascending. [Hz]"""
-        known, one = self._known[0], self.coherence.kappa(np.ones(1))[0]
-        # where it grows with the frequency those at which the covariance is computed
-        anchor = low if known is None or self.coherence.least else float(known[0] / one)
-        first, last = (PER_DECADE * np.log10(np.array([low, high]) / anchor)).tolist()
-        inner = anchor * 10 ** (np.arange(ceil(first + ROUNDING), ceil(last - ROUNDING)) / PER_DECADE)
+        count = ceil(PER_DECADE * np.log10(high / low) - ROUNDING)
+        inner = low * 10 ** (np.arange(1, count) / PER_DECADE)
         return np.concatenate([[low], inner, [high]])
 
     def _functions(self, frequency):
@@ -186,26 +179,27 @@ class Gusts:
         known = self._known[0]
         if known is None:
             return (np.ones((1, len(kappa))),) * 2
-        known, place = np.log(known), np.log(np.maximum(kappa, 1e-300))
-        low, high = known[[0, -1]]
-        splines = CardinalSplines(known, self.coherence.degree)
-        # nearly coherent: linear in kappa, d/d log kappa = kappa d/d kappa
-        below = np.maximum(-np.expm1(place - low), 0.0)[:, None]
-        bodies = splines(np.clip(place, low, high)) - below * splines.first_slope
+        linear, kappa = NEARLY_COHERENT / self._across, kappa[:, None]
+        splines = CardinalSplines(np.log(known + linear), DEGREE)
+        bodies = splines(np.log(np.minimum(kappa, known[-1]) + linear)[:, 0])
         # all that cables take part in falls with 1/kappa at last, and the speeds at the bodies remain as they are
-        return (np.exp(np.minimum(high - place, 0.0))[:, None] * bodies).T, bodies.T
+        return (np.minimum(known[-1] / np.maximum(kappa, known[-1]), 1.0) * bodies).T, bodies.T
+
+    @cached_property
+    def _across(self):
+        """Size of the suspension that the wind acts on. [m]"""
+        everywhere = np.concatenate([*(strip.places for strip in self.strips), self.places])
+        return size(np.ptp(everywhere, axis=0)) if len(everywhere) else 0.0
 
     @cached_property
     def _known(self):
         """Some kappa, shape (k,), and `_covariance` for them; None and only one where all is coherent."""
-        everywhere = np.concatenate([*(strip.places for strip in self.strips), self.places])
-        across = size(np.ptp(everywhere, axis=0)) if len(everywhere) else 0.0
-        least = self.coherence.least
+        least, across = self.coherence.least, self._across
         if self.coherence.constant or not across:
             return None, self._at(np.array([least]))
-        low = max(NEARLY_COHERENT / across, least)
-        high = max(INCOHERENT / across, FAR * low)
-        kappa = np.geomspace(low, high, 1 + round(self.coherence.per_decade * np.log10(high / low)))
+        linear, high = NEARLY_COHERENT / across, max(INCOHERENT / across, FAR * least)
+        count = round(self.coherence.per_decade * np.log10((high + linear) / (least + linear)))
+        kappa = np.maximum(np.geomspace(least + linear, high + linear, 1 + count) - linear, least)
         return kappa, self._at(kappa)
 
     @property
@@ -213,54 +207,86 @@ class Gusts:
         """Of a variance, relative: by covariances between known ones. [-]"""
         return self.coherence.error if self._known[0] is not None else 0.0
 
-    def _at(self, kappa):
-        """`_covariance` computed directly."""
-        count, rms = self._work, np.array(self.wind.turbulence)
-        blown = np.flatnonzero(rms)
-        found = np.zeros((len(kappa), count + 3 * len(self.areas), count + 3 * len(self.areas)))
-        found[:, :count, :count] = self._of_cables(kappa, (rms[:, None] * self.directions)[blown])
-        decay = -kappa[:, None, None]
-        points = np.concatenate([strip.points for strip in self.strips] or [np.zeros((0, 3))])
-        of_strips = [self._among(k, strip.point_forces) for k, strip in enumerate(self.strips)] or [
-            np.zeros((3, 0, count))
-        ]
-        point_forces = np.concatenate(of_strips, axis=1)
-        towards = np.exp(decay * size(points[:, None] - self.places))
-        between = np.exp(decay * size(self.places[:, None] - self.places))
-        for component in blown.tolist():
-            place, variance = count + component + 3 * np.arange(len(self.areas)), rms[component] ** 2
-            mixed = variance * np.tensordot(self.directions[component], point_forces, axes=1).T @ towards
-            found[:, :count, place] = mixed
-            found[:, place, :count] = np.swapaxes(mixed, -1, -2)
-            found[:, place[:, None], place] = variance * between
-        return found
+    @property
+    def uniform(self):
+        """Forces on the coordinates by a unit speed along x, y, z that is the same everywhere, shape (3, m)."""
+        count, along = self.forces.shape[-1], zip(self.strips, self.amplitudes, strict=True)
+        return self.forces.sum(axis=0) + sum(strip.forces.sum(axis=1) @ own[:, :count] for strip, own in along)
 
-    def _of_cables(self, kappa, components):
-        """Covariance of the inputs that are works of the gusts on cables, shape (f, w, w).
+    def _at(self, kappa):
+        """`_covariance` computed directly: of works on the coordinates of each cable, and then of the inputs."""
+        points, forces, given, alone = self._blown(kappa)
+        half = np.zeros((len(kappa), self.into.shape[1], self.into.shape[1]))
+        for place, own in enumerate(alone):
+            before = zip(points[:place], forces[:place], strict=True)
+            row = [_between(kappa, points[place], forces[place], *other) for other in before]
+            row = np.concatenate([*row, own / 2], axis=-1)
+            half += given[place].T @ (row @ np.concatenate(given[: place + 1]))
+        return half + np.swapaxes(half, -1, -2)
+
+    def _blown(self, kappa):
+        """What the gusts act on: each cable, then all bodies together, if any.
 
         Parameters
         ----------
         kappa : ndarray, shape (f,)
-        components : ndarray, shape (c, 3)
-            Directions of the turbulence times its RMS.
+            [1/m]
+
+        Returns
+        -------
+        points : list of ndarray, shape (q, 3)
+            [m]
+        forces : list of ndarray, shape (c, q, k)
+            Works on k coordinates by c components of the turbulence at each point; of bodies the speeds themselves.
+        given : list of ndarray, shape (k, i)
+            These coordinates in terms of the inputs of `into`.
+        alone : list of ndarray, shape (f, k, k)
+            Covariances of these works.
         """
-        count = self._work
-        own, between = np.zeros((2, len(kappa), count, count))
-        points, point_forces = np.zeros((0, 3)), np.zeros((0, len(components), count))
-        for place, strip in enumerate(self.strips):
-            own += strip.coherent(np.einsum("ck,kpm->pcm", components, self._among(place, strip.forces)), kappa)
-            forces = np.einsum("ck,kpm->pcm", components, self._among(place, strip.point_forces))
-            # with the cables before it
-            distance = size(strip.points[:, None] - points)
-            for part in np.array_split(np.arange(len(kappa)), ceil(len(kappa) * distance.size / AT_ONCE) or 1):
-                coherence = np.exp(-kappa[part, None, None] * distance)
-                moved = coherence @ point_forces.reshape(len(points), len(components) * count)
-                between[part] += forces.reshape(-1, count).T @ moved.reshape(len(part), -1, count)
-            points, point_forces = np.concatenate([points, strip.points]), np.concatenate([point_forces, forces])
-        return own + between + np.swapaxes(between, -1, -2)
+        rms, count, bodies = np.array(self.wind.turbulence), self._work, np.arange(len(self.areas))
+        blown, inputs = np.flatnonzero(rms), np.eye(count + 3 * len(bodies))
+        components = (rms[:, None] * self.directions)[blown]
+        points, given = [strip.points for strip in self.strips], [own @ inputs[:count] for own in self.amplitudes]
+        forces = [np.tensordot(components, strip.point_forces, axes=1) for strip in self.strips]
+        alone = [strip.coherent(components, kappa) for strip in self.strips]
+        if len(bodies):
+            speeds = np.zeros((len(blown), len(bodies), 3 * len(bodies)))
+            speeds[np.arange(len(blown))[:, None], bodies, 3 * bodies + blown[:, None]] = rms[blown, None]
+            points, forces, given = [*points, self.places], [*forces, speeds], [*given, inputs[count:]]
+            alone.append(_between(kappa, self.places, speeds, self.places, speeds))
+        return points, forces, given, alone
 
 
-def gusts(wind, drag, layout, shapes, strips, areas, coherence):
+def _between(kappa, points, forces, others, other_forces):
+    """Covariance of works of the gusts at some points with works at others.
+
+    Parameters
+    ----------
+    kappa : ndarray, shape (f,)
+        [1/m]
+    points : ndarray, shape (q, 3)
+        [m]
+    forces : ndarray, shape (c, q, k)
+        By each component of the turbulence at each point.
+    others, other_forces : ndarray, shapes (p, 3) and (c, p, l)
+
+    Returns
+    -------
+    ndarray, shape (f, k, l)
+    """
+    distance, count = size(points[:, None] - others), forces.shape[-1]
+    forces = forces.transpose(2, 0, 1).reshape(-1, len(points))
+    other_forces = other_forces.reshape(-1, other_forces.shape[-1])
+    found = np.zeros((len(kappa), count, other_forces.shape[-1]))
+    at_once = max(1, AT_ONCE // max(1, distance.size))
+    for begin in range(0, len(kappa), at_once):
+        part = slice(begin, begin + at_once)
+        coherence = np.exp(-kappa[part, None, None] * distance)
+        found[part] = (forces @ coherence).reshape(len(coherence), count, len(other_forces)) @ other_forces
+    return found
+
+
+def gusts(wind, drag, layout, shapes, strips, amplitudes, areas, coherence):
     """The `Gusts` on a suspension.
 
     Parameters
@@ -272,7 +298,8 @@ def gusts(wind, drag, layout, shapes, strips, areas, coherence):
     shapes : ndarray, shape (n, m)
         Combinations of its coordinates.
     strips : list of Strip
-        With these shapes.
+    amplitudes : list of ndarray
+        Of these in these combinations.
     areas : ndarray, shape (b,)
         Of all bodies and junctions, for their admittance. [m^2]
     coherence : Coherence
@@ -287,7 +314,7 @@ def gusts(wind, drag, layout, shapes, strips, areas, coherence):
     along = drag.velocity / speed
     up = np.array([0.0, 0.0, 1.0])
     directions = np.stack([along, np.cross(up, along), up])
-    return Gusts(wind, directions, strips, forces, places, areas[blown], coherence)
+    return Gusts(wind, directions, strips, amplitudes, forces, places, areas[blown], coherence)
 
 
 def damping_of_bodies(drag, layout, shapes):

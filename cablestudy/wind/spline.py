@@ -10,13 +10,7 @@ import numpy as np
 
 
 class CardinalSplines:
-    """The splines of odd degree k through the columns of the unit matrix at n > k ascending places.
-
-    Attributes
-    ----------
-    first_slope : ndarray, shape (n,)
-        Derivative of each at the first place. [1/unit of the places]
-    """
+    """The splines of odd degree k through the columns of the unit matrix at n > k ascending places."""
 
     def __init__(self, places, degree):
         inner = places[(degree + 1) // 2 : -((degree + 1) // 2)]
@@ -26,8 +20,6 @@ class CardinalSplines:
         matrix = np.zeros((len(places), len(places)))
         np.put_along_axis(matrix, first[:, None] + np.arange(degree + 1), weights, axis=1)
         self._coefficients = np.linalg.inv(matrix)
-        rise = self._coefficients[1] - self._coefficients[0]
-        self.first_slope = degree * rise / (self._knots[degree + 1] - self._knots[1])
 
     def __call__(self, place):
         """Values at places within the first and the last, shape (f,) -> (f, n)."""

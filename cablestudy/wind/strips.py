@@ -7,7 +7,8 @@ form of each shape function of the elements.
 
 Two cables that meet at a body are coherent near their common end alone, over a small part of the distance of two nodes.
 Their covariance is a sum over Gauss points that lie close together at the ends of each element: over t with the place
-3 t^2 - 2 t^3.
+3 t^2 - 2 t^3. Elements of high orders have fewer of them than their loads need: between these the coherence is a
+polynomial in t, and the loads are taken to them by its Lagrange polynomials.
 """
 
 from dataclasses import dataclass
@@ -17,11 +18,14 @@ import numpy as np
 
 from cablestudy.cable.element import Mesh, basis, lagrange, mesh_segments
 from cablestudy.cable.plane_modes import nodal_tangent
+from cablestudy.system.superelement import with_ends
 from cablestudy.system.suspension import outward
 from cablestudy.wind.coherence import at_points, galerkin, gauss, rod, tangents
 from cablestudy.wind.drag import drag_matrices
 
-MORE = 4  # points of an element than its order: an error of 1e-6 of the RMS on six cables that meet
+# points of an element more than its order: an error of 1e-6 of the RMS on six cables that meet; and most of those that
+# the coherence with other cables is interpolated between: one of 2e-8 of the RMS, of elements of order 44
+MORE, MOST = 4, 30
 STRAIGHT = mesh_segments(np.ones(1), 1, 2)  # of a cable without mass
 
 
@@ -37,11 +41,8 @@ class Strip:
         Stretched. [m]
     places : ndarray, shape (p, 3)
         Of the nodes, global axes. [m]
-    shapes : ndarray, shape (p, 3, m)
-        Displacements per coordinate.
-    pulled : ndarray, shape (p, 3, 2)
-        Static displacements where either end is moved out of the cable along its tangent by one, and nothing else: the
-        work of a load on them is what it takes off the tension there.
+    shapes : ndarray, shape (p, 3, k)
+        Displacements per coordinate of the cable: what is kept of its modes, then its six ends.
     drag : ndarray, shape (p, 3, 3)
         Force per length and speed at the nodes, symmetric, see `drag.drag_matrices`. [N s/m^2]
     inside : ndarray, shape (elements, points, 3, 3)
@@ -55,7 +56,6 @@ class Strip:
     length: float
     places: np.ndarray
     shapes: np.ndarray
-    pulled: np.ndarray
     drag: np.ndarray
     inside: np.ndarray
     stretch: np.ndarray
@@ -66,131 +66,82 @@ class Strip:
 
     @cached_property
     def forces(self):
-        """Work on each of `shapes`, then of `pulled`, by a turbulence along x, y, z of the form of each shape function.
+        """Work on each of `shapes` by a turbulence along x, y, z of the form of each shape function, shape (3, p, k).
 
-        Shape (3, p, m + 2); of a unit speed everywhere it is the sum over the nodes.
+        Of a unit speed everywhere it is the sum over the nodes.
         """
         points, order = self._rod.points[0], self.mesh.order
-        values, whole = lagrange(basis(order).nodes, points), at_points(self.mesh, self._whole, points)
-        pushed = self.inside @ whole * (self.length * self._rod.shares[..., None, None])
+        values, moved = lagrange(basis(order).nodes, points), at_points(self.mesh, self.shapes, points)
+        pushed = self.inside @ moved * (self.length * self._rod.shares[..., None, None])
         found = np.zeros((len(self.places), 3, pushed.shape[-1]))
         np.add.at(found, self.mesh.element_nodes, np.einsum("qi,eqam->eiam", values, pushed, optimize=True))
         return np.moveaxis(found, 1, 0)
 
-    @property
-    def _whole(self):
-        return np.concatenate([self.shapes, self.pulled], axis=-1)
-
     @cached_property
     def points(self):
         """Places of the points, shape (q, 3), global axes. [m]"""
-        return self._at_points(self.places)
+        order = self.mesh.order
+        return self._at(gauss(1)[0] if order == 1 else _graded(min(order + MORE, MOST))[1], self.places)
 
     @cached_property
     def point_forces(self):
-        """As `forces` at each point, shape (3, q, m + 2)."""
-        mesh = self.mesh
-        if mesh.order == 1:  # at the points of `inside`, where bars have a drag of their own
-            drag, shares = self.inside.reshape(-1, 3, 3), self._rod.shares.ravel()
-        else:
-            drag, shares = self._at_points(self.drag), (mesh.sizes[:, None] * _points(mesh.order)[1]).ravel()
-        lengths = self.length * shares
-        forces = drag @ self._at_points(self._whole)
-        return np.moveaxis(forces * lengths[:, None, None], 1, 0)
+        """As `forces` at each point, shape (3, q, k)."""
+        mesh, order = self.mesh, self.mesh.order
+        if order == 1:  # at the points of `inside`, where bars have a drag of their own
+            lengths = self.length * self._rod.shares.ravel()
+            forces = self.inside.reshape(-1, 3, 3) @ self._at(gauss(1)[0], self.shapes)
+            return np.moveaxis(forces * lengths[:, None, None], 1, 0)
+        fine, places, weights = _graded(order + MORE)
+        lengths = self.length * (mesh.sizes[:, None] * weights).ravel()
+        forces = self._at(places, self.drag) @ self._at(places, self.shapes) * lengths[:, None, None]
+        forces = lagrange(_graded(min(order + MORE, MOST))[0], fine).T @ forces.reshape(mesh.elements, len(places), -1)
+        return np.moveaxis(forces.reshape(-1, *self.shapes.shape[1:]), 1, 0)
 
-    def _at_points(self, values):
-        """Values of the nodes, shape (p, ...), at the points, shape (q, ...)."""
+    def _at(self, places, values):
+        """Values of the nodes, shape (p, ...), at places of each element on [0, 1], one element after the other."""
         mesh = self.mesh
-        between = lagrange(basis(mesh.order).nodes, _points(mesh.order)[0])
-        found = np.tensordot(values[mesh.element_nodes], between, axes=(1, 1))
+        found = np.tensordot(values[mesh.element_nodes], lagrange(basis(mesh.order).nodes, places), axes=(1, 1))
         return np.moveaxis(found, -1, 1).reshape(-1, *values.shape[1:])
 
     @property
     def damping(self):
-        """Aerodynamic damping of the coordinates, shape (m, m)."""
+        """Aerodynamic damping of the coordinates, shape (k, k)."""
         count = self.shapes.shape[-1]
-        return np.moveaxis(self.forces, 0, 1)[..., :count].reshape(-1, count).T @ self.shapes.reshape(-1, count)
+        return np.moveaxis(self.forces, 0, 1).reshape(-1, count).T @ self.shapes.reshape(-1, count)
 
-    def coherent(self, forces, kappa):
-        """Covariance of forces by c components of turbulence of unit variance with the coherence exp(-kappa r).
+    def coherent(self, components, kappa):
+        """Covariance of the works on `shapes` by components of turbulence with the coherence exp(-kappa r).
 
         Parameters
         ----------
-        forces : ndarray, shape (p, c, m)
-            By a turbulence of the form of each shape function.
-        kappa : ndarray, shape (q,)
+        components : ndarray, shape (c, 3)
+            Their directions times their RMS. [m/s]
+        kappa : ndarray, shape (f,)
             Positive. [1/m]
 
         Returns
         -------
-        ndarray, shape (q, m, m)
+        ndarray, shape (f, k, k)
         """
-        loads = np.einsum("pr,pcm->cmr", self._rod.shapes, forces, optimize=True)
+        loads = np.einsum("pr,ca,apk->ckr", self._rod.shapes, components, self.forces, optimize=True)
         return self._rod.covariance(loads, kappa * self.length)
 
 
-def strips(solution, layout, shapes, drag):
-    """The `Strip` of each cable that the wind acts on.
-
-    Parameters
-    ----------
-    solution : Solution
-        Models and coordinates of the cables.
-    layout : Layout
-    shapes : ndarray, shape (n, m)
-        Combinations of the coordinates.
-    drag : Drag
-        Of one case.
-
-    Returns
-    -------
-    list of Strip
-    """
-    equilibrium = layout.equilibrium
-    ends = layout.ends(layout.bodies(shapes))
-    pulled = np.zeros((len(ends), 2, 3, 2))
-    for end in range(2):
-        pulled[:, end, :, end] = outward(equilibrium)[0][:, end]
-    ends = np.concatenate([ends, pulled.reshape(-1, 6, 2)], axis=-1)
-    shapes = np.concatenate([shapes, np.zeros((len(shapes), 2))], axis=-1)
-    nodes = solution.models.nodes(solution.coordinates.amplitudes(shapes), ends)
-    return list(_strips(solution.models, equilibrium, nodes, drag))
-
-
-def damping_of_cables(models, equilibrium, drag):
-    """Aerodynamic damping of the modes and ends of each cable, see `Superelement.air`.
+def strips(models, kept, equilibrium, drag):
+    """The `Strip` of each cable that the wind acts on: list.
 
     Parameters
     ----------
     models : Models
+    kept : list of Kept
+        Coordinates of each cable.
     equilibrium : Equilibrium
     drag : Drag
         Of one case.
-
-    Returns
-    -------
-    dict
-        Number of each cable that the wind acts on -> ndarray, shape (n + 6, n + 6).
-    """
-    nodes = [(places, np.concatenate([moved, np.zeros((*moved.shape[:2], 2))], axis=-1))
-             for places, moved in models.shapes_of_modes()]  # fmt: skip
-    return {one.cable: one.damping for one in _strips(models, equilibrium, nodes, drag)}
-
-
-def _strips(models, equilibrium, nodes, drag):
-    """Yield the `Strip` of each cable that the wind acts on.
-
-    Parameters
-    ----------
-    models : Models
-    equilibrium : Equilibrium
-    nodes : list of (ndarray, ndarray)
-        Of each cable, as `Models.nodes`: the last two displacements are those of `Strip.pulled`.
-    drag : Drag
     """
     speed = float(np.sqrt((drag.velocity**2).sum()))
     begin = equilibrium.suspension.ends(equilibrium.position, equilibrium.rotation)[:, 0]
-    states, meshes = _states(models), models.meshes
+    states, meshes, nodes, found = _states(models), models.meshes, models.shapes_of_modes(), []
     for cable in np.flatnonzero(drag.cables > 0).tolist():
         mesh, (places, moved) = meshes[cable], nodes[cable]
         if mesh is None:
@@ -203,8 +154,48 @@ def _strips(models, equilibrium, nodes, drag):
         size = float(drag.density) * drag.cables[cable] * speed
         matrices = (size * drag_matrices(tangent, drag.velocity / speed) for tangent in course)
         length = float(equilibrium.lengths[cable]) * galerkin(mesh, stretch, *gauss(mesh.order))[2]
-        shapes = moved[..., :-2], moved[..., -2:]
-        yield Strip(cable, mesh, length, begin[cable] + places, *shapes, *matrices, stretch)
+        shapes = moved.reshape(-1, moved.shape[-1]) @ with_ends(kept[cable].shapes)
+        shapes = shapes.reshape(*moved.shape[:2], -1)
+        found.append(Strip(cable, mesh, length, begin[cable] + places, shapes, *matrices, stretch))
+    return found
+
+
+def on_cables(solution, layout, shapes, drag):
+    """`strips` with the coordinates of a `Solution`, and their `amplitudes` in shapes of the suspension."""
+    found = strips(solution.models, solution.kept, layout.equilibrium, drag)
+    return found, amplitudes(solution, layout, shapes, [strip.cable for strip in found])
+
+
+def amplitudes(solution, layout, shapes, cables):
+    """Of the coordinates of cables in combinations of those of the suspension, and in two movements of their own ends.
+
+    In these two either end is moved out of the cable along its tangent by one, and nothing else: the work of a load on
+    them is what it takes off the tension there.
+
+    Parameters
+    ----------
+    solution : Solution
+        Models and coordinates of the cables.
+    layout : Layout
+    shapes : ndarray, shape (n, m)
+        Combinations.
+    cables : list of int
+
+    Returns
+    -------
+    list of ndarray, shape (k, m + 2 c)
+        Of each of the c cables.
+    """
+    ends, outwards = layout.ends(layout.bodies(shapes)), outward(layout.equilibrium)[0]
+    owner, count, found = solution.coordinates.cable, shapes.shape[1], []
+    for place, cable in enumerate(cables):
+        own = shapes[np.flatnonzero(owner == cable)]
+        moved = np.zeros((len(own) + 6, count + 2 * len(cables)))
+        moved[:, :count] = np.concatenate([own, ends[cable]])
+        for end in range(2):
+            moved[len(own) + 3 * end : len(own) + 3 * end + 3, count + 2 * place + end] = outwards[cable, end]
+        found.append(moved)
+    return found
 
 
 def _course(mesh, state, frame, mean):
@@ -232,13 +223,11 @@ def _course(mesh, state, frame, mean):
 
 
 @cache
-def _points(order):
-    """Points of an element on [0, 1] and their weights, shape (n,) both."""
-    if order == 1:
-        return gauss(order)
-    roots, weights = np.polynomial.legendre.leggauss(order + MORE)
+def _graded(count):
+    """Points of an element: t, places 3 t^2 - 2 t^3 on [0, 1], and weights, shape (count,) all."""
+    roots, weights = np.polynomial.legendre.leggauss(count)
     t = (roots + 1) / 2
-    return t**2 * (3 - 2 * t), weights * 3 * t * (1 - t)
+    return t, t**2 * (3 - 2 * t), weights * 3 * t * (1 - t)
 
 
 def _states(models):

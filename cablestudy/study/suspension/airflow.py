@@ -1,10 +1,12 @@
 """The wind on a suspension as its linear model needs it: aerodynamic damping, and the forces of gusts."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from cablestudy.wind.coherence import davenport
 from cablestudy.wind.gusts import damping_of_bodies, gusts
-from cablestudy.wind.strips import damping_of_cables, strips
+from cablestudy.wind.strips import on_cables, strips
 
 
 class Airflow:
@@ -38,9 +40,12 @@ class Airflow:
         """Whether the air damps what moves."""
         return self.scene.wind.aerodynamic_damping
 
-    def damping_of_cables(self, models, equilibrium):
-        """Of each cable of some `Models`, see `Superelement.air`: dict, empty without damping."""
-        return damping_of_cables(models, equilibrium, self.drag) if self.damps else {}
+    def damped(self, models, kept, equilibrium):
+        """What is `Kept` of the cables of some `Models`, with their aerodynamic damping: list of Kept."""
+        found = list(kept)
+        for one in strips(models, kept, equilibrium, self.drag) if self.damps else []:
+            found[one.cable] = replace(found[one.cable], element=replace(found[one.cable].element, air=one.damping))
+        return found
 
     def damping_of_bodies(self, layout, shapes):
         """Of coordinates by the drag on bodies, see `gusts.damping_of_bodies`; 0 without damping."""
@@ -57,8 +62,9 @@ class Airflow:
         shapes : ndarray, shape (n, m)
             Combinations of its coordinates.
         """
-        wind, along = self.scene.wind, strips(solution, layout, shapes, self.drag)
-        return gusts(wind, self.drag, layout, shapes, along, self.areas(layout.equilibrium), davenport(wind))
+        wind, areas = self.scene.wind, self.areas(layout.equilibrium)
+        along = on_cables(solution, layout, shapes, self.drag)
+        return gusts(wind, self.drag, layout, shapes, *along, areas, davenport(wind))
 
     def areas(self, equilibrium):
         """What each body and junction shows to the mean wind, for its admittance, shape (b,). [m^2]"""

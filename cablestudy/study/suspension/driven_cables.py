@@ -24,7 +24,6 @@ from cablestudy.control.motion import actuated
 from cablestudy.control.suspension import load_off_ends
 from cablestudy.errors import ConvergenceError
 from cablestudy.study.suspension.driven_waves import ACROSS, dense
-from cablestudy.study.suspension.linear_motion import in_air
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
 from cablestudy.system.linear import LinearSystem
@@ -150,7 +149,7 @@ class DrivenCables:
     @property
     def _shared(self):
         """What is the same for others with equal models and modes."""
-        return self.models, self._air, self.kept, self.loop_gain
+        return self.models, self.kept, self.loop_gain
 
     def _own_modes(self, models, resolved_to, share=1.0):
         """Which modes of each cable are in the loop gain: list of ndarray of bool, shape (n,).
@@ -184,7 +183,7 @@ class DrivenCables:
         """`LoopGain` with what is `kept` of the cables; a function, of the coupled modes, where rounding spoils it."""
         movement, effects, layout, linear = self._movement, self._effects, self._movement.layout, self._movement.linear
         stiffness, mass = (dense(part) for part in layout.own)
-        elements = [one.element for one in in_air(kept, self._air)]
+        elements = [one.element for one in linear.in_air(self.models, kept)]
         damping = np.zeros_like(mass) + linear.air_on_bodies(np.eye(len(mass)))
         *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, movement.actuators)
         bodies = LinearSystem(*matrices, feedback=feedback)
@@ -221,10 +220,9 @@ class DrivenCables:
         others = [one for one in others if one.models.equal(models) and all(map(np.array_equal, one._own, own))]
         self._own, self._resolved_to = own, resolved_to
         if others:
-            self.models, self._air, self.kept, self.loop_gain = others[0]._shared
+            self.models, self.kept, self.loop_gain = others[0]._shared
         else:
-            self.models, self._air = models, self._movement.linear.air_on(models)
-            self.kept = models.with_modes(own)
+            self.models, self.kept = models, models.with_modes(own)
             self.loop_gain = self._loop_gain(self.kept)
         self.poles = self._poles()
         for one in others:

@@ -18,7 +18,6 @@ from cablestudy.system.connected import observed
 from cablestudy.system.coupled import Layout
 from cablestudy.system.linear import dense
 from cablestudy.system.residues import beside, residues
-from cablestudy.system.superelement import with_ends
 from cablestudy.wind.mean import Drag
 
 TURN = 2 * np.pi
@@ -133,15 +132,6 @@ def modes_among(modes, chosen):
     )
 
 
-def in_air(kept, air):
-    """What is `Kept` of some cables with their aerodynamic damping, as of `LinearMotion.air_on`: list of Kept."""
-    found = list(kept)
-    for cable, matrix in air.items():
-        within = with_ends(found[cable].shapes)
-        found[cable] = replace(found[cable], element=replace(found[cable].element, air=within.T @ matrix @ within))
-    return found
-
-
 class LinearMotion:
     """A suspension about its equilibrium in the mean wind, without loop.
 
@@ -220,8 +210,7 @@ class LinearMotion:
     @cached_property
     def _whole(self):
         solution = self.modes.solution
-        kept = in_air(solution.kept, self.air_on(solution.models))
-        return second_order(self.layout, kept, self.winches, self.markers)
+        return second_order(self.layout, self.in_air(solution.models, solution.kept), self.winches, self.markers)
 
     @cached_property
     def _loads(self):
@@ -366,9 +355,9 @@ class LinearMotion:
         """Whether the air damps what moves."""
         return self.airflow is not None and self.airflow.damps
 
-    def air_on(self, models):
-        """Aerodynamic damping of each cable of some `Models`, see `Superelement.air`: dict, empty without."""
-        return self.airflow.damping_of_cables(models, self.equilibrium) if self.airflow else {}
+    def in_air(self, models, kept):
+        """What is `Kept` of the cables of some `Models`, with their aerodynamic damping: list of Kept."""
+        return self.airflow.damped(models, kept, self.equilibrium) if self.airflow else kept
 
     def air_on_bodies(self, shapes):
         """Aerodynamic damping of coordinates by the drag on bodies, see `damping_of_bodies`; 0 without."""

@@ -60,9 +60,7 @@ def unit_of(coordinate):
 
 def uniform_gust(gusts):
     """Force on each coordinate per speed of a gust along the mean wind that is the same everywhere. [N/(m/s)]"""
-    count = gusts.forces.shape[-1]  # strips have shapes beyond the coordinates
-    everywhere = gusts.forces.sum(axis=0) + sum(strip.forces[..., :count].sum(axis=1) for strip in gusts.strips)
-    return gusts.directions[0] @ everywhere
+    return gusts.directions[0] @ gusts.uniform
 
 
 def _responses(movement, motion, space, output, input_, components, times):
