@@ -8,19 +8,19 @@ import numpy as np
 from cablestudy.cable.bracketing import minima_between, zeros_between
 from cablestudy.control.law import INTEGRATOR
 
-PER_DECADE = 40
+PER_DECADE = 20
 RANGE = 1e-4, 1e3  # frequencies that are evaluated, over the least and largest of the poles
-ASIDE = np.array([0.3, 0.7, 1.2, 2.0, 3.5, 6.0, 12.0])  # distances from a pole, in its half-widths
+ASIDE = np.array([0.6, 2.0, 6.0])  # distances from a pole, in its half-widths
 ALIKE = 1e-13  # relative distance of frequencies that are one
 BROAD = 0.12  # largest such distance, relative to the frequency of the pole: beyond it the decades are as close
 UNDAMPED = 1e-9  # damping ratio below which the loop gain at the pole itself is as good as infinite
 TURN = 0.1  # of a delay from one frequency to the next [rad]
-AT_ONCE = 100  # frequencies of one call
+AT_ONCE = 250  # frequencies of one call
 # Between two frequencies more are taken where an eigenvalue turns so far, or where one near the negative real axis
 # changes so much (its angle over that to the axis, the logarithm of its size) that it may cross and come back.
 FAR_TURN, NEAR_AXIS, SHARE, GROWTH = 0.5, 0.8, 0.25, 0.3
 HIGH, TURNED = 3.0, 0.5  # distance of an eigenvalue from -1 up to which its change, relative to it, is followed
-COARSE, HALVINGS = 1e-3, 7  # relative distance of two frequencies that are close enough, and how often it is halved
+COARSE, HALVINGS = 1e-5, 7  # relative distance of two frequencies that are close enough, and how often it is halved
 REACH = 2.0  # a peak between frequencies is at most so many times its visible height above the highest of them
 FLAT = 0.02  # peaks so much, relative, below the highest are refined too
 PLACED, SETTLED = 1e-7, 1e-14  # of an extremum: its place over the distance of frequencies, its relative value
