@@ -27,8 +27,8 @@ HIGH, TURNED = 3.0, 0.5  # distance of an eigenvalue from -1 up to which its cha
 COARSE, PARTS, ROUNDS = 1e-5, 3, 4
 REACH = 2.0  # a peak between frequencies is at most so many times its visible height above the highest of them
 FLAT = 0.02  # peaks so much, relative, below the highest are refined too
-PLACED, SETTLED = 1e-7, 1e-14  # of an extremum: its place over the distance of frequencies, its relative value
-STENCIL = 1e-3  # distance of the values by which its place is found at last, over that of frequencies
+PLACED, SETTLED = 1e-4, 1e-14  # of an extremum: its place over the distance of frequencies, its relative value
+STENCIL = 1e-3  # distance of the values by which the highest one is found to rounding, over that of frequencies
 
 
 def frequencies(poles, notches=(), law=INTEGRATOR):
@@ -211,7 +211,7 @@ def highest(function, omega, value=None):
     one = int(np.argmax(height))
     if not height[one] >= value[best]:  # at the end of the range
         return float(value[best]), float(omega[best])
-    return float(height[one]), _placed(function, float(place[one]), float(high[one] - low[one]))
+    return _placed(function, float(height[one]), float(place[one]), float(high[one] - low[one]))
 
 
 def _height(value):
@@ -247,13 +247,15 @@ def maxima(function, low, top, high, *which):
     return top + found * width, np.nan_to_num(-value, nan=-np.inf)
 
 
-def _placed(function, omega, width):
-    """Where the derivative of a function is zero near a maximum that is known to the root of rounding. [rad/s]"""
+def _placed(function, height, omega, width):
+    """A maximum that is known to PLACED: its value, and where the derivative is zero, both to rounding. [rad/s]"""
     step = STENCIL * width
     value = function(omega + step * np.arange(-2, 3))
     slope, curvature = np.array([1, -8, 0, 8, -1]) @ value / 12, np.array([-1, 16, -30, 16, -1]) @ value / 12
-    shift = -slope / curvature if curvature < 0 else 0.0
-    return float(omega + step * shift) if abs(shift) < 1 else omega
+    if not curvature < -abs(slope):
+        return height, omega
+    omega -= float(step * slope / curvature)
+    return max(height, float(function(np.array([omega]))[0])), omega
 
 
 def passages(function, omega, value):
