@@ -97,10 +97,12 @@ class StableGains:
         Without control, all stable: those beside which L changes. [rad/s]
     notches : tuple of (Notch or None)
     law : Law
+    most : float
+        Gain up to which stability is judged, or up to the smallest at which a pole crosses if that is larger. [rad/s]
     """
 
-    def __init__(self, loop_gain, poles, notches, law):
-        self.loop_gain, self.law, self.poles = loop_gain, law, poles
+    def __init__(self, loop_gain, poles, notches, law, most=np.inf):
+        self.loop_gain, self.law, self.poles, self._most = loop_gain, law, poles, most
         self._first = frequencies(self.poles, notches, law)
 
     @cached_property
@@ -115,7 +117,7 @@ class StableGains:
         values : ndarray, shape (f, k)
             Eigenvalues of these.
         """
-        return curve(self.loop_gain, self._first, upto=self.law.judged_up_to)
+        return curve(self.loop_gain, self._first, upto=self.law.judged_up_to, most=self._most)
 
     @cached_property
     def _crossings(self):

@@ -21,7 +21,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.system.coupling_damping import PoleSum
+from cablestudy.system.coupling_damping import MOST_DECAY, PoleSum
 from cablestudy.system.linear import LinearSystem
 
 AT_ONCE = 200  # modes, so that matrices stay in the processor's cache
@@ -32,7 +32,6 @@ COUPLED = 100
 # carlina with Kelvin-Voigt damping moves by 1e-7 with 1e-3, by 4 % where one axial mode is left out
 STRAINED = 1e-4
 ASIDE = 5.0  # distance from the frequency of a mode, in its half-widths, at which Z is computed for its pole
-MOST_DECAY = 0.9  # rate of decay over frequency of a mode up to which its two poles stand for it
 NARROWEST = 1e-9  # half-width that is taken at least, over the frequency
 
 
@@ -162,11 +161,11 @@ class _Part:
     used : ndarray of bool
         Modes of the cable that its ends move.
     coupled : ndarray of bool
-        Those of them that damping may couple; of all, if of none.
+        Those of them that damping may couple.
     element : Superelement
         With these.
-    others : Superelement or None
-        With the others.
+    others : _Uncoupled
+        What the others add.
     moved : ndarray, shape (e, d)
         Displacements of the ends that bodies move.
     winches : ndarray of int
@@ -182,29 +181,14 @@ class _Part:
 
     @cached_property
     def summed(self):
-        """`PoleSum` of the stiffness in s; None where rounding spoils it, or damping is not uneven."""
-        if not self.element.uneven or self.element.uneven_damping.summed is None:
-            return None
-        found = self.element.uneven_damping.summed
-        if self.others is None:
-            return found
-        return self._apart and PoleSum(
-            [one + other for one, other in zip(found.polynomial, self._apart.polynomial, strict=True)],
-            np.append(found.poles, self._apart.poles),
-            np.concatenate([found.residues, self._apart.residues]),
-        )
-
-    @cached_property
-    def _apart(self):
-        """`PoleSum` of what the others add; None where some of them are damped so much that their poles coincide."""
-        own = _Uncoupled.of(self.others)
-        return None if own.slow.any() else own.pole_sum
+        """`PoleSum` of the stiffness in s; None where rounding spoils it, or poles nearly coincide."""
+        own = self.element.coupled_modes.pole_sum_in_s
+        return None if own is None or self.others.slow.any() else own + self.others.pole_sum
 
     def stiffness(self, s):
         """Forces at the ends that bodies move, by these and by the winches, shape (f, e, e + w)."""
         rows = slice(len(self.moved))
-        value = self.element.dynamic_stiffness(s, rows)
-        return value if self.others is None else value + _Uncoupled.of(self.others).stiffness(s)[:, rows]
+        return self.element.dynamic_stiffness(s, rows) + self.others.stiffness(s)[:, rows]
 
 
 @dataclass(frozen=True)
@@ -294,7 +278,7 @@ class _Together:
     def __init__(self, parts, winches):
         sums = [part.summed for part in parts]
         rows = [one.residues[:, : len(part.moved)] for one, part in zip(sums, parts, strict=True)]
-        entries = [own.reshape(len(own), -1) for own in rows]
+        entries = [own.reshape(len(own), own.shape[1] * own.shape[2]) for own in rows]
         shape = len(parts), max(map(len, entries)), max(one.shape[1] for one in entries)
         self._poles, self._residues = np.full(shape[:2], -1.0 + 0j), np.zeros(shape, dtype=complex)
         spread, self._polynomial = [], [0.0, 0.0, 0.0]
@@ -311,7 +295,7 @@ class _Together:
     def __call__(self, s):
         """Forces on the bodies by these and by the winches, shape (f, d, d + i)."""
         moving = (1 / (s[:, None] - self._poles[:, None])) @ self._residues
-        moving = np.swapaxes(moving, 0, 1).reshape(len(s), -1) @ self._spread
+        moving = np.swapaxes(moving, 0, 1).reshape(len(s), len(self._spread)) @ self._spread
         static, first, second = self._polynomial
         s = s[:, None, None]
         return s * (s * (second - moving.reshape(len(s), *second.shape)) + first) + static
@@ -331,16 +315,13 @@ def _part(element, moved, winches, near=None):
     used = element.moved_by_ends if near is None else near.used
     element = element if used.all() else element.select(used)
     coupled = _coupled(element) if near is None else near.coupled
-    others = None
-    if coupled.any() and not coupled.all():
-        element, others = element.select(coupled), element.select(~coupled)
-    if near is not None:
-        element = replace(element, near=near.element)
+    others = _Uncoupled.of(element.select(~coupled))
+    element = replace(element.select(coupled), near=near and near.element)
     return _Part(used, coupled, element, others, moved, winches)
 
 
 def _coupled(element):
-    """Modes of a `Superelement` that damping may couple, array of bool; all, if any, with masses that it carries."""
+    """Modes of a `Superelement` that damping may couple, array of bool: all or none with masses that it carries."""
     count = len(element.omega)
     if element.carried is not None and element.uneven:
         return np.ones(count, dtype=bool)

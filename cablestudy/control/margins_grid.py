@@ -3,28 +3,32 @@
 A loop gain is a function of s, shape (f,) [rad/s], with values of shape (f, k, k); that of one cable has k = 1.
 """
 
+from functools import partial
+
 import numpy as np
 
 from cablestudy.cable.bracketing import minima_between, zeros_between
 from cablestudy.control.law import INTEGRATOR
 
-PER_DECADE = 40
+PER_DECADE = 20
 RANGE = 1e-4, 1e3  # frequencies that are evaluated, over the least and largest of the poles
-ASIDE = np.array([0.3, 0.7, 1.2, 2.0, 3.5, 6.0, 12.0])  # distances from a pole, in its half-widths
+ASIDE = np.array([0.6, 2.0, 6.0])  # distances from a pole, in its half-widths
 ALIKE = 1e-13  # relative distance of frequencies that are one
 BROAD = 0.12  # largest such distance, relative to the frequency of the pole: beyond it the decades are as close
 UNDAMPED = 1e-9  # damping ratio below which the loop gain at the pole itself is as good as infinite
 TURN = 0.1  # of a delay from one frequency to the next [rad]
-AT_ONCE = 100  # frequencies of one call
+AT_ONCE = 250  # frequencies of one call
 # Between two frequencies more are taken where an eigenvalue turns so far, or where one near the negative real axis
 # changes so much (its angle over that to the axis, the logarithm of its size) that it may cross and come back.
-FAR_TURN, NEAR_AXIS, SHARE, GROWTH = 0.5, 0.8, 0.25, 0.3
+FAR_TURN, NEAR_AXIS, SHARE, GROWTH = 0.5, 0.8, 0.5, 0.3
+ABOVE = 4.0  # gain up to which crossings are looked for so closely, over the one up to which none may be missed
 HIGH, TURNED = 3.0, 0.5  # distance of an eigenvalue from -1 up to which its change, relative to it, is followed
-COARSE, HALVINGS = 1e-3, 7  # relative distance of two frequencies that are close enough, and how often it is halved
+# relative distance of two frequencies that are close enough; parts of a larger one, and how often it is divided
+COARSE, PARTS, ROUNDS = 1e-5, 3, 4
 REACH = 2.0  # a peak between frequencies is at most so many times its visible height above the highest of them
 FLAT = 0.02  # peaks so much, relative, below the highest are refined too
-PLACED, SETTLED = 1e-7, 1e-14  # of an extremum: its place over the distance of frequencies, its relative value
-STENCIL = 1e-3  # distance of the values by which its place is found at last, over that of frequencies
+PLACED, SETTLED = 1e-4, 1e-14  # of an extremum: its place over the distance of frequencies, its relative value
+STENCIL = 1e-3  # distance of the values by which the highest one is found to rounding, over that of frequencies
 
 
 def frequencies(poles, notches=(), law=INTEGRATOR):
@@ -97,7 +101,7 @@ def paired(values):
     return before, after
 
 
-def curve(function, omega, matrices=None, upto=np.inf):
+def curve(function, omega, matrices=None, upto=np.inf, most=np.inf):
     """Frequencies that show where eigenvalues of a loop gain cross the negative real axis, and the loop gain there.
 
     Parameters
@@ -110,6 +114,8 @@ def curve(function, omega, matrices=None, upto=np.inf):
         The loop gain there.
     upto : float
         Frequency above which no more are taken. [rad/s]
+    most : float
+        Gain up to which no crossing may be missed, or the least one with a crossing where that is larger. [rad/s]
 
     Returns
     -------
@@ -120,7 +126,7 @@ def curve(function, omega, matrices=None, upto=np.inf):
         Its eigenvalues.
     """
     omega, matrices = finite(omega, by_parts(function, omega) if matrices is None else matrices)
-    return _closer(function, omega, matrices, eigenvalues(matrices), _unsure, upto)
+    return _closer(function, omega, matrices, eigenvalues(matrices), partial(_unsure, most=most), upto)
 
 
 def curve_beside(function, gain, omega, matrices, values):
@@ -145,11 +151,13 @@ def with_more(function, omega, matrices, added):
 
 def _closer(function, omega, matrices, values, unsure, upto=np.inf):
     """Frequencies, matrices and eigenvalues as of `curve`, with more between those that `unsure` chooses of these."""
-    for _ in range(HALVINGS):
-        wide = unsure(values) & (np.diff(omega) > COARSE * omega[1:]) & (omega[1:] < upto)
+    share = np.arange(1, PARTS) / PARTS
+    for _ in range(ROUNDS):
+        width = np.diff(omega)
+        wide = unsure(values) & (width > COARSE * omega[1:]) & (omega[1:] < upto)
         if not wide.any():
             break
-        between = (omega[1:] + omega[:-1])[wide] / 2
+        between = (omega[:-1][wide, None] + width[wide, None] * share).ravel()
         between, added = finite(between, by_parts(function, between))
         place = np.searchsorted(omega, between)
         omega, matrices = np.insert(omega, place, between), np.insert(matrices, place, added, axis=0)
@@ -157,15 +165,23 @@ def _closer(function, omega, matrices, values, unsure, upto=np.inf):
     return omega, matrices, values
 
 
-def _unsure(values):
-    """Whether an eigenvalue may cross the negative real axis and come back after each frequency but the last."""
+def _unsure(values, most):
+    """Whether an eigenvalue may cross the negative real axis and come back after each frequency but the last.
+
+    `most` as of `curve`; smaller eigenvalues cross with larger gains.
+    """
     before, after = paired(values)
+    size = np.abs(before), np.abs(after)
+    crossed = (before.imag * after.imag <= 0) & (before.real < 0) & (after.real < 0)
+    with np.errstate(divide="ignore"):
+        most = max(most, (1 / np.minimum(*size)[crossed]).min(initial=np.inf))
     turn = np.abs(np.angle(after * before.conj()))
     to_axis = np.minimum(np.abs(np.angle(-before)), np.abs(np.angle(-after)))
     with np.errstate(divide="ignore", invalid="ignore"):  # an eigenvalue of zero
-        growth = np.abs(np.log(np.abs(after / before)))
+        growth = np.abs(np.log(size[1] / size[0]))
     changes = (turn > SHARE * to_axis) | ~(growth < GROWTH)
-    return ((turn > FAR_TURN) | ((to_axis < NEAR_AXIS) & changes)).any(axis=1)
+    unsure = (turn > FAR_TURN) | ((to_axis < NEAR_AXIS) & changes)
+    return (unsure & (np.maximum(*size) * most * ABOVE >= 1)).any(axis=1)
 
 
 def finite(omega, matrices):
@@ -195,7 +211,7 @@ def highest(function, omega, value=None):
     one = int(np.argmax(height))
     if not height[one] >= value[best]:  # at the end of the range
         return float(value[best]), float(omega[best])
-    return float(height[one]), _placed(function, float(place[one]), float(high[one] - low[one]))
+    return _placed(function, float(height[one]), float(place[one]), float(high[one] - low[one]))
 
 
 def _height(value):
@@ -231,13 +247,15 @@ def maxima(function, low, top, high, *which):
     return top + found * width, np.nan_to_num(-value, nan=-np.inf)
 
 
-def _placed(function, omega, width):
-    """Where the derivative of a function is zero near a maximum that is known to the root of rounding. [rad/s]"""
+def _placed(function, height, omega, width):
+    """A maximum that is known to PLACED: its value, and where the derivative is zero, both to rounding. [rad/s]"""
     step = STENCIL * width
     value = function(omega + step * np.arange(-2, 3))
     slope, curvature = np.array([1, -8, 0, 8, -1]) @ value / 12, np.array([-1, 16, -30, 16, -1]) @ value / 12
-    shift = -slope / curvature if curvature < 0 else 0.0
-    return float(omega + step * shift) if abs(shift) < 1 else omega
+    if not curvature < -abs(slope):
+        return height, omega
+    omega -= float(step * slope / curvature)
+    return max(height, float(function(np.array([omega]))[0])), omega
 
 
 def passages(function, omega, value):

@@ -12,7 +12,7 @@ class Notch:
     Attributes
     ----------
     omega, damping_ratio : float
-        Of the notch. [rad/s], [-]
+        Of the notch; arrays of shape (k,) for k notches at once. [rad/s], [-]
     rolloff_omega, rolloff_damping_ratio : float
         [rad/s], [-]
     """

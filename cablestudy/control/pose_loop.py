@@ -11,17 +11,19 @@ coordinates is L = gain C1 (y/v) A N; without dynamics L = gain C1. C1 = 1/s of 
 A delay is the same factor of all eigenvalues of L, so that what `law` says of its approximants and of -1 holds of each.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from cablestudy.control.law import INTEGRATOR, REACH, SMALL, Law
+from cablestudy.control.notch import Notch
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.first_order import DEPENDENT, Allocation, equations
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.residues import eigen, eigen_apart
 
+PASSES = Notch(1.0, 1.0, 1.0, 1.0)  # a notch that is one at all frequencies
 STILL = 1e-3  # static gain of a coordinate over the largest, below which winches do not move it
 GROWING = 1e-9  # growth over frequency that is called instability, as for one cable
 ROUNDING = 1e-12  # of a pole over the largest one
@@ -100,8 +102,12 @@ class PoseLoop:
 
     def filters(self, s):
         """N_j(s), shape (f, k)."""
-        ones = np.ones(len(s), dtype=complex)
-        return np.stack([ones if notch is None else notch(s) for notch in self.notches], axis=1)
+        return self._notch(s[:, None])
+
+    @cached_property
+    def _notch(self):
+        """The `Notch` of all coordinates at once."""
+        return Notch(*np.array([astuple(notch or PASSES) for notch in self.notches]).T)
 
     def controller(self, s):
         """C1 N_j(s), shape (f, k). [s]"""

@@ -26,7 +26,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.system.connected import NONE, connected
-from cablestudy.system.coupling_damping import Strain, StrainDamping, UnevenDamping
+from cablestudy.system.coupling_damping import CoupledModes, Strain
 from cablestudy.system.linear import shares
 
 GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacements
@@ -94,8 +94,8 @@ class Superelement:
     air : ndarray, shape (n + 6, n + 6), or None
         Damping by the wind, of modes and ends. [1/s], [N s/m]
     near : Superelement or None
-        Of the same modes and ends and nearly the same numbers: where viscous damping is uneven, the poles follow from
-        its poles to first order.
+        Of the same modes and ends and nearly the same numbers: where damping couples modes, the poles follow from its
+        poles to first order.
     """
 
     omega: np.ndarray
@@ -138,6 +138,11 @@ class Superelement:
     def uneven(self):
         """Whether viscous damping couples modes: it is of the cable and not of what that carries, or of the wind."""
         return (self.carried is not None and self.viscous != 0) or self.air is not None
+
+    @property
+    def coupled(self):
+        """Whether damping couples modes."""
+        return self.strain is not None or self.uneven
 
     @property
     def moved_by_ends(self):
@@ -355,15 +360,12 @@ class Superelement:
         -----
         With g = s^2 + nu s: modal damping k + g (J - m^T m) + sum of p p^T r/(W^2 (W^2 + r)), r = g + 2 zeta W s;
         damped strain k + c S + g J - (c R + g m)^T (W^2 + c E + g)^-1 (c R + g m).
-        Where viscous damping is uneven, by a system of equations for each s.
         """
         s = np.asarray(s, dtype=complex)
         if self.strain is not None:
-            self._strain_damping.check()
-        if self.uneven:
-            return self.uneven_damping.dynamic_stiffness(s, rows, columns)
-        if self.strain is not None:
-            return self._strain_damping.dynamic_stiffness(s, rows, columns)
+            self.strain.check(self.omega)
+        if self.coupled:
+            return self.coupled_modes.dynamic_stiffness(s, rows, columns)
         inertial, left, right = s**2 + self.viscous * s, self.participation[:, rows], self.participation[:, columns]
         value = self.stiffness[rows][:, columns] + inertial[:, None, None] * self.residual_inertia[rows][:, columns]
         if np.any(self.residual_damping):
@@ -376,21 +378,12 @@ class Superelement:
     @property
     def spoilt(self):
         """Whether so much strain is damped that rounding spoils the response: `dynamic_stiffness` refuses it."""
-        return self.strain is not None and self._strain_damping.spoilt
+        return self.strain is not None and self.strain.spoils(self.omega)
 
     @cached_property
-    def _strain_damping(self):
-        return StrainDamping(self)
-
-    @cached_property
-    def uneven_damping(self):
-        """`UnevenDamping`."""
-        return UnevenDamping(self)
-
-    @property
-    def resolvent(self):
-        """See `StrainDamping.resolvent`."""
-        return self._strain_damping.resolvent
+    def coupled_modes(self):
+        """`CoupledModes`."""
+        return CoupledModes(self)
 
     def _modal(self, s, products):
         """Sum over the modes of r/(W^2 + r) times some products."""
@@ -408,10 +401,8 @@ class Superelement:
     @cached_property
     def poles(self):
         """Poles with fixed ends: upper half plane and real axis. [rad/s]"""
-        if self.uneven and len(self.omega):
-            return self.uneven_damping.poles
-        if self.strain is not None and len(self.omega):
-            return self._strain_damping.poles
+        if self.coupled and len(self.omega):
+            return self.coupled_modes.poles
         return damped_poles(self.omega, self.damping_ratio + self.viscous / (2 * self.omega))
 
 

@@ -224,12 +224,8 @@ class DrivenCables:
         else:
             self.models, self.kept = models, models.with_modes(own)
             self.loop_gain = self._loop_gain(self.kept)
-        self.poles = self._poles()
-        for one in others:
-            if np.array_equal(one.poles, self.poles):
-                self.gains = one.gains
-                return
-        self.gains = StableGains(self.loop_gain, self.poles, self._movement.notches, self._movement.given_loop.law)
+        self.poles, notches, law = self._poles(), self._movement.notches, self._movement.given_loop.law
+        self.gains = StableGains(self.loop_gain, self.poles, notches, law, self._gain)
 
     def with_critical_modes(self, linear, gain):
         """A `LinearMotion` with the modes above its own that would grow first, where a gain [rad/s] is nearly that."""

@@ -126,14 +126,14 @@ class Effects:
         return np.abs(self.movement.allocation.shares) * np.abs(controller)[:, None]
 
     def of(self, cable, place, coupling):
-        """Shift of poles per gain, shape (n,).
+        """Shift of poles per gain, shape (..., n).
 
         Parameters
         ----------
         cable : int
         place : ndarray of int, shape (n,)
             Which of the frequencies.
-        coupling : ndarray, shape (n, 6)
+        coupling : ndarray, shape (..., n, 6)
             m of `Superelement`. [sqrt(kg)]
         """
         measured, forced, _ = self._responses
@@ -150,45 +150,43 @@ class Effects:
 
         Zero where it drives none.
         """
-        omega, place, found = self.omega, np.arange(len(self.omega)), np.zeros((2, self.cables.count))
+        return np.where(self._driving_gain < gain, self.omega, 0.0).max(axis=-1)
+
+    @cached_property
+    def _driving_gain(self):
+        """Gain above which waves across and along each cable could be driven, shape (2, c, f). [rad/s]"""
+        omega, place = self.omega, np.arange(len(self.omega))
+        found = np.full((2, self.cables.count, len(omega)), np.inf)
         for cable in np.flatnonzero(self.cables.heavy).tolist():
-            for kind, coupling, decay in self._waves(cable):
-                effect = gain * self.of(cable, place, coupling)
-                driven = effect > np.maximum(DRIVEN * decay, UNDAMPED * omega) / SAFETY
-                found[kind, cable] = max(found[kind, cable], omega[driven].max(initial=0.0))
+            for kind, (coupling, decay) in enumerate(self._waves(cable)):
+                least = np.maximum(DRIVEN * decay, UNDAMPED * omega) / SAFETY
+                with np.errstate(divide="ignore"):  # waves that move no winch
+                    found[kind, cable] = least / self.of(cable, place, coupling).max(axis=0)
         return found
 
     def _waves(self, cable):
-        """Kind, m, shape (f, 6), and rate of decay, shape (f,), of waves across and along a cable: triples."""
+        """m, shape (w, f, 6), and rate of decay, shape (f,), of waves across and along a cable: two pairs."""
         omega, span = self.omega, self.cables.catenary.span
-        values = span.axial_stiffness, span.mass, span.unstretched_length
-        stiffness, mass, length = (float(value[cable]) for value in values)
-        direction, tension = outward(self.equilibrium)
-        time = self.travel_time[:, cable]
+        values = span.axial_stiffness, span.mass, span.unstretched_length, span.gravity
+        stiffness, mass, length, gravity = (float(value[cable]) for value in values)
+        direction, tension = (part[cable] for part in outward(self.equilibrium))
         part = np.diff(np.unique([0.0, *(place for place, _ in self.cables.point_masses[cable]), 1.0])).min()
-        damping, tight = self.cables.damping[cable], float(tension[cable].max())
+        damping, tight, time = self.cables.damping[cable], float(tension.max()), part * self.travel_time[:, cable]
         viscous = damping.viscous / mass / (2 if part == 1 else 4)  # masses take half of it at most, see `stability`
-        modal = damping.ratio * omega if damping.model == "modal" else 0.0 * omega
-        strain = 0.0 * omega
-        if damping.model != "modal":
-            strain = (damping.loss_factor if damping.model == "hysteretic" else damping.time * omega) * omega / 2
-        ends = direction[cable].reshape(6)
-        sign = np.repeat([1.0, -1.0], 3)
-        size = np.sqrt(2 * np.sqrt(stiffness * mass) / (time[ALONG] * part)) / omega
-        for one in (ends, sign * ends):
-            yield ALONG, size[:, None] * one, modal + strain + viscous
-        size = np.sqrt(2 * np.sqrt(tight * mass) / (time[ACROSS] * part)) / omega
-        load = mass * float(span.gravity[cable])
-        stretched = (
-            stiffness * load / tight * np.sqrt(2 / (mass * length)) * 2 / (omega * time[ACROSS] * part) / omega**2
+        across = along = viscous + 0.0 * omega
+        if damping.model == "modal":
+            across = along = viscous + damping.ratio * omega
+        else:
+            loss = damping.loss_factor if damping.model == "hysteretic" else damping.time * omega
+            along = viscous + loss * omega / 2
+        size = np.sqrt(2 * np.sqrt(np.array([tight, stiffness]) * mass) / time)[:, None] / omega
+        stretched = stiffness * mass * gravity / tight * np.sqrt(2 / (mass * length)) * 2 / time[ACROSS] / omega**3
+        signs, ends = np.repeat([[1.0, 1.0], [1.0, -1.0]], 3, axis=1), direction.reshape(6)
+        turned = (_normals(direction)[:, None] * signs).reshape(4, 1, 6)
+        return (
+            (size[ACROSS][:, None] * turned + stretched[:, None] * ends, across + self.air[cable]),
+            (size[ALONG][:, None] * (signs * ends)[:, None], along),
         )
-        for normal in _normals(direction[cable]):
-            for signs in (1.0, sign):
-                yield (
-                    ACROSS,
-                    size[:, None] * (signs * normal) + stretched[:, None] * ends,
-                    modal + viscous + self.air[cable],
-                )
 
     def loop_up_to(self, gain):
         """Frequency up to which the loop gain is above BROAD where waves do not return. [rad/s]"""
