@@ -82,14 +82,18 @@ class MeshGroup:
         places = places * state.span.unstretched_length[:, None, None] @ frame
         return list(zip(places, moved, strict=True))
 
-    def coordinates(self, limits, chosen=None):
-        """The coordinates of these cables, `GroupCoordinates`, for all cables as `Models.coordinates` takes them."""
-        limit = limits[self.places, None]
+    def coordinates(self, kept, vectors):
+        """The coordinates of these cables: `GroupCoordinates`.
+
+        Parameters
+        ----------
+        kept : ndarray of bool, shape (g, n)
+            Which modes are coordinates.
+        vectors : ndarray of bool, shape (g,)
+            Of which cables vectors stand for the other modes.
+        """
         omega, coupling = self.ends.omega, self.ends.coupling
-        left = omega >= limit
-        if chosen is not None:
-            left &= ~np.stack([chosen[place] for place in self.places.tolist()])
-        shapes = residual_vectors(omega, coupling, left & (limit > 0))
+        shapes = residual_vectors(omega, coupling, ~kept & vectors[:, None])
         square, backward = omega[..., None] ** 2, shapes.swapaxes(-1, -2)
         there = (shapes != 0).any(axis=-2)
         own = np.sqrt((square * shapes**2).sum(axis=-2))
@@ -98,7 +102,7 @@ class MeshGroup:
             vectors=shapes,
             omega=np.concatenate([omega, np.where(there, own, 1.0)], axis=-1),
             coupling=np.concatenate([coupling, backward @ coupling], axis=-2),
-            used=np.concatenate([~left, there], axis=-1),
+            used=np.concatenate([kept, there], axis=-1),
         )
 
 
@@ -148,18 +152,23 @@ class GroupCoordinates:
 
 
 class Coordinates:
-    """The coordinates of all cables, one cable after the other: see `Models.coordinates`.
+    """The coordinates of all cables, one cable after the other.
 
     Parameters
     ----------
     models : Models
-    limits : ndarray, shape (c,)
-    chosen : list of (ndarray of bool, shape (n,)), optional
+    kept : list of (ndarray of bool, shape (g, n))
+        Which modes of the cables of each group are coordinates; vectors stand for the others.
+    limits : ndarray, shape (c,), optional
+        Up to which these modes are, see `Models.coordinates`: no vectors stand for those of a cable where it is zero.
     """
 
-    def __init__(self, models, limits, chosen=None):
+    def __init__(self, models, kept, limits=None):
         self.models, self.limits = models, limits
-        self.parts = [group.coordinates(limits, chosen) for group in models.groups]
+        vectors = np.ones(models.cables.count, dtype=bool) if limits is None else limits > 0
+        self.parts = [
+            group.coordinates(own, vectors[group.places]) for group, own in zip(models.groups, kept, strict=True)
+        ]
 
     @cached_property
     def _numbered(self):

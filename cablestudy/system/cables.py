@@ -282,7 +282,7 @@ class Models:
         return found
 
     def coordinates(self, limits, chosen=None):
-        """The `Coordinates` of all cables.
+        """`Coordinates` with the modes of each cable up to a frequency.
 
         Parameters
         ----------
@@ -291,7 +291,10 @@ class Models:
         chosen : list of (ndarray of bool, shape (n,)), optional
             Modes of each cable that are kept in any case.
         """
-        return Coordinates(self, limits, chosen)
+        kept = [group.ends.omega < limits[group.places, None] for group in self.groups]
+        if chosen is not None:
+            kept = [one | more for one, more in zip(kept, self._by_group(chosen), strict=True)]
+        return Coordinates(self, kept, limits)
 
     def with_modes(self, chosen):
         """What is kept of each cable: some of its modes, and vectors for the others: list of Kept.
@@ -300,7 +303,11 @@ class Models:
         ----------
         chosen : list of ndarray of bool, shape (n,)
         """
-        return self.coordinates(np.full(self.cables.count, np.finfo(float).tiny), chosen).kept
+        return Coordinates(self, self._by_group(chosen)).kept
+
+    def _by_group(self, masks):
+        """Masks of the modes of each cable as those of each group, of shape (g, n)."""
+        return [np.stack([masks[place] for place in group.places.tolist()]) for group in self.groups]
 
     def omitted(self, coordinates, square, ends):
         """Relative error of squared frequencies by what the coordinates leave out, of each cable.
