@@ -91,6 +91,11 @@ class Cables:
         """Which of them have modal damping, shape (c,)."""
         return self.heavy & [grows_with_modes(one) for one in self.damping]
 
+    @property
+    def across(self):
+        """In how many directions across themselves they move."""
+        return 2 if self.planes is None else sum(len(axes) - (0 in axes) for axes in self.planes)
+
     @cached_property
     def folded(self):
         """Which of them hang folded, and have no definite motion, shape (c,)."""

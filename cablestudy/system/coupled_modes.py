@@ -182,7 +182,7 @@ class Search:
         cables, many = self.cables, np.arange(1, self.count + 1)
         time = cables.travel_time[cables.heavy]
         time = np.sort(time)[::-1][: self.count]  # no more cables have one of the lowest modes
-        strings = np.repeat(np.pi * many / time[:, None], 2)
+        strings = np.repeat(np.pi * many / time[:, None], cables.across)
         bodies = self.layout.without_modes(cables.end_stiffness, cables.straight).frequencies(self.count)
         both = np.sort(np.concatenate([strings, bodies]))[: self.count]
         return both[-1] if len(both) else 0.0
