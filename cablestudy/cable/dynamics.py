@@ -57,7 +57,8 @@ class Dynamics:
     @cached_property
     def state(self):
         """`State` of the equilibrium."""
-        return self._state if self._among is None else self._state.take(self._among[1])
+        whole, index = self._among or (None, None)
+        return self._state if whole is None else whole.state.take(index)
 
     @cached_property
     def systems(self):

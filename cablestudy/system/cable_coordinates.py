@@ -57,11 +57,30 @@ class MeshGroup:
     places: np.ndarray
     ends: Ends
 
-    def take(self, first, count):
-        """Those among the `count` cables from number `first` on, which are counted from zero then; None without any."""
-        begin, end = np.searchsorted(self.places, [first, first + count]).tolist()
-        rows = slice(begin, end)
-        return MeshGroup(self.places[rows] - first, self.ends.take(rows)) if end > begin else None
+    def rows(self, places):
+        """Which of these cables are among some, and their numbers there.
+
+        Parameters
+        ----------
+        places : ndarray of int
+            Numbers of cables, ascending.
+
+        Returns
+        -------
+        rows : slice or ndarray of int
+        numbers : ndarray of int
+        """
+        number = np.searchsorted(places, self.places)
+        rows = np.flatnonzero(places.take(number, mode="clip") == self.places)
+        number = number[rows]
+        if len(rows) and rows[-1] - rows[0] == len(rows) - 1:
+            rows = slice(rows[0], rows[-1] + 1)  # a view of their arrays
+        return rows, number
+
+    def take(self, places):
+        """Those among some cables, by their numbers there; None without any."""
+        rows, number = self.rows(places)
+        return MeshGroup(number, self.ends.take(rows)) if len(number) else None
 
     def nodes(self, amplitudes, ends):
         """Places and displacements of the nodes of each of these cables, see `Models.nodes`: list.
@@ -135,12 +154,12 @@ class GroupCoordinates:
         return self.vectors.shape[-2]
 
     def omitted(self, square, ends):
-        """Mass that is left out, shape (g, r); see `Models.omitted`."""
+        """Mass that is left out, shape (g, r), for squared frequencies of shape (g, r); see `Models.omitted`."""
         left = np.ones(self.used.shape)
         left[:, self.modes :] = -1.0  # the residual vectors stand for a part of what the modes left out would add
         left[self.used != (left < 0)] = 0.0
         moved = self.coupling @ ends
-        ratio = square / self.omega[..., None] ** 2
+        ratio = square[:, None] / self.omega[..., None] ** 2
         ratio = np.where(ratio < 1 - 1e-9, ratio / np.maximum(1 - ratio, 1e-9), 1e9)
         return (left[..., None] * moved**2 * ratio).sum(axis=-2)
 
@@ -151,24 +170,32 @@ class GroupCoordinates:
         return whole[:, : self.modes] + self.vectors @ whole[:, self.modes :]
 
 
+@dataclass(frozen=True)
 class Coordinates:
     """The coordinates of all cables, one cable after the other.
 
-    Parameters
+    Attributes
     ----------
     models : Models
-    kept : list of (ndarray of bool, shape (g, n))
-        Which modes of the cables of each group are coordinates; vectors stand for the others.
-    limits : ndarray, shape (c,), optional
-        Up to which these modes are, see `Models.coordinates`: no vectors stand for those of a cable where it is zero.
+    parts : list of GroupCoordinates
+        Those of the cables of each group.
+    limits : ndarray, shape (c,), or None
+        Up to which modes are kept, see `Models.coordinates`; None of modes that were chosen.
     """
 
-    def __init__(self, models, kept, limits=None):
-        self.models, self.limits = models, limits
-        vectors = np.ones(models.cables.count, dtype=bool) if limits is None else limits > 0
-        self.parts = [
-            group.coordinates(own, vectors[group.places]) for group, own in zip(models.groups, kept, strict=True)
-        ]
+    models: object
+    parts: list
+    limits: np.ndarray | None = None
+
+    def take(self, places):
+        """Those of some cables, by their numbers, ascending."""
+        models, parts = self.models.take(places), []
+        for part in self.parts:
+            rows, number = part.group.rows(places)
+            if len(number):
+                arrays = {name: getattr(part, name)[rows] for name in ("vectors", "omega", "coupling", "used")}
+                parts.append(GroupCoordinates(models.groups[len(parts)], **arrays))
+        return Coordinates(models, parts, None if self.limits is None else self.limits[places])
 
     @cached_property
     def _numbered(self):

@@ -13,7 +13,7 @@ from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import merged_loads
 from cablestudy.study.suspension.airflow import Airflow
 from cablestudy.study.suspension.cable_modes import CableModes
-from cablestudy.study.suspension.group import Group, HangingCable, StatedCables, one_of
+from cablestudy.study.suspension.group import Group, HangingCable, StatedCables
 from cablestudy.study.suspension.in_wind import InWind
 from cablestudy.study.suspension.load_cases import load_counts, reference_load_counts
 from cablestudy.study.suspension.numbers import topology_of
@@ -97,7 +97,7 @@ class SuspensionCase:
     @property
     def calm(self):
         """The same without the steady wind of the load case; raises as `group`."""
-        return one_of(self.group.calm, self.place)
+        return self.group.calm.take(self.place)
 
     @cached_property
     def in_wind(self):
@@ -112,10 +112,10 @@ class SuspensionCase:
         if drag is None:
             return InWind(self.scene, self.calm, self.equilibrium, None, self._exact_model, known)
         if not found.record.converged[self.place]:
-            raise ConvergenceError(f"no equilibrium in the mean wind: {explain(one_of(found, self.place))}")
+            raise ConvergenceError(f"no equilibrium in the mean wind: {explain(found.take(self.place))}")
         if reason := found.stability.reason(self.place):
             raise NoSolutionError(f"in the mean wind: {reason}")
-        windy, airflow = one_of(found, self.place), Airflow(self.scene, drag.take(self.place))
+        windy, airflow = found.take(self.place), Airflow(self.scene, drag.take(self.place))
         return InWind(self.scene, self.calm, windy, airflow, self._exact_model, known)
 
     @property
