@@ -86,7 +86,7 @@ class InWind:
         if count not in self._modes:
             damping = [cable.damping for cable in self.scene.cables.values()]
             about = self._equilibrium, count, self._accuracy, damping, self._model, self._cables
-            self._modes[count] = coupled_modes(*about).damped
+            self._modes[count] = coupled_modes(*about, damped=True).damped
         return self._modes[count]
 
     @cached_property
