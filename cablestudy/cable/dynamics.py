@@ -49,7 +49,10 @@ class Dynamics:
         self._found, self._table, self._spectra, self._among = {}, {}, {}, None
 
     def take(self, index):
-        """One cable of a batch; its modes are computed together with those of the batch."""
+        """One cable of a batch, or some; its modes are computed together with those of the batch."""
+        if self._among is not None:
+            whole, first = self._among
+            return whole.take(np.arange(len(whole.length))[first][index])
         one = Dynamics(self._state, self.planes, self._few)
         one.length, one.mass, one._among = self.length[index], self.mass[index], (self, index)
         return one
@@ -57,8 +60,7 @@ class Dynamics:
     @cached_property
     def state(self):
         """`State` of the equilibrium."""
-        whole, index = self._among or (None, None)
-        return self._state if whole is None else whole.state.take(index)
+        return self._state if self._among is None else self._state.take(self._among[1])
 
     @cached_property
     def systems(self):

@@ -53,8 +53,8 @@ class Search:
 
     def __init__(self, equilibrium, count, accuracy, cables, damped=False):
         self.layout, self.count, self.accuracy, self.cables = Layout(equilibrium), count, accuracy, cables
-        self._count, self._damped = int(np.prod(self.layout.shape)), damped
-        self._heavy, self._travel_time = (part.reshape(self._count, -1) for part in (cables.heavy, cables.travel_time))
+        self._rows, self._damped = int(np.prod(self.layout.shape)), damped
+        self._heavy, self._travel_time = (part.reshape(self._rows, -1) for part in (cables.heavy, cables.travel_time))
 
     def solve(self):
         """`CoupledModes` of each row, or why it has none: list of (CoupledModes or Exception).
@@ -64,11 +64,11 @@ class Search:
         """
         found = self.refused
         rows = np.array([row for row, refused in enumerate(found) if refused is None], dtype=int)
+        if not len(rows):
+            return found
         highest = self._first_guess(rows)
         orders, limits = self._orders(rows, highest), self._limits(rows, highest)
         for _ in range(LEVELS):
-            if not len(rows):
-                return found
             cables = self._cables_of(rows)
             models = Models(cables, cables.meshes(orders.ravel() + STEP * self._damped))
             trials, highest, limits = self._resolved(rows, models, highest, limits)
@@ -89,6 +89,8 @@ class Search:
             finer = np.maximum(orders + more, self._orders(rows, highest))
             orders = np.where(coarse > 1, finer, orders)
             rows, highest, limits, orders = (part[again] for part in (rows, highest, limits, orders))
+            if not len(rows):
+                return found
         words = "finer meshes of the cables do not help"
         return [self._too_accurate(words) if one is None else one for one in found]
 
@@ -158,8 +160,8 @@ class Search:
         """Why rows have no modes, whatever the accuracy: list of (Exception or None)."""
         equilibrium, names = self.layout.equilibrium, self.layout.equilibrium.suspension.cable_names
         lost = ~np.broadcast_to(equilibrium.record.converged, self.layout.shape).ravel()
-        folded, shapeless = (part.reshape(self._count, -1) for part in (self.cables.folded, self.cables.shapeless))
-        found = [None] * self._count
+        folded, shapeless = (part.reshape(self._rows, -1) for part in (self.cables.folded, self.cables.shapeless))
+        found = [None] * self._rows
         for row in np.flatnonzero(lost | folded.any(axis=1) | shapeless.any(axis=1)).tolist():
             if lost[row]:
                 found[row] = ConvergenceError("modes need an equilibrium, and the search for the pose found none")
@@ -176,16 +178,16 @@ class Search:
 
     def _layout_of(self, rows):
         """`Layout` of some rows."""
-        return self.layout if len(rows) == self._count else self.layout.take(rows)
+        return self.layout if len(rows) == self._rows else self.layout.take(rows)
 
     def _places(self, rows):
         """Numbers of the cables of some rows among all."""
-        each = self.cables.count // self._count
+        each = self.cables.count // self._rows
         return (each * np.asarray(rows)[:, None] + np.arange(each)).ravel()
 
     def _cables_of(self, rows):
         """`Cables` of some rows."""
-        return self.cables if len(rows) == self._count else self.cables.take(self._places(rows))
+        return self.cables if len(rows) == self._rows else self.cables.take(self._places(rows))
 
     @property
     def _margin(self):
@@ -242,11 +244,11 @@ class Search:
     def _limits(self, rows, highest):
         """Angular frequency up to which each cable of some rows keeps its modes: zero where all lie far above."""
         # Dunkerley: masses on a string lower its first mode at most by this
-        slower = np.sqrt(1 + (np.pi / 2) ** 2 * self.cables.carried).reshape(self._count, -1)[rows]
+        slower = np.sqrt(1 + (np.pi / 2) ** 2 * self.cables.carried).reshape(self._rows, -1)[rows]
         first, highest = np.pi / np.maximum(self._travel_time[rows], 1e-300) / slower, highest[:, None]
         bodies = np.asarray(self.layout.equilibrium.suspension.mass)
-        bodies = np.broadcast_to(bodies, (*self.layout.shape, bodies.shape[-1])).reshape(self._count, -1)[rows]
-        cables = self.cables.mass.reshape(self._count, -1)[rows].sum(axis=1, keepdims=True)
+        bodies = np.broadcast_to(bodies, (*self.layout.shape, bodies.shape[-1])).reshape(self._rows, -1)[rows]
+        cables = self.cables.mass.reshape(self._rows, -1)[rows].sum(axis=1, keepdims=True)
         share = cables / (cables + bodies.sum(axis=1, keepdims=True))
         far = (share * (highest / first) ** 2 <= FAR * ALLOWED * self.accuracy) & (NEAR * highest < first)
         return np.where(far | ~self._heavy[rows], 0.0, self._margin * highest)
@@ -326,17 +328,15 @@ def finished(trial, row, error, finer=None):
         The equilibrium is not stable.
     """
     solution = trial.solution(row)
-    error, shapes = error[: len(solution.omega)].copy(), solution.shapes
+    error, shapes = error[: len(solution.omega)].copy(), solution.shapes.copy()
     coincident = tuple(runs(solution.omega, np.where(np.isnan(error), NOISE, error)))
-    if coincident:
-        shapes = shapes.copy()
-        weighed = (np.arange(len(shapes)) + 1.0)[:, None] * solution.reduced.weighed(shapes)
+    number = np.arange(len(shapes))[:, None] + 1.0
     for first, last in coincident:
-        some = shapes[:, first - 1 : last]
-        error[first - 1 : last] = error[first - 1 : last].max()  # their order is not certain
+        alike = slice(first - 1, last)
+        error[alike] = error[alike].max()  # their order is not certain
         # modes that coincide: separated by which coordinates move
-        mixed = some.T @ weighed[:, first - 1 : last]
-        shapes[:, first - 1 : last] = some @ np.linalg.eigh(mixed + mixed.T)[1]
+        mixed = shapes[:, alike].T @ (number * solution.reduced.weighed(shapes[:, alike]))
+        shapes[:, alike] = shapes[:, alike] @ np.linalg.eigh(mixed + mixed.T)[1]
     return CoupledModes(solution.omega / (2 * np.pi), error, coincident, solution, shapes, finer)
 
 

@@ -218,7 +218,7 @@ class Equilibrium:
     record: object
 
     def take(self, index):
-        """One case of a batch of shape (n,), or some of them."""
+        """One case of a batch of shape (n,), or some of them, with what is known of their stiffness."""
         part = Equilibrium(
             self.suspension.take(index),
             self.position[index],
@@ -226,7 +226,8 @@ class Equilibrium:
             self.catenary.take(index),
             some(self.record, index),
         )
-        part.__dict__.update(blocks=self.blocks.of(index), end_stiffness=self.end_stiffness[index])
+        if "blocks" in self.__dict__:
+            part.__dict__.update(blocks=self.blocks.of(index), end_stiffness=self.end_stiffness[index])
         return part
 
     @property

@@ -20,7 +20,7 @@ from cablestudy.system.force_density import find_form
 from cablestudy.wind.mean import equilibrium_in_wind
 
 HORIZONTAL = ("horizontal_tension", "lambda_squared")  # zero but for rounding where the load is along the chord
-TOGETHER = 100  # cables, of several cases, whose modes are computed in one call
+TOGETHER = 200  # cables, of several cases, whose modes are computed in one call
 
 
 class StatedCables:
@@ -159,7 +159,8 @@ class Group:
         numbers, self.problems = numbers_of(scenes), [""] * len(scenes)
         numbers = replace(numbers, **reference_loads(scenes))
         self._scenes, self._modes = scenes, {}
-        self.known = [{} for _ in scenes]  # linear models of each, see `InWind`
+        # linear models of each, and its coupled modes in the mean wind: see `InWind`
+        self.known, self.windy_modes = ([{} for _ in scenes] for _ in range(2))
         if scenes[0].solve_for == "lengths":
             self.reference, self.problems = lengths.solve(numbers, **distribution_of(scenes))
         else:
