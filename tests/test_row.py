@@ -190,6 +190,31 @@ def test_a_loop_that_cannot_be_had_in_a_storm_leaves_the_others():
     assert cells["status"].startswith("a gain of 0.007812 rad/s could drive about 316 modes of the cable")
 
 
+@pytest.mark.parametrize("damping", ["{model: hysteretic, loss_factor: 0.02}", "{model: kelvin_voigt, time: 1 ms}"])
+def test_rows_of_loop_and_wind_have_the_digits_that_they_have_alone(damping):
+    """Coupled modes are computed together: of level and inclined cables, heavy and light bodies, and one that fails."""
+    names = "gondola_rms", "gondola_rms_open_loop", "gain_margin", "gondola_rms_all_wind"
+    common = {"cable.damping": damping, "winch.controller.gain": 0.01, "model": "{accuracy: 1e-4}"}
+    changes = (
+        {"cable.ends": "[[0, 0, 0], [185.8, 0, 0]]"},
+        {"cable.area": "6 mm^2"},
+        {"gondola.mass": 2},
+        {"winch.controller.gain": 0.02},
+        {"cable.ends": "[[0, 0, 0], [180, 0, 40]]"},
+        {"cable.unstretched_length": 150},
+        {"winch.controller.gain": 5},
+        {"model": "{accuracy: 1e-5}"},
+    )
+    sets = [[f"{key}={value}" for key, value in (common | change).items()] for change in changes]
+    scenes, columns = [scene(*one, base=CARLINA) for one in sets], [find(name) for name in names]
+    together = [(row.cells, row.errors) for row in evaluate_cases(scenes, columns)]
+    assert together == [(row.cells, row.errors) for row in (evaluate(one, columns) for one in scenes)]
+    assert together[::-1] == [(row.cells, row.errors) for row in evaluate_cases(scenes[::-1], columns)]
+    failed = [cells["status"] != "ok" for cells, _ in together]
+    assert any(failed)
+    assert not all(failed)
+
+
 def test_modal_damping_with_an_accuracy_leaves_what_has_no_damping():
     row = row_of(scene("model={accuracy: 1e-4}"), "sag", "gondola_frequency", "gondola_damping_ratio")
     assert row.cells["status"].startswith("modal damping grows with the number of modes")

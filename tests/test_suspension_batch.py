@@ -16,7 +16,10 @@ from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.study.suspension import group
 from cablestudy.study.suspension.case import SuspensionCase, cases_of
 from cablestudy.study.suspension.columns import find
+from cablestudy.study.suspension.group import Group
 from cablestudy.study.suspension.rows import evaluate_suspensions
+from cablestudy.system.coupled_modes import coupled_modes_of_cases
+from cablestudy.system.superelement import Damping
 from cablestudy.wind import mean
 
 HELD_AT_ITS_CENTER = {"attachments": {f"e{k}": [0, 0, 0] for k in range(8)}, "center_of_mass": [0, 0, 0]}
@@ -57,6 +60,23 @@ def test_each_case_has_the_digits_that_it_has_alone(monkeypatch, cables):
         for name in ("frequency", "error", "shapes", "body_energy", "cable_energy", "damping_ratio"):
             assert np.array_equal(getattr(found, name), getattr(expected, name)), name
         assert (found.moves, found.coincident, found.cables) == (expected.moves, expected.coincident, expected.cables)
+
+
+@pytest.mark.parametrize("damped", [False, True])
+def test_a_case_without_modes_leaves_the_others(damped):
+    """Modes of rows, one of which is not stable, beside those of each alone: equal bits."""
+    cases = Group(scenes()).equilibrium
+    damping = [Damping("hysteretic", loss_factor=0.01)] * cases.lengths.shape[1]
+    together = coupled_modes_of_cases(cases, 12, 1e-6, damping * len(cases.lengths), damped=damped)
+    for place, found in enumerate(together):
+        (alone,) = coupled_modes_of_cases(cases.take(np.array([place])), 12, 1e-6, damping, damped=damped)
+        if place == 5:
+            assert str(found) == str(alone) == "no modes about this equilibrium: nothing holds body roll"
+            continue
+        for name in ("frequency", "error", "shapes", "damping_ratio", "cable_energy"):
+            assert np.array_equal(getattr(found, name), getattr(alone, name)), name
+        assert found.cables == alone.cables
+        assert (found.damped is found) == damped
 
 
 def test_a_case_that_asks_for_more_modes_does_not_move_the_others():

@@ -49,7 +49,10 @@ class Dynamics:
         self._found, self._table, self._spectra, self._among = {}, {}, {}, None
 
     def take(self, index):
-        """One cable of a batch; its modes are computed together with those of the batch."""
+        """One cable of a batch, or some; its modes are computed together with those of the batch."""
+        if self._among is not None:
+            whole, first = self._among
+            return whole.take(np.arange(len(whole.length))[first][index])
         one = Dynamics(self._state, self.planes, self._few)
         one.length, one.mass, one._among = self.length[index], self.mass[index], (self, index)
         return one

@@ -7,16 +7,17 @@ the cable, between which those of a straight cable lie. The air damps the gondol
 one viscous rate for motion in any direction.
 """
 
-from dataclasses import replace
-from types import SimpleNamespace
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from cablestudy.cable.assembly import IN_PLANE
+from cablestudy.errors import outcome_of
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
 from cablestudy.study.columns import GONDOLA_X
 from cablestudy.study.suspension.airflow import Airflow
-from cablestudy.study.suspension.in_wind import InWind
+from cablestudy.study.suspension.in_wind import InWind, solve_modes
 from cablestudy.study.suspension.linear_motion import drag_of
 from cablestudy.system.cables import Cables, FixedModel
 from cablestudy.system.suspension import GROUND, Equilibrium, Suspension
@@ -25,7 +26,18 @@ from cablestudy.wind.gusts import Gusts
 from cablestudy.wind.strips import on_cables
 
 ALONG_X = np.array([[True, False, False, False, False, False]])
-FOUND = SimpleNamespace(converged=np.array(True))  # record of a pose that was not searched: end 2 stays where it is
+
+
+@dataclass(frozen=True)
+class Held:
+    """Record of poses that are not searched: end 2 stays where it is.
+
+    Attributes
+    ----------
+    converged : ndarray of bool, shape (...)
+    """
+
+    converged: np.ndarray
 
 
 class CableAirflow(Airflow):
@@ -157,6 +169,23 @@ def _planes(case):
     return None if case.results.across_x[case.index] or not case.planar else (IN_PLANE,)
 
 
+def prepare(cases):
+    """Compute the coupled modes of gondola and cable that loop and wind need first, of many cases together.
+
+    What one cannot have it says when asked.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+        Of one batch.
+    """
+    found = [(case, outcome_of(partial(getattr, case, "in_wind"))) for case in cases]
+    found = [(case, wind) for case, wind in found if not isinstance(wind, Exception)]
+    if found:
+        cases, winds = (list(part) for part in zip(*found, strict=True))
+        solve_modes(winds, equilibria_of(cases))
+
+
 def equilibrium_of(case):
     """`Equilibrium` of a case whose end 2 is held by a body that is free along x.
 
@@ -166,30 +195,36 @@ def equilibrium_of(case):
         There is none.
     """
     case.results.check(case.index)
-    catenary = case.results.catenary.take(np.array([case.index]))
-    span, end_1, none = catenary.span, case.end_1, np.zeros((1, 3))
-    place, turned = (end_1 + float(span.chord[0]) * span.frame[0, 0])[None], np.eye(3)[None]
+    return equilibria_of([case]).take(0)
+
+
+def equilibria_of(cases):
+    """The same of n cases of one batch that have one: `Equilibrium` of shape (n,)."""
+    catenary = cases[0].results.catenary.take(np.array([[case.index] for case in cases]))
+    span, end_1 = catenary.span, np.stack([case.end_1 for case in cases])[:, None]
+    none, turned = np.zeros(end_1.shape), np.broadcast_to(np.eye(3), (len(cases), 1, 3, 3))
+    place = end_1 + span.chord[..., None] * span.frame[..., 0, :]
     suspension = Suspension(
-        gravity=np.array(case.scene.gravity),
+        gravity=np.array([case.scene.gravity for case in cases]),
         body_names=(GONDOLA,),
         position=place,
         rotation=turned,
-        mass=np.array([case.scene.gondola.mass]),
+        mass=np.array([[case.scene.gondola.mass] for case in cases]),
         center=none,
-        inertia=np.zeros((1, 3, 3)),
+        inertia=np.zeros((len(cases), 1, 3, 3)),
         force=none,
         moment=none,
         free=ALONG_X,
         junctions=0,
         cable_names=(CABLE,),
         owner=np.array([[GROUND, 0]]),
-        place=np.array([[end_1, none[0]]]),
+        place=np.stack([end_1, none], axis=2),
         axial_stiffness=span.axial_stiffness,
         cable_mass=span.mass,
         given=("unstretched_length",),
         value=span.unstretched_length,
     )
-    return Equilibrium(suspension, place, turned, catenary, FOUND)
+    return Equilibrium(suspension, place, turned, catenary, Held(np.ones(len(cases), dtype=bool)))
 
 
 def _exact_model(case):

@@ -18,6 +18,7 @@ from cablestudy.study.status import OVER_STRENGTH, SLACK, has_answer, status_of
 from cablestudy.system.superelement import grows_with_modes
 
 AT_ONCE = 200  # rows whose models are solved at once: bounds the memory
+TOGETHER = 50  # rows whose coupled modes of gondola and cable are computed at once
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 
 
@@ -237,7 +238,9 @@ def _solve_models(cases, required):
 def _solve_to_accuracy(answers, required, _):
     """Compute what is not known in closed form, with models refined to the accuracy of each case."""
     searches = []
-    for answer in answers:
+    for place, answer in enumerate(answers):
+        if required.system and place % TOGETHER == 0:
+            _prepare_systems(answers[place : place + TOGETHER])
         answer.compute(required.single)
         if required.system:
             _solve_system(answer, required)
@@ -255,6 +258,14 @@ def _solve_to_accuracy(answers, required, _):
     refine([search for _, _, search in searches], lambda cases: _solve_models(cases, required))
     for answer, needed, search in searches:
         _take_over(answer, needed, search)
+
+
+def _prepare_systems(answers):
+    """Compute the coupled modes of gondola and cable of many rows together."""
+    from cablestudy.study.one_cable_system import prepare
+
+    cases = [answer.case for answer in answers if not grows_with_modes(answer.case.scene.cable.damping)]
+    prepare([case for case in cases if case.scene.gondola is not None and case.scene.gondola.mass is not None])
 
 
 def _solve_system(answer, required):

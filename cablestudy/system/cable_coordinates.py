@@ -57,11 +57,30 @@ class MeshGroup:
     places: np.ndarray
     ends: Ends
 
-    def take(self, first, count):
-        """Those among the `count` cables from number `first` on, which are counted from zero then; None without any."""
-        begin, end = np.searchsorted(self.places, [first, first + count]).tolist()
-        rows = slice(begin, end)
-        return MeshGroup(self.places[rows] - first, self.ends.take(rows)) if end > begin else None
+    def rows(self, places):
+        """Which of these cables are among some, and their numbers there.
+
+        Parameters
+        ----------
+        places : ndarray of int
+            Numbers of cables, ascending.
+
+        Returns
+        -------
+        rows : slice or ndarray of int
+        numbers : ndarray of int
+        """
+        number = np.searchsorted(places, self.places)
+        rows = np.flatnonzero(places.take(number, mode="clip") == self.places)
+        number = number[rows]
+        if len(rows) and rows[-1] - rows[0] == len(rows) - 1:
+            rows = slice(rows[0], rows[-1] + 1)  # a view of their arrays
+        return rows, number
+
+    def take(self, places):
+        """Those among some cables, by their numbers there; None without any."""
+        rows, number = self.rows(places)
+        return MeshGroup(number, self.ends.take(rows)) if len(number) else None
 
     def nodes(self, amplitudes, ends):
         """Places and displacements of the nodes of each of these cables, see `Models.nodes`: list.
@@ -82,14 +101,18 @@ class MeshGroup:
         places = places * state.span.unstretched_length[:, None, None] @ frame
         return list(zip(places, moved, strict=True))
 
-    def coordinates(self, limits, chosen=None):
-        """The coordinates of these cables, `GroupCoordinates`, for all cables as `Models.coordinates` takes them."""
-        limit = limits[self.places, None]
+    def coordinates(self, kept, vectors):
+        """The coordinates of these cables: `GroupCoordinates`.
+
+        Parameters
+        ----------
+        kept : ndarray of bool, shape (g, n)
+            Which modes are coordinates.
+        vectors : ndarray of bool, shape (g,)
+            Of which cables vectors stand for the other modes.
+        """
         omega, coupling = self.ends.omega, self.ends.coupling
-        left = omega >= limit
-        if chosen is not None:
-            left &= ~np.stack([chosen[place] for place in self.places.tolist()])
-        shapes = residual_vectors(omega, coupling, left & (limit > 0))
+        shapes = residual_vectors(omega, coupling, ~kept & vectors[:, None])
         square, backward = omega[..., None] ** 2, shapes.swapaxes(-1, -2)
         there = (shapes != 0).any(axis=-2)
         own = np.sqrt((square * shapes**2).sum(axis=-2))
@@ -98,7 +121,7 @@ class MeshGroup:
             vectors=shapes,
             omega=np.concatenate([omega, np.where(there, own, 1.0)], axis=-1),
             coupling=np.concatenate([coupling, backward @ coupling], axis=-2),
-            used=np.concatenate([~left, there], axis=-1),
+            used=np.concatenate([kept, there], axis=-1),
         )
 
 
@@ -131,12 +154,12 @@ class GroupCoordinates:
         return self.vectors.shape[-2]
 
     def omitted(self, square, ends):
-        """Mass that is left out, shape (g, r); see `Models.omitted`."""
+        """Mass that is left out, shape (g, r), for squared frequencies of shape (g, r); see `Models.omitted`."""
         left = np.ones(self.used.shape)
         left[:, self.modes :] = -1.0  # the residual vectors stand for a part of what the modes left out would add
         left[self.used != (left < 0)] = 0.0
         moved = self.coupling @ ends
-        ratio = square / self.omega[..., None] ** 2
+        ratio = square[:, None] / self.omega[..., None] ** 2
         ratio = np.where(ratio < 1 - 1e-9, ratio / np.maximum(1 - ratio, 1e-9), 1e9)
         return (left[..., None] * moved**2 * ratio).sum(axis=-2)
 
@@ -147,19 +170,32 @@ class GroupCoordinates:
         return whole[:, : self.modes] + self.vectors @ whole[:, self.modes :]
 
 
+@dataclass(frozen=True)
 class Coordinates:
-    """The coordinates of all cables, one cable after the other: see `Models.coordinates`.
+    """The coordinates of all cables, one cable after the other.
 
-    Parameters
+    Attributes
     ----------
     models : Models
-    limits : ndarray, shape (c,)
-    chosen : list of (ndarray of bool, shape (n,)), optional
+    parts : list of GroupCoordinates
+        Those of the cables of each group.
+    limits : ndarray, shape (c,), or None
+        Up to which modes are kept, see `Models.coordinates`; None of modes that were chosen.
     """
 
-    def __init__(self, models, limits, chosen=None):
-        self.models, self.limits = models, limits
-        self.parts = [group.coordinates(limits, chosen) for group in models.groups]
+    models: object
+    parts: list
+    limits: np.ndarray | None = None
+
+    def take(self, places):
+        """Those of some cables, by their numbers, ascending."""
+        models, parts = self.models.take(places), []
+        for part in self.parts:
+            rows, number = part.group.rows(places)
+            if len(number):
+                arrays = {name: getattr(part, name)[rows] for name in ("vectors", "omega", "coupling", "used")}
+                parts.append(GroupCoordinates(models.groups[len(parts)], **arrays))
+        return Coordinates(models, parts, None if self.limits is None else self.limits[places])
 
     @cached_property
     def _numbered(self):

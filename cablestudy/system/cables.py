@@ -68,12 +68,12 @@ class Cables:
         self._drag, self.planes = drag, planes
         self.damping = list(damping) if isinstance(damping, (list, tuple)) else [damping] * self.count
 
-    def take(self, first, catenary):
-        """Those from number `first` on, which have this `Catenary`; what all need is computed for all at once."""
-        rows = slice(first, first + len(catenary.span.chord))
-        some = Cables(catenary, self.damping[rows], planes=self.planes)
-        for name in ("heavy", "shapeless", "folded", "travel_time", "edges", "end_stiffness"):
-            some.__dict__[name] = getattr(self, name)[rows]
+    def take(self, places):
+        """Some of them, by their numbers; what all need is computed for all at once."""
+        some = Cables(self.catenary.take(places), [self.damping[place] for place in places], planes=self.planes)
+        for name in ("heavy", "shapeless", "folded", "travel_time", "end_stiffness"):
+            some.__dict__[name] = getattr(self, name)[places]
+        some.__dict__["edges"] = [self.edges[place] for place in places]
         return some
 
     @cached_property
@@ -90,6 +90,11 @@ class Cables:
     def modal(self):
         """Which of them have modal damping, shape (c,)."""
         return self.heavy & [grows_with_modes(one) for one in self.damping]
+
+    @property
+    def across(self):
+        """In how many directions across themselves they move."""
+        return 2 if self.planes is None else sum(len(axes) - (0 in axes) for axes in self.planes)
 
     @cached_property
     def folded(self):
@@ -214,10 +219,10 @@ class Models:
         own, others = ((one.cables, one.meshes, one._fixed, one._most) for one in (self, other))
         return own == others
 
-    def take(self, cables, first):
-        """Those of `cables`, which are those from number `first` on."""
-        some = Models(cables, self.meshes[first : first + cables.count], self._fixed, self._most)
-        some.__dict__["groups"] = [one for group in self.groups if (one := group.take(first, cables.count))]
+    def take(self, places):
+        """Those of some cables, by their numbers, ascending."""
+        some = Models(self.cables.take(places), [self.meshes[place] for place in places], self._fixed, self._most)
+        some.__dict__["groups"] = [one for group in self.groups if (one := group.take(places))]
         return some
 
     @cached_property
@@ -282,7 +287,7 @@ class Models:
         return found
 
     def coordinates(self, limits, chosen=None):
-        """The `Coordinates` of all cables.
+        """`Coordinates` with the modes of each cable up to a frequency.
 
         Parameters
         ----------
@@ -291,7 +296,10 @@ class Models:
         chosen : list of (ndarray of bool, shape (n,)), optional
             Modes of each cable that are kept in any case.
         """
-        return Coordinates(self, limits, chosen)
+        kept = [group.ends.omega < limits[group.places, None] for group in self.groups]
+        if chosen is not None:
+            kept = [one | more for one, more in zip(kept, self._by_group(chosen), strict=True)]
+        return self._coordinates(kept, limits)
 
     def with_modes(self, chosen):
         """What is kept of each cable: some of its modes, and vectors for the others: list of Kept.
@@ -300,7 +308,17 @@ class Models:
         ----------
         chosen : list of ndarray of bool, shape (n,)
         """
-        return self.coordinates(np.full(self.cables.count, np.finfo(float).tiny), chosen).kept
+        return self._coordinates(self._by_group(chosen)).kept
+
+    def _coordinates(self, kept, limits=None):
+        """`Coordinates` with the modes of masks, one for each group; no vectors for a cable whose limit is zero."""
+        vectors = np.ones(self.cables.count, dtype=bool) if limits is None else limits > 0
+        both = zip(self.groups, kept, strict=True)
+        return Coordinates(self, [group.coordinates(own, vectors[group.places]) for group, own in both], limits)
+
+    def _by_group(self, masks):
+        """Masks of the modes of each cable as those of each group, of shape (g, n)."""
+        return [np.stack([masks[place] for place in group.places.tolist()]) for group in self.groups]
 
     def omitted(self, coordinates, square, ends):
         """Relative error of squared frequencies by what the coordinates leave out, of each cable.
@@ -308,7 +326,7 @@ class Models:
         Parameters
         ----------
         coordinates : Coordinates
-        square : ndarray, shape (r,)
+        square : ndarray, shape (c, r)
             Of the frequencies. [rad^2/s^2]
         ends : ndarray, shape (c, 6, r)
             Displacements of the ends in the modes, mass-normalised. [1/sqrt(kg)]
@@ -322,9 +340,10 @@ class Models:
         -----
         A mode left out adds the mass |m u|^2 w^2/(W^2 - w^2) at the ends.
         """
-        error = np.zeros((self.cables.count, len(square)))
+        error = np.zeros(square.shape)
         for part in coordinates.parts:
-            error[part.group.places] = part.omitted(square, ends[part.group.places])
+            places = part.group.places
+            error[places] = part.omitted(square[places], ends[places])
         return error
 
     def unresolved(self, amplitudes, square, ends):
@@ -342,7 +361,7 @@ class Models:
         ndarray, shape (c, r)
             A share of the energy in the two highest polynomials of the elements (`PlaneModes.errors`). [-]
         """
-        error = np.zeros((self.cables.count, len(square)))
+        error = np.zeros(square.shape)
         for group, moving in zip(self.groups, amplitudes, strict=True):
             error[group.places] = group.ends.highest_energy(moving, ends[group.places])
         return error / np.where(square > 0, square, 1.0)

@@ -9,7 +9,7 @@ its body moves by B = [I, -[r x]] times the body's displacements. To the end sti
 F being the forces of the cables on them and W their weight with its arm r_G (`tangent`), and their own mass.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -29,10 +29,21 @@ class Layout:
     Attributes
     ----------
     equilibrium : Equilibrium
-        Of one case.
+        Of one case, or of many, which are leading axes `...`; matrices of many are not sparse.
     """
 
     equilibrium: Equilibrium
+
+    def take(self, index):
+        """That of one case of many, or of some."""
+        some = Layout(self.equilibrium.take(index))
+        some.__dict__.update(moved=self.moved[index], own=tuple(part[index] for part in self.own))
+        return some
+
+    @property
+    def shape(self):
+        """Shape of the cases: () for one."""
+        return self.equilibrium.position.shape[:-2]
 
     @cached_property
     def free(self):
@@ -46,53 +57,56 @@ class Layout:
 
     @cached_property
     def moved(self):
-        """G: displacements of the six ends of all cables per free displacement, shape (6 c, d), sparse where large."""
-        from scipy.sparse import coo_array
-
+        """G: displacements of the six ends of all cables per free displacement, shape (..., 6 c, d), sparse or not."""
         owner, arms = self.equilibrium.suspension.owner, self.equilibrium.arms
         cable, end = np.nonzero(owner != GROUND)
-        blocks = np.concatenate(
-            [np.broadcast_to(np.eye(3), (len(cable), 3, 3)), -cross_matrix(arms[cable, end])], axis=-1
-        )
+        turned = -cross_matrix(arms[..., cable, end, :])
+        blocks = np.concatenate([np.broadcast_to(np.eye(3), turned.shape), turned], axis=-1)
         rows = (6 * cable + 3 * end)[:, None, None] + np.arange(3)[:, None] + np.zeros(6, dtype=int)
         columns = 6 * owner[cable, end][:, None, None] + np.arange(6) + np.zeros((3, 1), dtype=int)
         if self.large:
+            from scipy.sparse import coo_array
+
             number = np.full(6 * len(self.equilibrium.suspension.body_names), -1)
             number[self.free] = np.arange(len(self.free))
             columns = number[columns]
             there = (columns >= 0) & (blocks != 0)
             shape = 6 * len(owner), len(self.free)
             return coo_array((blocks[there], (rows[there], columns[there])), shape=shape).tocsr()
-        whole = np.zeros((6 * len(owner), 6 * len(self.equilibrium.suspension.body_names)))
-        whole[rows, columns] = blocks
-        return whole[:, self.free]
+        whole = np.zeros((*self.shape, 6 * len(owner), 6 * len(self.equilibrium.suspension.body_names)))
+        whole[..., rows, columns] = blocks
+        return whole.take(self.free, axis=-1)
 
     @property
     def _moved_by_cable(self):
-        """The same for each cable, shape (c, 6, d); not for sparse matrices."""
-        return self.moved.reshape(len(self.moved) // 6, 6, len(self.free))
+        """The same for each cable, shape (..., c, 6, d); not for sparse matrices."""
+        return self.moved.reshape(*self.shape, self.moved.shape[-2] // 6, 6, len(self.free))
 
     @cached_property
     def mass(self):
-        """Mass matrices of the bodies at their reference points, global axes, shape (b, 6, 6). [kg, kg m, kg m^2]"""
+        """Mass matrices of the bodies at their reference points, global axes, shape (..., b, 6, 6).
+
+        [kg, kg m, kg m^2]
+        """
         suspension, rotation = self.equilibrium.suspension, self.equilibrium.rotation
         arm = cross_matrix((rotation * suspension.center[..., None, :]).sum(axis=-1))
-        mass = np.asarray(suspension.mass)[:, None, None]
+        mass = np.asarray(suspension.mass)[..., None, None]
         inertia = rotation @ suspension.inertia @ np.swapaxes(rotation, -1, -2)
-        whole = np.zeros((len(mass), 6, 6))
-        whole[:, :3, :3], whole[:, :3, 3:] = mass * np.eye(3), -mass * arm
-        whole[:, 3:, :3], whole[:, 3:, 3:] = mass * arm, inertia - mass * arm @ arm
+        whole = np.zeros((*self.shape, rotation.shape[-3], 6, 6))
+        whole[..., :3, :3], whole[..., :3, 3:] = mass * np.eye(3), -mass * arm
+        whole[..., 3:, :3], whole[..., 3:, 3:] = mass * arm, inertia - mass * arm @ arm
         return whole
 
     @cached_property
     def geometric_stiffness(self):
-        """Of the bodies, by the forces on them, symmetric part, shape (b, 6, 6). [N m]"""
-        blocks = self.equilibrium.blocks.matrices[len(self.equilibrium.blocks.rows) - len(self.mass) :]
+        """Of the bodies, by the forces on them, symmetric part, shape (..., b, 6, 6). [N m]"""
+        blocks = self.equilibrium.blocks.matrices
+        blocks = blocks[..., blocks.shape[-3] - self.mass.shape[-3] :, :, :]
         return (blocks + np.swapaxes(blocks, -1, -2)) / 2
 
     def of_bodies(self, blocks):
-        """A matrix of the free displacements from one of each body, shape (d, d)."""
-        own = np.arange(len(blocks))
+        """A matrix of the free displacements from one of each body, shape (..., d, d)."""
+        own = np.arange(blocks.shape[-3])
         diagonal = tangent.Blocks(own, own, blocks)
         suspension = self.equilibrium.suspension
         return tangent.sparse(diagonal, suspension) if self.large else tangent.dense(diagonal, suspension)
@@ -113,50 +127,53 @@ class Layout:
         stiffness, mass = self.own
         return assemble(elements, self.moved, mass, imposed, stiffness)
 
-    def reduced(self, coordinates):
-        """`ReducedSystem` with some `Coordinates` of the cables."""
-        ends = self.without_modes(*coordinates.models.ends)
-        return replace(ends, omega=coordinates.omega, coupling=self._driven(coordinates))
-
     def without_modes(self, stiffness, inertia):
-        """`ReducedSystem` of bodies on cables without modes, from matrices of their six ends, shape (c, 6, 6)."""
+        """`ReducedSystem` of bodies on cables without modes, from matrices of their six ends, shape (..., c, 6, 6)."""
         own_stiffness, own_mass = self.own
         stiffness, inertia = self._of_cables(stiffness) + own_stiffness, self._of_cables(inertia) + own_mass
-        return ReducedSystem(np.zeros(0), np.zeros((0, len(self.free))), inertia, stiffness)
+        none = np.zeros((*self.shape, 0, len(self.free)))
+        return ReducedSystem(none.sum(axis=-1), none, inertia, stiffness)
 
     @cached_property
     def own(self):
-        """Stiffness and mass matrix of the bodies without cables, for the free displacements, shape (d, d) both."""
+        """Stiffness and mass matrix of the bodies without cables, for the free displacements, both (..., d, d)."""
         return self.of_bodies(self.geometric_stiffness), self.of_bodies(self.mass)
 
     def _of_cables(self, matrices):
-        """Sum over the cables of matrices of their six ends, for the free displacements, shape (d, d)."""
+        """Sum over the cables of matrices of their six ends, for the free displacements, shape (..., d, d)."""
         if not self.large:
-            return self.moved.T @ (matrices @ self._moved_by_cable).reshape(self.moved.shape)
+            return self.moved.swapaxes(-1, -2) @ (matrices @ self._moved_by_cable).reshape(self.moved.shape)
         from scipy.sparse import block_diag
 
         return self.moved.T @ block_diag(matrices, format="csr") @ self.moved
 
-    def _driven(self, coordinates):
-        """Momentum of each coordinate of the cables per velocity of the free displacements, shape (N, d)."""
-        count, cable = len(coordinates.omega), coordinates.cable
+    def driven(self, coupling, cable):
+        """Momentum of coordinates of the cables per velocity of the free displacements, shape (N, d).
+
+        Parameters
+        ----------
+        coupling : ndarray, shape (N, 6)
+            Per velocity of the ends. [sqrt(kg)]
+        cable : ndarray of int, shape (N,)
+            Of which cable each is, those of one case after the other.
+        """
         if not self.large:
-            return (coordinates.coupling[:, None, :] @ self._moved_by_cable[cable])[:, 0]
+            moved = self._moved_by_cable
+            row, own = np.divmod(cable, moved.shape[-3])
+            return (coupling[:, None, :] @ moved[(row, own) if self.shape else own])[:, 0]
         from scipy.sparse import csr_array
 
         columns = 6 * cable[:, None] + np.arange(6)
-        rows = 6 * np.arange(count + 1)
-        return (
-            csr_array((coordinates.coupling.ravel(), columns.ravel(), rows), (count, self.moved.shape[0])) @ self.moved
-        )
+        rows = 6 * np.arange(len(cable) + 1)
+        return csr_array((coupling.ravel(), columns.ravel(), rows), (len(cable), self.moved.shape[0])) @ self.moved
 
     def bodies(self, shapes):
         """The free displacements in the coordinates of the system, shape (d, r)."""
         return shapes[len(shapes) - len(self.free) :]
 
     def ends(self, displacements):
-        """Displacements of the six ends of each cable, shape (c, 6, r), for free ones of shape (d, r)."""
-        return (self.moved @ displacements).reshape(-1, 6, displacements.shape[-1])
+        """Displacements of the six ends of each cable, shape (..., c, 6, r), for free ones of shape (..., d, r)."""
+        return (self.moved @ displacements).reshape(*displacements.shape[:-2], -1, 6, displacements.shape[-1])
 
     def displaced(self, displacements):
         """Displacements of all bodies, held ones too, shape (b, 6, r), for free ones of shape (d, r)."""

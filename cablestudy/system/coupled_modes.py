@@ -5,17 +5,16 @@ of each cable leaves out (`cables.Models.unresolved`), and what the coordinates 
 mass (`cables.Models.omitted`). Cables whose mesh is too coarse are refined.
 """
 
-from dataclasses import replace
-from functools import cached_property, partial
+from functools import partial
 from math import ceil
 
 import numpy as np
 
 from cablestudy.cable.element import PER_WAVE
-from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, result_of
 from cablestudy.system.cables import HIGHEST_ORDER, MAX_MODES, UNDAMPED, Cables, Models, fixed_meshes
 from cablestudy.system.coupled import Layout
-from cablestudy.system.coupled_solution import NOISE, CoupledModes, Solution
+from cablestudy.system.coupled_solution import NOISE, CoupledModes, Trial
 from cablestudy.system.superelement import grows_with_modes
 
 PER_DIGIT = 0.9  # orders of a cable's mesh for each digit of the accuracy
@@ -35,82 +34,68 @@ MOST_DAMPED = 1800  # modes of a cable of such elements whose modal damping coun
 
 
 class Search:
-    """The lowest modes of a suspension to an accuracy.
+    """The lowest modes of suspensions with equal names and connections, c cables each, to an accuracy: of n rows.
+
+    Rows are solved together until each has its accuracy. No digit of a row depends on the others.
 
     Parameters
     ----------
     equilibrium : Equilibrium
-        Of one case.
+        Of these rows, shape (n,); or of one, without an axis of rows.
     count : int
     accuracy : float
         Relative, of the frequencies. [-]
-    damping : Damping or sequence of Damping
-        Of all cables, or of each.
-    model : FixedModel, optional
-        An exact choice of elements, in place of an accuracy; all their modes are kept.
-    cables : Cables, optional
-        Where they were computed with those of other cases.
-
-    Raises
-    ------
-    ConvergenceError, NoSolutionError
-        There is no equilibrium, or a cable with mass hangs folded, or slack without weight.
+    cables : Cables
+        Of one row after the other.
+    damped : bool
+        Whether the modes serve for damping too: on finer meshes, with more modes of the cables.
     """
 
-    def __init__(self, equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None, cables=None):
-        self.equilibrium, self.count, self.accuracy, self._model = equilibrium, count, accuracy, model
-        self.layout, self.cables = (
-            Layout(equilibrium),
-            cables or Cables(equilibrium.catenary, damping, equilibrium.end_stiffness, model and model.drag),
-        )
-        if not equilibrium.record.converged:
-            raise ConvergenceError("modes need an equilibrium, and the search for the pose found none")
-        if self.cables.folded.any():
-            name = equilibrium.suspension.cable_names[int(np.argmax(self.cables.folded))]
-            raise NoSolutionError(f"{name} hangs folded: somewhere it has no tension, and no definite motion")
-        if self.cables.shapeless.any():
-            names = ", ".join(np.array(equilibrium.suspension.cable_names)[self.cables.shapeless])
-            raise NoSolutionError(f"{names}: slack and without weight, so that nothing determines where its mass is")
+    def __init__(self, equilibrium, count, accuracy, cables, damped=False):
+        self.layout, self.count, self.accuracy, self.cables = Layout(equilibrium), count, accuracy, cables
+        self._rows, self._damped = int(np.prod(self.layout.shape)), damped
+        self._heavy, self._travel_time = (part.reshape(self._rows, -1) for part in (cables.heavy, cables.travel_time))
 
-    def solve(self, models=None):
-        """`CoupledModes`.
+    def solve(self):
+        """`CoupledModes` of each row, or why it has none: list of (CoupledModes or Exception).
 
-        Parameters
-        ----------
-        models : Models, optional
-            On the meshes `first_meshes`, where they were computed with those of other cases.
-
-        Raises
-        ------
-        NoSolutionError
-            The equilibrium is not stable, or a cable has no motion.
-        ConvergenceError
-            The accuracy cannot be had.
+        NoSolutionError: there is no equilibrium, or it is not stable; a cable with mass hangs folded, or slack without
+        weight. ConvergenceError: the accuracy cannot be had.
         """
-        cables = self.cables
-        if self._model is not None:
-            return self._of_elements()
-        if not cables.heavy.any():
-            solution = self._modes(Models(cables, [None] * cables.count), np.zeros(cables.count))
-            return self._finished(solution, np.full(len(solution.omega), NOISE))
-        highest, limits = self._first_guess, None
-        orders = self._orders(highest)
+        found = self.refused
+        rows = np.array([row for row, refused in enumerate(found) if refused is None], dtype=int)
+        if not len(rows):
+            return found
+        highest = self._first_guess(rows)
+        orders, limits = self._orders(rows, highest), self._limits(rows, highest)
         for _ in range(LEVELS):
-            models = models or Models(cables, cables.meshes(orders))
-            solution = self._resolved(models, highest, limits)
-            limits, highest, error = solution.coordinates.limits, solution.omega[-1], solution.error
-            if error.max() <= self.accuracy:
-                return self._finished(solution, error, partial(self._finer, orders, limits, highest, error))
-            coarse = np.maximum(solution.unresolved.max(axis=1) * cables.count / self.accuracy, 1.0)
+            cables = self._cables_of(rows)
+            models = Models(cables, cables.meshes(orders.ravel() + STEP * self._damped))
+            trials, highest, limits = self._resolved(rows, models, highest, limits)
+            coarse, again = np.ones(orders.shape), np.zeros(len(rows), dtype=bool)
+            for place, (row, outcome) in enumerate(zip(rows.tolist(), trials, strict=True)):
+                if isinstance(outcome, Exception):
+                    found[row] = outcome
+                    continue
+                trial, number = outcome
+                error, unresolved = trial.error[number], trial.unresolved[number].max(axis=-1, initial=0.0)
+                coarse[place] = np.maximum(unresolved * len(unresolved) / self.accuracy, 1.0)
+                again[place] = error.max(initial=0.0) > self.accuracy
+                if not again[place]:
+                    serves = self._damped or not self._heavy[row].any()
+                    finer = partial(self._finer, row, orders[place], limits[place], highest[place], error)
+                    found[row] = outcome_of(partial(finished, trial, number, error, None if serves else finer))
             more = STEP * np.ceil(np.log10(coarse) / DIGITS) * np.ceil(orders / HIGHEST_ORDER)
-            finer = np.maximum(orders + more, self._orders(highest))
-            orders, models = np.where(coarse > 1, finer, orders), None
-        raise ConvergenceError(
-            f"accuracy {self.accuracy:g} of the coupled modes cannot be had: finer meshes of the cables do not help"
-        )
+            finer = np.maximum(orders + more, self._orders(rows, highest))
+            orders = np.where(coarse > 1, finer, orders)
+            rows, highest, limits, orders = (part[again] for part in (rows, highest, limits, orders))
+            if not len(rows):
+                return found
+        words = "finer meshes of the cables do not help"
+        return [self._too_accurate(words) if one is None else one for one in found]
 
     def with_chosen(self, models, limits, chosen):
-        """`CoupledModes` of all coordinates of the cables: modes up to a limit, and chosen ones far above.
+        """`CoupledModes` of all coordinates of the cables of one row: modes up to a limit, and chosen ones far above.
 
         Parameters
         ----------
@@ -128,18 +113,28 @@ class Search:
         NoSolutionError
             The equilibrium is not stable.
         """
-        solution = self._modes(models, limits, chosen)
-        found = self._finished(solution, np.full(len(solution.omega), NOISE))
-        return replace(found, error=np.maximum(solution.unresolved.sum(axis=0) / 2, NOISE))
+        trial = self._tried(models, limits, chosen)
+        return finished(trial, 0, np.maximum(trial.unresolved[0].sum(axis=0) / 2, NOISE))
 
-    def _of_elements(self):
-        """`CoupledModes` of an exact choice of elements, with some modes of each cable."""
+    def of_elements(self, model):
+        """`CoupledModes` of one row with an exact choice of elements, with some modes of each cable.
+
+        Parameters
+        ----------
+        model : FixedModel
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            As `solve` gives them; or these elements have no equilibrium.
+        """
+        result_of(self.refused[0])
         cables = self.cables
-        models = Models(cables, fixed_meshes(cables, self._model), fixed=True, most=min(self._most, MAX_MODES))
-        solution = self._modes(models, np.where(cables.heavy, np.inf, 0.0))
+        models = Models(cables, fixed_meshes(cables, model), fixed=True, most=min(self._most, MAX_MODES))
+        trial = self._tried(models, np.where(cables.heavy, np.inf, 0.0))
         modal = any(grows_with_modes(one) for one in cables.damping)
         finer = partial(self._damped_by_all, models.meshes) if modal and not models.complete else None
-        return self._finished(solution, np.full(len(solution.omega), np.nan), finer)
+        return finished(trial, 0, np.full(self.count, np.nan), finer)
 
     def _damped_by_all(self, meshes):
         """`CoupledModes` of elements with MAX_MODES of each cable, and the modal damping of all.
@@ -150,153 +145,255 @@ class Search:
         for group in models.groups:
             omega = np.sort(group.ends.omega, axis=-1)
             limits[group.places] = omega[:, MAX_MODES] if omega.shape[-1] > MAX_MODES else np.inf
-        solution = self._modes(models, limits)
-        return self._finished(solution, np.full(len(solution.omega), np.nan))
+        return finished(self._tried(models, limits), 0, np.full(self.count, np.nan))
 
-    def _finer(self, orders, limits, highest, error):
-        """`CoupledModes` of a finer model with more modes of cables."""
-        models = Models(self.cables, self.cables.meshes(orders + STEP))
+    def _finer(self, row, orders, limits, highest, error):
+        """`CoupledModes` of one row, of a finer model with more modes of cables."""
+        one = np.array([row])
+        cables = self._cables_of(one)
         limits = np.where(limits > 0, np.maximum(WIDER * limits, DAMPED * highest), 0.0)
-        return self._finished(self._modes(models, limits), error)
+        trial = self._tried(Models(cables, cables.meshes(orders + STEP)), limits, rows=one)
+        return finished(trial, 0, error)
+
+    @property
+    def refused(self):
+        """Why rows have no modes, whatever the accuracy: list of (Exception or None)."""
+        equilibrium, names = self.layout.equilibrium, self.layout.equilibrium.suspension.cable_names
+        lost = ~np.broadcast_to(equilibrium.record.converged, self.layout.shape).ravel()
+        folded, shapeless = (part.reshape(self._rows, -1) for part in (self.cables.folded, self.cables.shapeless))
+        found = [None] * self._rows
+        for row in np.flatnonzero(lost | folded.any(axis=1) | shapeless.any(axis=1)).tolist():
+            if lost[row]:
+                found[row] = ConvergenceError("modes need an equilibrium, and the search for the pose found none")
+            elif folded[row].any():
+                name = names[int(np.argmax(folded[row]))]
+                text = f"{name} hangs folded: somewhere it has no tension, and no definite motion"
+                found[row] = NoSolutionError(text)
+            else:
+                every = ", ".join(np.array(names)[shapeless[row]])
+                found[row] = NoSolutionError(
+                    f"{every}: slack and without weight, so that nothing determines where its mass is"
+                )
+        return found
+
+    def _layout_of(self, rows):
+        """`Layout` of some rows."""
+        return self.layout if len(rows) == self._rows else self.layout.take(rows)
+
+    def _places(self, rows):
+        """Numbers of the cables of some rows among all."""
+        each = self.cables.count // self._rows
+        return (each * np.asarray(rows)[:, None] + np.arange(each)).ravel()
+
+    def _cables_of(self, rows):
+        """`Cables` of some rows."""
+        return self.cables if len(rows) == self._rows else self.cables.take(self._places(rows))
 
     @property
     def _margin(self):
         """Multiple of the highest frequency up to which the modes of cables are kept at first. [-]"""
-        return max(MARGIN, SHARPER * self.accuracy ** (-1 / POWER))
+        margin = max(MARGIN, SHARPER * self.accuracy ** (-1 / POWER))
+        return max(DAMPED, WIDER * margin) if self._damped else margin
+
+    @property
+    def _least(self):
+        """Least such multiple for cables whose first mode is among those asked for, or near. [-]"""
+        return DAMPED / WIDER if self._damped else 1.0
 
     @property
     def _most(self):
         """How many modes of each cable an exact choice of elements needs: the others change no digit."""
-        highest = SHARPER * EXACT ** (-1 / POWER) * self._first_guess
+        highest = SHARPER * EXACT ** (-1 / POWER) * self._first_guess(np.arange(1))[0]
         return 8 + ceil(2 * highest * self.cables.travel_time.max(initial=0.0) / np.pi)
 
-    @property
-    def first_meshes(self):
-        """With which the search begins: list of (Mesh or None), one for each cable."""
-        cables = self.cables
-        return cables.meshes(self._orders(self._first_guess)) if cables.heavy.any() else [None] * cables.count
+    def _first_guess(self, rows):
+        """Estimate of the highest angular frequency asked for: cables as strings, bodies on their static stiffness.
 
-    @cached_property
-    def _first_guess(self):
-        """Estimate of the highest angular frequency asked for: cables as strings, bodies on their static stiffness."""
-        cables, many = self.cables, np.arange(1, self.count + 1)
-        time = cables.travel_time[cables.heavy]
-        time = np.sort(time)[::-1][: self.count]  # no more cables have one of the lowest modes
-        strings = np.repeat(np.pi * many / time[:, None], 2)
-        bodies = self.layout.without_modes(cables.end_stiffness, cables.straight).frequencies(self.count)
-        both = np.sort(np.concatenate([strings, bodies]))[: self.count]
-        return both[-1] if len(both) else 0.0
+        Returns
+        -------
+        ndarray, shape (len(rows),)
+        """
+        layout, cables, many = self._layout_of(rows), self.cables, np.arange(1, self.count + 1)
+        time = -np.sort(-np.where(self._heavy, self._travel_time, 0.0)[rows], axis=1)
+        time = time[:, : self.count]  # no more cables have one of the lowest modes
+        first = np.divide(np.pi, time, out=np.full(time.shape, np.inf), where=time > 0)
+        strings = np.repeat((first[..., None] * many).reshape(len(rows), -1), cables.across, axis=1)
+        places = self._places(rows)
+        ends = (part[places].reshape(*layout.shape, -1, 6, 6) for part in (cables.end_stiffness, cables.straight))
+        bodies = layout.without_modes(*ends).lowest(self.count)[0].reshape(len(rows), -1)
+        both = np.sort(np.concatenate([strings, bodies], axis=1), axis=1)[:, : self.count]
+        return np.where(np.isfinite(both), both, 0.0).max(axis=1, initial=0.0)
 
-    def _orders(self, highest):
-        """Sum of orders along each cable from which waves up to a frequency are resolved to the accuracy."""
-        return self.orders_of(highest * self.cables.travel_time / np.pi)
+    def _orders(self, rows, highest):
+        """Sum of orders along each cable of some rows from which waves up to a frequency are resolved, as `orders_of`.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (m,)
+        highest : ndarray, shape (m,)
+            [rad/s]
+        """
+        return self.orders_of(highest[:, None] * self._travel_time[rows] / np.pi)
 
     def orders_of(self, waves):
-        """Sum of orders along each cable from which some half-waves are resolved to the accuracy, shape (c,)."""
+        """Sum of orders along each cable from which some half-waves are resolved to the accuracy, shape (..., c)."""
         orders = PER_WAVE * waves - PER_DIGIT * np.log10(self.accuracy)
         steps = STEPS[np.minimum(np.searchsorted(STEPS, orders), len(STEPS) - 1)]
         return np.where(orders <= STEPS[-1], steps, 8 * np.ceil(orders / 8))
 
-    def _limits(self, highest):
-        """Angular frequency up to which each cable keeps its modes: zero where all lie far above."""
+    def _limits(self, rows, highest):
+        """Angular frequency up to which each cable of some rows keeps its modes: zero where all lie far above."""
         # Dunkerley: masses on a string lower its first mode at most by this
-        slower = np.sqrt(1 + (np.pi / 2) ** 2 * self.cables.carried)
-        first = np.pi / np.maximum(self.cables.travel_time, 1e-300) / slower
-        share = self.cables.mass.sum() / (self.cables.mass.sum() + np.sum(self.equilibrium.suspension.mass))
+        slower = np.sqrt(1 + (np.pi / 2) ** 2 * self.cables.carried).reshape(self._rows, -1)[rows]
+        first, highest = np.pi / np.maximum(self._travel_time[rows], 1e-300) / slower, highest[:, None]
+        bodies = np.asarray(self.layout.equilibrium.suspension.mass)
+        bodies = np.broadcast_to(bodies, (*self.layout.shape, bodies.shape[-1])).reshape(self._rows, -1)[rows]
+        cables = self.cables.mass.reshape(self._rows, -1)[rows].sum(axis=1, keepdims=True)
+        share = cables / (cables + bodies.sum(axis=1, keepdims=True))
         far = (share * (highest / first) ** 2 <= FAR * ALLOWED * self.accuracy) & (NEAR * highest < first)
-        return np.where(far | ~self.cables.heavy, 0.0, self._margin * highest)
+        return np.where(far | ~self._heavy[rows], 0.0, self._margin * highest)
 
-    def _resolved(self, models, highest, limits):
-        """The modes with so many coordinates that what these leave out is within the accuracy."""
-        limits = self._limits(highest) if limits is None else limits
+    def _resolved(self, rows, models, highest, limits):
+        """The modes of rows with so many coordinates that what these leave out is within the accuracy.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (m,)
+        models : Models
+            Of their cables.
+        highest : ndarray, shape (m,)
+            Estimate of the highest frequency. [rad/s]
+        limits : ndarray, shape (m, c)
+            To begin with.
+
+        Returns
+        -------
+        outcomes : list of ((Trial, int) or Exception)
+            Modes of each row, or of one that is not stable, and its number among those of the trial.
+        highest, limits : ndarray
+            Of these modes.
+        """
         allowed = 2 * ALLOWED * self.accuracy  # of squared frequencies
+        found, waiting = [self._too_accurate("too many modes of cables")] * len(rows), np.arange(len(rows))
+        highest, limits = highest.copy(), limits.copy()
         for _ in range(TRIALS):
-            solution = self._modes(models, limits)
-            few = len(solution.omega) < self.count
-            highest = WIDER * highest if few else solution.omega[-1]
-            near = models.first < NEAR * highest
-            omitted = np.abs(solution.omitted)
-            if not few and omitted.sum(axis=0).max() <= allowed and (limits[near] >= highest).all():
-                return solution
-            largest = omitted.max(axis=1, initial=0.0)
-            much = np.maximum(2 * largest * max(1, np.count_nonzero(largest)) / allowed, 1.0)
-            growth = np.clip(SAFETY * much ** (1 / POWER), LEAST_GROWTH, MOST_GROWTH)
-            limits = np.where(much > 1, growth * limits, limits)
-            limits = np.where((much > 1) | near | (limits > 0), np.maximum(limits, self._margin * highest), limits)
-        raise ConvergenceError(
-            f"accuracy {self.accuracy:g} of the coupled modes cannot be had: too many modes of cables"
-        )
+            some = models if len(waiting) == len(rows) else models.take(self._places(waiting))
+            trial, kept = self._tried(some, limits[waiting].ravel(), rows=rows[waiting]), limits[waiting]
+            few = np.isinf(trial.omega).any(axis=1) & self._heavy[rows[waiting]].any(axis=1)
+            top = np.where(np.isfinite(trial.omega), trial.omega, 0.0).max(axis=1, initial=0.0)
+            top = np.where(few, WIDER * highest[waiting], top)
+            near = some.first.reshape(kept.shape) < NEAR * top[:, None]
+            omitted = np.abs(trial.omitted)
+            good = ~few & (omitted.sum(axis=1).max(axis=-1, initial=0.0) <= allowed)
+            good &= (~near | (kept >= self._least * top[:, None])).all(axis=1)
+            stable = ~np.isnan(trial.omega).any(axis=1)
+            for number in np.flatnonzero(good | ~stable).tolist():
+                found[waiting[number]] = trial, number
+            largest = omitted.max(axis=-1, initial=0.0)
+            many = np.maximum(np.count_nonzero(largest, axis=1), 1)[:, None]
+            much = np.maximum(2 * largest * many / allowed, 1.0)
+            wider = np.where(much > 1, np.clip(SAFETY * much ** (1 / POWER), LEAST_GROWTH, MOST_GROWTH) * kept, kept)
+            enough = np.maximum(wider, self._margin * top[:, None])
+            wider = np.where((much > 1) | near | (wider > 0), enough, wider)
+            highest[waiting], limits[waiting] = top, np.where(good[:, None], kept, wider)
+            waiting = waiting[~good & stable]
+            if not len(waiting):
+                break
+        return found, highest, limits
 
-    def _modes(self, models, limits, chosen=None):
-        coordinates = models.coordinates(limits, chosen)
-        reduced = self.layout.reduced(coordinates)
-        try:
-            omega, shapes = reduced.lowest(self.count)
-        except NoSolutionError:
-            reason = self.equilibrium.stability.reason() or "its stiffness is next to nothing"
-            raise NoSolutionError(f"no modes about this equilibrium: {reason}") from None
-        omitted = models.omitted(coordinates, omega**2, self.layout.ends(self.layout.bodies(shapes)))
-        return Solution(self.layout, coordinates, reduced, omega, shapes, omitted)
+    def _too_accurate(self, why):
+        return ConvergenceError(f"accuracy {self.accuracy:g} of the coupled modes cannot be had: {why}")
 
-    def _finished(self, solution, error, finer=None):
-        alike = np.where(np.isnan(error), NOISE, error)
-        coincident = tuple(runs(solution.omega, alike))
-        shapes, error = solution.shapes.copy(), error.copy()
-        weighed = (np.arange(len(shapes)) + 1.0)[:, None] * solution.reduced.weighed(shapes)
-        for first, last in coincident:
-            some = shapes[:, first - 1 : last]
-            error[first - 1 : last] = error[first - 1 : last].max()  # their order is not certain
-            # modes that coincide: separated by which coordinates move
-            mixed = some.T @ weighed[:, first - 1 : last]
-            shapes[:, first - 1 : last] = some @ np.linalg.eigh(mixed + mixed.T)[1]
-        frequency = solution.omega / (2 * np.pi)
-        return CoupledModes(frequency, error, coincident, self.layout, solution, shapes, finer)
+    def _tried(self, models, limits, chosen=None, rows=None):
+        """`Trial` of some rows, or of all."""
+        layout = self.layout if rows is None else self._layout_of(rows)
+        return Trial(layout, models.coordinates(limits, chosen), self.count)
 
 
-def coupled_modes(equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None, cables=None):
-    """The lowest coupled modes of a suspension: see `Search`."""
-    return Search(equilibrium, count, accuracy, damping, model, cables).solve()
-
-
-def coupled_modes_of_cases(equilibria, catenary, count, accuracy, damping):
-    """The lowest coupled modes of many cases with the same cables, whose first models are computed together.
+def finished(trial, row, error, finer=None):
+    """`CoupledModes` of one row of a `Trial`.
 
     Parameters
     ----------
-    equilibria : sequence of Equilibrium
-        n of them.
-    catenary : Catenary
-        Of shape (n c,): the cables of one case after the other.
-    count, accuracy
+    trial : Trial
+    row : int
+    error : ndarray, shape (k,)
+        Estimated relative error of each frequency. [-]
+    finer : callable, optional
+        See `CoupledModes`.
+
+    Raises
+    ------
+    NoSolutionError
+        The equilibrium is not stable.
+    """
+    solution = trial.solution(row)
+    error, shapes = error[: len(solution.omega)].copy(), solution.shapes.copy()
+    coincident = tuple(runs(solution.omega, np.where(np.isnan(error), NOISE, error)))
+    number = np.arange(len(shapes))[:, None] + 1.0
+    for first, last in coincident:
+        alike = slice(first - 1, last)
+        error[alike] = error[alike].max()  # their order is not certain
+        # modes that coincide: separated by which coordinates move
+        mixed = shapes[:, alike].T @ (number * solution.reduced.weighed(shapes[:, alike]))
+        shapes[:, alike] = shapes[:, alike] @ np.linalg.eigh(mixed + mixed.T)[1]
+    return CoupledModes(solution.omega / (2 * np.pi), error, coincident, solution, shapes, finer)
+
+
+def coupled_modes(equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None, cables=None, damped=False):
+    """The lowest `CoupledModes` of one suspension.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+        Of one case.
+    count, accuracy, damped
+        See `Search`.
+    damping : Damping or sequence of Damping
+        Of all cables, or of each.
+    model : FixedModel, optional
+        An exact choice of elements, in place of an accuracy; all their modes are kept.
+    cables : Cables, optional
+        With their damping, where they are known.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        As `Search.solve` gives them.
+    """
+    drag = model and model.drag
+    cables = cables or Cables(equilibrium.catenary, damping, equilibrium.end_stiffness, drag)
+    search = Search(equilibrium, count, accuracy, cables, damped)
+    return search.of_elements(model) if model else result_of(search.solve()[0])
+
+
+def coupled_modes_of_cases(equilibrium, count, accuracy, damping, planes=None, damped=False):
+    """The lowest coupled modes of many cases with equal names and connections.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+        Of shape (n,).
+    count, accuracy, damped
         See `Search`.
     damping : sequence of Damping
-        Of n c cables.
+        Of the n c cables, those of one case after the other.
+    planes : tuple, optional
+        As for `Cables`.
 
     Returns
     -------
     list of (CoupledModes or Exception)
-        The NoSolutionError or ConvergenceError of a case that has none.
+        See `Search.solve`.
     """
-    static = np.concatenate([equilibrium.end_stiffness for equilibrium in equilibria])
-    whole, found, searches = Cables(catenary, damping, static), [], []
-    each = len(damping) // max(1, len(equilibria))
-    meshes = [None] * len(damping)
-    for first, equilibrium in zip(range(0, len(damping), each), equilibria, strict=True):
-        try:
-            search = Search(equilibrium, count, accuracy, cables=whole.take(first, equilibrium.catenary))
-            meshes[first : first + each] = search.first_meshes
-        except (NoSolutionError, ConvergenceError) as error:
-            search = error
-        searches.append(search)
-    models = Models(whole, meshes)
-    for place, search in enumerate(searches):
-        if isinstance(search, Search):
-            try:
-                search = search.solve(models.take(search.cables, place * each))
-            except (NoSolutionError, ConvergenceError) as error:
-                search = error
-        found.append(search)
-    return found
+    count_of_cases, each = equilibrium.lengths.shape
+    if Layout(equilibrium).large:  # sparse matrices: one after the other
+        damping = [damping[each * case : each * (case + 1)] for case in range(count_of_cases)]
+        every = [(equilibrium.take(case), own) for case, own in enumerate(damping)]
+        return [outcome_of(partial(coupled_modes, one, count, accuracy, own, damped=damped)) for one, own in every]
+    catenary = equilibrium.catenary.take(tuple(np.indices((count_of_cases, each)).reshape(2, -1)))
+    cables = Cables(catenary, damping, equilibrium.end_stiffness.reshape(-1, 3, 3), planes=planes)
+    return Search(equilibrium, count, accuracy, cables, damped).solve()
 
 
 def runs(omega, error):

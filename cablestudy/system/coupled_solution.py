@@ -6,10 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.system.cable_coordinates import Coordinates
-from cablestudy.system.coupled import Layout
+from cablestudy.errors import NoSolutionError
 from cablestudy.system.damping import COUPLED, damping_ratios
-from cablestudy.system.linear import ReducedSystem, compliance_shares
+from cablestudy.system.linear import ReducedSystem, compliance_shares, coupled
 
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 KINDS = ("in-plane", "out-of-plane", "axial")
@@ -63,29 +62,166 @@ class CableRecord:
         )
 
 
-@dataclass(frozen=True)
-class Solution:
-    """Modes of one choice of models and coordinates.
+class Trial:
+    """The lowest modes of n rows with one choice of the coordinates of their cables, c of each row.
+
+    Parameters
+    ----------
+    layout : Layout
+        Of these rows; or of one, without an axis of rows.
+    coordinates : Coordinates
+        Of the cables of one row after the other.
+    count : int
+        How many modes, k.
 
     Attributes
     ----------
-    layout : Layout
-    coordinates : Coordinates
-    reduced : ReducedSystem
+    omega : ndarray, shape (n, k)
+        Infinite where there are fewer modes, not a number where the equilibrium is not stable. [rad/s]
+    omitted : ndarray, shape (n, c, k)
+        Relative error of the squared frequencies by what the coordinates of each cable leave out. [-]
+    """
+
+    def __init__(self, layout, coordinates, count):
+        self.layout, self.coordinates, models = layout, coordinates, coordinates.models
+        self.rows = int(np.prod(layout.shape))
+        row = coordinates.cable // (models.cables.count // self.rows)
+        self._begin = np.searchsorted(row, np.arange(self.rows + 1))
+        self._ends = layout.without_modes(*(part.reshape(*layout.shape, -1, 6, 6) for part in models.ends))
+        self._driven = layout.driven(coordinates.coupling, coordinates.cable)
+        self.omega = np.full((self.rows, count), np.inf)
+        self._modal, self._bodies = np.zeros((len(row), count)), np.zeros((self.rows, len(layout.free), count))
+        for rows, index, system in self._systems(row):
+            omega, shapes = system.lowest(count)
+            found, modal = omega.shape[-1], index.shape[-1]
+            self.omega[rows, :found] = omega
+            self._modal[index, :found] = shapes[..., :modal, :]
+            self._bodies[rows, :, :found] = shapes[..., modal:, :]
+        self.omitted = models.omitted(coordinates, *self._moving_ends).reshape(self.rows, -1, count)
+
+    def _systems(self, row):
+        """Yield rows, the numbers of their coordinates of cables, and their `ReducedSystem`: of equal size together."""
+        if not self.layout.shape:
+            yield 0, np.arange(len(row)), self.reduced(0)
+            return
+        inertia = np.diagonal(self._ends.inertia, axis1=-2, axis2=-1)
+        moving = np.bincount(row, coupled(self._driven, inertia[row]), self.rows)
+        sizes, kind = np.unique(np.stack([np.diff(self._begin), moving], axis=1), axis=0, return_inverse=True)
+        for number, (size, _) in enumerate(sizes.astype(int).tolist()):
+            rows = np.flatnonzero(kind.ravel() == number)
+            index = self._begin[rows, None] + np.arange(size)
+            cables = self.coordinates.omega[index], self._driven[index]
+            yield rows, index, ReducedSystem(*cables, self._ends.inertia[rows], self._ends.stiffness[rows])
+
+    def reduced(self, row):
+        """`ReducedSystem` of one row."""
+        own, matrices = slice(*self._begin[row : row + 2]), (self._ends.inertia, self._ends.stiffness)
+        matrices = [part[row] for part in matrices] if self.layout.shape else matrices
+        return ReducedSystem(self.coordinates.omega[own], self._driven[own], *matrices)
+
+    @cached_property
+    def _moving_ends(self):
+        """Squared frequencies and displacements of the ends of all cables, shapes (n c, k) and (n c, 6, k)."""
+        square = np.where(np.isfinite(self.omega), self.omega, 0.0) ** 2
+        ends = self.layout.ends(self._bodies.reshape(*self.layout.shape, *self._bodies.shape[1:]))
+        ends = ends.reshape(-1, 6, square.shape[1])
+        return np.repeat(square, len(ends) // self.rows, axis=0), ends
+
+    @cached_property
+    def unresolved(self):
+        """Relative error of the squared frequencies by the mesh of each cable, shape (n, c, k). [-]"""
+        amplitudes = self.coordinates.amplitudes(self._modal)
+        return self.coordinates.models.unresolved(amplitudes, *self._moving_ends).reshape(self.omitted.shape)
+
+    @cached_property
+    def error(self):
+        """Estimated relative error of each frequency, shape (n, k). [-]"""
+        return np.maximum((np.abs(self.omitted) + self.unresolved).sum(axis=1) / 2, NOISE)
+
+    def solution(self, row):
+        """`Solution` of one row.
+
+        Raises
+        ------
+        NoSolutionError
+            Its equilibrium is not stable.
+        """
+        model, omega = RowModel(self, row), self.omega[row]
+        if np.isnan(omega).any():
+            reason = model.layout.equilibrium.stability.reason() or "its stiffness is next to nothing"
+            raise NoSolutionError(f"no modes about this equilibrium: {reason}")
+        found = slice(np.count_nonzero(np.isfinite(omega)))
+        shapes = np.concatenate([self._modal[slice(*self._begin[row : row + 2])], self._bodies[row]])
+        return Solution(model, omega[found], shapes[:, found], self.omitted[row, :, found])
+
+
+class RowModel:
+    """Coordinates and matrices of one row of a `Trial`, each made when it is needed.
+
+    Parameters
+    ----------
+    trial : Trial
+    row : int
+    """
+
+    def __init__(self, trial, row):
+        self._trial, self._row = trial, row
+
+    @cached_property
+    def layout(self):
+        """`Layout`."""
+        layout = self._trial.layout
+        return layout.take(self._row) if layout.shape else layout
+
+    @cached_property
+    def coordinates(self):
+        """`Coordinates` of the cables."""
+        coordinates = self._trial.coordinates
+        if not self._trial.layout.shape:
+            return coordinates
+        each = coordinates.models.cables.count // self._trial.rows
+        return coordinates.take(each * self._row + np.arange(each))
+
+    @cached_property
+    def reduced(self):
+        """`ReducedSystem`."""
+        return self._trial.reduced(self._row)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Modes of one row with one choice of models and coordinates.
+
+    Attributes
+    ----------
+    model : RowModel
     omega : ndarray, shape (k,)
         [rad/s]
     shapes : ndarray, shape (n, k)
         Mass-normalised.
-    omitted, unresolved : ndarray, shape (c, k)
-        Relative error of the squared frequencies by what the coordinates of each cable leave out, and by its mesh. [-]
+    omitted : ndarray, shape (c, k)
+        See `Trial`. [-]
     """
 
-    layout: Layout
-    coordinates: Coordinates
-    reduced: ReducedSystem
+    model: RowModel
     omega: np.ndarray
     shapes: np.ndarray
     omitted: np.ndarray
+
+    @property
+    def layout(self):
+        """`Layout`."""
+        return self.model.layout
+
+    @property
+    def coordinates(self):
+        """`Coordinates` of the cables."""
+        return self.model.coordinates
+
+    @property
+    def reduced(self):
+        """`ReducedSystem`."""
+        return self.model.reduced
 
     @property
     def models(self):
@@ -102,17 +238,6 @@ class Solution:
         """The `LinearSystem`."""
         return self.layout.system([one.element for one in self.kept])
 
-    @cached_property
-    def unresolved(self):
-        """Relative error of the squared frequencies by the mesh of each cable, shape (c, k). [-]"""
-        ends = self.layout.ends(self.layout.bodies(self.shapes))
-        return self.models.unresolved(self.coordinates.amplitudes(self.shapes), self.omega**2, ends)
-
-    @property
-    def error(self):
-        """Estimated relative error of each frequency, shape (k,). [-]"""
-        return np.maximum((np.abs(self.omitted) + self.unresolved).sum(axis=0) / 2, NOISE)
-
 
 @dataclass(frozen=True)
 class CoupledModes:
@@ -127,7 +252,6 @@ class CoupledModes:
     coincident : tuple of (int, int)
         First and last number (from 1) of each run of modes whose frequencies agree within their errors: their motions
         may be combined at will.
-    layout : Layout
     solution : Solution
         Models and coordinates of the cables, and the system.
     shapes : ndarray, shape (n, k)
@@ -139,13 +263,17 @@ class CoupledModes:
     frequency: np.ndarray
     error: np.ndarray
     coincident: tuple
-    layout: Layout
     solution: Solution
     shapes: np.ndarray
     finer: Callable | None = None
 
     def __len__(self):
         return len(self.frequency)
+
+    @property
+    def layout(self):
+        """`Layout`."""
+        return self.solution.layout
 
     @property
     def system(self):

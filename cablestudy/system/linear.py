@@ -136,11 +136,15 @@ class LinearSystem:
             return np.zeros(0), np.zeros((0, 0))
         if size <= DENSE_LIMIT or 2 * count > size:
             compliance, shapes = self.strain_modes
-            return _normalised(shapes[:, :count], compliance[:count])
-        factors = _factors(self.stiffness.real)
-        shapes = _lanczos(size, factors.solve, self.mass.__matmul__, count)
-        shapes = shapes / np.sqrt((shapes * (self.stiffness.real @ shapes)).sum(axis=0))
-        return _normalised(shapes, (shapes * (self.mass @ shapes)).sum(axis=0))
+            compliance, shapes = compliance[:count], shapes[:, :count]
+        else:
+            factors = _factors(self.stiffness.real)
+            shapes = _lanczos(size, factors.solve, self.mass.__matmul__, count)
+            shapes = shapes / np.sqrt((shapes * (self.stiffness.real @ shapes)).sum(axis=0))
+            compliance = (shapes * (self.mass @ shapes)).sum(axis=0)
+        omega, shapes = _normalised(shapes, compliance)
+        finite = np.isfinite(omega)
+        return omega[finite], shapes[:, finite]
 
     def compliance(self, forces):
         """Static displacements by forces, shape (n, r) both, the winches at rest and without damping."""
@@ -383,32 +387,34 @@ def shares(parts):
 
 
 def _normalised(shapes, compliance):
-    """Frequencies [rad/s], ascending, and mass-normalised shapes.
+    """Frequencies [rad/s], ascending, infinite where a motion has no mass, and mass-normalised shapes, zero there.
 
     Parameters
     ----------
-    shapes : ndarray, shape (n, k)
+    shapes : ndarray, shape (..., n, k)
         Of unit strain energy.
-    compliance : ndarray, shape (k,)
+    compliance : ndarray, shape (..., k)
         Their quotients x^T M x, which have all digits of the high modes too. [s^2]
     """
-    finite = compliance > MASSLESS * compliance.max(initial=0.0)
-    square, shapes = 1 / compliance[finite], shapes[:, finite]
-    order = np.argsort(square, kind="stable")
-    return np.sqrt(square[order]), shapes[:, order] * np.sqrt(square[order])
+    moving = compliance > MASSLESS * compliance.max(axis=-1, keepdims=True, initial=0.0)
+    omega = 1 / np.sqrt(np.where(moving, compliance, np.inf))
+    shapes = shapes * omega[..., None, :]
+    omega = np.where(moving, omega, np.inf)
+    order = np.argsort(omega, axis=-1, kind="stable")
+    return np.take_along_axis(omega, order, axis=-1), np.take_along_axis(shapes, order[..., None, :], axis=-1)
 
 
 @dataclass(frozen=True)
 class ReducedSystem:
-    """Cables in Craig-Bampton coordinates and bodies, without damping.
+    """Cables in Craig-Bampton coordinates and bodies, without damping: one system, or many of equal size.
 
     Attributes
     ----------
-    omega : ndarray, shape (N,)
+    omega : ndarray, shape (..., N)
         W: angular frequencies of the coordinates of the cables, each alone. [rad/s]
-    coupling : ndarray or sparse array, shape (N, d)
+    coupling : ndarray or sparse array, shape (..., N, d)
         m: their momentum per velocity of the free displacements of the bodies.
-    inertia, stiffness : ndarray or sparse array, shape (d, d)
+    inertia, stiffness : ndarray or sparse array, shape (..., d, d)
         J and k: of bodies and cables, for the free displacements.
 
     Notes
@@ -423,37 +429,69 @@ class ReducedSystem:
     stiffness: np.ndarray
 
     def __len__(self):
-        return len(self.omega) + self.stiffness.shape[0]
+        return self.omega.shape[-1] + self.stiffness.shape[-1]
 
     def lowest(self, count):
-        """The lowest undamped modes: as `LinearSystem.lowest`."""
-        if not len(self):
-            return np.zeros(0), np.zeros((0, 0))
-        if isinstance(self.inertia, np.ndarray) and not (coupled := self._coupled).all():
-            return self._lowest_beside_uncoupled(count, coupled)
+        """The lowest undamped modes, k of them: `count`, or all.
+
+        Of many systems equally many coordinates of the cables move bodies: see `coupled`.
+
+        Returns
+        -------
+        omega : ndarray, shape (..., k)
+            Ascending; infinite without mass, not a number where the equilibrium is not stable. [rad/s]
+        shapes : ndarray, shape (..., N + d, k)
+            Columns: mass-normalised; zero where there is no mode.
+
+        Raises
+        ------
+        ConvergenceError
+        """
+        if isinstance(self.inertia, np.ndarray):
+            moving = coupled(self.coupling, np.diagonal(self.inertia, axis1=-2, axis2=-1)[..., None, :])
+            if not moving.all():
+                return self._lowest_beside_uncoupled(count, moving)
+        return self._lowest(count)
+
+    def _lowest(self, count):
+        """`lowest` of coordinates all of which move bodies."""
         if len(self) > DENSE_LIMIT and 2 * count <= len(self):
             return self._lowest_of_large(count)
-        modal, (lower, matrix) = len(self.omega), self._compliance()
-        vectors = np.linalg.eigh(matrix)[1][:, : -count - 1 : -1]
-        bodies = _solve_lower(lower, vectors[modal:], transposed=True)
-        shapes = np.concatenate([vectors[:modal] / self.omega[:, None], bodies])
-        return _normalised(shapes, (vectors * (matrix @ vectors)).sum(axis=0))
+        return self._lowest_of_small(min(count, len(self)))
 
-    @property
-    def _coupled(self):
-        """Which coordinates of the cables move bodies, shape (N,): each of the others is a mode by itself."""
-        return (np.abs(self.coupling) > UNCOUPLED * np.sqrt(np.diagonal(self.inertia))).any(axis=1)
+    def _lowest_of_small(self, count):
+        """`lowest` by the eigenvectors of the matrix of the notes."""
+        omega, modal = self.omega, self.omega.shape[-1]
+        coupling, inertia, stiffness = (dense(part) for part in (self.coupling, self.inertia, self.stiffness))
+        lower = _factors_of_each(stiffness)
+        stable = np.isfinite(lower).all(axis=(-2, -1))[..., None]
+        lower = np.where(stable[..., None], lower, np.eye(stiffness.shape[-1]))
+        matrix = np.zeros((*omega.shape[:-1], len(self), len(self)))
+        matrix[..., np.arange(modal), np.arange(modal)] = 1 / omega**2
+        matrix[..., modal:, :modal] = np.linalg.solve(lower, (coupling / omega[..., None]).swapaxes(-1, -2))
+        matrix[..., :modal, modal:] = matrix[..., modal:, :modal].swapaxes(-1, -2)
+        matrix[..., modal:, modal:] = np.linalg.solve(lower, np.linalg.solve(lower, inertia).swapaxes(-1, -2))
+        vectors = np.ascontiguousarray(np.linalg.eigh(matrix)[1][..., ::-1][..., :count])
+        bodies = np.linalg.solve(lower.swapaxes(-1, -2), vectors[..., modal:, :])
+        shapes = np.concatenate([vectors[..., :modal, :] / omega[..., None], bodies], axis=-2)
+        omega, shapes = _normalised(shapes, (vectors * (matrix @ vectors)).sum(axis=-2))
+        return np.where(stable, omega, np.nan), np.where(stable[..., None], shapes, 0.0)
 
-    def _lowest_beside_uncoupled(self, count, coupled):
+    def _lowest_beside_uncoupled(self, count, moving):
         """`lowest` where some coordinates of the cables are modes: these and the modes of the others."""
-        own, alone, size = np.flatnonzero(coupled), np.flatnonzero(~coupled), len(self)
-        omega, shapes = replace(self, omega=self.omega[own], coupling=self.coupling[own]).lowest(count)
-        every = np.concatenate([omega, self.omega[alone]])
-        lowest = np.argsort(every, kind="stable")[:count]
-        whole = np.zeros((size, len(every)))
-        whole[np.concatenate([own, np.arange(len(self.omega), size)]), : len(omega)] = shapes
-        whole[alone, len(omega) + np.arange(len(alone))] = 1.0
-        return every[lowest], whole[:, lowest]
+        modal, size = self.omega.shape[-1], len(self)
+        order, many = np.argsort(~moving, axis=-1, kind="stable"), int(np.count_nonzero(moving.reshape(-1, modal)[0]))
+        own, alone = order[..., :many], order[..., many:]
+        coupling = np.take_along_axis(self.coupling, own[..., None], axis=-2)
+        part = replace(self, omega=np.take_along_axis(self.omega, own, axis=-1), coupling=coupling)
+        omega, shapes = part._lowest(count)
+        every = np.concatenate([omega, np.take_along_axis(self.omega, alone, axis=-1)], axis=-1)
+        whole, found = np.zeros((*every.shape[:-1], size, every.shape[-1])), omega.shape[-1]
+        bodies = np.broadcast_to(np.arange(modal, size), (*own.shape[:-1], size - modal))
+        np.put_along_axis(whole[..., :found], np.concatenate([own, bodies], axis=-1)[..., None], shapes, axis=-2)
+        np.put_along_axis(whole[..., found:], alone[..., None, :], 1.0, axis=-2)
+        lowest = np.argsort(every, axis=-1, kind="stable")[..., :count]
+        return np.take_along_axis(every, lowest, axis=-1), np.take_along_axis(whole, lowest[..., None, :], axis=-1)
 
     def compliance(self, motion):
         """Static displacement of a free displacement of the bodies (its number) per force there. [m/N, rad/(N m)]"""
@@ -461,29 +499,17 @@ class ReducedSystem:
         force[motion] = 1.0
         return float(_factors(self.stiffness).solve(force)[motion])
 
-    def frequencies(self, count):
-        """Of the lowest modes, ascending; those of a system without shapes to be known. [rad/s]"""
-        if not len(self) or len(self) > DENSE_LIMIT:
-            return self.lowest(count)[0]
-        compliance = np.linalg.eigvalsh(self._compliance()[1])[: -count - 1 : -1]
-        return 1 / np.sqrt(compliance[compliance > MASSLESS * compliance.max()])
-
-    def _compliance(self):
-        """l and L^-1 M L^-T of the notes, dense."""
-        omega, modal = self.omega, len(self.omega)
-        coupling, inertia, stiffness = (dense(part) for part in (self.coupling, self.inertia, self.stiffness))
-        lower = _cholesky(stiffness)
-        matrix = np.zeros((len(self), len(self)))
-        matrix[np.arange(modal), np.arange(modal)] = 1 / omega**2
-        matrix[modal:, :modal] = _solve_lower(lower, (coupling / omega[:, None]).T)
-        matrix[:modal, modal:] = matrix[modal:, :modal].T
-        matrix[modal:, modal:] = _solve_lower(lower, _solve_lower(lower, inertia).T)
-        return lower, matrix
-
     def _lowest_of_large(self, count):
         """`lowest` by Lanczos iteration: no large matrix is formed, only the stiffness of the bodies is factorised."""
+        if self.omega.ndim > 1:
+            every = zip(self.omega, self.coupling, self.inertia, self.stiffness, strict=True)
+            found = [ReducedSystem(*parts)._lowest_of_large(count) for parts in every]
+            return tuple(np.stack(parts) for parts in zip(*found, strict=True))
         modal, square = len(self.omega), self.omega**2
-        solve = _factors(self.stiffness).solve if self.stiffness.shape[0] else np.zeros_like
+        try:
+            solve = _factors(self.stiffness).solve if self.stiffness.shape[0] else np.zeros_like
+        except NoSolutionError:
+            return np.full(count, np.nan), np.zeros((len(self), count))
 
         def solved(forces):
             return np.concatenate([forces[:modal] / square, solve(forces[modal:])])
@@ -495,9 +521,22 @@ class ReducedSystem:
         return _normalised(shapes, (shapes * self.weighed(shapes)).sum(axis=0))
 
     def weighed(self, shapes):
-        """M times shapes of all coordinates, shape (N + d,) or (N + d, r)."""
+        """M times shapes of all coordinates, shape (N + d,) or (N + d, r), of one system."""
         inner, bodies = shapes[: len(self.omega)], shapes[len(self.omega) :]
         return np.concatenate([inner + self.coupling @ bodies, self.coupling.T @ inner + self.inertia @ bodies])
+
+
+def coupled(coupling, inertia):
+    """Which coordinates of the cables move bodies, shape (..., N): each of the others is a mode by itself.
+
+    Parameters
+    ----------
+    coupling : ndarray, shape (..., N, d)
+        As of `ReducedSystem`.
+    inertia : ndarray, shape (..., N, d) or (..., 1, d)
+        Diagonal of its inertia.
+    """
+    return (np.abs(coupling) > UNCOUPLED * np.sqrt(inertia)).any(axis=-1)
 
 
 def assemble(cables, moved, bodies, imposed=None, stiffness=0.0):
@@ -592,13 +631,14 @@ def _cholesky(stiffness):
         raise NoSolutionError(UNSTABLE) from None
 
 
-def _solve_lower(lower, right, transposed=False):
-    """lower^-1 right, or lower^-T right, for a lower triangular matrix."""
-    if len(lower) == 1:
-        return right / lower[0, 0]
-    from scipy.linalg.lapack import dtrtrs
-
-    return dtrtrs(lower, right, lower=1, trans=int(transposed))[0] if right.size else right
+def _factors_of_each(matrices):
+    """Cholesky factors of matrices, shape (..., d, d); not a number where one is not positive definite."""
+    try:
+        return np.linalg.cholesky(matrices)
+    except np.linalg.LinAlgError:
+        if matrices.ndim == 2:
+            return np.full(matrices.shape, np.nan)
+        return np.stack([_factors_of_each(one) for one in matrices])
 
 
 def _factors(stiffness):

@@ -12,6 +12,7 @@ import numpy as np
 
 from cablestudy.cable.catenary import Catenary
 from cablestudy.system import stability, tangent, uncertainty
+from cablestudy.system.descent import some
 from cablestudy.system.tangent import GROUND
 
 GIVEN = (
@@ -215,6 +216,19 @@ class Equilibrium:
     rotation: np.ndarray
     catenary: Catenary
     record: object
+
+    def take(self, index):
+        """One case of a batch of shape (n,), or some of them, with what is known of their stiffness."""
+        part = Equilibrium(
+            self.suspension.take(index),
+            self.position[index],
+            self.rotation[index],
+            self.catenary.take(index),
+            some(self.record, index),
+        )
+        if "blocks" in self.__dict__:
+            part.__dict__.update(blocks=self.blocks.of(index), end_stiffness=self.end_stiffness[index])
+        return part
 
     @property
     def lengths(self):

@@ -1,20 +1,20 @@
 """One suspension: its equilibrium, what its cables carry and its coupled modes, each computed when it is needed."""
 
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from cablestudy.cable.linear_range import linear_range
 from cablestudy.control.gondola import gondola_mode
-from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import merged_loads
 from cablestudy.study.suspension.airflow import Airflow
 from cablestudy.study.suspension.cable_modes import CableModes
-from cablestudy.study.suspension.group import Group, HangingCable, StatedCables, one_of
-from cablestudy.study.suspension.in_wind import InWind
+from cablestudy.study.suspension.group import Group, HangingCable, StatedCables
+from cablestudy.study.suspension.in_wind import InWind, solve_modes
 from cablestudy.study.suspension.load_cases import load_counts, reference_load_counts
 from cablestudy.study.suspension.numbers import topology_of
 from cablestudy.system.cables import FixedModel
@@ -97,7 +97,7 @@ class SuspensionCase:
     @property
     def calm(self):
         """The same without the steady wind of the load case; raises as `group`."""
-        return one_of(self.group.calm, self.place)
+        return self.group.calm.take(self.place)
 
     @cached_property
     def in_wind(self):
@@ -109,14 +109,15 @@ class SuspensionCase:
             There is no stable equilibrium, or none in the mean wind.
         """
         (found, drag), known = self.group.windy, self.group.known[self.place]
+        about, modes = (self._exact_model, known), self.group.windy_modes[self.place]
         if drag is None:
-            return InWind(self.scene, self.calm, self.equilibrium, None, self._exact_model, known)
+            return InWind(self.scene, self.calm, self.equilibrium, None, *about, modes=modes)
         if not found.record.converged[self.place]:
-            raise ConvergenceError(f"no equilibrium in the mean wind: {explain(one_of(found, self.place))}")
+            raise ConvergenceError(f"no equilibrium in the mean wind: {explain(found.take(self.place))}")
         if reason := found.stability.reason(self.place):
             raise NoSolutionError(f"in the mean wind: {reason}")
-        windy, airflow = one_of(found, self.place), Airflow(self.scene, drag.take(self.place))
-        return InWind(self.scene, self.calm, windy, airflow, self._exact_model, known)
+        windy, airflow = found.take(self.place), Airflow(self.scene, drag.take(self.place))
+        return InWind(self.scene, self.calm, windy, airflow, *about, modes=modes)
 
     @property
     def moves(self):
@@ -458,6 +459,24 @@ def cases_of(scenes):
             for place in equal:
                 cases[place] = SuspensionCase(scenes[place], group, 0 if alone else number)
     return cases
+
+
+def prepare(cases):
+    """Compute the coupled modes that loop and wind need first, of many cases together.
+
+    What one cannot have it says when asked.
+
+    Parameters
+    ----------
+    cases : sequence of SuspensionCase
+    """
+    groups = {}
+    for case in cases:
+        if not isinstance(wind := outcome_of(partial(getattr, case, "in_wind")), Exception):
+            groups.setdefault(id(case.group), (case.group, []))[1].append((case.place, wind))
+    for group, members in groups.values():
+        places, winds = (list(part) for part in zip(*members, strict=True))
+        solve_modes(winds, group.windy[0].take(np.array(places)))
 
 
 def _solved(scenes):

@@ -254,7 +254,9 @@ class DrivenCables:
         for group in self.models.groups:
             for cable in group.places.tolist():
                 shapes = self.kept[cable].shapes
-                energy = group.take(cable, 1).ends.highest_energy(shapes[None], np.zeros((1, 6, shapes.shape[1])))[0]
+                energy = group.take(np.array([cable])).ends.highest_energy(
+                    shapes[None], np.zeros((1, 6, shapes.shape[1]))
+                )[0]
                 wrong[cable] = np.minimum(energy / elements[cable].omega ** 2 / 2, 0.5)
 
         found.append([

@@ -22,14 +22,12 @@ from cablestudy.study.suspension.load_cases import (
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of
 from cablestudy.system import lengths, statics
 from cablestudy.system.coupled_modes import coupled_modes_of_cases
-from cablestudy.system.descent import some
 from cablestudy.system.failure import explain
 from cablestudy.system.force_density import find_form
-from cablestudy.system.suspension import Equilibrium
 from cablestudy.wind.mean import equilibrium_in_wind
 
 HORIZONTAL = ("horizontal_tension", "lambda_squared")  # zero but for rounding where the load is along the chord
-TOGETHER = 100  # cables, of several cases, whose modes are computed in one call
+TOGETHER = 200  # cables, of several cases, whose modes are computed in one call
 
 
 class StatedCables:
@@ -168,7 +166,8 @@ class Group:
         numbers, self.problems = numbers_of(scenes), [""] * len(scenes)
         numbers = replace(numbers, **reference_loads(scenes))
         self._scenes, self._modes = scenes, {}
-        self.known = [{} for _ in scenes]  # linear models of each, see `InWind`
+        # linear models of each, and its coupled modes in the mean wind: see `InWind`
+        self.known, self.windy_modes = ([{} for _ in scenes] for _ in range(2))
         if scenes[0].solve_for == "lengths":
             self.reference, self.problems = lengths.solve(numbers, **distribution_of(scenes))
         else:
@@ -293,7 +292,7 @@ class Group:
 
     def take(self, place):
         """The `Equilibrium` of one case."""
-        return one_of(self.equilibrium, place)
+        return self.equilibrium.take(place)
 
     def modes(self, place, count):
         """The lowest `CoupledModes` of a case without failure, with those of its neighbours.
@@ -307,12 +306,9 @@ class Group:
             many = max(1, TOGETHER // cables)
             block = range(place // many * many, min((place // many + 1) * many, len(self._scenes)))
             alike = [i for i in block if self._scenes[i].model == scene.model and not self.failure(i)]
-            catenary = self.equilibrium.catenary.take(
-                (np.repeat(alike, cables), np.tile(np.arange(cables), len(alike)))
-            )
             damping = [cable.damping for i in alike for cable in self._scenes[i].cables.values()]
-            equilibria = [self.take(i) for i in alike]
-            found = coupled_modes_of_cases(equilibria, catenary, count, scene.model.accuracy or 1.0, damping)
+            equilibrium = self.equilibrium.take(np.array(alike))
+            found = coupled_modes_of_cases(equilibrium, count, scene.model.accuracy or 1.0, damping)
             self._modes.update(((i, count), modes) for i, modes in zip(alike, found, strict=True))
         found = self._modes[place, count]
         if isinstance(found, Exception):
@@ -323,22 +319,9 @@ class Group:
 def _failure(found, place, state=""):
     """The error of a case without a stable equilibrium, which names the state, or None."""
     if not found.record.converged[place]:
-        return ConvergenceError(f"{state}no equilibrium: {explain(one_of(found, place))}")
+        return ConvergenceError(f"{state}no equilibrium: {explain(found.take(place))}")
     reason = found.stability.reason(place) or found.uncertainty.reason(place)
     return NoSolutionError(state + reason) if reason else None
-
-
-def one_of(batch, place):
-    """One case of an `Equilibrium`."""
-    one = Equilibrium(
-        batch.suspension.take(place),
-        batch.position[place],
-        batch.rotation[place],
-        batch.catenary.take(place),
-        some(batch.record, place),
-    )
-    one.__dict__.update(blocks=batch.blocks.of(place), end_stiffness=batch.end_stiffness[place])
-    return one
 
 
 def _formed(numbers):

@@ -13,7 +13,7 @@ from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.movement import Movement
 from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
 from cablestudy.study.suspension.turbulence import OWN
-from cablestudy.system.coupled_modes import coupled_modes
+from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases
 from cablestudy.system.superelement import grows_with_modes
 from cablestudy.wind.peak import peak_factor
 
@@ -45,7 +45,8 @@ class InWind:
     cables : Cables, optional
         Of this equilibrium, with damping.
     modes : dict, optional
-        `CoupledModes` of this equilibrium by their number, which cases in other winds share too: it is filled.
+        `CoupledModes` of this equilibrium, or why there are none, by their number, which cases in other winds share
+        too: it is filled, by `solve_modes` with those of many cases.
     """
 
     def __init__(self, scene, calm, equilibrium, airflow, model, known, cables=None, modes=None):
@@ -86,8 +87,13 @@ class InWind:
         if count not in self._modes:
             damping = [cable.damping for cable in self.scene.cables.values()]
             about = self._equilibrium, count, self._accuracy, damping, self._model, self._cables
-            self._modes[count] = coupled_modes(*about).damped
-        return self._modes[count]
+            self._modes[count] = coupled_modes(*about, damped=True).damped
+        return result_of(self._modes[count])
+
+    @property
+    def first_model(self):
+        """Number of modes, accuracy and planes of the motion of the cables of the model that is tried first."""
+        return self._tried[0], self._accuracy, self._cables and self._cables.planes
 
     @cached_property
     def _counts(self):
@@ -402,3 +408,25 @@ class InWind:
         """Tension at both ends of a cable in the mean wind, shape (2,). [N]"""
         cable = self._equilibrium.suspension.cable_names.index(name)
         return np.linalg.norm(self._equilibrium.end_forces[cable], axis=-1)
+
+
+def solve_modes(winds, equilibrium):
+    """Compute the coupled modes of the models that are tried first, of many cases together.
+
+    Parameters
+    ----------
+    winds : list of InWind
+        Of equal names and connections, n of them.
+    equilibrium : Equilibrium
+        Of these, shape (n,).
+    """
+    lacking = {}
+    for number, wind in enumerate(winds):
+        if wind._model is None and wind.first_model[0] not in wind._modes:
+            lacking.setdefault(wind.first_model, {})[id(wind._modes)] = number
+    for (count, accuracy, planes), numbers in lacking.items():
+        numbers = list(numbers.values())
+        damping = [cable.damping for number in numbers for cable in winds[number].scene.cables.values()]
+        about = equilibrium.take(np.array(numbers)), count, accuracy, damping
+        for number, modes in zip(numbers, coupled_modes_of_cases(*about, planes, damped=True), strict=True):
+            winds[number]._modes[count] = modes

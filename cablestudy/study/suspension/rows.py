@@ -6,13 +6,14 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.scene.words import first_of
-from cablestudy.study.closed_form import DISCRETE
+from cablestudy.study.closed_form import DISCRETE, SYSTEM
 from cablestudy.study.columns import ROUNDING, most_modes_first, not_finite, relative
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.row import MODAL, Row
 from cablestudy.study.status import OVER_STRENGTH, SLACK, status_of
-from cablestudy.study.suspension.case import SuspensionCase, cases_of
+from cablestudy.study.suspension.case import SuspensionCase, cases_of, prepare
 from cablestudy.study.suspension.columns import WHOLE
+from cablestudy.study.suspension.group import TOGETHER
 from cablestudy.study.suspension.notes import LISTED, notes_of, strength_warning
 from cablestudy.study.suspension.wind_columns import limits_passed, slackened
 
@@ -43,8 +44,14 @@ def evaluate_suspensions(scenes, columns, estimate=False):
         cases = cases_of(some) if needed else [SuspensionCase(scene) for scene in some]
         if estimate or "error_estimate" in [column.name for column in columns]:
             _compare(cases, columns)
-        shared = (time.perf_counter() - begin) / len(some)
-        rows += [_row(case, columns, shared, estimate) for case in cases]
+        shared, moving = (time.perf_counter() - begin) / len(some), any(column.needs in SYSTEM for column in columns)
+        together = max(1, TOGETHER // max(len(scene.cables) for scene in some)) if moving else len(cases)
+        for place in range(0, len(cases), together):
+            block, begin = cases[place : place + together], time.perf_counter()
+            if moving:
+                prepare(block)
+            seconds = shared + (time.perf_counter() - begin) / len(block)
+            rows += [_row(case, columns, seconds, estimate) for case in block]
     return rows
 
 

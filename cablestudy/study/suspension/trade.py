@@ -150,6 +150,7 @@ def _static_frequency(column, case):
         cables = Cables(found.catenary, UNDAMPED)
         straight = Layout(found).without_modes(cables.end_stiffness, cables.straight)
         frequencies = straight.lowest(number)[0] / (2 * np.pi)
+        frequencies = frequencies[np.isfinite(frequencies)]
     if number > len(frequencies):
         raise NoSolutionError(f"{len(frequencies)} free displacements have no mode {number}")
     return float(frequencies[number - 1])
