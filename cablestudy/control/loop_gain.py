@@ -21,7 +21,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.system.coupling_damping import MOST_DECAY, PoleSum
+from cablestudy.system.coupling_damping import FEW, MOST_DECAY, PoleSum
 from cablestudy.system.linear import LinearSystem
 
 AT_ONCE = 200  # modes, so that matrices stay in the processor's cache
@@ -88,7 +88,8 @@ class LoopGain:
         """Z, shape (f, d, d), and F, shape (f, d, i)."""
         bodies = self.bodies.dynamic_stiffness(s)
         pulled = np.broadcast_to(self.lifted, (len(s), *self.lifted.shape)).astype(complex)
-        together, apart = self._divided
+        few = len(s) <= FEW and self.near is None and "_divided" not in self.__dict__  # of which poles cost more
+        together, apart = (None, self._parts) if few else self._divided
         if together:
             stiffness, count = together(s), bodies.shape[-1]
             bodies, pulled = bodies + stiffness[:, :, :count], pulled - stiffness[:, :, count:]
