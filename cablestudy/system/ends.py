@@ -31,7 +31,7 @@ class Ends:
         self._dynamics, self._frame, self._count = dynamics, frame, count
 
     def take(self, rows):
-        """Those of some cables, a slice of them."""
+        """Those of some cables, by a slice or their numbers."""
         some = Ends(self._dynamics.take(rows), self._frame[rows], self._count)
         some.__dict__["_undamped"] = tuple(part[rows] for part in self._undamped)
         return some
