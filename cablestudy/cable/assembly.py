@@ -230,24 +230,13 @@ class System:
         The larger one of twice the complementary energy of that part of the tensions and twice the geometric energy of
         that part of the gradient; EA amplifies neither. Shapes are (..., nodes, d, r), energies (..., r).
         """
-        return np.maximum(*((part**2).sum(axis=-2) for part in self.highest_parts(shapes)))
-
-    def highest_parts(self, shapes):
-        """Fields, linear in the shapes, whose squares add up to the two energies of `highest_energy`.
-
-        Returns
-        -------
-        strained, rotated : ndarray, shape (..., n q d, r)
-        """
         gradient, frame = self._gradient(shapes), self.frame
         stiffness = (self.weights[:, None] / self.weighted_flexibility)[..., None]
         force = frame.swapaxes(-1, -2) @ (stiffness * (frame @ gradient))
         strained, rotated = frame @ self._highest(force), self._highest(gradient)
         across = self.weights / np.sqrt(self.weighted_flexibility[..., -1])
-        return (
-            joined(np.sqrt(self.weighted_flexibility)[..., None] * strained),
-            joined(across[..., None, None] * rotated),
-        )
+        parts = np.sqrt(self.weighted_flexibility)[..., None] * strained, across[..., None, None] * rotated
+        return np.maximum(*((joined(part) ** 2).sum(axis=-2) for part in parts))
 
     def _highest(self, field):
         """Part of a field at the Gauss points in the two highest polynomials of each element."""

@@ -31,10 +31,9 @@ class Ends:
         self._dynamics, self._frame, self._count = dynamics, frame, count
 
     def take(self, rows):
-        """Those of some cables, a slice of them."""
+        """Those of some cables, by a slice or their numbers."""
         some = Ends(self._dynamics.take(rows), self._frame[rows], self._count)
         some.__dict__["_undamped"] = tuple(part[rows] for part in self._undamped)
-        some.__dict__["_highest"] = tuple(tuple(part[rows] for part in parts) for parts in self._highest)
         return some
 
     def model(self, damping, place=()):
@@ -100,21 +99,10 @@ class Ends:
         amplitudes, ends
             As for `motion`.
         """
-        every = np.concatenate([amplitudes, self._turn @ ends], axis=-2)
-        return sum(np.maximum(*(((part @ every) ** 2).sum(axis=-2) for part in parts)) for parts in self._highest)
-
-    @cached_property
-    def _highest(self):
-        """Of each plane, `System.highest_parts` of all modes and static shapes, by which errors are estimated."""
-        dynamics, shapes_inside, found = self._dynamics, self._basis[1], []
+        moved, dynamics = self.motion(amplitudes, ends), self._dynamics
+        energy = sum(system.highest_energy(moved[..., system.axes, :]) for system in dynamics.systems)
         scale = unresolved_share(self.state.mesh.order) * np.asarray(self.state.force / dynamics.length)
-        for system, places, both in self._static_shapes:
-            modal = shapes_inside[..., system.axes, :]
-            shapes = np.zeros((*modal.shape[:-1], modal.shape[-1] + 6))
-            shapes[..., : modal.shape[-1]] = modal
-            shapes[..., [modal.shape[-1] + place for place in places]] = both
-            found.append(tuple(np.sqrt(scale)[..., None, None] * part for part in system.highest_parts(shapes)))
-        return tuple(found)
+        return scale[..., None] * energy
 
     @property
     def state(self):

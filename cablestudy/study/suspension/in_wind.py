@@ -146,19 +146,24 @@ class InWind:
 
     def _settled(self):
         """Movement with as many modes as needed, and its response to the wind; raises as `response`."""
-        allowed, response = 2 * (self._accuracy if self._model is None else EXACT), None
+        response = None
         for count in self._counts:
             doing(f"motion with {count} modes")
             movement = self._with(count)
             self._check(movement)
             before = response if self._compared else None
             response = Response(movement, self.scene, before) if self.airflow is not None else None
-            if response is None or len(movement.modes) < count or not response.errs_more_than(allowed):
+            if response is None or len(movement.modes) < count or self._suffices(response):
                 break
         if movement.loop is not None and movement.with_critical_modes is not movement:
             movement = movement.with_critical_modes
             response = response and Response(movement, self.scene)
         return movement, response
+
+    def _suffices(self, response):
+        """Whether the modes left out of a `Response` and its quadrature leave the RMS of bodies the accuracy."""
+        accuracy, others = self._accuracy, response.integration_error / 2
+        return not response.errs_more_than(2 * (EXACT if self._model else max(accuracy - others, accuracy / 2)))
 
     def _check(self, movement):
         """Refuse a `Movement` that grows: NoSolutionError, in which one with many modes names the motion."""
