@@ -183,7 +183,7 @@ class _Part:
     @cached_property
     def summed(self):
         """`PoleSum` of the stiffness in s; None where rounding spoils it, or poles nearly coincide."""
-        own = self.element.coupled_modes.pole_sum_in_s
+        own = self.element.coupling_damping.pole_sum_in_s
         return None if own is None or self.others.slow.any() else own + self.others.pole_sum
 
     def stiffness(self, s):

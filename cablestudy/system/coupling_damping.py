@@ -132,7 +132,7 @@ class Strain:
         return np.block([[self.modes, self.coupling], [self.coupling.T, self.ends]])
 
 
-class CoupledModes:
+class CouplingDamping:
     """The modes of a cable that damping couples, and the forces at its ends with them.
 
     The equations are a polynomial in s, or in s^2 + viscous s where hysteretic damping alone couples the modes: that
@@ -196,8 +196,8 @@ class CoupledModes:
         The frequencies of the modes differ by many powers of ten, and an eigen-solution has rounding of the size of its
         largest eigenvalue: so the inverse is taken, for W q, and W q' in s: entries no larger than they must be.
         """
-        if self._near is not None and self._near.coupled_modes._resolvent is not None:
-            return self._moved(self._near.coupled_modes)
+        if self._near is not None and self._near.coupling_damping._resolvent is not None:
+            return self._moved(self._near.coupling_damping)
         omega, n = self.omega, len(self.omega)
         unit = np.outer(omega, omega)
         stiffness, *damping, _ = (part[:n, :n] / unit for part in self.matrices)

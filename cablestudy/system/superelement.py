@@ -26,7 +26,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.system.connected import NONE, connected
-from cablestudy.system.coupling_damping import CoupledModes, Strain
+from cablestudy.system.coupling_damping import CouplingDamping, Strain
 from cablestudy.system.linear import shares
 
 GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacements
@@ -365,7 +365,7 @@ class Superelement:
         if self.strain is not None:
             self.strain.check(self.omega)
         if self.coupled:
-            return self.coupled_modes.dynamic_stiffness(s, rows, columns)
+            return self.coupling_damping.dynamic_stiffness(s, rows, columns)
         inertial, left, right = s**2 + self.viscous * s, self.participation[:, rows], self.participation[:, columns]
         value = self.stiffness[rows][:, columns] + inertial[:, None, None] * self.residual_inertia[rows][:, columns]
         if np.any(self.residual_damping):
@@ -381,9 +381,9 @@ class Superelement:
         return self.strain is not None and self.strain.spoils(self.omega)
 
     @cached_property
-    def coupled_modes(self):
-        """`CoupledModes`."""
-        return CoupledModes(self)
+    def coupling_damping(self):
+        """`CouplingDamping`."""
+        return CouplingDamping(self)
 
     def _modal(self, s, products):
         """Sum over the modes of r/(W^2 + r) times some products."""
@@ -402,7 +402,7 @@ class Superelement:
     def poles(self):
         """Poles with fixed ends: upper half plane and real axis. [rad/s]"""
         if self.coupled and len(self.omega):
-            return self.coupled_modes.poles
+            return self.coupling_damping.poles
         return damped_poles(self.omega, self.damping_ratio + self.viscous / (2 * self.omega))
 
 
