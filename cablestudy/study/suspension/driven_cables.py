@@ -30,8 +30,8 @@ from cablestudy.system.linear import LinearSystem
 
 # frequency up to which modes of a cable are kept that damping couples, over the highest one that the gain could drive
 # and over that up to which waves are resolved; and share of it with which the error by the others is estimated, which
-# is BY_OTHERS at least (3e-7 in 100 random scenes)
-KEPT, FEWER, BY_OTHERS = np.array([4.0, 2.0]), 0.5, 1e-6
+# is BY_OTHERS at least (true: 6e-7 with cables of 1.5 to 2.5 mm in carlina-net-wind, where 3e-5 is estimated)
+KEPT, FEWER, BY_OTHERS = np.array([2.0, 1.5]), 0.75, 1e-6
 ALL_FROM = 1e-5  # accuracy from which on all modes are kept,
 VECTORS, WORTH = 6, 0.7  # and share of the modes from which on vectors for the others spare nothing
 MOST_WAVES, MOST_OF_CABLE = 300, 1600  # half-waves along a cable that are resolved, and its modes that are computed
@@ -92,7 +92,7 @@ class DrivenCables:
             self._resolve(self._models(resolved_to), resolved_to, others)
             limit = self.gains.limit
             self.resolved = limit is None or self._elements or limit.omega <= resolved_to
-            if self.resolved or resolved_to == self._farthest:
+            if self.resolved or resolved_to == self._farthest or limit.factor > gain:
                 break
             resolved_to = min(BEYOND * limit.omega, self._farthest)
 
@@ -232,13 +232,14 @@ class DrivenCables:
         limit, base = self.gains.limit, self._base
         if limit is None or limit.omega <= base.omega[-1] or not NEARLY * limit.factor < gain < limit.factor:
             return linear
-        near = [np.abs(element.omega / limit.omega - 1) < CLOSE for element in self.models.elements]
-        count = sum(len(element.omega) for element in self.models.elements) + len(self._movement.layout.free)
-        search = Search(linear.equilibrium, count, linear.accuracy, cables=self.models.cables)
-        modes = search.with_chosen(self.models, base.coordinates.limits, near)
-        own = len(base.omega)
-        found = own + np.flatnonzero(np.abs(modes.solution.omega[own:] / limit.omega - 1) < CLOSE)
-        return linear.with_modes(modes, [*range(own), *found.tolist()], len(found))
+        near = [np.zeros(len(own), dtype=bool) for own in self._own]
+        for place, (own, driven, kept) in enumerate(zip(self._own, self._chosen(), self.kept, strict=True)):
+            near[place][own] = driven[: kept.modes]
+            near[place] &= np.abs(self.models.elements[place].omega / limit.omega - 1) < CLOSE
+        search = Search(linear.equilibrium, len(base.omega), linear.accuracy, cables=self.models.cables)
+        band = (1 - CLOSE) * limit.omega, (1 + CLOSE) * limit.omega
+        modes = search.with_chosen(self.models, base.coordinates.limits, near, *band)
+        return linear.with_modes(modes, len(modes) - len(base.omega))
 
     # ------------------------------------------------------------------------------------------------------- errors
 
