@@ -132,7 +132,7 @@ class LinearMotion:
     driven : int
         How many of the modes, the last ones, are there because the loop would drive them first.
     loops : dict, optional
-        `DrivenCables` and first gains by control, which models with other numbers of modes share: it is filled.
+        By control, what all gains share (`Movement`), which models with other numbers of modes share too: it is filled.
     responses : bool
         Whether the modes left out answer to the inertia and damping forces of what bodies and winches move too.
     complete : bool
