@@ -228,12 +228,16 @@ class DrivenCables:
         self.gains = StableGains(self.loop_gain, self.poles, notches, law, self._gain)
 
     def with_critical_modes(self, linear, gain):
-        """A `LinearMotion` with the modes above its own that would grow first, where a gain [rad/s] is nearly that."""
+        """A `LinearMotion` with modes near the one that would grow first, where a gain [rad/s] is nearly its limit.
+
+        Those that the gain could drive; all where rounding spoils the response of a cable.
+        """
         limit, base = self.gains.limit, self._base
         if limit is None or limit.omega <= base.omega[-1] or not NEARLY * limit.factor < gain < limit.factor:
             return linear
         near = [np.zeros(len(own), dtype=bool) for own in self._own]
-        for place, (own, driven, kept) in enumerate(zip(self._own, self._chosen(), self.kept, strict=True)):
+        chosen = [np.ones(one.modes, dtype=bool) for one in self.kept] if self._spoilt else self._chosen()
+        for place, (own, driven, kept) in enumerate(zip(self._own, chosen, self.kept, strict=True)):
             near[place][own] = driven[: kept.modes]
             near[place] &= np.abs(self.models.elements[place].omega / limit.omega - 1) < CLOSE
         search = Search(linear.equilibrium, len(base.omega), linear.accuracy, cables=self.models.cables)
