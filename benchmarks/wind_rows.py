@@ -38,7 +38,7 @@ def direct(movement):
 
     frequency = np.geomspace(1e-4, 50.0, FREQUENCIES)
     s = 2j * np.pi * frequency
-    moved = movement.motion.moved
+    moved = movement.motion.c
     shown = moved[0] + s[:, None, None] * moved[1] + s[:, None, None] ** 2 * moved[2]
     dynamic = np.swapaxes(movement.loop.dynamic_stiffness(s), 1, 2)
     spectra = movement.gusts.variance_spectra(frequency, np.linalg.solve(dynamic, np.swapaxes(shown, 1, 2)))

@@ -69,10 +69,10 @@ def test_a_complex_stiffness_and_a_rate_that_is_seen_connect():
     stiffness = np.diag([1.0, 4.0, 9.0]).astype(complex)
     stiffness[0, 1] = stiffness[1, 0] = 1e-6j
     moved = np.array([[1.0, 0.0, 0.0]])
-    system = LinearSystem(mass, none, stiffness, moved=(moved, 0 * moved, 0 * moved))
+    system = LinearSystem(mass, none, stiffness, c=(moved, 0 * moved, 0 * moved))
     assert observed(system).tolist() == [True, True, False]
     rate = np.array([[0.0, 0.0, 1e-3]])
-    assert observed(LinearSystem(mass, none, stiffness, moved=(moved, rate, 0 * moved))).all()
+    assert observed(LinearSystem(mass, none, stiffness, c=(moved, rate, 0 * moved))).all()
 
 
 def test_modes_beside_coordinates_that_move_no_body_are_those_of_the_whole():
@@ -113,10 +113,10 @@ def test_modes_that_no_output_depends_on_change_nothing(damping):
     for movement in (some, every):
         motion = movement.motion
         dynamic = s[:, None, None] ** 2 * motion.mass + s[:, None, None] * motion.damping + motion.stiffness
-        pulled = sum(s[:, None, None] ** order * part for order, part in enumerate(motion.driven))
+        pulled = sum(s[:, None, None] ** order * part for order, part in enumerate(motion.b))
         blown = np.broadcast_to(movement.gusts.into, (len(s), *movement.gusts.into.shape))
         moved = np.linalg.solve(dynamic, np.concatenate([pulled, blown], axis=-1))
-        found.append(sum(s[:, None, None] ** order * (part @ moved) for order, part in enumerate(motion.moved)))
+        found.append(sum(s[:, None, None] ** order * (part @ moved) for order, part in enumerate(motion.c)))
     size = np.abs(found[1]).max(axis=0)
     assert (np.abs(found[0] - found[1]) <= 1e-9 * size).all()
     variances = [Response(movement, case.scene).variances.weighted["value"] for movement in (some, every)]

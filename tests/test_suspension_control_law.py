@@ -14,7 +14,7 @@ from scenes import cells
 from straight_scenes import LOOP, case_of, everything, movement_of, one_axis, two_bodies
 from test_suspension_wind import FREQUENCY, integral, von_karman
 
-from cablestudy.control.pose_state_space import Labels, state_space
+from cablestudy.control.loop_state_space import Labels, state_space
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import Scene, load_scene
 from cablestudy.study.loop_in_time import TimeOptions, time_case

@@ -26,8 +26,8 @@ from straight_scenes import (
 )
 
 from cablestudy.control import loop_gain
+from cablestudy.control.loop import Loop
 from cablestudy.control.margins_grid import frequencies, highest
-from cablestudy.control.pose_loop import PoseLoop
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.case import Case
@@ -57,7 +57,7 @@ def agree(found, expected, tolerance):
 
 def motion_poles(movement):
     """Poles with the winches at rest."""
-    return PoseLoop(movement.motion, None, 0.0, ()).open_poles
+    return Loop(movement.motion, None, 0.0, ()).open_poles
 
 
 def value(text, column):
@@ -346,7 +346,7 @@ def test_the_best_passive_mass_after_den_hartog():
     heights = []
     for ratio in (0.05, 0.3, 2.0):
         motion = movement_of(one_axis(actuators={"mass": own | {"damping_ratio": ratio}})).motion
-        row = motion.moved[0][0]
+        row = motion.c[0][0]
         dynamic = motion.dynamic_stiffness(1j * fixed)
         heights.append([abs(row @ np.linalg.solve(one, row)) * K for one in dynamic])
     assert np.array(heights) == pytest.approx(np.sqrt(1 + 2 / mu), rel=1e-7)

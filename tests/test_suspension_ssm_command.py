@@ -168,7 +168,7 @@ def test_a_response_at_an_undamped_pole_is_no_number():
     one, none = np.ones((1, 1)), np.zeros((1, 1))
     stiffness = np.array([[np.pi * np.pi]])  # resonance at 0.5 Hz
     parts = one, none, none
-    system = LinearSystem(one, none, stiffness, parts, moved=parts, follow=(none,) * 3)
+    system = LinearSystem(one, none, stiffness, parts, c=parts, d=(none,) * 3)
     found = system.response(0, 0, np.array([0.25, 0.5, 1.0]))
     assert np.isfinite(found).tolist() == [True, False, True]
     assert found[[0, 2]].real == pytest.approx([1 / (0.75 * np.pi**2), -1 / (3 * np.pi**2)], rel=1e-14)

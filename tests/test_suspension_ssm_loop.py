@@ -13,10 +13,10 @@ from suspension_scenes import platform
 from test_suspension_ssm import MARKERS, WINCHES, by_bars, model
 from test_suspension_ssm_command import read, response
 
-from cablestudy.control import pose_state_space
+from cablestudy.control import loop_state_space
+from cablestudy.control.loop import Loop, allocate
 from cablestudy.control.motion import Actuator, motion
 from cablestudy.control.notch import Notch
-from cablestudy.control.pose_loop import PoseLoop, allocate
 from cablestudy.control.suspension import labels, outward, second_order
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.ssm import Options
@@ -50,7 +50,7 @@ def whole_motion(state, actuators=()):
 def names_of(layout, count):
     inputs, outputs = labels(layout, WINCHES, MARKERS)
     coordinates = tuple((f"mode_{k}", "sqrt(kg) m") for k in range(count))
-    return pose_state_space.Labels(coordinates, inputs[:3], inputs[3:], outputs, (("x", "m"), ("y", "m"), ("z", "m")))
+    return loop_state_space.Labels(coordinates, inputs[:3], inputs[3:], outputs, (("x", "m"), ("y", "m"), ("z", "m")))
 
 
 def built(state, closed, actuators=()):
@@ -63,8 +63,8 @@ def built(state, closed, actuators=()):
     loop = None
     if closed:
         allocation = allocate(moving, measured, np.ones(3), np.array([1.0, 2.0, 5.0]))
-        loop = PoseLoop(moving, allocation, GAIN, NOTCHES)
-    return loop, pose_state_space.state_space(moving, forces, names_of(layout, count), loop, actuators)
+        loop = Loop(moving, allocation, GAIN, NOTCHES)
+    return loop, loop_state_space.state_space(moving, forces, names_of(layout, count), loop, actuators)
 
 
 def notch(one, s):
@@ -250,7 +250,7 @@ def test_the_response_is_that_of_the_loop_and_of_the_file(folder, scene):
         assert value == pytest.approx(response(found, row["frequency_Hz"])[place], rel=1e-9)
         stiffness = choice.loop.dynamic_stiffness(np.array([2j * np.pi * row["frequency_Hz"]]))[0]
         force = np.append(movement.layout.bodies(moving.shapes)[1], 0.0)  # none on the stroke
-        seen = moving.moved[0][movement.outputs["gondola.focus.y"]]
+        seen = moving.c[0][movement.outputs["gondola.focus.y"]]
         assert value == pytest.approx(seen @ np.linalg.solve(stiffness, force), rel=1e-9)
 
 

@@ -28,7 +28,7 @@ from straight_scenes import (
 )
 
 from cablestudy.cable.element import mesh_segments
-from cablestudy.control.pose_loop import PoseLoop
+from cablestudy.control.loop import Loop
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import Scene, load_scene
 from cablestudy.study.suspension import response, turbulence
@@ -103,7 +103,7 @@ def test_the_mean_wind_can_be_left_out():
     assert case.in_wind._equilibrium.position == pytest.approx(case.equilibrium.position, abs=1e-12)
     # the gusts keep the mean speed: the same damping as Straight, whose equilibrium is the calm one
     own, motion = Straight({k: v for k, v in text.items() if k != "control"}), case.in_wind.movement_of(40).motion
-    found = PoseLoop(motion, None, 0.0, ()).poles
+    found = Loop(motion, None, 0.0, ()).poles
     expected = np.linalg.eigvals(own.closed())
     assert np.sort(found.real[np.abs(found) < 1e4]).sum() == pytest.approx(expected.real.sum(), rel=1e-6)
 
@@ -177,8 +177,8 @@ def test_a_winch_on_board_in_the_mean_wind_reels_in_weight_and_drag():
     movement = movement_of(text)
     found = movement.equilibrium
     motion, step = movement.motion, 1e-3
-    moved = np.linalg.solve(motion.stiffness, motion.driven[0])
-    shown = motion.moved[0] @ moved + motion.follow[0]
+    moved = np.linalg.solve(motion.stiffness, motion.b[0])
+    shown = motion.c[0] @ moved + motion.d[0]
     places, pulls = [], []
     for sign in (1, -1):
         lengths = found.lengths - sign * step * np.array([0, 1.0])
@@ -200,7 +200,7 @@ def test_a_winch_on_board_in_the_mean_wind_reels_in_weight_and_drag():
 def damped(text):
     """2 zeta w of each mode by its pole, in order of frequency, and the modes."""
     movement = movement_of(text).with_all_modes
-    poles = PoseLoop(movement.motion, None, 0.0, ()).poles
+    poles = Loop(movement.motion, None, 0.0, ()).poles
     poles = poles[poles.imag > 0]
     return -2 * poles.real[np.argsort(np.abs(poles))], movement
 

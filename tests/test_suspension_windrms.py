@@ -244,14 +244,14 @@ def test_limits_that_cannot_be_known_fail_their_own_row(scene, monkeypatch):
     text = SCENE + GENTLE + f"actuators: {{{MASS_X}}}\n"
     scene.write_text(text)
     scenes = [load_scene(scene)[1], load_scene(scene, ["wind.speed=5 m/s"])[1]]
-    limits = rows.limits_passed
+    limits = rows.exceeded_limits
 
     def once(case):
         if case.scene is scenes[0]:
             raise ConvergenceError("no spectrum of the stroke")
         return limits(case)
 
-    monkeypatch.setattr(rows, "limits_passed", once)
+    monkeypatch.setattr(rows, "exceeded_limits", once)
     one, other = rows.evaluate_suspensions(scenes, [find("mass_x.peak_stroke")])
     assert one.cells["status"] == "no spectrum of the stroke"
     assert "no spectrum" not in other.cells["status"]

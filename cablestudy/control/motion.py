@@ -131,9 +131,9 @@ def motion(layout, whole: LinearSystem, omega, shapes, winches, actuators=(), da
 
     return LinearSystem(
         *matrices,
-        tuple(widened((shapes.T @ part[:, :winches]).T).T for part in whole.driven),
-        moved=tuple(widened(part @ shapes) for part in whole.moved),
-        follow=tuple(part[:, :winches] for part in whole.follow),
+        tuple(widened((shapes.T @ part[:, :winches]).T).T for part in whole.b),
+        c=tuple(widened(part @ shapes) for part in whole.c),
+        d=tuple(part[:, :winches] for part in whole.d),
         scale=np.concatenate([omega, [one.omega for one in actuators if not one.wheel]]),
         feedback=feedback,
         shapes=shapes,

@@ -295,9 +295,9 @@ def closed(loop, chosen=None, residual=True, forces=None, highest=0.0):
     law, names = loop.law.state_space(highest)
     measured, sign = np.eye(len(system))[-1:], -1.0 if loop.location == "gondola" else 1.0
     control = LinearControl(Allocation(measured, np.array([[sign]])), loop.gain, (loop.notch,), law, names)
-    by_force, held = system.driven[0][:, 1:], system.follow[0][:, 1:]
-    driven, follow = (tuple(part[:, :1] for part in parts) for parts in (system.driven, system.follow))
-    scaled = replace(system, driven=driven, follow=follow, scale=_scale(system))
+    by_force, held = system.b[0][:, 1:], system.d[0][:, 1:]
+    driven, follow = (tuple(part[:, :1] for part in parts) for parts in (system.b, system.d))
+    scaled = replace(system, b=driven, d=follow, scale=_scale(system))
     _, whole, (reeled, _), shown = rows(scaled, by_force, control)
     end = len(whole) + (whole.shape[1] - len(whole)) // 3
     shown[:, end - held.shape[1] : end] += held
@@ -371,7 +371,7 @@ def _moving(cable, free, imposed, inputs, gondola=None):
         )
     parts, outputs = (cable.stiffness, cable.damping, cable.mass), [(f"force_{name}", "N") for name in NAMES]
     # what is imposed, then forces: on the coordinates, and on the ends
-    pairs = tuple(zip(parts, cable.driven, strict=True))
+    pairs = tuple(zip(parts, cable.b, strict=True))
     driven = [np.concatenate([-part[np.ix_(free, imposed)], force[free]], axis=1) for part, force in pairs]
     follow = [np.concatenate([part[n:, imposed], -force[n:]], axis=1) for part, force in pairs]
     moved = [part[n:, free] for part in parts]
@@ -388,8 +388,8 @@ def _moving(cable, free, imposed, inputs, gondola=None):
         whole.damping[within],
         whole.stiffness[within],
         tuple(driven),
-        moved=tuple(moved),
-        follow=tuple(follow),
+        c=tuple(moved),
+        d=tuple(follow),
         coordinates=tuple(coordinates),
         inputs=tuple(inputs),
         outputs=tuple(outputs),

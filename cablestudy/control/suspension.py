@@ -142,7 +142,7 @@ def second_order(layout, kept, winches=(), markers=()):
 
 
 def _winch_forces(layout, system, modal, lifted):
-    static, *moving = (dense(part) for part in system.driven)
+    static, *moving = (dense(part) for part in system.b)
     static = static.copy()
     static[modal:] += layout.moved.T @ lifted
     return [static, *(part.real for part in moving)]

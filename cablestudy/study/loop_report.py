@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from cablestudy.control.loop_state_space import by_forces
 from cablestudy.control.margins_grid import by_parts
-from cablestudy.control.pose_state_space import by_forces
 from cablestudy.control.response import Phase
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.scene.scene import missing
@@ -86,11 +86,11 @@ def resonances(movement):
         With a loop.
     """
     rows, found = movement.measured_outputs, []
-    forces = movement.motion.moved[0][rows].real.T
+    forces = movement.motion.c[0][rows].real.T
     for loop in (None, movement.loop):
         system = residues((loop or movement.motion).eigen, *by_forces(movement.motion, forces, loop))
-        system = replace(system, shown=system.shown[rows], direct=system.direct[rows])
-        poles, own = system.poles, np.abs(system.shown.T * system.given)
+        system = replace(system, outputs=system.outputs[rows], direct=system.direct[rows])
+        poles, own = system.poles, np.abs(system.outputs.T * system.inputs)
         above = poles.imag > 0
         with np.errstate(divide="ignore", invalid="ignore"):  # on an undamped pole
             whole = np.abs(np.diagonal(system.response(1j * np.abs(poles[above])), axis1=1, axis2=2))

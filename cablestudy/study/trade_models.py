@@ -9,8 +9,8 @@ import numpy as np
 
 from cablestudy.cable import taut
 from cablestudy.control.gondola import undamped_modes
-from cablestudy.control.pose_loop import growing
-from cablestudy.control.pose_state_space import by_forces
+from cablestudy.control.loop import unstable_pole
+from cablestudy.control.loop_state_space import by_forces
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import MOTION, SYSTEM
@@ -254,7 +254,7 @@ def _on_gondola(model, case):
     system = assemble([model], unit[:, [GONDOLA]], mass, unit[:, [driving]])
     damping, place, none = system.damping.copy(), np.eye(len(system))[[-1]], np.zeros((1, 1))
     damping[-1, -1] += case.gondola_air_damping
-    return replace(system, damping=damping, moved=(place, 0 * place, 0 * place), follow=(none, none, none))
+    return replace(system, damping=damping, c=(place, 0 * place, 0 * place), d=(none, none, none))
 
 
 def _of_modes(column, case):
@@ -293,9 +293,9 @@ class OfSystem(InWind):
             place = np.eye(len(self._system))[[-1]]
             loop = replace(loop, motion=self._system, allocation=Allocation(place, loop.allocation.shares))
         moving = (loop or self._system).eigen
-        if growing(moving.poles) is not None:
+        if unstable_pole(moving.poles) is not None:
             raise NoSolutionError("the loop is unstable with these modes")
-        moved = movement.motion.moved[0][movement.outputs[GONDOLA_X]].real
+        moved = movement.motion.c[0][movement.outputs[GONDOLA_X]].real
         forces = np.zeros((len(self._system), movement.gusts.into.shape[1]))
         forces[-1] = moved[: len(movement.gusts.into)] @ movement.gusts.into / (moved @ moved)
         found = residues(moving, *by_forces(self._system, forces, loop))

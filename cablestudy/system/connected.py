@@ -53,6 +53,6 @@ def observed(system):
     stiffness, mass = np.sqrt(np.diagonal(system.stiffness).real), np.sqrt(np.diagonal(system.mass))
     with np.errstate(divide="ignore", invalid="ignore"):  # coordinates without mass
         moving = 1 / stiffness, 1 / mass, stiffness / mass**2
-        seen = sum(np.nan_to_num(np.abs(part) * one) for part, one in zip(system.moved, moving, strict=True))
+        seen = sum(np.nan_to_num(np.abs(part) * one) for part, one in zip(system.c, moving, strict=True))
     seen = (seen > NONE * seen.max(axis=1, keepdims=True, initial=0.0)).any(axis=0)
     return connected(system.mass, system.damping, system.stiffness, seen)

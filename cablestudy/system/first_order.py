@@ -37,7 +37,7 @@ class Allocation:
 
 @dataclass(frozen=True)
 class LinearControl:
-    """What closes the loop, as `PoseLoop` has it too.
+    """What closes the loop, as `Loop` has it too.
 
     Attributes
     ----------
@@ -110,7 +110,7 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
     m, unit = len(motion), motion.unit
     filters = sum(1 for one in motion.feedback if one.corner)
     own = [notch for notch in notches if notch is not None]
-    left, rates = _independent(allocation.shares) if allocation else (np.zeros((motion.driven[0].shape[1], 0)),) * 2
+    left, rates = _independent(allocation.shares) if allocation else (np.zeros((motion.b[0].shape[1], 0)),) * 2
     movements = left.shape[1]
     size = 2 * m + filters + 2 * len(own) + (len(a) + 1) * movements
     references = len(notches) if allocation and forces is not None else 0
@@ -126,7 +126,7 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
         force += np.outer(one.acts, one.velocity_gain * moving + one.position_gain * moved)
     if forces is not None:
         force[:, size + inputs - forces.shape[1] : size + inputs] += forces
-        for order, part in enumerate(motion.driven):
+        for order, part in enumerate(motion.b):
             force[:, size + order * inputs + references :][:, : len(left)] += part
     if allocation:
         moved, moving = allocation.measured @ places, allocation.measured @ speeds
@@ -136,7 +136,7 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
         begin, each = size - movements, np.eye(movements)
         laws = slice(begin - len(a) * movements, begin)
         _notched(notches, moved, moving, fixed, 2 * m + filters)
-        zeroth, first, second = (part @ left for part in motion.driven)
+        zeroth, first, second = (part @ left for part in motion.b)
         force[:, begin:size] += zeroth
         force[:, laws] += np.kron(first, c) + np.kron(second, c @ a)
         fixed[laws, laws], fixed[begin:, laws] = np.kron(each, a), np.kron(each, c)
@@ -207,7 +207,7 @@ def rows(system, forces=None, loop=None, actuators=()):
     system : LinearSystem
     forces : ndarray, shape (m, j), optional
         Force on each coordinate by each input that is a force; without it there are no inputs.
-    loop : LinearControl or PoseLoop, optional
+    loop : LinearControl or Loop, optional
     actuators : sequence of Actuator
         Those of the system.
 
@@ -244,8 +244,8 @@ def rows(system, forces=None, loop=None, actuators=()):
         for order, part in enumerate(lengths):
             lengths[order] = part + np.eye(*part.shape, size + order * inputs + added)
     moving = found.places, found.speeds, whole[m : 2 * m]
-    shown = sum(part @ one for part, one in zip(system.moved, moving, strict=True))
-    shown += sum(part @ one for part, one in zip(system.follow, lengths, strict=True))
+    shown = sum(part @ one for part, one in zip(system.c, moving, strict=True))
+    shown += sum(part @ one for part, one in zip(system.d, lengths, strict=True))
     outputs = [shown]
     strokes = iter(found.places[m - sum(not one.wheel for one in actuators) :])
     for one, (moved, rate) in zip(actuators, found.feedback, strict=True):

@@ -37,13 +37,13 @@ class LinearSystem:
     ----------
     mass, damping, stiffness : ndarray or sparse array, shape (n, n)
         M, C and K. Sparse matrices serve `lowest`.
-    driven : tuple of 3 ndarray, shape (n, i)
+    b : tuple of 3 ndarray, shape (n, i)
         B0, B1, B2.
     bodies : int
         How many of the coordinates, the last ones, are displacements of bodies.
-    moved : tuple of 3 ndarray, shape (o, n)
+    c : tuple of 3 ndarray, shape (o, n)
         C0, C1, C2.
-    follow : tuple of 3 ndarray, shape (o, i)
+    d : tuple of 3 ndarray, shape (o, i)
         D0, D1, D2.
     coordinates, inputs, outputs : tuple of (str, str)
         Name and unit of each.
@@ -58,10 +58,10 @@ class LinearSystem:
     mass: np.ndarray
     damping: np.ndarray
     stiffness: np.ndarray
-    driven: tuple = ()
+    b: tuple = ()
     bodies: int = 1
-    moved: tuple = ()
-    follow: tuple = ()
+    c: tuple = ()
+    d: tuple = ()
     coordinates: tuple = ()
     inputs: tuple = ()
     outputs: tuple = ()
@@ -215,7 +215,7 @@ class LinearSystem:
 
     def pulled(self, s):
         """Forces on the coordinates per input, B0 + s B1 + s^2 B2, shape (f, n, i)."""
-        return polynomial(self.driven, s)
+        return polynomial(self.b, s)
 
     def within(self, space):
         """The system in a space of its coordinates.
@@ -231,8 +231,8 @@ class LinearSystem:
             mass=mass,
             damping=damping,
             stiffness=stiffness,
-            driven=tuple(space.T @ part for part in self.driven),
-            moved=tuple(part @ space for part in self.moved),
+            b=tuple(space.T @ part for part in self.b),
+            c=tuple(part @ space for part in self.c),
             feedback=tuple(replace(one, measured=one.measured @ space, acts=one.acts @ space) for one in self.feedback),
             scale=None,
             shapes=None,
@@ -255,8 +255,8 @@ class LinearSystem:
         if not np.iscomplexobj(self.stiffness):
             return self
         stiffness, damping = self.stiffness.real, self.damping + equivalent_viscous(self.mass, self.stiffness)
-        driven, moved, follow = (tuple(part.real for part in parts) for parts in (self.driven, self.moved, self.follow))
-        return replace(self, damping=damping, stiffness=stiffness, driven=driven, moved=moved, follow=follow)
+        driven, moved, follow = (tuple(part.real for part in parts) for parts in (self.b, self.c, self.d))
+        return replace(self, damping=damping, stiffness=stiffness, b=driven, c=moved, d=follow)
 
     def inertia_share(self, output, input_):
         """Share of each mode in the inertia between an input and an output, shape (n,), by their numbers. [-]
@@ -266,8 +266,8 @@ class LinearSystem:
         ends of a cable as in `Superelement.inertia_share`.
         """
         compliance, shapes = self.strain_modes
-        inertia = compliance * (shapes.T @ self.driven[0][:, input_]) - shapes.T @ self.driven[2][:, input_]
-        observed = compliance * (self.moved[0][output] @ shapes) - self.moved[2][output] @ shapes
+        inertia = compliance * (shapes.T @ self.b[0][:, input_]) - shapes.T @ self.b[2][:, input_]
+        observed = compliance * (self.c[0][output] @ shapes) - self.c[2][output] @ shapes
         square = np.where(
             compliance > 0, 1 / np.where(compliance > 0, compliance, 1.0), 0.0
         )  # of mass-normalised shapes
@@ -294,17 +294,17 @@ class LinearSystem:
         compliance, shapes = self.strain_modes
         omega = 1 / np.sqrt(compliance[chosen])
         kept, others = shapes[:, chosen] * omega, np.delete(shapes, chosen, axis=1)
-        static = others @ (others.T @ self.driven[0])
-        driven = [kept.T @ part for part in self.driven]
+        static = others @ (others.T @ self.b[0])
+        driven = [kept.T @ part for part in self.b]
         driven[1] -= kept.T @ (self.damping @ static)
         return replace(
             self,
             mass=np.eye(len(omega)),
             damping=kept.T @ self.damping @ kept,
             stiffness=np.diag(omega**2),
-            driven=tuple(driven),
-            moved=tuple(part @ kept for part in self.moved),
-            follow=tuple(direct + part @ static for direct, part in zip(self.follow, self.moved, strict=True)),
+            b=tuple(driven),
+            c=tuple(part @ kept for part in self.c),
+            d=tuple(direct + part @ static for direct, part in zip(self.d, self.c, strict=True)),
             bodies=0,
             coordinates=tuple((f"mode_{k + 1}", MODAL) for k in np.asarray(chosen).tolist()),
         )
@@ -325,9 +325,9 @@ class LinearSystem:
 
     def _response(self, output, input_, s):
         dynamic = polynomial((self.stiffness, self.damping, self.mass), s)
-        right = polynomial([part[:, input_] for part in self.driven], s)
-        observed = polynomial([part[output] for part in self.moved], s)
-        direct = polynomial([part[output, input_] for part in self.follow], s)
+        right = polynomial([part[:, input_] for part in self.b], s)
+        observed = polynomial([part[output] for part in self.c], s)
+        direct = polynomial([part[output, input_] for part in self.d], s)
         return (observed * solved(dynamic, right[..., None])[..., 0]).sum(axis=-1) + direct
 
 

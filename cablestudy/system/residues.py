@@ -124,9 +124,9 @@ class Residues:
     ----------
     poles : ndarray, complex, shape (N,)
         [rad/s]
-    given : ndarray, complex, shape (N, i)
+    inputs : ndarray, complex, shape (N, i)
         b_a.
-    shown : ndarray, complex, shape (o, N)
+    outputs : ndarray, complex, shape (o, N)
         c_a.
     direct : ndarray, shape (o, i)
         D.
@@ -135,35 +135,35 @@ class Residues:
     """
 
     poles: np.ndarray
-    given: np.ndarray
-    shown: np.ndarray
+    inputs: np.ndarray
+    outputs: np.ndarray
     direct: np.ndarray
     one_sided: bool = False
 
     def response(self, s):
         """Outputs per input, shape (f, o, i), for s of shape (f,); not finite at a pole."""
-        return (self.shown / (s[:, None] - self.poles)[:, None, :]) @ self.given + self.direct
+        return (self.outputs / (s[:, None] - self.poles)[:, None, :]) @ self.inputs + self.direct
 
     def split(self, highest):
-        """Itself, and None: nothing is beside it. See `Beside.split`."""
+        """Itself, and None: nothing is beside it. See `DelayedResponse.split`."""
         return self, None
 
     def combined(self, space):
         """The same with combinations of the outputs, of shape (o, r)."""
-        return replace(self, shown=space.T @ self.shown, direct=space.T @ self.direct)
+        return replace(self, outputs=space.T @ self.outputs, direct=space.T @ self.direct)
 
     def some(self, chosen):
         """The same with some of its poles, an array of bool."""
-        return replace(self, poles=self.poles[chosen], given=self.given[chosen], shown=self.shown[:, chosen])
+        return replace(self, poles=self.poles[chosen], inputs=self.inputs[chosen], outputs=self.outputs[:, chosen])
 
     def statically(self, fast):
         """The same with some poles, an array of bool, replaced by their static response -c_a b_a/l_a."""
-        follow = (self.shown[:, fast] / -self.poles[fast]) @ self.given[fast]
+        follow = (self.outputs[:, fast] / -self.poles[fast]) @ self.inputs[fast]
         return replace(self.some(~fast), direct=self.direct + (follow if self.one_sided else follow.real))
 
 
 @dataclass(frozen=True)
-class Beside:
+class DelayedResponse:
     """A system whose response is known, and those of its poles that make it sharp over frequency.
 
     Attributes
@@ -184,11 +184,11 @@ class Beside:
 
     def combined(self, space):
         """See `Residues.combined`."""
-        return Beside(lambda s: space.T @ self.response(s), self.sharp.combined(space))
+        return DelayedResponse(lambda s: space.T @ self.response(s), self.sharp.combined(space))
 
 
-def beside(response, slow, fast, highest):
-    """`Beside` of a response.
+def delayed_response(response, slow, fast, highest):
+    """`DelayedResponse` of a response.
 
     Parameters
     ----------
@@ -204,9 +204,11 @@ def beside(response, slow, fast, highest):
     widest = np.argmax(np.diff(size))
     apart = size[widest : widest + 2].mean()
     slow, fast = slow.some(np.abs(slow.poles) <= apart), fast.some(np.abs(fast.poles) > apart)
-    poles, given = np.concatenate([slow.poles, fast.poles]), np.concatenate([slow.given, fast.given])
-    shown = np.concatenate([slow.shown, fast.shown], axis=1)
-    return Beside(response, replace(slow, poles=poles, given=given, shown=shown, direct=np.zeros_like(slow.direct)))
+    poles, inputs = np.concatenate([slow.poles, fast.poles]), np.concatenate([slow.inputs, fast.inputs])
+    outputs = np.concatenate([slow.outputs, fast.outputs], axis=1)
+    return DelayedResponse(
+        response, replace(slow, poles=poles, inputs=inputs, outputs=outputs, direct=np.zeros_like(slow.direct))
+    )
 
 
 def _sharp(system):

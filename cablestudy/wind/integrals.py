@@ -90,7 +90,7 @@ class Integrals:
 
         Parameters
         ----------
-        response : Residues or Beside
+        response : Residues or DelayedResponse
             Of a stable system, by the inputs of the gusts.
         names : sequence of str, optional
 
@@ -110,7 +110,7 @@ class Integrals:
 
         Parameters
         ----------
-        response : Residues or Beside
+        response : Residues or DelayedResponse
         whole : ndarray, shape (o,)
             Variances of its outputs.
         stiffness : ndarray, shape (o,)
@@ -125,9 +125,9 @@ class Integrals:
         left = known.some(~damped(known, self.least) & (known.poles != 0))
         if not len(left.poles):
             return np.zeros(len(whole), dtype=complex)
-        size, given = np.abs(left.poles), left.given[:, :, None]
-        force = (left.given * self.gusts.matrix_times(size / TURN, given.conj())[..., 0]).sum(axis=1).real
-        own = np.abs(left.shown.T) ** 2 * stiffness * (force / (2 * self.least * size))[:, None]  # at most
+        size, inputs = np.abs(left.poles), left.inputs[:, :, None]
+        force = (left.inputs * self.gusts.matrix_times(size / TURN, inputs.conj())[..., 0]).sum(axis=1).real
+        own = np.abs(left.outputs.T) ** 2 * stiffness * (force / (2 * self.least * size))[:, None]  # at most
         energy = whole * stiffness
         rounded = STILL * max(own.max(), energy.max())
         excited = own > np.maximum(EXCITED * energy, rounded)

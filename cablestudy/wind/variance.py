@@ -196,18 +196,18 @@ def variances(residues, panels, noise, weights):
     ndarray, shape (w, o)
     """
     upper = (residues.poles.imag >= 0) | residues.one_sided
-    poles, given, shown = residues.poles[upper], residues.given[upper], residues.shown[:, upper]
+    poles, inputs, outputs = residues.poles[upper], residues.inputs[upper], residues.outputs[:, upper]
     if not residues.one_sided:
-        shown = shown * np.where(poles.imag > 0, 2.0, 1.0)
-    forced, direct = _forced(given, panels, noise, weights, panels.resolvents(poles, residues.one_sided))
+        outputs = outputs * np.where(poles.imag > 0, 2.0, 1.0)
+    forced, direct = _forced(inputs, panels, noise, weights, panels.resolvents(poles, residues.one_sided))
     sums = poles[:, None] + residues.poles.conj()
-    covariance = forced @ residues.given.conj().T / -sums
-    seen = covariance @ residues.shown.conj().T + forced @ residues.direct.conj().T
+    covariance = forced @ residues.inputs.conj().T / -sums
+    seen = covariance @ residues.outputs.conj().T + forced @ residues.direct.conj().T
     directly = ((residues.direct @ direct) * residues.direct.conj()).sum(axis=-1).real
-    found = (shown.T * seen).sum(axis=1).real + directly
+    found = (outputs.T * seen).sum(axis=1).real + directly
     # by Schwarz's inequality no sum over the poles is larger than that of the sizes of its terms
     own = np.maximum(2 * covariance[:, np.arange(len(poles)), np.flatnonzero(upper)].real, 0.0)
-    return np.where(found > ROUNDING * (np.sqrt(own) @ np.abs(shown.T)) ** 2, found, 0.0)
+    return np.where(found > ROUNDING * (np.sqrt(own) @ np.abs(outputs.T)) ** 2, found, 0.0)
 
 
 def mixed_variances(residues, smooth, noise_times, panels, noise, weights):
@@ -239,19 +239,19 @@ def mixed_variances(residues, smooth, noise_times, panels, noise, weights):
         own = smooth(s[part])
         pushed = noise_times(panels.frequency[part], np.swapaxes(own, 1, 2).conj())
         plain = (own * np.swapaxes(pushed, 1, 2)).sum(axis=-1).real * panels.weights[part, None]
-        crossed = ((residues.given @ pushed) * fractions[part, :, None] * residues.shown.T).sum(axis=1)
+        crossed = ((residues.inputs @ pushed) * fractions[part, :, None] * residues.outputs.T).sum(axis=1)
         found += weights[:, part] @ (plain + 2 * crossed.real)
     return found
 
 
-def _forced(given, panels, noise, weights, resolvents):
+def _forced(inputs, panels, noise, weights, resolvents):
     """Integrals of r_a b_a S, shape (w, a, i), and of S, shape (w, i, i)."""
-    count, inputs = given.shape
+    count, size = inputs.shape
     parts = np.concatenate([resolvents.real, resolvents.imag])
-    forced = np.zeros((len(weights), count, inputs), dtype=complex)
-    direct = np.zeros((len(weights), inputs, inputs))
+    forced = np.zeros((len(weights), count, size), dtype=complex)
+    direct = np.zeros((len(weights), size, size))
     for row, functions in zip(noise.parts, noise.functions, strict=True):
-        own = np.concatenate([given[:, row].real, given[:, row].imag])
+        own = np.concatenate([inputs[:, row].real, inputs[:, row].imag])
         for column, function in zip(noise.parts, functions, strict=True):
             matrices = noise.matrices[:, row, column]
             pushed = np.tensordot(own, matrices, axes=(1, 1)).reshape(2, count, *matrices.shape[::2])

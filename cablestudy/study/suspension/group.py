@@ -12,9 +12,9 @@ from cablestudy.study.columns import ROUNDING, attribute, utilisation_of
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.linear_motion import drag_of, wind_diameters
 from cablestudy.study.suspension.load_cases import (
-    day_of,
     drag_change,
     load_counts,
+    loaded_state,
     pressed_cables,
     reference_loads,
     too_long,
@@ -173,7 +173,7 @@ class Group:
         else:
             self.reference = statics.pose(_formed(numbers))
         bare = scenes[0].case is None and not any(load_counts(scenes[0]).values())
-        self._day = None if bare else day_of(self.reference, scenes)
+        self._loaded = None if bare else loaded_state(self.reference, scenes)
         self.cables = CableResults(scenes, self.equilibrium, self.reference.lengths)
         self.cable_places = {name: place for place, name in enumerate(numbers.cable_names)}
         self.body_places = {name: place for place, name in enumerate(numbers.body_names)}
@@ -187,17 +187,17 @@ class Group:
     @property
     def equilibrium(self):
         """`Equilibrium` of all cases under their loads, shape (n,); of the reference state without load cases."""
-        return self.reference if self._day is None else self._day.equilibrium
+        return self.reference if self._loaded is None else self._loaded.equilibrium
 
     @property
     def calm(self):
         """The same without the steady wind of the load cases."""
-        return self.reference if self._day is None else self._day.calm
+        return self.reference if self._loaded is None else self._loaded.calm
 
     @cached_property
     def _unforced(self):
-        """`Day` of all cases without the forces of their load cases."""
-        return day_of(self.reference, self._scenes, forced=False)
+        """`LoadedState` of all cases without the forces of their load cases."""
+        return loaded_state(self.reference, self._scenes, forced=False)
 
     def force_displacement(self, place):
         """Displacement of bodies and points by the forces of the load case of a case, and its error by rounding.
@@ -221,15 +221,15 @@ class Group:
 
     def steady_drag(self, place):
         """That of a case on its cables, as `FixedModel.drag`; None without a steady wind."""
-        if self._day is None or self._day.drag is None:
+        if self._loaded is None or self._loaded.drag is None:
             return None
-        drag = pressed_cables(self._day.drag, self.equilibrium.suspension.cable_mass)
+        drag = pressed_cables(self._loaded.drag, self.equilibrium.suspension.cable_mass)
         return tuple(part[place] for part in drag)
 
     @cached_property
     def _drag_change(self):
         """`drag_change` of the steady wind of load cases."""
-        return drag_change(self.equilibrium, self._day and self._day.drag)
+        return drag_change(self.equilibrium, self._loaded and self._loaded.drag)
 
     @cached_property
     def _drag_change_in_wind(self):
@@ -279,15 +279,15 @@ class Group:
         """The error of a case without a stable equilibrium, or None."""
         if self.problems[place]:
             return NoSolutionError(str(self.problems[place]))
-        if self._day is None:
+        if self._loaded is None:
             return _failure(self.equilibrium, place)
         reference = None
         if set(self.reference.suspension.given) != {"unstretched_length"}:  # lengths that follow from that state
             reference = _failure(self.reference, place, "in the reference state: ")
             if reference is None and self._too_long[place]:
                 return NoSolutionError(f"in the reference state: {self._too_long[place]}")
-        if reference is None and self._day.problems[place]:
-            return NoSolutionError(self._day.problems[place])
+        if reference is None and self._loaded.problems[place]:
+            return NoSolutionError(self._loaded.problems[place])
         return reference or _failure(self.calm, place) or _failure(self.equilibrium, place)
 
     def take(self, place):

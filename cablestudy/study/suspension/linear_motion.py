@@ -8,15 +8,15 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.control.loop_state_space import ExactResponse, by_forces, winch_speeds
 from cablestudy.control.motion import Actuator, basis, motion
-from cablestudy.control.pose_state_space import ExactResponse, by_forces, winch_speeds
 from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, second_order
 from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.study.suspension.turbulence import Turbulence
 from cablestudy.system.connected import observed
 from cablestudy.system.coupled import Layout
 from cablestudy.system.linear import dense
-from cablestudy.system.residues import beside, residues
+from cablestudy.system.residues import delayed_response, residues
 from cablestudy.wind.mean import Drag
 
 TURN = 2 * np.pi
@@ -197,7 +197,7 @@ class LinearMotion:
             return found
         moved = np.s_[:, len(whole) - whole.bodies :]
         acting = [part[moved] for part in (whole.mass, whole.damping, whole.stiffness.imag)]
-        acting += [part[:, :winches] for part in (whole.driven[0].imag, whole.driven[1].real, whole.driven[2].real)]
+        acting += [part[:, :winches] for part in (whole.b[0].imag, whole.b[1].real, whole.b[2].real)]
         acting = np.concatenate(acting, axis=1)
         acting = acting[:, acting.any(axis=0)]
         return np.concatenate([found, acting, whole.mass @ whole.compliance(acting)], axis=1)
@@ -207,7 +207,7 @@ class LinearMotion:
         """Forces on the coordinates of the suspension by winches and by loads on bodies alone."""
         winches = len(self.winches)
         of_bodies = winches + np.flatnonzero(self.layout.free < 6 * self.equilibrium.suspension.bodies)
-        return self._whole.driven[0].real[:, [*range(winches), *of_bodies.tolist()]]
+        return self._whole.b[0].real[:, [*range(winches), *of_bodies.tolist()]]
 
     @cached_property
     def _basis(self):
@@ -263,13 +263,13 @@ class LinearMotion:
         return self.motion.within(self.fewer)
 
     def residues_of(self, motion, loop=None, space=None, speeds=False):
-        """`Residues` of all outputs, those of actuators too, by the inputs of `Gusts.into`; `Beside` with a delay.
+        """`Residues` of all outputs, of actuators too, by the inputs of `Gusts.into`; a `DelayedResponse` with delay.
 
         Parameters
         ----------
         motion : LinearSystem
             That of this object, or in a space of its coordinates.
-        loop : PoseLoop, optional
+        loop : Loop, optional
             Of this motion.
         space : ndarray, shape (m, r), optional
         speeds : bool
@@ -285,7 +285,7 @@ class LinearMotion:
             return found
         exact = ExactResponse(*driven)
         response, fast = (exact.winch_speeds, exact.hardly_moved) if speeds else (exact.outputs, exact.alone)
-        return beside(response, found, fast, loop.right_up_to)
+        return delayed_response(response, found, fast, loop.right_up_to)
 
     @property
     def _direct(self):

@@ -31,7 +31,7 @@ BESIDE = 0.6180339887  # share of its part of a cable at which a place without a
 
 
 @dataclass(frozen=True)
-class Day:
+class LoadedState:
     """Suspensions in their load cases.
 
     Attributes
@@ -132,7 +132,7 @@ def _by_bodies(found, place, forces):
     return np.abs((pulled * held).sum(axis=-1) / square).max(axis=-1), whole[:, :3]
 
 
-def day_of(reference, scenes, forced=True):
+def loaded_state(reference, scenes, forced=True):
     """Suspensions in the load cases of their scenes.
 
     Parameters
@@ -146,7 +146,7 @@ def day_of(reference, scenes, forced=True):
 
     Returns
     -------
-    Day
+    LoadedState
 
     Raises
     ------
@@ -174,11 +174,11 @@ def day_of(reference, scenes, forced=True):
         loaded, problems = replace(loaded, **loads), [one or other for one, other in zip(problems, beyond, strict=True)]
     calm = statics.pose(loaded)
     if all(scene.load_case.wind is None for scene in scenes):
-        return Day(calm, calm, None, problems)
+        return LoadedState(calm, calm, None, problems)
     drag = _steady_drag(scenes, suspension.body_names)
     # without an equilibrium there is nothing that the wind could move
     drag = replace(drag, velocity=np.where(calm.record.converged[:, None], drag.velocity, 0.0))
-    return Day(calm, equilibrium_in_wind(calm, drag), drag, problems)
+    return LoadedState(calm, equilibrium_in_wind(calm, drag), drag, problems)
 
 
 def _moves_of_bodies(scenes):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.control import loop_response
-from cablestudy.control.pose_state_space import Labels, state_space
+from cablestudy.control.loop_state_space import Labels, state_space
 from cablestudy.control.suspension import labels
 from cablestudy.system.first_order import LinearControl
 from cablestudy.system.linear import MODAL
@@ -49,7 +49,7 @@ def in_time(movement, output, input_, components, times):
 
 
 def delayed_up_to(loop):
-    """Frequency up to which an approximant of the delay of a `PoseLoop` is right; 0 where there is none. [rad/s]"""
+    """Frequency up to which an approximant of the delay of a `Loop` is right; 0 where there is none. [rad/s]"""
     return 0.0 if loop.slight_delay else loop.right_up_to
 
 

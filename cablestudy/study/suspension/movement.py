@@ -8,8 +8,8 @@ import numpy as np
 
 from cablestudy.control.gain_limits import ABOVE, undamped
 from cablestudy.control.law import law_from
+from cablestudy.control.loop import Loop, allocate, moved_by_winches, unstable_pole
 from cablestudy.control.notch import Notch
-from cablestudy.control.pose_loop import PoseLoop, allocate, growing, moved_by_winches
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, result_of
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.suspension.driven_cables import DrivenCables
@@ -180,7 +180,7 @@ class Movement:
 
     @cached_property
     def loop(self):
-        """The `PoseLoop`, or None without control.
+        """The `Loop`, or None without control.
 
         Raises
         ------
@@ -204,7 +204,7 @@ class Movement:
         """The loop with its gain, or with next to none where the gain follows from a margin."""
         law, gain = law_from(self.scene.control)
         given = LITTLE * self.modes.solution.omega[0] if gain is None else gain
-        return PoseLoop(self.motion, self.allocation, given, self.notches, law)
+        return Loop(self.motion, self.allocation, given, self.notches, law)
 
     @cached_property
     def _of_all_gains(self):
@@ -334,7 +334,7 @@ class Movement:
     @cached_property
     def stable(self):
         """Whether no motion grows, with the winches at rest and with the loop."""
-        if growing(self.open_poles) is not None:
+        if unstable_pole(self.open_poles) is not None:
             return False
         return self.loop is None or not self.gains.unstable(self.loop.gain)
 
@@ -345,7 +345,7 @@ class Movement:
 
     def check_open(self):
         """Refuse what grows with the winches at rest: NoSolutionError, with the motion and why."""
-        if (pole := growing(self.open_poles)) is not None:
+        if (pole := unstable_pole(self.open_poles)) is not None:
             cause = "actuators" if self.actuators else "aerodynamic damping"
             raise NoSolutionError(f"unstable without winches ({cause}): {self._named(pole, self.motion)}")
 
@@ -364,7 +364,7 @@ class Movement:
     @cached_property
     def _complaint(self):
         """Which motion grows with the loop, and below which gain none does."""
-        loop, pole = self.loop, self.loop.growing
+        loop, pole = self.loop, self.loop.unstable_pole
         moving = self._named(pole, loop) if pole else f"a motion of {self.gains.limit.omega / TURN:.4g} Hz grows"
         found = f"the loop is unstable at {self._said}: {moving}; "
         try:
@@ -389,7 +389,7 @@ class Movement:
         return f"mode {mode + 1} ({self.modes.moves[mode]}, {self.modes.frequency[mode]:.4g} Hz)"
 
     def _named(self, pole, moving):
-        """The motion of a growing pole of a `LinearSystem` or `PoseLoop` in words."""
+        """The motion of a growing pole of a `LinearSystem` or `Loop` in words."""
         dynamic = moving.dynamic_stiffness(np.array([pole]))[0]
         shape = np.linalg.svd(dynamic)[2][-1].conj()
         energy = np.abs(shape * pole) ** 2

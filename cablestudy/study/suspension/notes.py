@@ -154,7 +154,7 @@ def _of_loop(movement, wind):
 
 
 def law_notes(loop):
-    """Lines on the lag of the winches and the delay of a `PoseLoop`."""
+    """Lines on the lag of the winches and the delay of a `Loop`."""
     law = loop.law
     if law.bandwidth < np.inf:
         yield f"winches: a lag of first order of {law.bandwidth / (2 * np.pi):.4g} Hz"

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.pose_state_space import by_forces
+from cablestudy.control.loop_state_space import by_forces
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.wind.imaging import seen_weights
@@ -74,7 +74,7 @@ class Response:
 
     @property
     def loop(self):
-        """The `PoseLoop` where it does something, else None."""
+        """The `Loop` where it does something, else None."""
         return self._states[0].loop
 
     @property
@@ -116,7 +116,7 @@ class Response:
         state : {CLOSED, OPEN}
         """
         (found, _), rows = self._state(state).residues.split(np.inf), [self.names.index(name) for name in names]
-        height = np.abs(found.shown[rows]) * np.linalg.norm(found.given, axis=1) / np.abs(found.poles.real)
+        height = np.abs(found.outputs[rows]) * np.linalg.norm(found.inputs, axis=1) / np.abs(found.poles.real)
         seen = (height > SEEN * height.max(axis=1, keepdims=True)).any(axis=0)
         return found.poles[seen & (found.poles.imag > 0)]
 

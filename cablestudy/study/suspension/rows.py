@@ -15,7 +15,7 @@ from cablestudy.study.suspension.case import SuspensionCase, cases_of, prepare
 from cablestudy.study.suspension.columns import WHOLE
 from cablestudy.study.suspension.group import TOGETHER
 from cablestudy.study.suspension.notes import LISTED, notes_of, strength_warning
-from cablestudy.study.suspension.wind_columns import limits_passed, slackened
+from cablestudy.study.suspension.wind_columns import exceeded_limits, slackened
 
 OF_THE_WHOLE = {column.name: column for column in WHOLE}
 AT_ONCE = 200  # cases whose equilibria are solved together: bounds the memory
@@ -106,7 +106,7 @@ def _doubts(case, blown):
     try:
         if case.scene.control is not None and case.moves:
             case.in_wind.check_stable()
-        return {name: NoSolutionError(text) for name, text in limits_passed(case).items()} if blown else {}
+        return {name: NoSolutionError(text) for name, text in exceeded_limits(case).items()} if blown else {}
     except CablestudyError as error:
         return {"limits": error}
 

@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.pose_loop import growing
-from cablestudy.control.pose_state_space import Labels, names, state_space
+from cablestudy.control.loop import unstable_pole
+from cablestudy.control.loop_state_space import Labels, names, state_space
 from cablestudy.control.statespace import MODAL
 from cablestudy.control.suspension import labels
 from cablestudy.errors import NoSolutionError, SceneError
@@ -34,7 +34,7 @@ class ControlledChoice:
         From which the loop follows.
     movement : Movement
         With the modes that are kept; the same, or one with fewer modes.
-    loop : PoseLoop or None
+    loop : Loop or None
         That of `whole` on what is kept; None where it is open, and the winches are inputs.
     pairs : list of tuple of int
         Numbers of each output and input that a response refers to.
@@ -135,13 +135,13 @@ class ControlledChoice:
                 " response; see --modes and --upto"
             )
         whole, stable = self.whole, True
-        if self.loop or growing(whole.open_poles) is not None:
+        if self.loop or unstable_pole(whole.open_poles) is not None:
             try:
                 whole.check_stable()
             except NoSolutionError as error:
                 stable = False
                 found.append(f"warning: {error}")
-        if stable and growing(np.linalg.eigvals(self._system.a)) is not None:
+        if stable and unstable_pole(np.linalg.eigvals(self._system.a)) is not None:
             found.append("warning: with the modes kept a motion grows, with more of them none does; see --modes")
         return found
 

@@ -24,7 +24,7 @@ class Turbulence:
     Parameters
     ----------
     linear : LinearMotion
-    loop : PoseLoop, optional
+    loop : Loop, optional
         Of this motion, with a gain.
     """
 

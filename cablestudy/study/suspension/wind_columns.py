@@ -181,7 +181,7 @@ def actuator_columns(name, wheel=None):
     return found
 
 
-def limits_passed(case):
+def exceeded_limits(case):
     """What passes a limit: actuator and quantity, or key of the winches -> text."""
     found, control = {}, case.scene.control
     if control is not None and control.max_speed is not None:

@@ -18,7 +18,7 @@ from cablestudy.study.suspension.wind_columns import (
     LOOP,
     WINCHES,
     actuator_columns,
-    limits_passed,
+    exceeded_limits,
     peak_along,
     place_columns,
     slackened,
@@ -187,7 +187,7 @@ def remarks_of(case, tables):
     And, where the `tables` show both, a note on motions that the loop makes larger.
     """
     found = [*warnings_of(case)]
-    found += [f"warning: {text}: the linear numbers do not hold" for text in limits_passed(case).values()]
+    found += [f"warning: {text}: the linear numbers do not hold" for text in exceeded_limits(case).values()]
     if slack := slackened(case):
         found.append(f"warning: {SLACK}: {first_of(slack, LISTED)}: the linear numbers do not hold")
     if doubt := case.in_wind.doubt:

@@ -46,7 +46,7 @@ def state_space(motion, forces, labels, loop=None, actuators=(), added=False):
     forces : ndarray, shape (m, j)
         Force on each coordinate by each input that is a force.
     labels : Labels
-    loop : PoseLoop or LinearControl, optional
+    loop : Loop or LinearControl, optional
         With the motion as above.
     actuators : sequence of Actuator
         Those of the motion.
@@ -69,7 +69,7 @@ def state_space(motion, forces, labels, loop=None, actuators=(), added=False):
     inputs, outputs = names(labels, bool(loop), actuators)
     if not loop:
         return from_rows(whole, shown, _states(labels, loop, actuators, 0), inputs, outputs)
-    shown = np.insert(shown, len(motion.moved[0]), reeled[0], axis=0)
+    shown = np.insert(shown, len(motion.c[0]), reeled[0], axis=0)
     count = len(labels.measured)
     inputs = *inputs[:count], *labels.winches, *inputs[count:]
     system = from_rows(whole, shown, _states(labels, loop, actuators, found.winches.shape[1]), inputs, outputs)
@@ -81,13 +81,13 @@ def by_forces(motion, forces, loop=None, actuators=(), direct=None):
     """B, C and D with the forces as the only inputs, and without the lengths of the winches among the outputs.
 
     Arguments are those of `state_space`, and `direct`, shape (o, j): how much of each force is in each output of the
-    motion at once. A is that of `PoseLoop.eigen`, or of `LinearSystem.eigen` without a loop.
+    motion at once. A is that of `Loop.eigen`, or of `LinearSystem.eigen` without a loop.
     """
     _, whole, reeled, shown = rows(motion, None, loop, actuators)
     given, through = _given(motion, forces, len(whole)), np.zeros((len(shown), forces.shape[1]), shown.dtype)
-    own = motion.moved[2] @ given[len(motion) : 2 * len(motion)]
+    own = motion.c[2] @ given[len(motion) : 2 * len(motion)]
     if loop:
-        own = own + sum(part @ (row @ given) for part, row in zip(motion.follow[1:], reeled, strict=True))
+        own = own + sum(part @ (row @ given) for part, row in zip(motion.d[1:], reeled, strict=True))
     through[: len(own)] = own if direct is None else own + direct
     return given, shown, through
 
@@ -149,7 +149,7 @@ class ExactResponse:
         s = np.maximum(alone.poles.real, -1 / loop.law.delay) + 1j * alone.poles.imag
         error = loop.controller(s).T * self._shown[-count:]
         speeds = -loop.gain * alone.poles * (loop.allocation.shares @ error)
-        return replace(alone, shown=speeds, direct=np.zeros((len(speeds), alone.given.shape[1])))
+        return replace(alone, outputs=speeds, direct=np.zeros((len(speeds), alone.inputs.shape[1])))
 
     def _solved(self, s):
         loop, count = self._loop, len(self._loop.notches)

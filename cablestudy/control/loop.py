@@ -42,7 +42,7 @@ def moved_by_winches(motion, measured, sizes):
     sizes : ndarray, shape (k,)
         Length that makes a rotation comparable with a displacement; 1 for these. [m]
     """
-    gain = measured @ np.linalg.solve(motion.dynamic_stiffness(np.zeros(1))[0].real, motion.driven[0].real)
+    gain = measured @ np.linalg.solve(motion.dynamic_stiffness(np.zeros(1))[0].real, motion.b[0].real)
     largest = np.abs(gain * sizes[:, None]).max(axis=1, initial=0.0)
     return largest > STILL * largest.max(initial=0.0), gain
 
@@ -71,7 +71,7 @@ def allocate(motion, measured, sizes, weights):
 
 
 @dataclass(frozen=True)
-class PoseLoop:
+class Loop:
     """A suspension whose winches hold a pose.
 
     Attributes
@@ -219,12 +219,12 @@ class PoseLoop:
         return self.motion.eigen.poles
 
     @property
-    def growing(self):
+    def unstable_pole(self):
         """The pole that grows most, relative to its size; None where the loop is stable."""
-        return growing(self.poles)
+        return unstable_pole(self.poles)
 
 
-def growing(poles):
+def unstable_pole(poles):
     """The pole that grows most, or None where none grows."""
     growth = growths(poles)
     return complex(poles[np.argmax(growth)]) if growth.max(initial=-1.0) > 0 else None
