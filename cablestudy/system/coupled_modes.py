@@ -94,14 +94,16 @@ class Search:
         words = "finer meshes of the cables do not help"
         return [self._too_accurate(words) if one is None else one for one in found]
 
-    def with_chosen(self, models, limits, chosen):
-        """`CoupledModes` of all coordinates of the cables of one row: modes up to a limit, and chosen ones far above.
+    def with_chosen(self, models, limits, chosen, lowest, highest):
+        """`CoupledModes` of one row: the lowest, and those far above of which chosen modes of cables are a part.
 
         Parameters
         ----------
         models : Models
         limits, chosen
             As for `Models.coordinates`.
+        lowest, highest : float
+            Frequencies between which they lie. [rad/s]
 
         Returns
         -------
@@ -113,7 +115,10 @@ class Search:
         NoSolutionError
             The equilibrium is not stable.
         """
-        trial = self._tried(models, limits, chosen)
+        coordinates = models.coordinates(limits, chosen)
+        trial = Trial(self.layout, coordinates, len(coordinates.omega) + len(self.layout.free))
+        omega = trial.omega[0]
+        trial = trial.some((np.arange(len(omega)) < self.count) | ((omega > lowest) & (omega < highest)))
         return finished(trial, 0, np.maximum(trial.unresolved[0].sum(axis=0) / 2, NOISE))
 
     def of_elements(self, model):
@@ -304,10 +309,10 @@ class Search:
     def _too_accurate(self, why):
         return ConvergenceError(f"accuracy {self.accuracy:g} of the coupled modes cannot be had: {why}")
 
-    def _tried(self, models, limits, chosen=None, rows=None):
+    def _tried(self, models, limits, rows=None):
         """`Trial` of some rows, or of all."""
         layout = self.layout if rows is None else self._layout_of(rows)
-        return Trial(layout, models.coordinates(limits, chosen), self.count)
+        return Trial(layout, models.coordinates(limits), self.count)
 
 
 def finished(trial, row, error, finer=None):

@@ -1,6 +1,7 @@
 """Coupled modes of a suspension as they were found: their errors, their damping, and what moves in each."""
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -78,8 +79,6 @@ class Trial:
     ----------
     omega : ndarray, shape (n, k)
         Infinite where there are fewer modes, not a number where the equilibrium is not stable. [rad/s]
-    omitted : ndarray, shape (n, c, k)
-        Relative error of the squared frequencies by what the coordinates of each cable leave out. [-]
     """
 
     def __init__(self, layout, coordinates, count):
@@ -97,7 +96,16 @@ class Trial:
             self.omega[rows, :found] = omega
             self._modal[index, :found] = shapes[..., :modal, :]
             self._bodies[rows, :, :found] = shapes[..., modal:, :]
-        self.omitted = models.omitted(coordinates, *self._moving_ends).reshape(self.rows, -1, count)
+
+    def some(self, chosen):
+        """The same with some of its modes, an array of bool."""
+        other = copy(self)
+        other.omega, other._modal, other._bodies = (
+            self.omega[:, chosen],
+            self._modal[:, chosen],
+            self._bodies[..., chosen],
+        )
+        return other
 
     def _systems(self, row):
         """Yield rows, the numbers of their coordinates of cables, and their `ReducedSystem`: of equal size together."""
@@ -126,6 +134,15 @@ class Trial:
         ends = self.layout.ends(self._bodies.reshape(*self.layout.shape, *self._bodies.shape[1:]))
         ends = ends.reshape(-1, 6, square.shape[1])
         return np.repeat(square, len(ends) // self.rows, axis=0), ends
+
+    @cached_property
+    def omitted(self):
+        """Relative error of the squared frequencies by what the coordinates of each cable leave out.
+
+        Shape (n, c, k). [-]
+        """
+        omitted = self.coordinates.models.omitted(self.coordinates, *self._moving_ends)
+        return omitted.reshape(self.rows, -1, self.omega.shape[1])
 
     @cached_property
     def unresolved(self):

@@ -74,7 +74,8 @@ class Ends:
             Chord frame. [m]
         """
         local = self._turn @ ends
-        moved = self._basis[1] @ amplitudes[..., None, :, :]
+        shapes = self._basis[1]
+        moved = (joined(shapes) @ amplitudes).reshape(*shapes.shape[:-1], amplitudes.shape[-1])
         for system, places, both in self._static_shapes:
             moved[..., list(system.axes), :] += both @ local[..., None, places, :]
         return moved

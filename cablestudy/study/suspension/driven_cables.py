@@ -92,7 +92,7 @@ class DrivenCables:
             self._resolve(self._models(resolved_to), resolved_to, others)
             limit = self.gains.limit
             self.resolved = limit is None or self._elements or limit.omega <= resolved_to
-            if self.resolved or resolved_to == self._farthest:
+            if self.resolved or resolved_to == self._farthest or limit.factor > gain:
                 break
             resolved_to = min(BEYOND * limit.omega, self._farthest)
 
@@ -228,17 +228,22 @@ class DrivenCables:
         self.gains = StableGains(self.loop_gain, self.poles, notches, law, self._gain)
 
     def with_critical_modes(self, linear, gain):
-        """A `LinearMotion` with the modes above its own that would grow first, where a gain [rad/s] is nearly that."""
+        """A `LinearMotion` with modes near the one that would grow first, where a gain [rad/s] is nearly its limit.
+
+        Those that the gain could drive; all where rounding spoils the response of a cable.
+        """
         limit, base = self.gains.limit, self._base
         if limit is None or limit.omega <= base.omega[-1] or not NEARLY * limit.factor < gain < limit.factor:
             return linear
-        near = [np.abs(element.omega / limit.omega - 1) < CLOSE for element in self.models.elements]
-        count = sum(len(element.omega) for element in self.models.elements) + len(self._movement.layout.free)
-        search = Search(linear.equilibrium, count, linear.accuracy, cables=self.models.cables)
-        modes = search.with_chosen(self.models, base.coordinates.limits, near)
-        own = len(base.omega)
-        found = own + np.flatnonzero(np.abs(modes.solution.omega[own:] / limit.omega - 1) < CLOSE)
-        return linear.with_modes(modes, [*range(own), *found.tolist()], len(found))
+        near = [np.zeros(len(own), dtype=bool) for own in self._own]
+        chosen = [np.ones(one.modes, dtype=bool) for one in self.kept] if self._spoilt else self._chosen()
+        for place, (own, driven, kept) in enumerate(zip(self._own, chosen, self.kept, strict=True)):
+            near[place][own] = driven[: kept.modes]
+            near[place] &= np.abs(self.models.elements[place].omega / limit.omega - 1) < CLOSE
+        search = Search(linear.equilibrium, len(base.omega), linear.accuracy, cables=self.models.cables)
+        band = (1 - CLOSE) * limit.omega, (1 + CLOSE) * limit.omega
+        modes = search.with_chosen(self.models, base.coordinates.limits, near, *band)
+        return linear.with_modes(modes, len(modes) - len(base.omega))
 
     # ------------------------------------------------------------------------------------------------------- errors
 

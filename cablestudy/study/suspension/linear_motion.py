@@ -4,7 +4,6 @@ Scenes that differ in the loop of the winches, the exposure or the correction al
 """
 
 from copy import copy
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -115,23 +114,6 @@ def actuators_of(scene):
     return found
 
 
-def modes_among(modes, chosen):
-    """Some of the modes of a `CoupledModes`, by their numbers from 0."""
-    solution = modes.solution
-    solution = replace(
-        solution, omega=solution.omega[chosen], shapes=solution.shapes[:, chosen], omitted=solution.omitted[:, chosen]
-    )
-    return replace(
-        modes,
-        frequency=modes.frequency[chosen],
-        error=modes.error[chosen],
-        coincident=(),
-        shapes=modes.shapes[:, chosen],
-        solution=solution,
-        finer=None,
-    )
-
-
 class LinearMotion:
     """A suspension about its equilibrium in the mean wind, without loop.
 
@@ -150,7 +132,7 @@ class LinearMotion:
     driven : int
         How many of the modes, the last ones, are there because the loop would drive them first.
     loops : dict, optional
-        `DrivenCables` and first gains by control, which models with other numbers of modes share: it is filled.
+        By control, what all gains share (`Movement`), which models with other numbers of modes share too: it is filled.
     responses : bool
         Whether the modes left out answer to the inertia and damping forces of what bodies and winches move too.
     complete : bool
@@ -179,19 +161,10 @@ class LinearMotion:
         self.winches, self.markers = winches_of(scene, suspension.cable_names), markers_of(scene)
         self.actuators = actuators_of(scene)
 
-    def with_modes(self, modes, chosen, driven):
-        """The same with some modes of other `CoupledModes`, the last ones of which the loop could drive.
-
-        Parameters
-        ----------
-        modes : CoupledModes
-        chosen : list of int
-            Numbers from 0.
-        driven : int
-        """
+    def with_modes(self, modes, driven):
+        """The same with other `CoupledModes`, so many of which, the last ones, the loop could drive."""
         known = self.scene, self.equilibrium, self.airflow
-        some = modes_among(modes, np.array(chosen))
-        return LinearMotion(*known, some, self.accuracy, self.model, driven, self.loops, self._responses)
+        return LinearMotion(*known, modes, self.accuracy, self.model, driven, self.loops, self._responses)
 
     @cached_property
     def with_all_modes(self):

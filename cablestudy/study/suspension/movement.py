@@ -207,9 +207,20 @@ class Movement:
         return Loop(self.motion, self.allocation, given, self.notches, law)
 
     @cached_property
+    def _of_all_gains(self):
+        """Shared by loops that differ in the gain alone, and by models with other numbers of modes: three.
+
+        `Effects`; `DrivenCables` by powers of two of the gain; and the gain that is tried first, by that of the loop.
+        """
+        control = repr((self.scene.control.model_copy(update={"gain": None}), self.given_loop.law))
+        if control not in self.linear.loops:
+            self.linear.loops[control] = Effects(self), {}, {}
+        return self.linear.loops[control]
+
+    @property
     def effects(self):
         """`Effects` of the gain on the modes of single cables."""
-        return Effects(self)
+        return self._of_all_gains[0]
 
     @property
     def driven(self):
@@ -229,9 +240,7 @@ class Movement:
 
     def _found_driven(self):
         """`driven`, of growing gains."""
-        control = repr((self.scene.control.model_copy(update={"gain": None}), self.given_loop.law))
-        # by powers of two; and gain -> the first one that is tried, which models with other numbers of modes share
-        known, begins = self.linear.loops.setdefault(control, ({}, {}))
+        _, known, begins = self._of_all_gains
         self.check_open()
         gain = self.given_loop.gain or LITTLE
         if gain not in begins:
