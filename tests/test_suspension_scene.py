@@ -535,7 +535,7 @@ correction: {marker: gondola.focus, bandwidth: 1}
         for key in path[:-1]:
             inside = inside.get(key, {}) if isinstance(inside, dict) else {}
         if isinstance(inside, dict):
-            inside[path[-1]] = data.draw(LEAVES)
+            inside[path[-1]] = copy.deepcopy(data.draw(LEAVES))  # one that is filled later is no other
     document.value = value
     mistakes = ["s.yaml:"]
     try:

@@ -25,9 +25,9 @@ MORE = (300, 600)  # where notches are at frequencies that those have not
 ELEMENTS = 250  # of a model with an exact choice of elements, where fewer change the RMS by more than a share EXACT
 EXACT = 1e-9
 SAFETY = 2.0  # on the change of a margin by fewer modes
-# of the accuracy: errors of an RMS that are smaller are not told apart (of 220 numbers of random scenes ten were more
-# wrong than estimated, by less than this)
-RESOLVED = 5e-3
+# on the error of an RMS that one model shows, as far as the accuracy allows, and least share of the accuracy: of 220
+# numbers of random scenes ten were more wrong than shown, up to 2.3 times, or by less than this share
+BY_ONE_MODEL, RESOLVED = 4.0, 5e-3
 ROUNDING = 1e-14  # of a displacement by the mean wind over the longest chord: what is less is shown as zero
 
 
@@ -359,7 +359,8 @@ class InWind:
         total = found.weighted[variance][state, rows].sum()
         if not total > 0:
             return np.sqrt(total), 0.0 if self._model is None else np.nan
-        error = max(found.error[variance][state, rows].sum() / (2 * total), RESOLVED * self._accuracy)
+        error, accuracy = found.error[variance][state, rows].sum() / (2 * total), self._accuracy
+        error = max(error, min(BY_ONE_MODEL * error, accuracy), RESOLVED * accuracy)
         return np.sqrt(total), error if self._error_known else np.nan
 
     def peak(self, names, mean, crossings=0.0):

@@ -25,7 +25,6 @@ ABOVE = 1e-3  # of the variance of a tension: by waves along the cables, far abo
 ROUNDING = 1e-15  # of the energy of an output over the largest of all: what is less is shown as zero
 AT_ONCE = 500_000  # entries of the responses that are computed at once
 SEEN = 0.01  # height of a resonance over the largest one of an output, from which on it is seen there
-SAFETY = 4.0  # on what the highest modes add to a variance: of 220 numbers of random scenes six were up to 2.3 times it
 COMPARED = 10.0  # on the change of a variance from a model with fewer modes, whose errors may fall slowly
 CLOSED, OPEN = 0, 1
 
@@ -176,7 +175,6 @@ class Response:
     def _variances(self, state, weights=None):
         """`Turbulence.variances`, or those with some weights, and their errors by modes as far as they are known."""
         whole, added, late = state.seen(weights) if weights else state.variances
-        added = SAFETY * added
         if self._before is None:
             return whole, added, late
         earlier = self._before._states[self._states.index(state)]
