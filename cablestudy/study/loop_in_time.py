@@ -256,7 +256,7 @@ def time_case(document, scene, movement, options, names=None, wind_keys=("wind",
         driven = winches[kind]
         reels = movement.scene.winches[driven.removeprefix("winch.")].direction is None
         asked = options.step(f"{kind} reels in" if reels else f"the {kind} moves")
-    output = list(movement.outputs)[movement.measured_outputs[shown]]
+    output = movement.measured_outputs[shown]
     found = in_time(movement, output, driven, asked.components, options.times).times(asked.size)
     dampings = [cable.damping for cable in movement.scene.cables.values()]
     remarks = remarks_of(movement.scene.control, delayed_up_to(movement.loop), found, dampings)

@@ -85,7 +85,7 @@ def resonances(movement):
     movement : Movement
         With a loop.
     """
-    rows, found = movement.measured_outputs, []
+    rows, found = [movement.outputs[name] for name in movement.measured_outputs], []
     forces = movement.motion.c[0][rows].real.T
     for loop in (None, movement.loop):
         system = residues((loop or movement.motion).eigen, *by_forces(movement.motion, forces, loop))

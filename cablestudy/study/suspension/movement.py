@@ -117,9 +117,9 @@ class Movement:
 
     @property
     def measured_outputs(self):
-        """Rows of what is measured among the `outputs`: list of int."""
+        """Names among the `outputs` of what is measured: list of str."""
         body = self.equilibrium.suspension.body_names[self.body]
-        return [self.outputs[f"{body}.{AXES[MOTIONS.index(name)]}"] for name in self.measured]
+        return [f"{body}.{AXES[MOTIONS.index(name)]}" for name in self.measured]
 
     @cached_property
     def notches(self):
