@@ -235,10 +235,10 @@ def time_case(document, scene, movement, options, names=None, wind_keys=("wind",
     SceneError
         An unknown input or output, or the scene has no wind for it.
     """
-    names, body = names or {}, movement.equilibrium.suspension.body_names[movement.body]
+    names = names or {}
     winches = {names.get(key := f"winch.{name}", key): key for name in movement.scene.winches}
     references = {names.get(key := f"reference.{name}", key): key for name in movement.measured}
-    outputs = [names.get(key := f"{body}.{name}", key) for name in movement.measured]
+    outputs = [names.get(key := f"{movement.body_name}.{name}", key) for name in movement.measured]
     kind = options.input or next(iter(winches))
     number_of("--input", kind, [*winches, *references, *OF_WIND])
     shown = number_of("--output", options.output, outputs) if options.output else 0

@@ -81,10 +81,9 @@ def loop_margins(movement, span=None):
 
 def _title(movement):
     """What the loop holds by how many winches, and the letters of the picture."""
-    body = movement.equilibrium.suspension.body_names[movement.body]
     count, held = len(movement.winches), ", ".join(movement.measured)
     letters = "loop gain L, S = 1/(1 + L), T = S L" if len(movement.measured) == 1 else "S = (I + L)⁻¹, T = S L"
-    return f"Loop that holds {body} ({held}) by {count} winch{'es' * (count != 1)}: {letters}"
+    return f"Loop that holds {movement.body_name} ({held}) by {count} winch{'es' * (count != 1)}: {letters}"
 
 
 def _span(movement):

@@ -141,7 +141,7 @@ def _drawn(movement):
     scene, outputs = movement.scene, movement.outputs
     owners = [name.rpartition(".")[0] for name in outputs if ".tension_" not in name]
     if scene.control:
-        body = movement.equilibrium.suspension.body_names[movement.body]
+        body = movement.body_name
     elif owners:
         body = owners[0].partition(".")[0]
     else:

@@ -70,6 +70,11 @@ class Movement:
         return list(self.scene.bodies).index(name) if name else 0
 
     @property
+    def body_name(self):
+        """Name of the body that is controlled."""
+        return self.equilibrium.suspension.body_names[self.body]
+
+    @property
     def free(self):
         """Names of what of the controlled body is free: list of str."""
         held = self.equilibrium.suspension.free[self.body]
@@ -84,12 +89,12 @@ class Movement:
         NoSolutionError
             A coordinate is measured that no winch moves.
         """
-        control, suspension = self.scene.control, self.equilibrium.suspension
+        control = self.scene.control
         names = list(control.measured or self.free)
         moved = self._of_body(self.motion.shapes)
         rows = np.zeros((6, len(self.motion)))
         rows[:, : moved.shape[1]] = moved
-        on, end = np.nonzero(suspension.owner == self.body)
+        on, end = np.nonzero(self.equilibrium.suspension.owner == self.body)
         arms = self.equilibrium.arms[on, end]
         radius = np.sqrt((arms**2).sum(axis=-1).mean()) if len(arms) else 1.0
         sizes = np.array([1.0, 1.0, 1.0, radius, radius, radius])
@@ -100,9 +105,7 @@ class Movement:
         if not moves.all():
             idle = [name for name, does in zip(names, moves, strict=True) if not does]
             if control.measured or not moves.any():
-                body = suspension.body_names[self.body]
-                which = ", ".join(idle)
-                raise NoSolutionError(f"control.measured: no winch moves {which} of {body}")
+                raise NoSolutionError(f"control.measured: no winch moves {', '.join(idle)} of {self.body_name}")
         names = [name for name, does in zip(names, moves, strict=True) if does]
         return names, rows[moves], sizes[moves]
 
@@ -118,8 +121,7 @@ class Movement:
     @property
     def measured_outputs(self):
         """Names among the `outputs` of what is measured: list of str."""
-        body = self.equilibrium.suspension.body_names[self.body]
-        return [f"{body}.{AXES[MOTIONS.index(name)]}" for name in self.measured]
+        return [f"{self.body_name}.{AXES[MOTIONS.index(name)]}" for name in self.measured]
 
     @cached_property
     def notches(self):

@@ -143,13 +143,12 @@ def loop_table(case, failures=None, more=()):
 def coordinate_table(case, _=None):
     """Each measured coordinate: its notch, and by how much its gain alone may grow, which an unstable loop lacks."""
     movement = case.in_wind.controlled
-    body = movement.equilibrium.suspension.body_names[movement.body]
     limits = movement.single_limits if movement.loop.gain and movement.stable else {}
     rows = []
     for name, notch in zip(movement.measured, movement.notches, strict=True):
         limit = limits.get(name, np.inf)
         rows.append({
-            "coordinate": f"{body}.{name}",
+            "coordinate": f"{movement.body_name}.{name}",
             "notch_frequency_Hz": notch and float(notch.omega / (2 * np.pi)),
             "gain_margin_dB": float(20 * np.log10(limit)) if 0 < limit < np.inf else None,
         })  # fmt: skip
