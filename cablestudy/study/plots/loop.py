@@ -11,6 +11,7 @@ from cablestudy.study.loop_in_time import MILLI
 from cablestudy.study.loop_report import curves, decibels, drawn_frequencies, loop_gain, singular_values
 from cablestudy.study.plots.style import (
     BLUE,
+    BOX,
     GREEN,
     GREY,
     LIGHT,
@@ -32,6 +33,7 @@ LINE = 0.052  # height of a line of text beside the Nyquist plot, over that of t
 NEAR = 2.2  # half width of the Nyquist plot [-]
 PHASES = 540.0  # range of phases from which marks are 180 degrees apart [deg]
 STYLES = ("-", "--", ":")
+LEGEND = {"fontsize": 8, **BOX}
 NO_LOOP = "the gain of the loop is zero: there is nothing to draw"
 
 
@@ -131,14 +133,11 @@ def _magnitude(axes, movement, frequency, value):
             zorder=5,
             label=f"{'|L| = 1' if len(sizes) == 1 else 'gain crossover'} at {crossover:.4g} Hz",
         )
-    axes.legend(loc="lower left", **BOX)
+    axes.legend(loc="lower left", **LEGEND)
 
 
 def _phase_label(margins):
     return f"phase margin {margins.phase_margin:.4g}°"
-
-
-BOX = {"fontsize": 8, "frameon": True, "edgecolor": "none", "framealpha": 0.85}
 
 
 def _phase(axes, movement, frequency, value):
@@ -158,7 +157,7 @@ def _phase(axes, movement, frequency, value):
         axes.annotate("", (place, nearest), (place, found), arrowprops={"arrowstyle": "<->", "color": GREEN, "lw": 1.2,
                                                                         "shrinkA": 0, "shrinkB": 0})  # fmt: skip
         axes.plot(place, found, "s", color=GREEN, ms=4, zorder=5, label=_phase_label(movement.margins))
-        axes.legend(loc="lower left", **BOX)
+        axes.legend(loc="lower left", **LEGEND)
 
 
 def _sensitivity(axes, movement, frequency, sensitivity, complementary):
@@ -176,7 +175,7 @@ def _sensitivity(axes, movement, frequency, sensitivity, complementary):
     several = sensitivity.shape[-1] > 1
     axes.set_ylabel("largest singular value\nof S, T [dB]" if several else "|S|, |T| [dB]")
     axes.set_xlabel("frequency [Hz]")
-    axes.legend(loc="lower left", ncols=3, **BOX)
+    axes.legend(loc="lower left", ncols=3, **LEGEND)
 
 
 def _nyquist(axes, movement, value):
@@ -278,7 +277,7 @@ def loop_in_time(solved):
     third.set_xlabel("time [s]")
     if several:
         _room_above(third)
-        third.legend(loc="upper right", ncols=6, **BOX)
+        third.legend(loc="upper right", ncols=6, **LEGEND)
     third.set_xlim(time[0], time[-1])
     plain_axis(third.xaxis, 8)
     for axes in grid:
@@ -308,7 +307,7 @@ def _displacement(axes, solved):
         axes.axvline(step.settling_time, color=RED, lw=0.9, ls=":", label=settled)
     axes.set_ylabel(f"{solved.name} [{unit}]")
     _room_above(axes)
-    axes.legend(loc="upper right", ncols=4, **BOX)
+    axes.legend(loc="upper right", ncols=4, **LEGEND)
 
 
 def _room_above(axes):
