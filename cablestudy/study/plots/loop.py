@@ -34,6 +34,7 @@ NEAR = 2.2  # half width of the Nyquist plot [-]
 PHASES = 540.0  # range of phases from which marks are 180 degrees apart [deg]
 STYLES = ("-", "--", ":")
 LEGEND = {"fontsize": 8, **BOX}
+ARROW = {"arrowstyle": "<->", "lw": 1.2, "shrinkA": 0, "shrinkB": 0}  # of a margin
 NO_LOOP = "the gain of the loop is zero: there is nothing to draw"
 
 
@@ -119,20 +120,12 @@ def _magnitude(axes, movement, frequency, value):
     axes.set_ylabel("loop gain [dB]")
     if _has_limit(movement):
         margin, place = _margin(movement), movement.limit.omega / TURN
-        axes.annotate("", (place, 0), (place, -margin), arrowprops={"arrowstyle": "<->", "color": RED, "lw": 1.2,
-                                                                   "shrinkA": 0, "shrinkB": 0})  # fmt: skip
+        axes.annotate("", (place, 0), (place, -margin), arrowprops={"color": RED, **ARROW})
         axes.plot(place, -margin, "o", color=RED, ms=4, zorder=5,
                   label=with_minus(f"gain margin {margin:.4g} dB at {place:.4g} Hz"))  # fmt: skip
     if crossover := movement.margins.gain_crossover:
-        axes.plot(
-            crossover,
-            0,
-            "s",
-            color=GREEN,
-            ms=4,
-            zorder=5,
-            label=f"{'|L| = 1' if len(sizes) == 1 else 'gain crossover'} at {crossover:.4g} Hz",
-        )
+        name = "|L| = 1" if len(sizes) == 1 else "gain crossover"
+        axes.plot(crossover, 0, "s", color=GREEN, ms=4, zorder=5, label=f"{name} at {crossover:.4g} Hz")
     axes.legend(loc="lower left", **LEGEND)
 
 
@@ -154,8 +147,7 @@ def _phase(axes, movement, frequency, value):
         # the phase there without a turn, and the nearest -180 degrees
         found = np.interp(np.log(place), np.log(frequency), phase)
         nearest = 360 * np.round((found + 180) / 360) - 180
-        axes.annotate("", (place, nearest), (place, found), arrowprops={"arrowstyle": "<->", "color": GREEN, "lw": 1.2,
-                                                                        "shrinkA": 0, "shrinkB": 0})  # fmt: skip
+        axes.annotate("", (place, nearest), (place, found), arrowprops={"color": GREEN, **ARROW})
         axes.plot(place, found, "s", color=GREEN, ms=4, zorder=5, label=_phase_label(movement.margins))
         axes.legend(loc="lower left", **LEGEND)
 

@@ -273,14 +273,9 @@ def _ellipses(figure, grid, states, movement, place):
     place = shortened(place, 32)
     planes = (
         (np.eye(3)[:2], ("x [mm]", "y [mm]"), f"{place} from above"),
-        (
-            np.stack([along, [0.0, 0.0, 1.0]]),
-            ("along the wind [mm]", "z [mm]"),
-            f"{place} from the side",
-        ),
+        (np.stack([along, [0.0, 0.0, 1.0]]), ("along the wind [mm]", "z [mm]"), f"{place} from the side"),
     )
     half = 1.25 * MM * np.sqrt(max(np.linalg.eigvalsh(state.covariance)[-1] for state in states))
-    half = half or 1.0  # a place that only turns
     for column, (plane, labels, title) in enumerate(planes):
         axes = figure.add_subplot(grid[3, column])
         axes.axhline(0, color=LIGHT, lw=0.9)

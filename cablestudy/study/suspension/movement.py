@@ -297,8 +297,8 @@ class Movement:
         """
         limit = self.gains.limit
         if limit and limit.undamped:
-            said = self.given_loop.law.said((1 + ABOVE) * limit.factor, 4).removeprefix("a gain of ")
-            raise undamped(1j * limit.omega, self.gains.open_ratio(limit.omega), f"no largest gain: at {said} ")
+            gains = self._gains_in_words((1 + ABOVE) * limit.factor)
+            raise undamped(1j * limit.omega, self.gains.open_ratio(limit.omega), f"no largest gain: at {gains} ")
         return limit
 
     @property
@@ -368,7 +368,7 @@ class Movement:
         """Which motion grows with the loop, and below which gain none does."""
         loop, pole = self.loop, self.loop.unstable_pole
         moving = self._named(pole, loop) if pole else f"a motion of {self.gains.limit.omega / TURN:.4g} Hz grows"
-        found = f"the loop is unstable at {self._said}: {moving}; "
+        found = f"the loop is unstable at {self._gains_in_words(loop.gain)}: {moving}; "
         try:
             limit = self.largest_gain
         except NoSolutionError as error:
@@ -378,10 +378,9 @@ class Movement:
         below = f"{limit:.4g} rad/s" if loop.law.integrates_only else f"{limit / loop.gain:.4g} times these gains"
         return f"{found}stable below {below}"
 
-    @property
-    def _said(self):
-        """The gains of the loop in words."""
-        return self.loop.law.said(self.loop.gain, 4).removeprefix("a gain of ")
+    def _gains_in_words(self, gain):
+        """Those of the law for what it is multiplied by [rad/s]."""
+        return self.given_loop.law.said(gain, 4).removeprefix("a gain of ")
 
     def mode_name(self, place):
         """Number of a coordinate, what it moves and its frequency, in words."""
