@@ -235,10 +235,10 @@ def time_case(document, scene, movement, options, names=None, wind_keys=("wind",
     SceneError
         An unknown input or output, or the scene has no wind for it.
     """
-    names, body = names or {}, movement.equilibrium.suspension.body_names[movement.body]
+    names = names or {}
     winches = {names.get(key := f"winch.{name}", key): key for name in movement.scene.winches}
     references = {names.get(key := f"reference.{name}", key): key for name in movement.measured}
-    outputs = [names.get(key := f"{body}.{name}", key) for name in movement.measured]
+    outputs = [names.get(key := f"{movement.body_name}.{name}", key) for name in movement.measured]
     kind = options.input or next(iter(winches))
     number_of("--input", kind, [*winches, *references, *OF_WIND])
     shown = number_of("--output", options.output, outputs) if options.output else 0
@@ -256,7 +256,7 @@ def time_case(document, scene, movement, options, names=None, wind_keys=("wind",
         driven = winches[kind]
         reels = movement.scene.winches[driven.removeprefix("winch.")].direction is None
         asked = options.step(f"{kind} reels in" if reels else f"the {kind} moves")
-    output = list(movement.outputs)[movement.measured_outputs[shown]]
+    output = movement.measured_outputs[shown]
     found = in_time(movement, output, driven, asked.components, options.times).times(asked.size)
     dampings = [cable.damping for cable in movement.scene.cables.values()]
     remarks = remarks_of(movement.scene.control, delayed_up_to(movement.loop), found, dampings)

@@ -85,7 +85,7 @@ def resonances(movement):
     movement : Movement
         With a loop.
     """
-    rows, found = movement.measured_outputs, []
+    rows, found = [movement.outputs[name] for name in movement.measured_outputs], []
     forces = movement.motion.c[0][rows].real.T
     for loop in (None, movement.loop):
         system = residues((loop or movement.motion).eigen, *by_forces(movement.motion, forces, loop))
@@ -120,17 +120,14 @@ def drawn_frequencies(movement, span):
     """The same for a picture: as close as the margins are looked for, and in even steps around the circle that L
     describes near each pole. [Hz]"""
     low, high, _ = span
-    around = around_poles(resonances(movement), CIRCLE)
+    around = around_poles(resonances(movement))
     close = np.concatenate([movement.gains.frequencies(movement.loop.gain), around]) / (2 * np.pi)
     return np.unique(np.concatenate([frequencies_of(movement, span), close[(close > low) & (close < high)]]))
 
 
-def around_poles(poles, count):
-    """So many frequencies near each pole of the upper half plane, in even steps around the circle that L describes.
-
-    Shape (poles count,). [rad/s]
-    """
-    poles, half_angle = poles[poles.imag > 0], np.linspace(-1.5, 1.5, count)
+def around_poles(poles):
+    """Frequencies near poles of the upper half plane, in even steps around the circles that L describes. [rad/s]"""
+    half_angle = np.linspace(-1.5, 1.5, CIRCLE)
     return (np.abs(poles)[:, None] - poles.real[:, None] * np.tan(half_angle)).ravel()
 
 

@@ -250,9 +250,14 @@ def growing_damping(scene):
     elements = scene.model.elements
     if elements is None or not grows_with_modes(scene.cable.damping):
         return ()
+    return (f"note: {unknown_rms_error(f'those of {elements} elements')}",)
+
+
+def unknown_rms_error(modes):
+    """Why an RMS with modal damping states no error, in words; `modes` says how many there are."""
     return (
-        "note: the error of the RMS is not known: modal damping grows with the number of modes, here those of "
-        f"{elements} elements; hysteretic and Kelvin-Voigt damping have a limit",
+        f"the error of the RMS is not known: modal damping grows with the number of modes, here {modes}; "
+        "hysteretic and Kelvin-Voigt damping have a limit"
     )
 
 

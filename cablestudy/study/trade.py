@@ -28,7 +28,7 @@ from cablestudy.study.suspension import trade as of_suspensions
 from cablestudy.study.suspension.notes import strength_warning as warning_of_suspension
 from cablestudy.study.table import Field, Table, short
 from cablestudy.study.trade_models import AGREED, one_line
-from cablestudy.system.superelement import grows_with_modes
+from cablestudy.system.superelement import any_grows_with_modes
 
 BUDGET = 1.5  # a model whose timings add up to this is not repeated [s]
 BRIEF = 0.1  # a shorter run is repeated and the second timed: other models have displaced the processor's caches [s]
@@ -161,7 +161,7 @@ def reference_of(scene, columns):
 def _why_no_reference(scene, column):
     """Why a column has no value for the continuous cable, or an empty text."""
     cables = scene.cables.values() if isinstance(scene, SuspensionScene) else [scene.cable]
-    modal = column.needs in ("loop", "wind") and any(grows_with_modes(cable.damping) for cable in cables)
+    modal = column.needs in ("loop", "wind") and any_grows_with_modes(cables)
     return MODAL.partition(", or fixed")[0] if modal else ""
 
 

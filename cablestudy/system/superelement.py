@@ -65,6 +65,11 @@ def grows_with_modes(damping):
     return damping.model == "modal" and bool(damping.ratio)
 
 
+def any_grows_with_modes(cables):
+    """Whether the damping of one of some cables, which have the attribute `damping`, grows with the number of modes."""
+    return any(grows_with_modes(cable.damping) for cable in cables)
+
+
 @dataclass(frozen=True)
 class Superelement:
     """The cable between its two ends. Ends are ordered end 1 x, y, z, end 2 x, y, z.

@@ -11,6 +11,7 @@ from cablestudy.study.loop_in_time import MILLI
 from cablestudy.study.loop_report import curves, decibels, drawn_frequencies, loop_gain, singular_values
 from cablestudy.study.plots.style import (
     BLUE,
+    BOX,
     GREEN,
     GREY,
     LIGHT,
@@ -32,6 +33,8 @@ LINE = 0.052  # height of a line of text beside the Nyquist plot, over that of t
 NEAR = 2.2  # half width of the Nyquist plot [-]
 PHASES = 540.0  # range of phases from which marks are 180 degrees apart [deg]
 STYLES = ("-", "--", ":")
+LEGEND = {"fontsize": 8, **BOX}
+ARROW = {"arrowstyle": "<->", "lw": 1.2, "shrinkA": 0, "shrinkB": 0}  # of a margin
 NO_LOOP = "the gain of the loop is zero: there is nothing to draw"
 
 
@@ -81,10 +84,9 @@ def loop_margins(movement, span=None):
 
 def _title(movement):
     """What the loop holds by how many winches, and the letters of the picture."""
-    body = movement.equilibrium.suspension.body_names[movement.body]
     count, held = len(movement.winches), ", ".join(movement.measured)
     letters = "loop gain L, S = 1/(1 + L), T = S L" if len(movement.measured) == 1 else "S = (I + L)⁻¹, T = S L"
-    return f"Loop that holds {body} ({held}) by {count} winch{'es' * (count != 1)}: {letters}"
+    return f"Loop that holds {movement.body_name} ({held}) by {count} winch{'es' * (count != 1)}: {letters}"
 
 
 def _span(movement):
@@ -118,28 +120,17 @@ def _magnitude(axes, movement, frequency, value):
     axes.set_ylabel("loop gain [dB]")
     if _has_limit(movement):
         margin, place = _margin(movement), movement.limit.omega / TURN
-        axes.annotate("", (place, 0), (place, -margin), arrowprops={"arrowstyle": "<->", "color": RED, "lw": 1.2,
-                                                                   "shrinkA": 0, "shrinkB": 0})  # fmt: skip
+        axes.annotate("", (place, 0), (place, -margin), arrowprops={"color": RED, **ARROW})
         axes.plot(place, -margin, "o", color=RED, ms=4, zorder=5,
                   label=with_minus(f"gain margin {margin:.4g} dB at {place:.4g} Hz"))  # fmt: skip
     if crossover := movement.margins.gain_crossover:
-        axes.plot(
-            crossover,
-            0,
-            "s",
-            color=GREEN,
-            ms=4,
-            zorder=5,
-            label=f"{'|L| = 1' if len(sizes) == 1 else 'gain crossover'} at {crossover:.4g} Hz",
-        )
-    axes.legend(loc="lower left", **BOX)
+        name = "|L| = 1" if len(sizes) == 1 else "gain crossover"
+        axes.plot(crossover, 0, "s", color=GREEN, ms=4, zorder=5, label=f"{name} at {crossover:.4g} Hz")
+    axes.legend(loc="lower left", **LEGEND)
 
 
 def _phase_label(margins):
     return f"phase margin {margins.phase_margin:.4g}°"
-
-
-BOX = {"fontsize": 8, "frameon": True, "edgecolor": "none", "framealpha": 0.85}
 
 
 def _phase(axes, movement, frequency, value):
@@ -156,10 +147,9 @@ def _phase(axes, movement, frequency, value):
         # the phase there without a turn, and the nearest -180 degrees
         found = np.interp(np.log(place), np.log(frequency), phase)
         nearest = 360 * np.round((found + 180) / 360) - 180
-        axes.annotate("", (place, nearest), (place, found), arrowprops={"arrowstyle": "<->", "color": GREEN, "lw": 1.2,
-                                                                        "shrinkA": 0, "shrinkB": 0})  # fmt: skip
+        axes.annotate("", (place, nearest), (place, found), arrowprops={"color": GREEN, **ARROW})
         axes.plot(place, found, "s", color=GREEN, ms=4, zorder=5, label=_phase_label(movement.margins))
-        axes.legend(loc="lower left", **BOX)
+        axes.legend(loc="lower left", **LEGEND)
 
 
 def _sensitivity(axes, movement, frequency, sensitivity, complementary):
@@ -177,7 +167,7 @@ def _sensitivity(axes, movement, frequency, sensitivity, complementary):
     several = sensitivity.shape[-1] > 1
     axes.set_ylabel("largest singular value\nof S, T [dB]" if several else "|S|, |T| [dB]")
     axes.set_xlabel("frequency [Hz]")
-    axes.legend(loc="lower left", ncols=3, **BOX)
+    axes.legend(loc="lower left", ncols=3, **LEGEND)
 
 
 def _nyquist(axes, movement, value):
@@ -279,7 +269,7 @@ def loop_in_time(solved):
     third.set_xlabel("time [s]")
     if several:
         _room_above(third)
-        third.legend(loc="upper right", ncols=6, **BOX)
+        third.legend(loc="upper right", ncols=6, **LEGEND)
     third.set_xlim(time[0], time[-1])
     plain_axis(third.xaxis, 8)
     for axes in grid:
@@ -309,7 +299,7 @@ def _displacement(axes, solved):
         axes.axvline(step.settling_time, color=RED, lw=0.9, ls=":", label=settled)
     axes.set_ylabel(f"{solved.name} [{unit}]")
     _room_above(axes)
-    axes.legend(loc="upper right", ncols=4, **BOX)
+    axes.legend(loc="upper right", ncols=4, **LEGEND)
 
 
 def _room_above(axes):

@@ -51,6 +51,7 @@ OTHER_LETTERS = (
     "Hiragino Sans GB", "Apple SD Gothic Neo", "Arial Unicode MS", "Noto Sans Devanagari", "Noto Sans Thai",
     "Last Resort High-Efficiency",  # part of matplotlib: it has a sign for every character
 )  # fmt: skip
+BOX = {"frameon": True, "edgecolor": "none", "framealpha": 0.85}  # of a legend that stands on curves
 UNDATED = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 WIDTH = 7.5  # of a picture [in]
 MOST_NAMES = 30  # along an axis

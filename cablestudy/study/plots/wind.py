@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.plots.style import BLUE, GREEN, GREY, LIGHT, ORANGE, RED, WIDTH, heading, plain, styled
+from cablestudy.study.plots.style import BLUE, BOX, GREEN, GREY, LIGHT, ORANGE, RED, WIDTH, heading, plain, styled
 from cablestudy.study.plots.words import quantity_text, shortened
 from cablestudy.study.suspension.response import CLOSED, OPEN
 from cablestudy.wind.spectrum import admittance, speed_spectrum
@@ -20,7 +20,8 @@ DECADES = 10  # of the largest spectrum that are shown
 PLACES, TURNS = ("x", "y", "z"), ("rx", "ry", "rz")
 PAIRS = ((0, 1), (0, 2), (1, 2))
 COLOURS, WIDTHS = (BLUE, GREEN, ORANGE), (1.8, 1.2, 0.7)
-MM, URAD = 1e3, 1e6
+MM = 1e3
+KINDS = (PLACES, MM, "displacement", "mm"), (TURNS, 1e6, "rotation", "µrad")  # axes, scale, name and unit
 
 
 @dataclass(frozen=True)
@@ -79,39 +80,34 @@ def wind_response(winds, at_rest=None, on=None):
     names = [f"{body}.{axis}" for axis in (*PLACES, *TURNS) if f"{body}.{axis}" in movement.outputs]
     frequency = _grid([*winds, *(at_rest or ())], names)
     states = _states(winds, at_rest or winds, names, place, frequency)
-    moved = [name for name in names if states[0].rms[name] > 0]
-    if not moved:
+    kinds = _kinds(states, names)
+    if not kinds:
         raise NoSolutionError(f"the wind does not move {body}: there is nothing to draw")
-    kinds = [
-        (found, *look)
-        for axes, *look in ((PLACES, MM, "displacement", "mm"), (TURNS, URAD, "rotation", "µrad"))
-        if (found := [name for name in moved if name.rpartition(".")[2] in axes])
-    ]
     _check_range(states, kinds)
     extended = np.linalg.matrix_rank(states[0].covariance) > 1  # the place moves in a plane, or in space
     heights = (1.3, 2.4, 1.6, 2.8) if extended else (2, 2, 2)
     figure = Figure(figsize=(WIDTH, 0.8 + 1.2 * sum(heights)), layout="constrained")
     grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
     shared, high = figure.add_subplot(grid[0, :]), _highest(frequency, states, kinds)
-    on_bodies = any(not wind.airflow.side for wind in winds)
-    _speed(shared, movement, frequency[frequency <= high], body, on_bodies)
-    for column, (found, scale, what, unit) in enumerate(kinds):
+    _speed(shared, winds, frequency[frequency <= high], body)
+    for column, kind in enumerate(kinds):
         columns = column if len(kinds) > 1 else slice(None)
-        upper = figure.add_subplot(grid[1, columns], sharex=shared)
-        lower = figure.add_subplot(grid[2, columns], sharex=shared)
-        _spectra(upper, frequency, states, found, scale)
-        if len(winds) > 1 and found[0] in states[-1].parts:
-            upper.loglog(frequency, scale**2 * states[-1].parts[found[0]], color=BLUE, ls="--",
-                         label="by the wind on the cable")  # fmt: skip
-        upper.legend(loc="lower left", frameon=True, edgecolor="none", framealpha=0.85)
-        upper.set_ylabel(f"spectrum of\n{what}s [{unit}²/Hz]")
-        _variance(lower, frequency, states, found, unit, scale)
+        upper, lower = (figure.add_subplot(grid[row, columns], sharex=shared) for row in (1, 2))
+        _spectra(upper, frequency, states, kind, several=len(winds) > 1)
+        _variance(lower, frequency, states, kind)
         figure.align_ylabels([shared, upper, lower] if not column else [upper, lower])
     shared.set_xlim(frequency[0], high)
     if extended:
         _ellipses(figure, grid, states, movement, place)
     heading(figure, f"Wind at {quantity_text(movement.scene.wind.speed, 'm/s')} on {on or body}")
     return figure
+
+
+def _kinds(states, names):
+    """Those of KINDS that move, each with the outputs that do in place of its axes: list of tuples."""
+    moved = [name for name in names if states[0].rms[name] > 0]
+    kinds = [([name for name in moved if name.rpartition(".")[2] in axes], *look) for axes, *look in KINDS]
+    return [kind for kind in kinds if kind[0]]
 
 
 def _check_range(states, kinds):
@@ -121,8 +117,9 @@ def _check_range(states, kinds):
         raise NoSolutionError("the response spectrum is too large or too small for a picture")
 
 
-def _speed(axes, movement, frequency, body, on_bodies):
+def _speed(axes, winds, frequency, body):
     """Spectrum of the longitudinal wind speed, and of its average over the body."""
+    movement, on_bodies = winds[0].movement, any(not wind.airflow.side for wind in winds)
     wind = movement.scene.wind
     bare = speed_spectrum(frequency, wind.speed, wind.turbulence[0], wind.length_scale, wind.spectrum)
     axes.loglog(frequency, bare, color=BLUE, label="wind speed")
@@ -141,7 +138,7 @@ def _drawn(movement):
     scene, outputs = movement.scene, movement.outputs
     owners = [name.rpartition(".")[0] for name in outputs if ".tension_" not in name]
     if scene.control:
-        body = movement.equilibrium.suspension.body_names[movement.body]
+        body = movement.body_name
     elif owners:
         body = owners[0].partition(".")[0]
     else:
@@ -192,7 +189,7 @@ def _of(look, names, place, frequency):
     places = [f"{place}.{axis}" for axis in PLACES]
     spectra, variances, covariance = {}, {}, np.zeros((3, 3))
     for wind in winds:
-        response, parts = wind.response, {}
+        response = wind.response
         known = list(dict.fromkeys([*names, *(name for name in places if name in response.names)]))
         response.check_damped(known, state)
         space = np.zeros((len(response.names), len(known) + len(PAIRS)))
@@ -231,8 +228,12 @@ def _highest(frequency, states, kinds):
     return min(10.0 ** np.ceil(np.log10(last)), frequency[-1])
 
 
-def _spectra(axes, frequency, states, names, scale):
-    """Of one motion a line in the colour of each state, of several one in that of each axis."""
+def _spectra(axes, frequency, states, kind, several):
+    """Of one motion a line in the colour of each state, of several one in that of each axis.
+
+    Of `several` winds that by the last one too.
+    """
+    names, scale, what, unit = kind
     for state in states:
         for name in names:
             axis = name.rpartition(".")[2]
@@ -244,9 +245,15 @@ def _spectra(axes, frequency, states, names, scale):
     largest = max(scale**2 * state.spectra[name].max() for state in states for name in names)
     axes.set_ylim(10.0 ** (np.ceil(np.log10(largest)) - DECADES), 10 * largest)
     axes.tick_params(labelbottom=False)
+    if several:
+        part = scale**2 * states[-1].parts[names[0]]
+        axes.loglog(frequency, part, color=BLUE, ls="--", label="by the wind on the cable")
+    axes.legend(loc="lower left", **BOX)
+    axes.set_ylabel(f"spectrum of\n{what}s [{unit}²/Hz]")
 
 
-def _variance(axes, frequency, states, names, unit, scale):
+def _variance(axes, frequency, states, kind):
+    names, scale, _, unit = kind
     for state in states:
         spectrum, rms = state.together(names)
         below = _share_below(frequency, spectrum)
@@ -266,14 +273,9 @@ def _ellipses(figure, grid, states, movement, place):
     place = shortened(place, 32)
     planes = (
         (np.eye(3)[:2], ("x [mm]", "y [mm]"), f"{place} from above"),
-        (
-            np.stack([along, [0.0, 0.0, 1.0]]),
-            ("along the wind [mm]", "z [mm]"),
-            f"{place} from the side",
-        ),
+        (np.stack([along, [0.0, 0.0, 1.0]]), ("along the wind [mm]", "z [mm]"), f"{place} from the side"),
     )
     half = 1.25 * MM * np.sqrt(max(np.linalg.eigvalsh(state.covariance)[-1] for state in states))
-    half = half or 1.0  # a place that only turns
     for column, (plane, labels, title) in enumerate(planes):
         axes = figure.add_subplot(grid[3, column])
         axes.axhline(0, color=LIGHT, lw=0.9)

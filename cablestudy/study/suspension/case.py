@@ -22,7 +22,7 @@ from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.failure import explain
 from cablestudy.system.rigid import cross_matrix, to_angles
-from cablestudy.system.superelement import grows_with_modes
+from cablestudy.system.superelement import any_grows_with_modes
 from cablestudy.system.suspension import AXES, GROUND
 
 IN_MOTION = {"winches": {}, "actuators": {}, "control": None, "exposure": None, "correction": None}  # not on statics
@@ -65,7 +65,7 @@ class SuspensionCase:
     @property
     def damped_by_modes(self):
         """Whether some cable has modal damping, whose effect grows with the number of modes."""
-        return any(grows_with_modes(cable.damping) for cable in self.scene.cables.values())
+        return any_grows_with_modes(self.scene.cables.values())
 
     @cached_property
     def group(self):

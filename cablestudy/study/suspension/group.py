@@ -219,12 +219,16 @@ class Group:
         unknown = self.equilibrium.uncertainty.place[place] + unforced.uncertainty.place[place]
         return self.equilibrium.position[place] - unforced.position[place], unknown[:, :3]
 
-    def steady_drag(self, place):
-        """That of a case on its cables, as `FixedModel.drag`; None without a steady wind."""
+    @cached_property
+    def _steady_drag(self):
+        """`pressed_cables` of all cases; None without a steady wind."""
         if self._loaded is None or self._loaded.drag is None:
             return None
-        drag = pressed_cables(self._loaded.drag, self.equilibrium.suspension.cable_mass)
-        return tuple(part[place] for part in drag)
+        return pressed_cables(self._loaded.drag, self.equilibrium.suspension.cable_mass)
+
+    def steady_drag(self, place):
+        """That of a case on its cables, as `FixedModel.drag`; None without a steady wind."""
+        return self._steady_drag and tuple(part[place] for part in self._steady_drag)
 
     @cached_property
     def _drag_change(self):

@@ -9,12 +9,13 @@ from cablestudy.control.law import law_from
 from cablestudy.errors import NoSolutionError, outcome_of, result_of
 from cablestudy.scene.words import counted
 from cablestudy.study.columns import relative
+from cablestudy.study.notes import unknown_rms_error
 from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.movement import Movement
 from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases
-from cablestudy.system.superelement import grows_with_modes
+from cablestudy.system.superelement import any_grows_with_modes
 from cablestudy.wind.peak import peak_factor
 
 COUNTS = (64, 100, 160)  # modes of the models that are tried,
@@ -178,7 +179,7 @@ class InWind:
     @property
     def _modal(self):
         """Whether the damping of a cable grows with the number of modes."""
-        return any(grows_with_modes(one.damping) for one in self.scene.cables.values())
+        return any_grows_with_modes(self.scene.cables.values())
 
     @property
     def doubt(self):
@@ -192,11 +193,7 @@ class InWind:
         if self._model is not None:
             return ""
         if self._modal:
-            count = counted(len(self.movement.modes), "mode")
-            return (
-                f"the error of the RMS is not known: modal damping grows with the number of modes, here {count}; "
-                "hysteretic and Kelvin-Voigt damping have a limit"
-            )
+            return unknown_rms_error(counted(len(self.movement.modes), "mode"))
         error = self.response.moving_error / 2
         if error <= self._accuracy:
             return ""

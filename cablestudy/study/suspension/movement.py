@@ -70,6 +70,11 @@ class Movement:
         return list(self.scene.bodies).index(name) if name else 0
 
     @property
+    def body_name(self):
+        """Name of the body that is controlled."""
+        return self.equilibrium.suspension.body_names[self.body]
+
+    @property
     def free(self):
         """Names of what of the controlled body is free: list of str."""
         held = self.equilibrium.suspension.free[self.body]
@@ -84,12 +89,12 @@ class Movement:
         NoSolutionError
             A coordinate is measured that no winch moves.
         """
-        control, suspension = self.scene.control, self.equilibrium.suspension
+        control = self.scene.control
         names = list(control.measured or self.free)
         moved = self._of_body(self.motion.shapes)
         rows = np.zeros((6, len(self.motion)))
         rows[:, : moved.shape[1]] = moved
-        on, end = np.nonzero(suspension.owner == self.body)
+        on, end = np.nonzero(self.equilibrium.suspension.owner == self.body)
         arms = self.equilibrium.arms[on, end]
         radius = np.sqrt((arms**2).sum(axis=-1).mean()) if len(arms) else 1.0
         sizes = np.array([1.0, 1.0, 1.0, radius, radius, radius])
@@ -100,9 +105,7 @@ class Movement:
         if not moves.all():
             idle = [name for name, does in zip(names, moves, strict=True) if not does]
             if control.measured or not moves.any():
-                body = suspension.body_names[self.body]
-                which = ", ".join(idle)
-                raise NoSolutionError(f"control.measured: no winch moves {which} of {body}")
+                raise NoSolutionError(f"control.measured: no winch moves {', '.join(idle)} of {self.body_name}")
         names = [name for name, does in zip(names, moves, strict=True) if does]
         return names, rows[moves], sizes[moves]
 
@@ -117,9 +120,8 @@ class Movement:
 
     @property
     def measured_outputs(self):
-        """Rows of what is measured among the `outputs`: list of int."""
-        body = self.equilibrium.suspension.body_names[self.body]
-        return [self.outputs[f"{body}.{AXES[MOTIONS.index(name)]}"] for name in self.measured]
+        """Names among the `outputs` of what is measured: list of str."""
+        return [f"{self.body_name}.{AXES[MOTIONS.index(name)]}" for name in self.measured]
 
     @cached_property
     def notches(self):
@@ -295,8 +297,8 @@ class Movement:
         """
         limit = self.gains.limit
         if limit and limit.undamped:
-            said = self.given_loop.law.said((1 + ABOVE) * limit.factor, 4).removeprefix("a gain of ")
-            raise undamped(1j * limit.omega, self.gains.open_ratio(limit.omega), f"no largest gain: at {said} ")
+            gains = self._gains_in_words((1 + ABOVE) * limit.factor)
+            raise undamped(1j * limit.omega, self.gains.open_ratio(limit.omega), f"no largest gain: at {gains} ")
         return limit
 
     @property
@@ -366,7 +368,7 @@ class Movement:
         """Which motion grows with the loop, and below which gain none does."""
         loop, pole = self.loop, self.loop.unstable_pole
         moving = self._named(pole, loop) if pole else f"a motion of {self.gains.limit.omega / TURN:.4g} Hz grows"
-        found = f"the loop is unstable at {self._said}: {moving}; "
+        found = f"the loop is unstable at {self._gains_in_words(loop.gain)}: {moving}; "
         try:
             limit = self.largest_gain
         except NoSolutionError as error:
@@ -376,10 +378,9 @@ class Movement:
         below = f"{limit:.4g} rad/s" if loop.law.integrates_only else f"{limit / loop.gain:.4g} times these gains"
         return f"{found}stable below {below}"
 
-    @property
-    def _said(self):
-        """The gains of the loop in words."""
-        return self.loop.law.said(self.loop.gain, 4).removeprefix("a gain of ")
+    def _gains_in_words(self, gain):
+        """Those of the law for what it is multiplied by [rad/s]."""
+        return self.given_loop.law.said(gain, 4).removeprefix("a gain of ")
 
     def mode_name(self, place):
         """Number of a coordinate, what it moves and its frequency, in words."""

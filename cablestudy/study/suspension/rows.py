@@ -123,6 +123,7 @@ def value(case, column):
     found = column.compute(case)
     number, error = found if isinstance(found, tuple) else (found, case.statics_error(column))
     if column.needs in ("loop", "wind") and error:
+        # of mean displacements too: what the drag moves bodies by is known to first order, which alone is too small
         error += case.group.drag_error(case.place, in_wind=True)
     if case.estimate and column.needs in DISCRETE:
         error = _difference(case, column, number)

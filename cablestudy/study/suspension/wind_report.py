@@ -116,20 +116,20 @@ def _actuator_columns(scene):
     return lambda name: actuator_columns(name, hasattr(scene.actuators[name], "torque"))
 
 
-def _listed(case, names, columns_of, failures=None):
+def _listed(case, names, columns_of, failures):
     """One row for each name, without the columns that the scene lacks the keys for."""
     there = lambda name: [one for one in columns_of(name) if not lacks(case.scene, one)]  # noqa: E731
     return listed(case, names, there, failures=failures)
 
 
-def loop_table(case, failures=None, more=()):
+def loop_table(case, failures, more=()):
     """Gain, margins, peak of the sensitivity and more columns of a `SuspensionCase`.
 
     Parameters
     ----------
     case : SuspensionCase
-    failures
-        As for `wind_tables`.
+    failures : list
+        Why cells are empty: it is filled.
     more : sequence of Column
     """
     cells, errors, columns = {}, {}, (*LOOP, *more)
@@ -140,16 +140,15 @@ def loop_table(case, failures=None, more=()):
     return Table(tuple(column.field for column in columns), [cells], single=True, errors=lambda: iter([errors]))
 
 
-def coordinate_table(case, _=None):
+def coordinate_table(case, _):
     """Each measured coordinate: its notch, and by how much its gain alone may grow, which an unstable loop lacks."""
     movement = case.in_wind.controlled
-    body = movement.equilibrium.suspension.body_names[movement.body]
     limits = movement.single_limits if movement.loop.gain and movement.stable else {}
     rows = []
     for name, notch in zip(movement.measured, movement.notches, strict=True):
         limit = limits.get(name, np.inf)
         rows.append({
-            "coordinate": f"{body}.{name}",
+            "coordinate": f"{movement.body_name}.{name}",
             "notch_frequency_Hz": notch and float(notch.omega / (2 * np.pi)),
             "gain_margin_dB": float(20 * np.log10(limit)) if 0 < limit < np.inf else None,
         })  # fmt: skip
