@@ -14,7 +14,15 @@ from cablestudy.cable.taut import lambda_squared
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import LIMP, ROUNDING
-from cablestudy.study.load_cases import bare_spans, drag_errors, loaded_spans, pressed_by_wind, shrunk, with_loads
+from cablestudy.study.load_cases import (
+    bare_spans,
+    drag_errors,
+    loaded_spans,
+    on_cable,
+    pressed_by_wind,
+    shrunk,
+    with_loads,
+)
 from cablestudy.study.push import pushed_ends
 from cablestudy.study.statics import ClosedStatics
 
@@ -320,17 +328,14 @@ def _search_strain(span, chosen, search, strain, reasons):
 
 def _loads_on_cable(span, reasons):
     """The span with the loads of stand-ins on the cable; adds the cables that end before a load to the reasons."""
-    count = span.load_positions.shape[-1]
-    if not count:
+    if not span.load_positions.shape[-1]:
         return span
     length, last = span.unstretched_length, span.load_positions[:, -1]
     for case in np.flatnonzero(last >= length).tolist():
         reasons.setdefault(case, f"the load at {last[case]:.6g} m is beyond the cable's end, at {length[case]:.6g} m")
     if not reasons:
         return span
-    positions, absent = span.load_positions.copy(), list(reasons)
-    positions[absent] = length[absent, None] * np.arange(1, count + 1) / (count + 1)
-    return replace(span, load_positions=positions)
+    return replace(span, load_positions=np.sort(on_cable(span.load_positions, length)))
 
 
 def along(span, stiffness, axis, moved=None):
