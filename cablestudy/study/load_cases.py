@@ -135,11 +135,11 @@ def loaded_spans(span, values, strain, shift=None):
     longer = elongation(values)
     warm = 1.0 + longer
     span = replace(span, mass=span.mass / warm + ice_mass(values))
-    wind = wind_loads(values, span)
-    if wind.any():
-        span = _in_wind(span, ends, wind)
+    pressed, direction = pressed_by_wind(values)
+    if pressed.any():
+        span = _in_wind(span, ends, pressed[:, None] * across(direction, span.frame[..., 0, :]))
     span = with_loads(span, values, of_case=True)
-    return replace(span, load_positions=_warmed(span, warm)).with_chord_strain((strain - longer) / warm)
+    return replace(span, load_positions=span.load_positions * warm[:, None]).with_chord_strain((strain - longer) / warm)
 
 
 def elongation(values):
@@ -152,11 +152,6 @@ def shrunk(values):
     return 1.0 + values.given("elongation") < LEAST_LENGTH
 
 
-def _warmed(span, warm):
-    """Arc lengths of loads at the temperature of the case, shape (n, k). [m]"""
-    return span.load_positions * warm[:, None] if span.load_positions.shape[-1] else span.load_positions
-
-
 def ice_mass(values):
     """Mass per unstretched length of a layer of ice and of other loads per length, shape (...). [kg/m]"""
     thickness, weight = (np.nan_to_num(values.given(f"load_case.ice.{key}")) for key in ("thickness", "weight"))
@@ -164,14 +159,6 @@ def ice_mass(values):
     gravity = values.given("gravity")
     layer = np.where(thickness > 0, np.pi * density * thickness * (diameter + thickness), 0.0)
     return layer + np.where(gravity > 0, weight / np.where(gravity > 0, gravity, 1.0), 0.0)
-
-
-def wind_loads(values, span):
-    """Force of the steady wind per unstretched length, global axes, shape (n, 3). [N/m]"""
-    pressed, direction = pressed_by_wind(values)
-    if not pressed.any():
-        return np.zeros((len(values), 3))
-    return pressed[:, None] * across(direction, span.frame[..., 0, :])
 
 
 def pressed_by_wind(values):
@@ -186,12 +173,6 @@ def pressed_by_wind(values):
 def drag_width(values):
     """Drag coefficient in the steady wind times diameter, ice included, shape (...); NaN without wind. [m]"""
     return values.given("load_case.wind.cable_drag_coefficient") * values.given("wind_diameter")
-
-
-def drag_errors(values, catenary):
-    """Estimated relative error of the equilibrium, since drag is taken as uniform along the cable, shape (n,). [-]"""
-    pressed, direction = pressed_by_wind(values)
-    return uneven_drag_errors(pressed, direction, catenary)[0] if pressed.any() else pressed
 
 
 def uneven_drag_errors(pressed, direction, catenary, stretched=False):
@@ -293,13 +274,30 @@ def _moved(span, strain, ends, moves):
 
 
 def _in_wind(span, ends, wind):
-    """Cables whose uniform load is weight and wind together: along another direction than the vertical."""
+    """Cables whose uniform load is weight and wind together: along another direction than the vertical.
+
+    Those without wind are as in a batch without it, to the last digit.
+
+    Parameters
+    ----------
+    span : Span
+    ends : ndarray, shape (n, 2, 3)
+        [m]
+    wind : ndarray, shape (n, 3)
+        Force of the steady wind per unstretched length, global axes. [N/m]
+    """
     blown = wind.any(axis=-1)
     load = (span.mass * span.gravity)[:, None] * UP - wind
     size = np.sqrt((load**2).sum(axis=-1))
     gravity = np.where(blown, size / span.mass, span.gravity)
     vertical = np.where((blown & (size > 0))[:, None], load / np.where(size > 0, size, 1.0)[:, None], UP)
     first, last = ends[:, 0], ends[:, 1]
-    return Span.between(
+    turned = Span.between(
         first, last, span.axial_stiffness, span.mass, gravity, chord=span.chord, vertical=vertical
     ).broadcast()
+    return replace(
+        turned,
+        cosine=np.where(blown, turned.cosine, span.cosine),
+        sine=np.where(blown, turned.sine, span.sine),
+        level=np.where(blown[:, None], turned.level, span.level),
+    )
