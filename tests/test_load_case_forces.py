@@ -395,8 +395,9 @@ def test_mistakes_of_one_cable(made, case, message):
     assert len(error.value.mistakes) == 1
 
 
-def test_a_force_needs_a_gondola(made):
-    text = one("preload: 8 kN", "{forces: {end_2: [1 N, 0, 0]}}").replace("gondola: {mass: 200 kg}\n", "")
+@pytest.mark.parametrize("more", ["", ", moves: {end_1: [1 m, 0, 0]}"])
+def test_a_force_needs_a_gondola(made, more):
+    text = one("preload: 8 kN", f"{{forces: {{end_2: [1 N, 0, 0]}}{more}}}").replace("gondola: {mass: 200 kg}\n", "")
     with pytest.raises(SceneError, match="end 2 is fixed without a gondola: a force on it changes nothing"):
         made(text)
 

@@ -328,13 +328,14 @@ def test_items_that_are_wrong_are_not_told_as_too_few(line, ground, messages):
     assert str(raised.value).splitlines() == [f"--set ground: {message}" for message in messages]
 
 
-def test_rows_of_many_cases_are_those_of_each_alone_to_the_last_digit(line):
+@pytest.mark.parametrize(("x", "y"), [(300, 0), (183.17, -97.73)])
+def test_rows_of_many_cases_are_those_of_each_alone_to_the_last_digit(line, x, y):
     names = (*TENSIONS, "swing", "lowest_point", "horizontal_tension", "unstretched_length", "angle_1",
              "end_stiffness", "end_stiffness_xz")  # fmt: skip
     columns = [find(name) for name in names]
     states = ("unstretched_length: 301 m", "preload: 20 kN", "sag: 8 m", "tension: {at: max, value: 25 kN}")
     for days in (DAYS, [day for day in DAYS if day != "visitor"]):
-        scenes = [line(stated, f"case={day}") for day in days for stated in states]
+        scenes = [line(stated, f"case={day}", x=x, y=y) for day in days for stated in states]
         for model, row in zip(scenes, evaluate_cases(scenes, columns), strict=True):
             assert row.cells == evaluate(model, columns).cells
 

@@ -103,8 +103,8 @@ class Scene(Table):
     def _end_relations(self, name, case):
         """A gondola takes the force of a case, and the moved ends of the cable are apart; a list as of `relations`."""
         path, fixed = ("cases", name, "forces", "end_2"), self.gondola is None and any(case.forces.end_2)
-        text = "end 2 is fixed without a gondola: a force on it changes nothing (moves shifts it)"
-        found = [(path, not fixed, lambda: text)]
+        useless = "end 2 is fixed without a gondola: a force on it changes nothing (moves shifts it)"
+        found = [(path, not fixed, lambda: useless)]
         if any(case.moves.end_1 + case.moves.end_2):
             places = zip(self.cable.end_1, case.moves.end_1, self.cable.end_2, case.moves.end_2, strict=True)
             apart = sum((last + end - first - begin) ** 2 for first, begin, last, end in places) ** 0.5

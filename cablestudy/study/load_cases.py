@@ -1,8 +1,11 @@
-"""What a load case does to a batch of cables: from the cable in its reference state to the cable of the day.
+"""What a load case does to cables: from the cable in its reference state to the cable of the day.
 
 Temperature changes the unstretched length, L (1 + alpha dT), and leaves the mass of the cable as it is. Ice adds to the
 mass per length, and so to the weight and to the inertia. A steady wind adds a uniform force per unstretched length,
 C_d q D |u_n| u_n, with the part u_n of its direction across the chord and the diameter D with ice.
+
+`values` are those of n scenes of one cable, `SceneValues` or a `CaseTable`, or of c cables each, `CableValues`: the
+shape (...) of what follows from them is (n,) or (n, c).
 """
 
 from dataclasses import replace
@@ -12,7 +15,6 @@ import numpy as np
 from cablestudy.cable.span import Span
 from cablestudy.cable.steady_drag import across
 
-ICE_PARTS = ("thickness", "density", "weight")
 DRAG_POINTS = 9  # along a cable, at which the drag that it has is compared with the uniform one
 SECOND_ORDER = 1.2  # safety factor on an error that is computed to first order
 LEAST_LENGTH = 0.1  # at the temperature of a case over that of the reference state
@@ -44,6 +46,44 @@ def bare_spans(values):
     ).broadcast()
 
 
+def point_loads(values, of_case):
+    """Point loads of cables: see `scene_values.load_arrays`, but with the weight of their masses in their forces.
+
+    Parameters
+    ----------
+    values : SceneValues, CaseTable or CableValues
+    of_case : bool
+        Whether they are those of the chosen case, or of the reference state.
+    """
+    positions, fractions, forces, masses = values.loads(of_case)
+    return positions, fractions, forces - (masses * values.given("gravity")[..., None])[..., None] * UP, masses
+
+
+def on_cable(places, length):
+    """Places of point loads; those of loads that are none, or beyond the end, along the longest part without a load.
+
+    Parameters
+    ----------
+    places : ndarray, shape (..., k)
+        Arc length, not a number where there is no load. [m]
+    length : ndarray, shape (...)
+        Unstretched. [m]
+
+    Returns
+    -------
+    ndarray, shape (..., k)
+        In any order. [m]
+    """
+    end = length[..., None]
+    absent = ~(places < end)
+    edges = np.concatenate([0 * end, np.sort(np.where(absent, end, places)), end], axis=-1)
+    gaps = np.diff(edges)
+    longest = gaps.argmax(axis=-1)[..., None]
+    begin, gap = (np.take_along_axis(part, longest, axis=-1) for part in (edges, gaps))
+    number = np.cumsum(absent, axis=-1)
+    return np.where(absent, begin + gap * number / (number[..., -1:] + 1), places)
+
+
 def with_loads(span, values, of_case):
     """Cables with their point loads.
 
@@ -51,14 +91,12 @@ def with_loads(span, values, of_case):
     ----------
     span : Span
         Fields of shape (n,).
-    values : SceneValues or CaseTable
-    of_case : bool
-        Whether those of the chosen case are on them too.
+    values, of_case
+        As of `point_loads`.
     """
-    positions, fractions, forces, masses = values.loads_of_case if of_case else values.loads
+    positions, fractions, forces, masses = point_loads(values, of_case)
     if not positions.shape[-1]:
         return span
-    forces = forces - (masses * values.given("gravity")[:, None])[..., None] * UP
     forces = (forces[..., None, :] * span.frame[..., None, :, :]).sum(axis=-1)
     shares = np.isfinite(fractions).any()
     return replace(
@@ -94,50 +132,33 @@ def loaded_spans(span, values, strain, shift=None):
     if moves.any():
         ends = ends + moves
         span, strain = _moved(span, strain, ends, moves)
-    elongation = np.where(shrunk(values), 0.0, values.given("elongation"))
-    warm = 1.0 + elongation
-    gravity = values.given("gravity")
-    parts = (values.given(f"load_case.ice.{key}") for key in ICE_PARTS)
-    ice = ice_mass(*parts, values.given("cable.section_diameter"), gravity)
-    span = replace(span, mass=span.mass / warm + ice)
-    wind = wind_loads(values, span)
-    if wind.any():
-        span = _in_wind(span, ends, wind)
+    longer = elongation(values)
+    warm = 1.0 + longer
+    span = replace(span, mass=span.mass / warm + ice_mass(values))
+    pressed, direction = pressed_by_wind(values)
+    if pressed.any():
+        span = _in_wind(span, ends, pressed[:, None] * across(direction, span.frame[..., 0, :]))
     span = with_loads(span, values, of_case=True)
-    return replace(span, load_positions=_warmed(span, warm)).with_chord_strain((strain - elongation) / warm)
+    return replace(span, load_positions=span.load_positions * warm[:, None]).with_chord_strain((strain - longer) / warm)
+
+
+def elongation(values):
+    """Relative change of unstretched lengths by the temperature, none of shrunk cables, shape (...). [-]"""
+    return np.where(shrunk(values), 0.0, values.given("elongation"))
 
 
 def shrunk(values):
-    """Which cables have next to no length left at the temperature of their case, shape (n,); they do not exist."""
+    """Which cables have next to no length left at the temperature of their case, shape (...); they do not exist."""
     return 1.0 + values.given("elongation") < LEAST_LENGTH
 
 
-def _warmed(span, warm):
-    """Arc lengths of loads at the temperature of the case, shape (n, k). [m]"""
-    return span.load_positions * warm[:, None] if span.load_positions.shape[-1] else span.load_positions
-
-
-def ice_mass(thickness, density, weight, diameter, gravity):
-    """Mass per unstretched length of ice and other loads, which are not a number where there are none. [kg/m]
-
-    Parameters
-    ----------
-    thickness, density, weight : ndarray, shape (...)
-        Of a layer of ice [m], [kg/m^3], and of other loads per length [N/m].
-    diameter, gravity : ndarray, shape (...)
-        Of the cable [m], [m/s^2].
-    """
-    thickness, weight = np.nan_to_num(thickness), np.nan_to_num(weight)
+def ice_mass(values):
+    """Mass per unstretched length of a layer of ice and of other loads per length, shape (...). [kg/m]"""
+    thickness, weight = (np.nan_to_num(values.given(f"load_case.ice.{key}")) for key in ("thickness", "weight"))
+    density, diameter = values.given("load_case.ice.density"), values.given("cable.section_diameter")
+    gravity = values.given("gravity")
     layer = np.where(thickness > 0, np.pi * density * thickness * (diameter + thickness), 0.0)
     return layer + np.where(gravity > 0, weight / np.where(gravity > 0, gravity, 1.0), 0.0)
-
-
-def wind_loads(values, span):
-    """Force of the steady wind per unstretched length, global axes, shape (n, 3). [N/m]"""
-    pressed, direction = pressed_by_wind(values)
-    if not pressed.any():
-        return np.zeros((len(values), 3))
-    return pressed[:, None] * across(direction, span.frame[..., 0, :])
 
 
 def pressed_by_wind(values):
@@ -145,15 +166,13 @@ def pressed_by_wind(values):
     pressure = np.nan_to_num(values.given("load_case.wind.dynamic_pressure"))
     if not pressure.any():
         return pressure, np.zeros((len(values), 3))
-    drag = values.given("load_case.wind.cable_drag_coefficient") * values.given("wind_diameter")
     angle = np.nan_to_num(values.given("load_case.wind.direction"))
-    return np.where(pressure > 0, pressure * drag, 0.0), wind_direction(angle)
+    return np.where(pressure > 0, pressure * drag_width(values), 0.0), wind_direction(angle)
 
 
-def drag_errors(values, catenary):
-    """Estimated relative error of the equilibrium, since drag is taken as uniform along the cable, shape (n,). [-]"""
-    pressed, direction = pressed_by_wind(values)
-    return uneven_drag_errors(pressed, direction, catenary)[0] if pressed.any() else pressed
+def drag_width(values):
+    """Drag coefficient in the steady wind times diameter, ice included, shape (...); NaN without wind. [m]"""
+    return values.given("load_case.wind.cable_drag_coefficient") * values.given("wind_diameter")
 
 
 def uneven_drag_errors(pressed, direction, catenary, stretched=False):
@@ -255,13 +274,30 @@ def _moved(span, strain, ends, moves):
 
 
 def _in_wind(span, ends, wind):
-    """Cables whose uniform load is weight and wind together: along another direction than the vertical."""
+    """Cables whose uniform load is weight and wind together: along another direction than the vertical.
+
+    Those without wind are as in a batch without it, to the last digit.
+
+    Parameters
+    ----------
+    span : Span
+    ends : ndarray, shape (n, 2, 3)
+        [m]
+    wind : ndarray, shape (n, 3)
+        Force of the steady wind per unstretched length, global axes. [N/m]
+    """
     blown = wind.any(axis=-1)
     load = (span.mass * span.gravity)[:, None] * UP - wind
     size = np.sqrt((load**2).sum(axis=-1))
     gravity = np.where(blown, size / span.mass, span.gravity)
     vertical = np.where((blown & (size > 0))[:, None], load / np.where(size > 0, size, 1.0)[:, None], UP)
     first, last = ends[:, 0], ends[:, 1]
-    return Span.between(
+    turned = Span.between(
         first, last, span.axial_stiffness, span.mass, gravity, chord=span.chord, vertical=vertical
     ).broadcast()
+    return replace(
+        turned,
+        cosine=np.where(blown, turned.cosine, span.cosine),
+        sine=np.where(blown, turned.sine, span.sine),
+        level=np.where(blown[:, None], turned.level, span.level),
+    )

@@ -13,8 +13,8 @@ from cablestudy.cable.newton import UNDETERMINED
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.study import load_cases
 from cablestudy.study.columns import LIMP, ROUNDING
-from cablestudy.study.load_cases import bare_spans, drag_errors, loaded_spans, pressed_by_wind, shrunk, with_loads
 from cablestudy.study.push import pushed_ends
 from cablestudy.study.statics import ClosedStatics
 
@@ -41,14 +41,14 @@ class Results:
     @cached_property
     def _span_and_reasons(self):
         """The cables, case -> why its cable does not exist, and the lengths; a taut one takes its place."""
-        span = bare_spans(self.values)
+        span = load_cases.bare_spans(self.values)
         strain, reasons = _chord_strain(span, self.values)
-        for case in np.flatnonzero(shrunk(self.values)).tolist():
+        for case in np.flatnonzero(load_cases.shrunk(self.values)).tolist():
             reasons[case] = "at the temperature of the case next to nothing is left of the cable's length"
         length = span.with_chord_strain(strain).unstretched_length
 
         def at(shift):
-            return _loads_on_cable(loaded_spans(span, self.values, strain, shift), reasons)
+            return _loads_on_cable(load_cases.loaded_spans(span, self.values, strain, shift), reasons)
 
         push = self.values.push
         self._push = pushed_ends(at, push) if push.any() else None
@@ -174,7 +174,7 @@ class Results:
     @cached_property
     def pressed(self):
         """Drag of a length across the steady wind, and its direction; see `load_cases.pressed_by_wind`."""
-        return pressed_by_wind(self.values)
+        return load_cases.pressed_by_wind(self.values)
 
     @cached_property
     def length_rounding(self):
@@ -200,8 +200,9 @@ class Results:
 
     @cached_property
     def drag_error(self):
-        """Relative error of all results in a steady wind, shape (n,). [-] See `load_cases.drag_errors`."""
-        return drag_errors(self.values, self.catenary)
+        """Relative error of all results in a steady wind, as drag is taken as uniform along a cable, shape (n,). [-]"""
+        pressed, direction = self.pressed
+        return load_cases.uneven_drag_errors(pressed, direction, self.catenary)[0] if pressed.any() else pressed
 
     @cached_property
     def sag_rounding(self):
@@ -286,7 +287,7 @@ def _chord_strain(span, values):
     loaded = values.given("cable.reference.loads") > 0
     states = [(~loaded, span)]
     if loaded.any():
-        states.append((loaded, with_loads(span, values, of_case=False)))
+        states.append((loaded, load_cases.with_loads(span, values, of_case=False)))
     for (chosen, state), search in product(states, _searches(values)):
         _search_strain(state, chosen, search, strain, reasons)
     return strain, reasons
@@ -320,17 +321,14 @@ def _search_strain(span, chosen, search, strain, reasons):
 
 def _loads_on_cable(span, reasons):
     """The span with the loads of stand-ins on the cable; adds the cables that end before a load to the reasons."""
-    count = span.load_positions.shape[-1]
-    if not count:
+    if not span.load_positions.shape[-1]:
         return span
     length, last = span.unstretched_length, span.load_positions[:, -1]
     for case in np.flatnonzero(last >= length).tolist():
         reasons.setdefault(case, f"the load at {last[case]:.6g} m is beyond the cable's end, at {length[case]:.6g} m")
     if not reasons:
         return span
-    positions, absent = span.load_positions.copy(), list(reasons)
-    positions[absent] = length[absent, None] * np.arange(1, count + 1) / (count + 1)
-    return replace(span, load_positions=positions)
+    return replace(span, load_positions=np.sort(load_cases.on_cable(span.load_positions, length)))
 
 
 def along(span, stiffness, axis, moved=None):

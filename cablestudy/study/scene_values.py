@@ -18,6 +18,7 @@ from cablestudy.study.columns import attribute, lacks, without
 
 # names in keys of quantities that are no columns: a scene takes their sine, compares them one by one, or cables follow
 NOT_COLUMNS = ("materials", "inclination", "attitude", "ends", "loads", "forces", "moves")
+NO_LOAD = np.nan, np.nan, (0.0, 0.0, 0.0), 0.0  # in the place of one of `merged_loads`
 
 
 class SceneValues:
@@ -62,36 +63,31 @@ class SceneValues:
         """Forces of the load cases on end 2 along x, shape (n,). [N]"""
         return np.array([scene.load_case.forces.end_2[0] for scene in self.scenes])
 
-    @property
-    def loads(self):
-        """Point loads of the cables themselves; see `_load_arrays`."""
-        return _load_arrays([scene.cable.loads for scene in self.scenes])
-
-    @property
-    def loads_of_case(self):
-        """Those of the cables and of their chosen cases; see `_load_arrays`."""
-        return _load_arrays([scene.loads for scene in self.scenes])
+    def loads(self, of_case):
+        """Point loads of the cables themselves, `of_case` with those of their chosen cases; see `load_arrays`."""
+        return load_arrays([scene.loads if of_case else scene.cable.loads for scene in self.scenes])
 
 
-def _load_arrays(listed):
-    """Point loads of n cables as arrays, those at one place added.
+def load_arrays(listed):
+    """Point loads of n cables as arrays, those at one place added, as many for each as for the one with the most.
 
     Parameters
     ----------
     listed : list of tuple of Load
-        For each cable at equally many places.
 
     Returns
     -------
     positions, fractions : ndarray, shape (n, k)
-        Arc length on the unstretched cable [m], or share of it [-]; the other one is NaN.
+        Arc length on the unstretched cable [m], or share of it [-]; the other one is NaN, both where there is no load.
     forces : ndarray, shape (n, k, 3)
         Global, without the weight of masses. [N]
     masses : ndarray, shape (n, k)
         [kg]
     """
     merged = [merged_loads(loads) for loads in listed]
-    return tuple(np.array([[load[part] for load in loads] for loads in merged]).reshape(len(listed), -1, *size)
+    count = max(map(len, merged), default=0)
+    merged = [loads + [NO_LOAD] * (count - len(loads)) for loads in merged]
+    return tuple(np.array([[load[part] for load in loads] for loads in merged]).reshape(len(listed), count, *size)
                  for part, size in ((0, ()), (1, ()), (2, (3,)), (3, ())))  # fmt: skip
 
 
@@ -110,7 +106,12 @@ def merged_loads(loads):
 
 def load_count(scene):
     """At how many places the cable of a scene carries loads, alone and with its case: two numbers. [-]"""
-    return tuple(len({(load.at, load.fraction) for load in loads}) for loads in (scene.cable.loads, scene.loads))
+    return places_of(scene.cable.loads), places_of(scene.loads)
+
+
+def places_of(loads):
+    """At how many places point loads are. [-]"""
+    return len({(load.at, load.fraction) for load in loads})
 
 
 # ------------------------------------------------------------------------------------------------- cases of a study
@@ -155,18 +156,9 @@ class CaseTable:
         """See `SceneValues.push`."""
         return np.repeat(SceneValues([self.scene]).push, len(self))
 
-    @property
-    def loads(self):
+    def loads(self, of_case):
         """See `SceneValues.loads`."""
-        return self._repeated(SceneValues([self.scene]).loads)
-
-    @property
-    def loads_of_case(self):
-        """See `SceneValues.loads_of_case`."""
-        return self._repeated(SceneValues([self.scene]).loads_of_case)
-
-    def _repeated(self, parts):
-        return tuple(np.repeat(part, len(self), axis=0) for part in parts)
+        return tuple(np.repeat(part, len(self), axis=0) for part in SceneValues([self.scene]).loads(of_case))
 
     def _array(self, value):
         return np.broadcast_to(np.array(np.nan if value is None else value, dtype=float), (len(self),))

@@ -10,13 +10,12 @@ from cablestudy.control.gondola import gondola_mode
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.refinement import reference_scene
-from cablestudy.study.scene_values import merged_loads
+from cablestudy.study.scene_values import merged_loads, places_of
 from cablestudy.study.suspension.airflow import Airflow
 from cablestudy.study.suspension.cable_modes import CableModes
-from cablestudy.study.suspension.group import Group, HangingCable, StatedCables
+from cablestudy.study.suspension.group import Group, HangingCable
 from cablestudy.study.suspension.in_wind import InWind, solve_modes
-from cablestudy.study.suspension.load_cases import load_counts, reference_load_counts
-from cablestudy.study.suspension.numbers import topology_of
+from cablestudy.study.suspension.numbers import CableValues, loads_of, topology_of
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
@@ -155,7 +154,7 @@ class SuspensionCase:
         """
         place = list(self.scene.cables).index(name)
         if column.name != "chord":
-            return column.compute(StatedCables([self.scene]))[0, place]
+            return column.compute(CableValues([self.scene]))[0, place]
         suspension = self._solved_group.equilibrium.suspension
         held = not any(end != GROUND and suspension.free[end].any() for end in suspension.owner[place])
         return (self._solved_group if held else self.group).cables.chord[self.place, place]
@@ -445,7 +444,7 @@ def cases_of(scenes):
     for place, scene in enumerate(scenes):
         method = scene.tensions and scene.tensions.method
         kinds = scene.case is None, scene.load_case.wind is None, scene.wind and scene.wind.mean
-        loads = *load_counts(scene).values(), *reference_load_counts(scene).values()
+        loads = [places_of(loads) for of_case in (True, False) for loads in loads_of(scene, of_case)]
         key = (repr(topology_of(scene)), scene.solve_for, method, *kinds, *loads)
         groups.setdefault(key, []).append(place)
     cases = [None] * len(scenes)

@@ -8,18 +8,17 @@ import numpy as np
 
 from cablestudy.cable.catenary import Catenary
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import ROUNDING, attribute, utilisation_of
+from cablestudy.study.columns import ROUNDING, utilisation_of
 from cablestudy.study.statics import ClosedStatics
-from cablestudy.study.suspension.linear_motion import drag_of, wind_diameters
+from cablestudy.study.suspension.linear_motion import drag_of
 from cablestudy.study.suspension.load_cases import (
     drag_change,
-    load_counts,
     loaded_state,
     pressed_cables,
     reference_loads,
     too_long,
 )
-from cablestudy.study.suspension.numbers import distribution_of, numbers_of
+from cablestudy.study.suspension.numbers import CableValues, distribution_of, loads_of, numbers_of
 from cablestudy.system import lengths, statics
 from cablestudy.system.coupled_modes import coupled_modes_of_cases
 from cablestudy.system.failure import explain
@@ -30,31 +29,7 @@ HORIZONTAL = ("horizontal_tension", "lambda_squared")  # zero but for rounding w
 TOGETHER = 200  # cables, of several cases, whose modes are computed in one call
 
 
-class StatedCables:
-    """What scenes state of their cables, with the attributes of `Results` that columns without statics need.
-
-    Parameters
-    ----------
-    scenes : sequence of SuspensionScene
-        n of them, with the same cables.
-    """
-
-    def __init__(self, scenes):
-        self._scenes = scenes
-
-    def given(self, path):
-        """A number that each cable states, or its scene, shape (n, c), not a number where there is none."""
-        table, _, name = path.rpartition(".")
-        if table == "cable":
-            values = [[getattr(cable, name, None) for cable in scene.cables.values()] for scene in self._scenes]
-        elif name == "wind_diameter":
-            values = [wind_diameters(scene) for scene in self._scenes]
-        else:
-            values = [[attribute(scene, path)] * len(scene.cables) for scene in self._scenes]
-        return np.array(values, dtype=float)
-
-
-class CableResults(StatedCables):
+class CableResults(CableValues):
     """Statics of all cables of some cases, with the attributes of `Results` that columns of cables need.
 
     Parameters
@@ -172,7 +147,7 @@ class Group:
             self.reference, self.problems = lengths.solve(numbers, **distribution_of(scenes))
         else:
             self.reference = statics.pose(_formed(numbers))
-        bare = scenes[0].case is None and not any(load_counts(scenes[0]).values())
+        bare = scenes[0].case is None and not any(loads_of(scenes[0], of_case=True))
         self._loaded = None if bare else loaded_state(self.reference, scenes)
         self.cables = CableResults(scenes, self.equilibrium, self.reference.lengths)
         self.cable_places = {name: place for place, name in enumerate(numbers.cable_names)}

@@ -7,21 +7,23 @@ of its chord.
 """
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
 from cablestudy.study.load_cases import (
-    ICE_PARTS,
-    LEAST_LENGTH,
     SECOND_ORDER,
     UNKNOWN,
+    drag_width,
+    elongation,
     ice_mass,
+    on_cable,
+    point_loads,
+    shrunk,
     uneven_drag_errors,
     wind_direction,
 )
-from cablestudy.study.scene_values import merged_loads
-from cablestudy.study.suspension.linear_motion import offered_by_bodies, wind_diameters
+from cablestudy.study.suspension.linear_motion import offered_by_bodies
+from cablestudy.study.suspension.numbers import CableValues, loads_of
 from cablestudy.system import stated, statics, tangent
 from cablestudy.system.rigid import size
 from cablestudy.system.suspension import Equilibrium
@@ -153,29 +155,27 @@ def loaded_state(reference, scenes, forced=True):
     ConvergenceError
         Forces of the steady wind and the attitude that they lead to do not agree.
     """
-    suspension = reference.suspension
-    warm = 1.0 + np.array([[s.load_case.elongation(cable) for cable in s.cables.values()] for s in scenes])
-    problems = [_shrunk(scene, own) for scene, own in zip(scenes, warm, strict=True)]
-    warm = np.where(warm < LEAST_LENGTH, 1.0, warm)
+    suspension, values = reference.suspension, CableValues(scenes)
+    warm, problems = 1.0 + elongation(values), _shrunk(values, suspension.cable_names)
     standing = reference.record.converged
     loaded = replace(
         suspension,
         load_fractions=None,
         given=("unstretched_length",) * warm.shape[-1],
         value=reference.lengths * warm,
-        cable_mass=suspension.cable_mass / warm + _ice_masses(scenes),
+        cable_mass=suspension.cable_mass / warm + ice_mass(values),
         position=np.where(standing[:, None, None], reference.position, suspension.position) + _moves_of_bodies(scenes),
         rotation=np.where(standing[:, None, None, None], reference.rotation, suspension.rotation),
-        place=suspension.place + _moves_of_ends(scenes),
+        place=suspension.place + values.moves,
         **(_forces(scenes, suspension) if forced else {}),
     )
-    if any(load_counts(scenes[0]).values()):
-        loads, beyond = _loads(scenes, loaded.value, warm)
+    if any(loads_of(scenes[0], of_case=True)):
+        loads, beyond = _loads(values, suspension.cable_names, loaded.value, warm)
         loaded, problems = replace(loaded, **loads), [one or other for one, other in zip(problems, beyond, strict=True)]
     calm = statics.pose(loaded)
     if all(scene.load_case.wind is None for scene in scenes):
         return LoadedState(calm, calm, None, problems)
-    drag = _steady_drag(scenes, suspension.body_names)
+    drag = _steady_drag(scenes, drag_width(values), suspension.body_names)
     # without an equilibrium there is nothing that the wind could move
     drag = replace(drag, velocity=np.where(calm.record.converged[:, None], drag.velocity, 0.0))
     return LoadedState(calm, equilibrium_in_wind(calm, drag), drag, problems)
@@ -189,15 +189,6 @@ def _moves_of_bodies(scenes):
          *(still for point in scene.points.values() if point.free)]
         for scene in scenes
     ]).reshape(len(scenes), -1, 3)  # fmt: skip
-
-
-def _moves_of_ends(scenes):
-    """Displacements of the fixed ends of cables by their load cases, shape (n, c, 2, 3). [m]"""
-
-    def moved(scene, end):
-        return scene.load_case.moves.get(end, (0.0, 0.0, 0.0)) if isinstance(end, str) else (0.0, 0.0, 0.0)
-
-    return np.array([[[moved(s, end) for end in cable.ends] for cable in s.cables.values()] for s in scenes])
 
 
 def _forces(scenes, suspension):
@@ -220,11 +211,11 @@ def _forces(scenes, suspension):
     return {"force": suspension.force + force, "moment": suspension.moment + moment, **some}
 
 
-def _shrunk(scene, warm):
-    """Which cables have next to no length left at the temperature of their case, in words; empty without any."""
-    names = [name for name, own in zip(scene.cables, warm.tolist(), strict=True) if own < LEAST_LENGTH]
+def _shrunk(values, names):
+    """For each case which cables have next to no length left at its temperature, in words; empty without any."""
     text = "at the temperature of the case next to nothing is left of its length, by its expansion"
-    return f"{', '.join(names)}: {text}" if names else ""
+    found = [", ".join(name for name, own in zip(names, of_case, strict=True) if own) for of_case in shrunk(values)]
+    return [f"{short}: {text}" if short else "" for short in found]
 
 
 def reference_loads(scenes):
@@ -235,19 +226,12 @@ def reference_loads(scenes):
     scenes : sequence of SuspensionScene
         With equally many such loads on cables of the same name.
     """
-    count = max(reference_load_counts(scenes[0]).values())
-    if not count:
+    if not any(loads_of(scenes[0], of_case=False)):
         return {}
-    shape = len(scenes), len(scenes[0].cables), count
-    positions, fractions, forces = np.full(shape, np.nan), np.full(shape, np.nan), np.zeros((*shape, 3))
-    for case, scene in enumerate(scenes):
-        for number, cable in enumerate(scene.cables.values()):
-            loads = merged_loads(cable.loads) if cable.reference.loads else []
-            for slot, (at, fraction, force, mass) in enumerate(loads):
-                positions[case, number, slot], fractions[case, number, slot] = at, fraction
-                forces[case, number, slot] = force - [0.0, 0.0, mass * scene.gravity]
-            missing = count - len(loads)  # these places carry nothing
-            fractions[case, number, len(loads) :] = (np.arange(missing) + BESIDE) / max(missing, 1)
+    positions, fractions, forces, _ = point_loads(CableValues(scenes), of_case=False)
+    nothing = np.isnan(positions) & np.isnan(fractions)  # these places carry nothing
+    number = np.cumsum(nothing, axis=-1)
+    fractions = np.where(nothing, (number - 1 + BESIDE) / np.maximum(number[..., -1:], 1), fractions)
     return {"load_positions": positions, "load_fractions": fractions, "load_forces": forces}
 
 
@@ -274,70 +258,38 @@ def too_long(reference):
     ]
 
 
-def reference_load_counts(scene):
-    """Name of each cable -> at how many places it carries loads in the reference state."""
-    loads = {name: cable.loads if cable.reference.loads else () for name, cable in scene.cables.items()}
-    return {name: len(merged_loads(of_cable)) for name, of_cable in loads.items()}
-
-
-def load_counts(scene):
-    """Name of each cable -> at how many places it carries loads."""
-    return {name: len(merged_loads(scene.loads_on(name))) for name in scene.cables}
-
-
-def _loads(scenes, lengths, warm):
+def _loads(values, names, lengths, warm):
     """Point loads of all cables, as many for each: fields of `Suspension`, and for each case what is wrong with them.
 
     Parameters
     ----------
-    scenes : sequence of SuspensionScene
+    values : CableValues
         With equally many loads on cables of the same name.
+    names : sequence of str
+        Of the cables.
     lengths, warm : ndarray, shape (n, c)
         Unstretched lengths at the temperature of the case [m], and over those in the reference state [-].
     """
-    count = max(load_counts(scenes[0]).values())
-    places, forces, masses = (np.zeros((*lengths.shape, count, *more)) for more in ((), (3,), ()))
-    problems = [""] * len(scenes)
-    for case, scene in enumerate(scenes):
-        for number, name in enumerate(scene.cables):
-            length, own = lengths[case, number], {}
-            for at, fraction, force, mass in merged_loads(scene.loads_on(name)):
-                place = fraction * length if np.isnan(at) else at * warm[case, number]
-                if place >= length:
-                    end = length / warm[case, number]
-                    problems[case] = f"{name}: the load at {at:.6g} m is beyond the cable's end, at {end:.6g} m"
-                    continue
-                before, carried = own.get(place, (0.0, 0.0))
-                own[place] = before + force - [0.0, 0.0, mass * scene.gravity], carried + mass
-            for nothing in _more_places(own, count, length):
-                own[nothing] = np.zeros(3), 0.0
-            for slot, place in enumerate(sorted(own)):
-                places[case, number, slot] = place
-                forces[case, number, slot], masses[case, number, slot] = own[place]
-    return {"load_positions": places, "load_forces": forces, "load_masses": masses}, problems
+    positions, fractions, forces, masses = point_loads(values, of_case=True)
+    places = np.where(np.isnan(fractions), positions * warm[..., None], fractions * lengths[..., None])
+    beyond, problems = places >= lengths[..., None], [""] * len(lengths)
+    for case, cable, load in np.argwhere(beyond).tolist():
+        at, end = positions[case, cable, load], lengths[case, cable] / warm[case, cable]
+        problems[case] = f"{names[cable]}: the load at {at:.6g} m is beyond the cable's end, at {end:.6g} m"
+    places = on_cable(places, lengths)
+    forces, masses = np.where(beyond[..., None], 0.0, forces), np.where(beyond, 0.0, masses)
+    order = np.argsort(places, axis=-1, kind="stable")
+    return {
+        "load_positions": np.take_along_axis(places, order, axis=-1),
+        "load_forces": np.take_along_axis(forces, order[..., None], axis=-2),
+        "load_masses": np.take_along_axis(masses, order, axis=-1),
+    }, problems
 
 
-def _more_places(places, count, length):
-    """Places at which a cable carries nothing, so that it has `count` of them: evenly along its longest free part."""
-    edges = sorted([0.0, *places, length])
-    begin, end = max(pairwise(edges), key=lambda pair: pair[1] - pair[0])
-    missing = count - len(places)
-    return [begin + (end - begin) * step / (missing + 1) for step in range(1, missing + 1)]
-
-
-def _ice_masses(scenes):
-    """Of ice and other loads per length on each cable, shape (n, c). [kg/m]"""
-    parts = np.array([[getattr(s.load_case.ice, key, None) for key in ICE_PARTS] for s in scenes], dtype=float)
-    diameter = np.array([[c.section_diameter for c in s.cables.values()] for s in scenes], dtype=float)
-    gravity = np.array([scene.gravity for scene in scenes])
-    return ice_mass(*parts.T[..., None], diameter, gravity[:, None])
-
-
-def _steady_drag(scenes, body_names):
-    """`Drag` of the steady winds of some scenes, with a leading axis of cases."""
+def _steady_drag(scenes, cables, body_names):
+    """`Drag` of the steady winds of some scenes, with a leading axis of cases; `cables` is that of `Drag`."""
     winds = [scene.load_case.wind for scene in scenes]
     level = wind_direction(np.array([wind.direction for wind in winds]))
     speed = np.sqrt([wind.dynamic_pressure for wind in winds])  # with a density of 2 kg/m^3
-    cables = np.array([s.load_case.wind.cable_drag_coefficient * wind_diameters(s) for s in scenes])
     bodies, centers = map(np.array, zip(*(offered_by_bodies(s, body_names) for s in scenes), strict=True))
     return Drag(speed[:, None] * level, np.full(len(scenes), 2.0), cables, bodies, centers, stretched=False)

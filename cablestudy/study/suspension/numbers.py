@@ -6,13 +6,61 @@ import numpy as np
 
 from cablestudy.scene.determinacy import found_rotations
 from cablestudy.scene.suspension_tables import MOTIONS, Tensions
+from cablestudy.study.columns import attribute
+from cablestudy.study.scene_values import load_arrays
 from cablestudy.system import rigid
 from cablestudy.system.suspension import GROUND, Suspension
 
 ORIGIN = (0.0, 0.0, 0.0)
 OF_JUNCTION = (True, True, True, False, False, False)  # what of it is free
+OF_CASE_AND_CABLE = ("elongation", "wind_diameter")  # numbers that a load case computes of a cable
 # of the six entries in a scene, xx yy zz xy xz yz, that at each place of the tensor
 TENSOR = [[0, 3, 4], [3, 1, 5], [4, 5, 2]]
+
+
+class CableValues:
+    """What scenes state of their cables, as `SceneValues` with a second axis of c cables.
+
+    Parameters
+    ----------
+    scenes : sequence of SuspensionScene
+        n of them, with the same cables.
+    """
+
+    def __init__(self, scenes):
+        self._scenes = scenes
+
+    def given(self, path):
+        """A number that each cable states, or its scene, shape (n, c), not a number where there is none."""
+        table, _, name = path.rpartition(".")
+        if table == "cable":
+            values = [[getattr(cable, name, None) for cable in scene.cables.values()] for scene in self._scenes]
+        elif name in OF_CASE_AND_CABLE:
+            values = [[getattr(s.load_case, name)(cable) for cable in s.cables.values()] for s in self._scenes]
+        else:
+            values = [[attribute(scene, path)] * len(scene.cables) for scene in self._scenes]
+        return np.array(values, dtype=float)
+
+    @property
+    def moves(self):
+        """Displacements of the fixed ends of cables by the load cases, shape (n, c, 2, 3). [m]"""
+        return np.array([
+            [[s.load_case.moves.get(end, ORIGIN) if isinstance(end, str) else ORIGIN for end in cable.ends]
+             for cable in s.cables.values()]
+            for s in self._scenes
+        ])  # fmt: skip
+
+    def loads(self, of_case):
+        """Point loads in the reference state, or `of_case`; see `load_arrays`, but of shape (n, c, k)."""
+        parts = load_arrays([loads for scene in self._scenes for loads in loads_of(scene, of_case)])
+        return tuple(part.reshape(len(self._scenes), -1, *part.shape[1:]) for part in parts)
+
+
+def loads_of(scene, of_case):
+    """Point loads that each cable of a scene carries in the reference state, or `of_case`: list of tuple of Load."""
+    if of_case:
+        return [scene.loads_on(name) for name in scene.cables]
+    return [cable.loads if cable.reference.loads else () for cable in scene.cables.values()]
 
 
 def topology_of(scene):
