@@ -1,7 +1,6 @@
 """A cable with fixed ends in the wind: dense matrices, closed forms of the taut string, statics of its neighbours."""
 
 from functools import cache
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,9 +10,11 @@ from scenes import cells
 from scipy.integrate import quad
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.scene.scene import Scene, load_scene
-from cablestudy.study import cable_motion
+from cablestudy.scene.scene import load_scene
+from cablestudy.study import plots
 from cablestudy.study.case import Case
+from cablestudy.study.columns import find
+from cablestudy.study.suspension.response import OPEN
 
 TEXT = """
 cable:
@@ -119,16 +120,12 @@ def dense(case, frequency, direction, carried=()):
 
 def spectra_of(case, frequency, direction):
     """What `dense` gives, by the program."""
-    moving = cable_motion._Cable(case)
-    size = DRAG * case.scene.wind.speed / 6.0 * case.scene.wind.turbulence * moving.length
-    found = np.zeros((5, len(frequency)))
-    for part in moving.parts:
-        moved, outputs, gusts_on = moving.response(part, direction)
-        if gusts_on is not None:
-            answer = outputs.response(2j * np.pi * frequency)
-            pushed = gusts_on((frequency[0], frequency[-1])).matrix_times(frequency, np.swapaxes(answer, 1, 2).conj())
-            found[moved] += (answer * np.swapaxes(pushed, 1, 2)).sum(axis=-1).real.T
-    return size**2 * found
+    return wind_of(case, direction).response.spectra(frequency, OPEN)
+
+
+def wind_of(case, direction):
+    """The `InWind` across or along the plane of the cable of a case."""
+    return case.in_cable_wind.sides[("across", "along").index(direction)]
 
 
 @pytest.mark.parametrize("direction", ["across", "along"])
@@ -208,12 +205,9 @@ def test_a_slow_wind_changes_the_tension_as_statics_do(bare):
 
 def test_a_vertical_cable_moves_alike_in_any_wind(bare):
     case = Case(loaded(bare, VERTICAL))
-    moving = cable_motion._Cable(case)
-    across, along = (
-        np.sum([moving.variances(part, direction) for part in moving.parts], axis=0)
-        for direction in ("across", "along")
-    )
+    across, along = (wind_of(case, one).response.variances.weighted["value"][OPEN] for one in ("across", "along"))
     assert across[[1, 2]] == pytest.approx(along[[2, 1]], rel=1e-6)
+    assert across[2] > 0
 
 
 # what it depends on
@@ -242,14 +236,11 @@ def test_accuracy_is_that_of_many_bars(bare, sets):
 
 def test_an_undamped_cable_without_air_is_refused(bare):
     scene = loaded(bare, "cable.damping={model: modal, ratio: 0}", "wind.aerodynamic_damping=false")
-    with pytest.raises(NoSolutionError, match=r"^undamped: the damping ratio of the cable's mode of 1\.59"):
-        _ = Case(scene).cable_motion
+    with pytest.raises(NoSolutionError, match=r"^undamped: mode 2 \(cable in-plane, 1\.59"):
+        find("tension_rms").compute(Case(scene))
 
 
-def test_a_cable_with_a_gondola_is_refused(bare, tmp_path):
-    data = loaded(bare).model_dump(exclude_unset=True) | {"gondola": {"mass": 50}}
-    with pytest.raises(NoSolutionError, match="fixed ends: leave out the gondola"):
-        _ = Case(Scene.model_validate(data)).cable_motion
+def test_a_cable_with_a_gondola_is_refused(tmp_path):
     study = study_file(tmp_path, "columns: [midspan_rms, tension_rms]\n")
     outcome = run("sweep", study, "--no-write", code=2)
     assert len(outcome.lines) == 2
@@ -273,8 +264,23 @@ def test_windrms_of_a_bare_cable(bare):
     assert "the cable sheds vortices" in explained
     (line,) = run("windrms", bare, "--on", "gondola", code=2).lines
     assert "gondola.mass: missing key" in line
-    (line,) = run("windrms", bare, "--plot", "x.svg", code=2).lines
-    assert line.endswith("--plot: no effect: the scene has no gondola")
+
+
+def test_the_picture_shows_mid_span_in_the_worse_wind(bare):
+    case = Case(loaded(bare, SAGGING))
+    figure = plots.wind_response(case.winds_on("cable"), on="the cable")
+    speed, spectra, below, above, side = figure.axes
+    legend = [text.get_text() for text in spectra.get_legend().get_texts()]
+    assert legend == ["along the chord", "in the cable's plane", "across it"]
+    names = [f"cable.midspan.{axis}" for axis in "xyz"]
+    total = case.in_cable_wind.sides[0].rms(names, "value", open_loop=True)[0]
+    assert float(below.get_legend().get_texts()[0].get_text().split(": ")[1].split()[0]) == pytest.approx(
+        1e3 * total, rel=1e-3
+    )
+    (ellipse,) = (line for line in above.lines if len(line.get_xdata()) > 9)
+    across = wind_of(case, "across").rms(["cable.midspan.z"], "value", open_loop=True)[0]
+    assert max(ellipse.get_ydata()) == pytest.approx(1e3 * across, rel=1e-3)  # the cable lies along x
+    assert (speed.get_legend() is not None, side.get_xlabel()) == (True, "along the wind [mm]")
 
 
 def test_a_sweep_of_bare_cables_is_each_alone(bare, tmp_path):
@@ -284,18 +290,3 @@ def test_a_sweep_of_bare_cables_is_each_alone(bare, tmp_path):
     for row, speed in zip(rows, (3, 6), strict=True):
         midspan, tension = motion(bare, f"wind.speed={speed} m/s")
         assert (row["midspan_rms_mm"], row["tension_rms_N"]) == (1e3 * midspan, tension)
-
-
-def test_poles_that_meet_are_refused_in_words():
-    omega = np.array([1.0, 2.0])
-    with pytest.raises(NoSolutionError, match="rounding spoils"):
-        cable_motion._System(omega, np.diag([2.0, 0.1]), np.zeros((2, 2)))  # critically damped
-    with pytest.raises(NoSolutionError, match="rounding spoils"):
-        cable_motion._System(omega, np.full((2, 2), np.inf), np.zeros((2, 2)))
-
-
-def test_the_middle_is_interpolated():
-    mesh = SimpleNamespace(edges=np.array([0.0, 0.4, 1.0]), sizes=np.array([0.4, 0.6]), elements=2, order=1,
-                           element_nodes=np.array([[0, 1], [1, 2]]))  # fmt: skip
-    shapes = np.array([0.0, 4.0, 10.0])[:, None, None] * np.ones((1, 3, 1))
-    assert cable_motion._at(mesh, 0.5, shapes) == pytest.approx(5.0 * np.ones((3, 1)))

@@ -20,6 +20,7 @@ from cablestudy.cable.geometry import places
 from cablestudy.control.suspension import FROM, TO, Winch, state_space
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
+from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.suspension.case import SuspensionCase, cases_of
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import evaluate_suspensions
@@ -593,12 +594,16 @@ def test_turbulence_acts_about_the_state_of_the_case(made):
     assert ratio == pytest.approx((D + 0.04) / (D + 0.02))
 
 
-def in_pieces(case, length, pieces=16):
-    """Text of the same suspension with each cable in pieces that meet at free points, with their own directions."""
-    text, points, cables = *body(stated="unstretched_length: 1"), "", ""
+def in_pieces(case, length, pieces=16, turning=None):
+    """Text of the same suspension with each cable in pieces that meet at free points, with their own directions.
+
+    `turning` is the text of one whose cables have eyes of their own.
+    """
+    text, points, cables = turning or body(stated="unstretched_length: 1")[0], "", ""
     for number, name in enumerate(ANCHORS):
         nodes = places(case.equilibrium.catenary.take(number), np.arange(1, pieces) / pieces) + ANCHORS[name]
-        ends = [f"{list(ANCHORS[name])}", *(f"{name}{k}" for k in range(1, pieces)), "gondola.eye"]
+        eye = f"gondola.{name if turning else 'eye'}"
+        ends = [f"{list(ANCHORS[name])}", *(f"{name}{k}" for k in range(1, pieces)), eye]
         points += "".join(f"  {name}{k}: {{at: {node.tolist()}, free: true}}\n" for k, node in enumerate(nodes, 1))
         cables += "".join(
             f"  {name}-{k}: {{from: {ends[k]}, to: {ends[k + 1]}, unstretched_length: {length / pieces}}}\n"
@@ -610,7 +615,7 @@ def in_pieces(case, length, pieces=16):
 def test_the_stated_error_of_uniform_drag_holds(made):
     """Truth: each cable in pieces that meet the wind in their own directions."""
     case = SuspensionCase(made(*body("case=storm", stated="unstretched_length: 79 m")))
-    error, moved = case.group.drag_error(0), case.group.drag_movement(0)[0]
+    error, moved = case.group.drag_error(0), case.group.drag_movement(0)[0, :3]
     assert 1e-4 < error < 0.2
     truth = SuspensionCase(made(in_pieces(case, 79), "case=storm"))
     found, there = case.equilibrium.end_forces[:, 1], truth.equilibrium
@@ -619,6 +624,29 @@ def test_the_stated_error_of_uniform_drag_holds(made):
     assert (np.abs(own / true - 1) <= error).all()
     body_moved = np.abs(case.equilibrium.position[0] - there.position[0])
     assert (body_moved <= moved + 1e-9).all()
+
+
+@pytest.mark.parametrize(("length", "direction"), [(76.5, 53), (79, 53), (79, 20)])
+def test_the_stated_error_of_uniform_drag_holds_where_a_body_turns(made, length, direction):
+    """Of a marker beside its reference point, and of its attitude in a steady wind; truth as above."""
+    text = body(stated=f"unstretched_length: {length} m")[0].replace("free: [x, y, z]", f"free: {list(MOTIONS)}")
+    eyes = ", ".join(
+        f"{name}: {[math.copysign(1, x), math.copysign(1, y), 1.0]}" for name, (x, y, _) in ANCHORS.items()
+    )
+    more = "inertia: [400, 400, 400]\n    markers: {m: [1, 2, -3]}\n    attachments: {"
+    text = text.replace("attachments: {eye: [0, 0, 0]}", more + eyes + "}")
+    for name in ANCHORS:
+        text = re.sub(rf"({name}: {{from: .*), to: gondola.eye", rf"\1, to: gondola.{name}", text)
+    wind = f"wind={{speed: 10, direction: {direction} deg, turbulence_intensity: 0.15, length_scale: 50}}"
+    steady = f"cases.storm.wind.direction={direction} deg"
+    places_, angles = [f"gondola.m.mean_{axis}" for axis in "xyz"], [f"gondola.{angle}" for angle in MOTIONS[3:]]
+    for names, sets in ((places_, (wind,)), (angles, ("case=storm", steady))):
+        case = SuspensionCase(made(text, *sets))
+        columns = [find(name) for name in names]
+        own = evaluate_suspensions([case.scene], columns)[0]
+        true = evaluate_suspensions([made(in_pieces(case, length, 12, text), *sets)], columns)[0]
+        for header, error in own.errors.items():
+            assert abs(own.cells[header] - true.cells[header]) <= error * abs(own.cells[header]), header
 
 
 @pytest.mark.parametrize("steady", [True, False], ids=["load case", "mean wind"])

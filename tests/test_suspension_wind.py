@@ -599,37 +599,56 @@ def test_a_record_of_200000_steps_has_these_variances():
         assert abs(found - variance(case, output)) < 4 * error, output
 
 
-@pytest.mark.parametrize(("mean", "loss"), [(False, 0.0), (True, 0.0), (True, 0.2)])
-def test_wind_on_sagging_cables_and_a_body_against_dense_bars(mean, loss):
-    """All nodes and the body at once: drag and aerodynamic damping of each, exp(-C f d/U) between any two.
-
-    With a loss factor the stiffness of the bars is complex, in the tensions too.
-    """
+def body_on_bars(mean, loss, decay, **more):
+    """A body on two sagging cables of 8 bars in the wind: its case, and `BarsInWind`."""
     n, viscous, speed, turbulence = 8, 0.05, 12.0, np.array([0.2, 0.15, 0.1])
     text = heavy(("x", "y", "z"), cable__damping={"viscous": viscous}, bodies__gondola__wind=BODY_WIND)
     text["cable"]["damping"] |= {"loss_factor": loss} if loss else {}
     text = with_changes(
         text, model={"elements": n, "order": 1, "mass": "lumped"},
         wind={"speed": speed, "direction": 0.5, "turbulence_intensity": turbulence.tolist(), "length_scale": 25.0,
-              "coherence_decay": 1.0, "mean": mean, "cable_drag_coefficient": 3.0},
+              "coherence_decay": decay, "mean": mean, "cable_drag_coefficient": 3.0},
     )  # fmt: skip
     for cable, longer in (("west", 1.013), ("east", 1.02)):
         text["cables"][cable]["unstretched_length"] *= longer
     case = case_of(text)
     areas = np.array(BODY_WIND["area"])
-    bars = BarsInWind(
+    return case, BarsInWind(
         case.in_wind.movement.equilibrium,
         n,
         {"speed": speed, "direction": 0.5, "turbulence": turbulence * speed, "length_scale": 25.0,
-         "coherence_decay": 1.0, "density": RHO},
+         "coherence_decay": decay, "density": RHO},
         cables=[3.0 * np.sqrt(4e-4 / np.pi)] * 2,
         bodies={"gondola": (1.17 * areas, areas, BODY_WIND["center_of_pressure"])},
-        damping={"viscous": viscous, "loss_factor": loss},
+        damping={"viscous": viscous, "loss_factor": loss}, **more,
     )  # fmt: skip
+
+
+@pytest.mark.parametrize(("mean", "loss"), [(False, 0.0), (True, 0.0), (True, 0.2)])
+def test_wind_on_sagging_cables_and_a_body_against_dense_bars(mean, loss):
+    """All nodes and the body at once: drag and aerodynamic damping of each, exp(-C f d/U) between any two.
+
+    With a loss factor the stiffness of the bars is complex, in the tensions too.
+    """
+    case, bars = body_on_bars(mean, loss, decay=1.0)
     for name, (expected, rate) in bars.variances(np.geomspace(1e-4, 60.0, 2500)).items():
         assert variance(case, name) == pytest.approx(expected, rel=1e-3), name
         # of tensions the highest frequencies are not those of the bars, which end at 60 Hz
         assert variance(case, name, kind="rate") == pytest.approx(rate, rel=0.05 if "tension" in name else 1e-3), name
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.2])
+def test_mid_spans_of_cables_with_a_body_against_dense_bars(loss):
+    """In a wind that is the same everywhere: two points to a bar do not see the corner of exp(-C f d/U)."""
+    case, bars = body_on_bars(True, loss, decay=0.0, midspans=True)
+    response, frequency = case.in_wind.with_midspans.response, np.array([1e-3, 0.05, 0.4, 1.0, 3.0])
+    expected, found = bars.spectra(frequency), response.spectra(frequency, 0)
+    for name, spectrum in zip(response.names, found, strict=True):
+        assert spectrum == pytest.approx(expected[name], rel=1e-6), name
+    variances = bars.variances(np.geomspace(1e-4, 60.0, 4000))
+    for cable in ("west", "east"):
+        largest = max(variances[f"{cable}.midspan.{axis}"][0] for axis in "xyz")
+        assert value(case, f"{cable}.midspan_rms") == pytest.approx(1e3 * np.sqrt(largest), rel=2e-4)
 
 
 # ------------------------------------------------------------------------------------------------ tensions in the wind
@@ -763,6 +782,30 @@ def test_the_stated_error_of_a_tension_is_true(seed):
     rows = [row for name, row in few.rows.items() if "tension" in name]
     assert (np.abs(few.weighted["value"] - many.weighted["value"])[:, rows] <= few.error["value"][:, rows]).all()
     assert (few.error["value"][:, rows] < 0.01 * few.weighted["value"][:, rows]).all()
+
+
+@pytest.mark.parametrize(("length", "to", "damping", "wind", "most"), [
+    (40.05, (40.0, 0.0, 5.0), {"loss_factor": 0.01, "viscous": 0.002}, {"speed": 9.0, "direction": 1.0}, 1e-5),
+    (40.3, (40.0, 0.0, 0.0), {"viscous": 0.05}, {"speed": 9.0, "direction": 1.0}, 1e-4),
+    (40.0, (20.0, 0.0, 34.6), {"viscous": 0.001}, {"speed": 20.0, "direction": 0.3, "length_scale": 5.0}, 2e-4),
+])  # fmt: skip
+def test_the_stated_error_of_the_tension_of_one_cable_is_true_and_small(length, to, damping, wind, most):
+    """Of 64 modes against all of 8 elements of order 12; of the last one most of it is by waves along the cable."""
+    gusts = {"length_scale": 25.0, "turbulence_intensity": [0.15, 0.12, 0.08], "mean": False, "on": "cables"}
+    text = {
+        "cable": {"elastic_modulus": 7e10, "density": 7850.0, "area": 1.5e-5, "damping": damping},
+        "points": {"a": [0.0, 0.0, 0.0], "b": list(to)},
+        "cables": {"c": {"from": "a", "to": "b", "unstretched_length": length}},
+        "wind": gusts | wind,
+    }
+    in_wind = case_of(text | {"model": {"accuracy": 1e-6}}).in_wind
+    every = case_of(text | {"model": {"elements": 8, "order": 12}}).in_wind.movement_of(1000)
+    found, true = in_wind.response.variances, response.Response(every, in_wind.scene).variances
+    for kind in ("value", "rate"):
+        own, other, error = (part[kind][0] for part in (found.weighted, true.weighted, found.error))
+        assert (np.abs(own - other) <= error).all()
+    stated = found.error["value"][0] / (2 * found.weighted["value"][0])
+    assert (stated < most).all()
 
 
 # ------------------------------------------------------------------------------------------------------------- limits

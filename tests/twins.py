@@ -74,7 +74,7 @@ CABLE_WIND = {
     for quantity, twin in (("rms", "rms_x"), ("rms_velocity", "rms_velocity"))
     for state in ("", "_open_loop")
 }
-BARE_CABLE = {"tension_rms": "cable.rms_tension"}
+BARE_CABLE = {"tension_rms": "cable.rms_tension", "midspan_rms": "cable.midspan_rms"}
 
 # Columns of one cable that have no twin, and why.
 NO_TWIN = {
@@ -82,7 +82,6 @@ NO_TWIN = {
     "mean_displacement": "linear for one cable; of a suspension that of the equilibrium in the wind",
     "force_displacement": "the twin is held at the place that it has under that force; test_load_case_forces.py",
     "peak_utilisation": "quasi-static, at the gondola's peak; of a suspension from the RMS of the tension",
-    "midspan_rms": "no column of cables of a suspension",
     **{
         f"gondola_rms{quantity}{state}_all_wind": "gondola and cable in uncorrelated winds; of a suspension in one wind"
         for quantity in ("", "_velocity")

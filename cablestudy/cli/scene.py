@@ -88,7 +88,5 @@ def windrms(scene, sets, case, style, plot, on, name, explain, quiet):
         options["table"] = name
     else:
         refuse({"--table": name}, "the scene has one cable")
-        if read_scene.model.gondola is None:
-            refuse({"--plot": plot}, "the scene has no gondola")
         options["on"] = on
     return finish(scene, compute(read_scene, case, "windrms", **options), style, plot, explain, quiet)

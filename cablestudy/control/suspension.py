@@ -87,7 +87,7 @@ def state_space(layout, kept, winches=(), markers=()):
     return state_space_of(second_order(layout, kept, winches, markers).viscous())
 
 
-def second_order(layout, kept, winches=(), markers=()):
+def second_order(layout, kept, winches=(), markers=(), midspans=()):
     """The suspension from winches and forces to displacements and tensions.
 
     Parameters
@@ -97,12 +97,15 @@ def second_order(layout, kept, winches=(), markers=()):
         Coordinates of each cable.
     winches : sequence of Winch
     markers : sequence of Marker
+    midspans : sequence of ndarray, shape (3, k)
+        Of each cable, see `wind.strips.midspan_shapes`; by default none is an output.
 
     Returns
     -------
     LinearSystem
         Inputs: `winch.CABLE` (m reeled in), then `BODY.force_x` to `BODY.moment_z` of all free displacements, at the
-        reference point. Outputs: those displacements, `BODY.MARKER.x` and so on, `CABLE.tension_from`,
+        reference point. Outputs: those displacements, `BODY.MARKER.x` and so on, `CABLE.midspan.x` and so on along
+        the axes of its chord frame, `CABLE.tension_from`,
         `CABLE.tension_to`. Displacements need no derivatives of inputs in the state space; tensions at moved ends do.
 
     Raises
@@ -124,8 +127,8 @@ def second_order(layout, kept, winches=(), markers=()):
     driven = _winch_forces(layout, system, modal, lifted)
     loads = np.eye(free + modal)[:, modal:]
     driven = [np.concatenate([part, loads * (order == 0)], axis=1) for order, part in enumerate(driven)]
-    moved, follow = outputs(layout, kept, imposed, lifted, markers)
-    inputs, names = labels(layout, winches, markers)
+    moved, follow = outputs(layout, kept, imposed, lifted, markers, midspans)
+    inputs, names = labels(layout, winches, markers, bool(midspans))
     held = np.zeros((len(names), free))
     return LinearSystem(
         mass,
@@ -154,11 +157,12 @@ def _of_bodies(layout, words, units):
     return tuple((f"{names[place // 6]}.{words[place % 6]}", units[place % 6]) for place in layout.free.tolist())
 
 
-def labels(layout, winches=(), markers=()):
-    """Name and unit of each input and of each output of `second_order`: two tuples."""
+def labels(layout, winches=(), markers=(), midspans=False):
+    """Name and unit of each input and of each output of `second_order`, mid-spans among them or not: two tuples."""
     suspension = layout.equilibrium.suspension
     inputs = [(f"winch.{suspension.cable_names[winch.cable]}", "m") for winch in winches]
     places = [f"{suspension.body_names[marker.body]}.{marker.name}.{axis}" for marker in markers for axis in "xyz"]
+    places += [f"{name}.midspan.{axis}" for name in suspension.cable_names if midspans for axis in "xyz"]
     tensions = [(f"{name}.tension_{end}", "N") for name in suspension.cable_names for end in ENDS]
     moved = [*_of_bodies(layout, AXES, LENGTHS), *((place, "m") for place in places)]
     return (*inputs, *_of_bodies(layout, LOADS, LOAD_UNITS)), (*moved, *tensions)
@@ -174,13 +178,13 @@ def _coordinates(layout, kept):
     return (*found, *_of_bodies(layout, AXES, LENGTHS))
 
 
-def outputs(layout, kept, imposed, lifted, markers):
+def outputs(layout, kept, imposed, lifted, markers, midspans=()):
     """What the outputs are of z, z', z'' and of v, v', v''.
 
     Parameters
     ----------
-    layout, kept, markers
-        As for `state_space`.
+    layout, kept, markers, midspans
+        As for `second_order`.
     imposed, lifted : ndarray, shape (6 c, i)
         See `reeled` and `load_off_ends`.
 
@@ -199,11 +203,26 @@ def outputs(layout, kept, imposed, lifted, markers):
         rows.append(moving @ place[6 * marker.body : 6 * marker.body + 6])
     shown = np.concatenate(rows)
     shown = np.concatenate([np.zeros((len(shown), modal)), shown], axis=1)
+    still = np.zeros((len(shown), imposed.shape[1]))
+    middles, follow_winches = _midspans(layout, kept, imposed, midspans, modal)
+    shown, still = np.concatenate([shown, middles]), np.concatenate([still, follow_winches])
     tensions = _tensions(layout, kept, imposed, lifted, modal)
     moved = [np.concatenate([shown * (order == 0), part]) for order, (part, _) in enumerate(tensions)]
-    still = np.zeros((len(shown), imposed.shape[1]))
-    follow = [np.concatenate([still, part]) for _, part in tensions]
+    follow = [np.concatenate([still * (order == 0), part]) for order, (_, part) in enumerate(tensions)]
     return tuple(moved), tuple(follow)
+
+
+def _midspans(layout, kept, imposed, midspans, modal):
+    """Displacements at mid-span by the coordinates and by the winches: two ndarray, shapes (3 c, n) and (3 c, i)."""
+    ends, count = dense(layout.moved), 3 * len(midspans)
+    moved, follow, begin = np.zeros((count, modal + ends.shape[1])), np.zeros((count, imposed.shape[1])), 0
+    for cable, shapes in enumerate(midspans):
+        n, rows, own = len(kept[cable].element.omega), slice(3 * cable, 3 * cable + 3), slice(6 * cable, 6 * cable + 6)
+        moved[rows, begin : begin + n] = shapes[:, :n]
+        moved[rows, modal:] = shapes[:, n:] @ ends[own]
+        follow[rows] = shapes[:, n:] @ imposed[own]
+        begin += n
+    return moved, follow
 
 
 def _tensions(layout, kept, imposed, lifted, modal):

@@ -72,10 +72,12 @@ def windrms(scene, on: WindOn | None = None, estimate: bool = False):
     table, row, remarks = wind_table(scene.document, scene.model, on, estimate)
 
     def draw(case, plots):
+        if scene.model.gondola is None:
+            return plots.wind_response(case.winds_on("cable"), on="the cable")
         winds = (case.winds_on(on or "gondola", open_loop) for open_loop in (False, True))
         return plots.wind_response(*winds, WIND_ON[on or "gondola"])
 
-    return _of_row(scene, table, row, draw if scene.model.gondola else None, remarks)
+    return _of_row(scene, table, row, draw, remarks)
 
 
 def loop(

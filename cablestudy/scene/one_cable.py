@@ -1,6 +1,6 @@
-"""A scene of one cable with a gondola as a suspension: a cable between a fixed point and a body that is free along x.
+"""A scene of one cable as a suspension: a cable between fixed points, or from one to a gondola that is free along x.
 
-Its winch moves an end along x. The wind blows along x and acts on the body alone, about the equilibrium without wind.
+Its winch moves an end along x. The wind on the gondola blows along x, about the equilibrium without wind.
 """
 
 from cablestudy.scene.control_tables import Control, Controller, Drive
@@ -19,7 +19,7 @@ def as_suspension(scene, damping=0.0):
     Parameters
     ----------
     scene : Scene
-        With a gondola; already checked, so that nothing is checked again.
+        Already checked, so that nothing is checked again.
     damping : float
         Viscous damping of the cable by the air, per length. [N s/m^2]
 
@@ -28,10 +28,10 @@ def as_suspension(scene, damping=0.0):
     SuspensionScene
         Its equilibrium is known: places, and what the cable states, are not filled in.
     """
-    winch = scene.winch
+    winch = scene.winch if scene.gondola is not None else None  # that of a bare cable moves nothing
     return SuspensionScene.model_construct(
         gravity=scene.gravity,
-        bodies={GONDOLA: _body(scene.gondola)},
+        bodies={} if scene.gondola is None else {GONDOLA: _body(scene.gondola)},
         cables={CABLE: _damped(scene.cable, damping)},
         winches={} if winch is None else {CABLE: _winch(winch)},
         control=None if winch is None or winch.controller is None else _control(winch),

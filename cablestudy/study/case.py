@@ -83,8 +83,8 @@ class Case:
 
     @property
     def mass_key(self):
-        """The gondola's mass."""
-        return self.scene.gondola.mass
+        """The gondola's mass; None without one."""
+        return self.scene.gondola and self.scene.gondola.mass
 
     @property
     def size(self):
@@ -340,7 +340,7 @@ class Case:
 
     @cached_property
     def in_cable_wind(self):
-        """The gondola with its winch loop, in the wind on the cable, which damps the cable too: `InCableWind`.
+        """The gondola with its winch loop, or the bare cable, in the wind on the cable: `InCableWind`.
 
         Raises
         ------
@@ -367,19 +367,19 @@ class Case:
 
     @property
     def solved_winds(self):
-        """Of the above those in which the motion of the gondola was computed: list of InWind."""
+        """Of the above those in which the motion was computed: list of InWind."""
         found = [self.__dict__[name] for name in ("in_wind", "in_wind_that_damps") if name in self.__dict__]
         found += self.in_cable_wind.sides if "in_cable_wind" in self.__dict__ else []
         return [one for one in found if one.solved]
 
     @property
     def moves_in_wind(self):
-        """Whether the motion of the gondola was computed, in wind."""
+        """Whether the motion of gondola or bare cable was computed, in wind."""
         return self.scene.wind is not None and self.moves
 
     @property
     def moves(self):
-        """Whether the motion of the gondola was computed."""
+        """Whether the motion of gondola or bare cable was computed."""
         return bool(self.solved_winds)
 
     @property
@@ -479,18 +479,6 @@ class Case:
                 f"the winch would reach {1e3 * peak:.4g} mm/s in the wind, above its max_speed of "
                 f"{1e3 * winch.max_speed:.4g} mm/s: the linear numbers do not hold"
             )
-
-    @cached_property
-    def cable_motion(self):
-        """The cable with fixed ends in the wind: `cable_motion.CableMotion`."""
-        from cablestudy.study.cable_motion import cable_motion_of
-
-        return cable_motion_of(self)
-
-    @property
-    def integration_error(self):
-        """Estimated relative error, by integration, of the RMS values of `cable_motion`, if they were computed. [-]"""
-        return self.cable_motion.error / 2 if "cable_motion" in self.__dict__ else 0.0  # of the root of a variance
 
 
 class _ClosedForm:

@@ -12,7 +12,6 @@ from cablestudy.study.status import OK, OVER_STRENGTH, status_of
 CLOSED = ("scene", "statics", "stiffness")
 DISCRETE = ("modes", "gondola", "loop", "wind")
 SYSTEM = ("loop", "wind")  # of gondola and cable as one linear system, which states its own errors
-MOTION = (*DISCRETE, "cable wind")
 
 
 class ColumnRequirements:
@@ -32,16 +31,15 @@ class ColumnRequirements:
         self.closed = [column for column in closed if not column.each]
         self.single = [column for column in closed if column.each]
         self.system = _needing(self.physical, *SYSTEM)
-        self.motion = [column for column in _needing(self.physical, *MOTION) if column not in self.system]
+        self.motion = [column for column in _needing(self.physical, *DISCRETE) if column not in self.system]
         self.modes = [column for column in self.motion if column.mode]
         # headers of the physical ones that need more than the scene; whether there are none
         self.of_equilibrium = [column.header for column in self.physical if column.needs != "scene"]
         self.scene_only = not self.of_equilibrium
         # whether the motion is that of the gondola too; whether damping matters
         self.gondola = bool(_needing(self.motion, "gondola"))
-        self.damped = any(column.needs == "cable wind" or column.name == DAMPING_RATIO for column in self.motion)
-        self.in_wind = bool(_needing(self.physical, "wind", "cable wind"))
-        self.cable_wind = bool(_needing(self.motion, "cable wind"))
+        self.damped = any(column.name == DAMPING_RATIO for column in self.motion)
+        self.in_wind = bool(_needing(self.physical, "wind"))
         # whether one model gives the errors of all by itself
         self.frequencies_only = len(self.modes) == len(self.motion)
         # header -> relative error of a closed form, by rounding; header of every column -> None

@@ -33,7 +33,8 @@ LOADED = "cable.loads|load_case.loads"  # of the cable, or of its case
 METAL, DIAMETER, STRONG = "cable.section_area", "cable.section_diameter", "cable.section_breaking_force"
 WINCH = "gondola.mass, winch.controller"
 DAMPING_RATIO = "gondola_damping_ratio"
-GONDOLA_X = "gondola.x"  # output of `as_suspension`
+GONDOLA_X = "gondola.x"  # outputs of `as_suspension`, with a gondola and without
+MIDSPAN, TENSIONS = [f"cable.midspan.{axis}" for axis in "xyz"], ["cable.tension_from", "cable.tension_to"]
 MM, UM = 1e3, 1e6
 DRAG = "gondola.area, gondola.drag_coefficient, wind"
 STEADY = "gondola.area, gondola.drag_coefficient, wind|load_case.wind"
@@ -66,7 +67,7 @@ class Column:
     name: str  # without its unit
     unit: str
     meaning: str
-    # the most expensive result that it uses: scene, statics, stiffness, modes, gondola, loop, wind, cable wind or run;
+    # the most expensive result that it uses: scene, statics, stiffness, modes, gondola, loop, wind or run;
     # find: a key that a study solves for
     needs: str
     compute: Callable  # Results -> ndarray, or Case -> float
@@ -225,8 +226,8 @@ def tensions_at_peak(case):
     force = case.form.end_forces("global")
     tension = np.sqrt((force**2).sum(axis=-1))
     if case.scene.gondola is None:
-        lowest = float(case.end_model.omega.min()) / (2 * np.pi)
-        change = peak_factor(lowest, case.scene.wind.duration) * case.cable_motion.tension
+        lowest = float(case.in_cable_wind.sides[0].movement.modes.frequency[0])
+        change = peak_factor(lowest, case.scene.wind.duration) * _of_bare_cable(case, TENSIONS)[0]
     else:
         # in closed form: no elements of both planes only for this
         pulled = np.array([case.results.end_stiffness_along(axis, 0)[case.index] for axis in range(3)])
@@ -236,10 +237,7 @@ def tensions_at_peak(case):
 
 def goes_slack(case):
     """Whether the least tension of a `Case` in the wind is below zero; False where its RMS is not known, or void."""
-    if case.scene.gondola is None:
-        known = "cable_motion" in case.__dict__
-    else:
-        known = case.moves_in_wind and case.__dict__.get("in_wind") in case.solved_winds
+    known = case.moves_in_wind and (case.scene.gondola is None or case.__dict__.get("in_wind") in case.solved_winds)
     try:
         return known and tensions_at_peak(case)[0] < 0
     except CablestudyError:  # a winch that would be too fast, for example: the columns of the wind say why
@@ -311,6 +309,11 @@ def _by_wind_on_gondola(case, variance, at_rest):
 
 def _by_wind_on_cable(case, variance, at_rest):
     return case.in_cable_wind.rms([GONDOLA_X], variance, at_rest)
+
+
+def _of_bare_cable(case, names):
+    """The largest RMS of some outputs, in the wind in which it is largest, and its relative error."""
+    return case.in_cable_wind.rms_to(case.scene.model.accuracy or np.inf, names)
 
 
 def _by_wind_on_both(case, variance, at_rest):
@@ -438,10 +441,10 @@ COLUMNS = (
     _imaged("corrected_exposure", "RMS of the gondola's motion within one exposure that the mirror leaves",
             "exposure, correction"),
     Column("midspan_rms", "mm", "RMS displacement at mid-span of a cable with fixed ends in the wind, in the direction "
-           "that moves most", "cable wind", lambda c: 1e3 * c.cable_motion.midspan, f"wind, {DIAMETER}",
+           "that moves most", "wind", lambda c: scaled(_of_bare_cable(c, MIDSPAN), MM), f"wind, {DIAMETER}",
            without="gondola"),
     Column("tension_rms", "N", "RMS tension of a cable with fixed ends in the wind, at the end where it is larger",
-           "cable wind", lambda c: c.cable_motion.tension, f"wind, {DIAMETER}", without="gondola"),
+           "wind", lambda c: _of_bare_cable(c, TENSIONS), f"wind, {DIAMETER}", without="gondola"),
     _shedding("shedding_frequency", "frequency of vortices, 0.2 v/d at the mean wind speed", 1),
     _shedding("shedding_frequency_low",
               "frequency of vortices at three standard deviations of the speed below the mean, 0 at least", 0),

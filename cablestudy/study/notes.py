@@ -37,11 +37,12 @@ def of_refined(case, error, tried):
 
 
 def of_system(case):
-    """Yield notes on the linear system of gondola and cable that was solved."""
+    """Yield notes on the linear system of gondola and cable, or of the bare cable, that was solved."""
     movement = max((one.described for one in case.solved_winds), key=lambda one: len(one.motion))
     some = f"{len(movement.modes)} coupled modes up to {movement.modes.frequency[-1]:.4g} Hz"
     more = len(movement.motion) - len(movement.modes)
-    yield f"motion of gondola and cable: {some}, and {more} static shapes for those above"
+    what = "the cable" if case.scene.gondola is None else "gondola and cable"
+    yield f"motion of {what}: {some}, and {more} static shapes for those above"
 
 
 def of_fixed(case):

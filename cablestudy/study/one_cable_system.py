@@ -1,10 +1,10 @@
-"""One cable with a gondola as a suspension about its equilibrium, for what its winch and the wind do to it.
+"""One cable, with a gondola or without, as a suspension about its equilibrium: what its winch and the wind do to it.
 
 The wind on the gondola blows along x. That on the cable has, as a horizontal mean, the speed that the gondola meets;
 each component of its turbulence has the spectrum of the longitudinal one, and two components are uncorrelated. What the
 paper leaves open is where it comes from: each number is the larger one of wind across and along the vertical plane of
 the cable, between which those of a straight cable lie. The air damps the gondola by its drag along x, and the cable by
-one viscous rate for motion in any direction.
+one viscous rate for motion in any direction; without a gondola by its drag, see `wind.drag`.
 """
 
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ import numpy as np
 from cablestudy.cable.assembly import IN_PLANE
 from cablestudy.errors import outcome_of
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
-from cablestudy.study.columns import GONDOLA_X
+from cablestudy.study.columns import GONDOLA_X, MIDSPAN
 from cablestudy.study.suspension.airflow import Airflow
 from cablestudy.study.suspension.in_wind import InWind, solve_modes
 from cablestudy.study.suspension.linear_motion import drag_of
@@ -47,7 +47,7 @@ class CableAirflow(Airflow):
     ----------
     scene : SuspensionScene
     drag : Drag
-        Of the gondola along x, which damps it.
+        By which the air damps what moves: of the gondola along x, or of the bare cable.
     wind : Wind
         Of the scene of one cable.
     on_cable : Drag
@@ -71,23 +71,38 @@ class CableAirflow(Airflow):
 
 
 class InCableWind:
-    """The gondola in the wind on its cable, across or along its vertical plane: whichever moves it more.
+    """The gondola, or the bare cable, in the wind across or along the cable's vertical plane: what moves it more.
 
     Parameters
     ----------
     sides : list of InWind
+    moved : list of str
+        Outputs of what it moves.
     """
 
-    def __init__(self, sides):
-        self.sides = sides
+    def __init__(self, sides, moved):
+        self.sides, self._moved = sides, moved
 
     def rms(self, names, variance, open_loop):
-        """`InWind.rms`, of the side where it is larger."""
-        return max((side.rms(names, variance, open_loop) for side in self.sides), key=lambda found: found[0])
+        """`InWind.rms` of one of some outputs, in the wind in which it is largest; raises as that."""
+        return self._largest(self.sides, names, variance, open_loop)[0]
+
+    def rms_to(self, accuracy, names):
+        """The same of displacements or tensions of a bare cable, with more modes until its error is an accuracy."""
+        found, side = self._largest(self.sides, names, "value", True)
+        while found[1] > accuracy and side.finer is not None:
+            found, side = self._largest([side.finer], names, "value", True)
+        return found
+
+    @staticmethod
+    def _largest(winds, names, variance, open_loop):
+        """RMS and error of the largest of some outputs in some winds, and in which."""
+        found = [(wind.rms([name], variance, open_loop), wind) for wind in winds for name in names]
+        return max(found, key=lambda one: one[0][0])
 
     def side(self, open_loop=False):
-        """The `InWind` that displaces the gondola more; raises as `InWind.rms`."""
-        return max(self.sides, key=lambda side: side.rms([GONDOLA_X], "value", open_loop)[0])
+        """The `InWind` that displaces it more; raises as `InWind.rms`."""
+        return self._largest(self.sides, self._moved, "value", open_loop)[1]
 
 
 def in_wind_of(case, damping=0.0, kind=InWind):
@@ -108,7 +123,7 @@ def in_wind_of(case, damping=0.0, kind=InWind):
         There is no equilibrium.
     """
     scene = as_suspension(case.scene, damping)
-    airflow = scene.wind and Airflow(scene, _on_gondola(scene))
+    airflow = scene.wind and Airflow(scene, _on_bodies(scene))
     return _in_airflow(case, scene, airflow, case.linear_models.setdefault(damping, {}), kind)
 
 
@@ -118,7 +133,7 @@ def in_cable_wind_of(case, kind=InWind):
     Parameters
     ----------
     case : Case
-        With a gondola, wind, and a diameter of the cable.
+        With wind, and a diameter of the cable.
     kind : callable
         As for `in_wind_of`.
 
@@ -127,12 +142,14 @@ def in_cable_wind_of(case, kind=InWind):
     NoSolutionError, ConvergenceError
         There is no equilibrium.
     """
-    known = case.linear_models.setdefault(case.cable_air_damping, {})
     sides = {"across": case.span.frame[2], "along": case.span.level}
-    return InCableWind([in_wind_from(case, direction, side, known, kind) for side, direction in sides.items()])
+    winds = [in_wind_from(case, direction, side, kind) for side, direction in sides.items()]
+    if case.scene.gondola is None:
+        return InCableWind([wind.with_midspans for wind in winds], MIDSPAN)
+    return InCableWind(winds, [GONDOLA_X])
 
 
-def in_wind_from(case, direction, side, known, kind=InWind):
+def in_wind_from(case, direction, side, kind=InWind):
     """`InWind` of a case in the wind on its cable, as a horizontal unit vector has it, shape (3,).
 
     Parameters
@@ -142,18 +159,20 @@ def in_wind_from(case, direction, side, known, kind=InWind):
     direction : ndarray
     side : str
         Names it.
-    known : dict
-        What winds from other directions share with it.
     """
-    wind, scene = case.scene.wind, as_suspension(case.scene, case.cable_air_damping)
-    drag, offered = _on_gondola(scene), np.array([wind.cable_drag_coefficient * case.scene.wind_diameter])
-    on_cable = replace(drag, velocity=wind.speed * direction, cables=offered, bodies=0 * drag.bodies)
-    return _in_airflow(case, scene, CableAirflow(scene, drag, wind, on_cable, side), known, kind)
+    wind, bare = case.scene.wind, case.scene.gondola is None
+    scene = as_suspension(case.scene, 0.0 if bare else case.cable_air_damping)
+    on_gondola, offered = _on_bodies(scene), np.array([wind.cable_drag_coefficient * case.scene.wind_diameter])
+    on_cable = replace(on_gondola, velocity=wind.speed * direction, cables=offered, bodies=0 * on_gondola.bodies)
+    airflow = CableAirflow(scene, on_cable if bare else on_gondola, wind, on_cable, side)
+    damped_alike = side if bare else case.cable_air_damping
+    known = case.linear_models.setdefault(damped_alike, {})
+    return _in_airflow(case, scene, airflow, known, kind)
 
 
-def _on_gondola(scene):
-    """`Drag` of the gondola along x."""
-    return drag_of([scene], (GONDOLA,), (CABLE,)).take(0)
+def _on_bodies(scene):
+    """`Drag` of the gondola along x; of nothing without one."""
+    return drag_of([scene], tuple(scene.bodies), (CABLE,)).take(0)
 
 
 def _in_airflow(case, scene, airflow, known, kind):
@@ -165,29 +184,34 @@ def _in_airflow(case, scene, airflow, known, kind):
 
 
 def _planes(case):
-    """The plane of a cable, where a movement along x does not leave it; else None, for all directions."""
-    return None if case.results.across_x[case.index] or not case.planar else (IN_PLANE,)
+    """The plane of a cable, where a gondola's movement along x does not leave it; else None, for all directions."""
+    turned = case.results.across_x[case.index] or not case.planar
+    return None if turned or case.scene.gondola is None else (IN_PLANE,)
 
 
 def prepare(cases):
-    """Compute the coupled modes of gondola and cable that loop and wind need first, of many cases together.
+    """Compute the modes that loop and wind need first, of gondola and cable or of the cable, of many cases together.
 
     What one cannot have it says when asked.
 
     Parameters
     ----------
     cases : sequence of Case
-        Of one batch.
+        Of one batch, all with a gondola or none.
     """
-    found = [(case, outcome_of(partial(getattr, case, "in_wind"))) for case in cases]
+    found = [(case, outcome_of(partial(_first_wind, case))) for case in cases]
     found = [(case, wind) for case, wind in found if not isinstance(wind, Exception)]
     if found:
         cases, winds = (list(part) for part in zip(*found, strict=True))
         solve_modes(winds, equilibria_of(cases))
 
 
+def _first_wind(case):
+    return case.in_wind if case.scene.gondola is not None else case.in_cable_wind.sides[0]
+
+
 def equilibrium_of(case):
-    """`Equilibrium` of a case whose end 2 is held by a body that is free along x.
+    """`Equilibrium` of a case whose end 2 is held by a body that is free along x, or fixed.
 
     Raises
     ------
@@ -199,32 +223,35 @@ def equilibrium_of(case):
 
 
 def equilibria_of(cases):
-    """The same of n cases of one batch that have one: `Equilibrium` of shape (n,)."""
+    """The same of n cases of one batch that have one, all with a gondola or none: `Equilibrium` of shape (n,)."""
     catenary = cases[0].results.catenary.take(np.array([[case.index] for case in cases]))
     span, end_1 = catenary.span, np.stack([case.end_1 for case in cases])[:, None]
-    none, turned = np.zeros(end_1.shape), np.broadcast_to(np.eye(3), (len(cases), 1, 3, 3))
-    place = end_1 + span.chord[..., None] * span.frame[..., 0, :]
+    end_2 = end_1 + span.chord[..., None] * span.frame[..., 0, :]
+    gondolas = [[case.scene.gondola] if case.scene.gondola else [] for case in cases]
+    bodies = len(gondolas[0])
+    position, turned = end_2[:, :bodies], np.broadcast_to(np.eye(3), (len(cases), bodies, 3, 3))
+    none = np.zeros(position.shape)
     suspension = Suspension(
         gravity=np.array([case.scene.gravity for case in cases]),
-        body_names=(GONDOLA,),
-        position=place,
+        body_names=(GONDOLA,) * bodies,
+        position=position,
         rotation=turned,
-        mass=np.array([[case.scene.gondola.mass] for case in cases]),
+        mass=np.array([[one.mass for one in own] for own in gondolas]),
         center=none,
-        inertia=np.zeros((len(cases), 1, 3, 3)),
+        inertia=np.zeros(turned.shape),
         force=none,
         moment=none,
-        free=ALONG_X,
+        free=ALONG_X[:bodies],
         junctions=0,
         cable_names=(CABLE,),
-        owner=np.array([[GROUND, 0]]),
-        place=np.stack([end_1, none], axis=2),
+        owner=np.array([[GROUND, 0 if bodies else GROUND]]),
+        place=np.stack([end_1, none if bodies else end_2], axis=2),
         axial_stiffness=span.axial_stiffness,
         cable_mass=span.mass,
         given=("unstretched_length",),
         value=span.unstretched_length,
     )
-    return Equilibrium(suspension, place, turned, catenary, Held(np.ones(len(cases), dtype=bool)))
+    return Equilibrium(suspension, position, turned, catenary, Held(np.ones(len(cases), dtype=bool)))
 
 
 def _exact_model(case):

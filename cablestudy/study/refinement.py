@@ -27,8 +27,6 @@ class Settings:
         more than `many_waves`, and a dense eigenvalue problem is solved.
     many_waves : float
         Half-waves beyond which the size is checked before the first model already.
-    waves_in_wind : float
-        Half-waves of a cable that moves in the wind, with which its first level is begun.
     growth : float
         Of the order from one triple of levels to the next: the error falls by about a power of ten.
     per_wave, beside_waves : float
@@ -61,7 +59,6 @@ class Settings:
     most_unknowns: int = 12000
     most_dense: int = 2000
     many_waves: float = 100
-    waves_in_wind: float = 8
     growth: float = 1.3
     per_wave: float = PER_WAVE
     beside_waves: float = 3
@@ -184,8 +181,6 @@ def _half_waves(case, required):
         waves = max(waves, required.axial * float(results.axial_waves[index]))
     if required.gondola:
         waves = max(waves, 2 * case.gondola_frequency_static * float(results.travel_time[index]))
-    if required.cable_wind:
-        waves = max(waves, SETTINGS.waves_in_wind)
     return waves
 
 

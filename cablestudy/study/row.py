@@ -264,15 +264,21 @@ def _prepare_systems(answers):
     """Compute the coupled modes of gondola and cable of many rows together."""
     from cablestudy.study.one_cable_system import prepare
 
-    cases = [answer.case for answer in answers if not grows_with_modes(answer.case.scene.cable.damping)]
+    cases = [answer.case for answer in answers if not _modal_gondola(answer.case.scene)]
     prepare([case for case in cases if case.scene.gondola is not None and case.scene.gondola.mass is not None])
+    prepare([case for case in cases if case.scene.gondola is None and case.scene.wind_diameter is not None])
+
+
+def _modal_gondola(scene):
+    """Whether the damping of a gondola grows with the number of modes."""
+    return scene.gondola is not None and grows_with_modes(scene.cable.damping)
 
 
 def _solve_system(answer, required):
     """Compute what gondola and cable do as one linear system, which states its own errors."""
     case, columns = answer.case, required.system
     drag, accuracy = case.results.drag_error[case.index], case.scene.model.accuracy
-    if grows_with_modes(case.scene.cable.damping):
+    if _modal_gondola(case.scene):
         answer.fail(columns, NoSolutionError(MODAL))
         return
     answer.compute(columns)
@@ -291,17 +297,15 @@ def _solve_system(answer, required):
 
 def _take_over(answer, needed, search):
     """Put what a search has found into the answer."""
-    in_wind = answer.case.__dict__.get("in_wind")
+    solved = {name: wind for name, wind in answer.case.__dict__.items() if name in ("in_wind", "in_cable_wind")}
     answer.case, answer.dof = search.used, max(search.used.dof, answer.dof)
-    if in_wind is not None:
-        answer.case.in_wind = in_wind
+    answer.case.__dict__.update(solved)
     drag = float(search.used.results.drag_error[search.used.index])
     for column in needed.motion:
         name = column.header
         if name in search.values:
             answer.values[name] = search.values[name]
-            integration = search.used.integration_error if column.needs in ("wind", "cable wind") else 0.0
-            answer.errors[name] = search.errors[name] + integration + drag
+            answer.errors[name] = search.errors[name] + drag
         else:
             answer.failures[name] = search.failures.get(name, search.failures.get(None))
     if search.values:

@@ -20,7 +20,7 @@ from cablestudy.scene.scene import missing
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study import trade_models as of_one_cable
 from cablestudy.study.all_columns import find, why_not
-from cablestudy.study.closed_form import MOTION
+from cablestudy.study.closed_form import DISCRETE
 from cablestudy.study.columns import ROUNDING, STATUS, lacks, relative
 from cablestudy.study.notes import strength_warning
 from cablestudy.study.row import MODAL
@@ -146,7 +146,7 @@ def reference_of(scene, columns):
             reason = _why_no_reference(scene, column)
             if reason:
                 raise NoSolutionError(reason)
-            if column.needs in MOTION:
+            if column.needs in DISCRETE:
                 error, number, note = _converged(levels(column), column, particular.exact_value)
             else:
                 number, error = particular.exact_value(column, case)

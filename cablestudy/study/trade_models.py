@@ -13,7 +13,7 @@ from cablestudy.control.loop import unstable_pole
 from cablestudy.control.loop_state_space import by_forces
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.case import Case
-from cablestudy.study.closed_form import MOTION, SYSTEM
+from cablestudy.study.closed_form import DISCRETE, SYSTEM
 from cablestudy.study.columns import GONDOLA_X, ROUNDING, find, value, value_and_error
 from cablestudy.study.one_cable_system import in_cable_wind_of, in_wind_of
 from cablestudy.study.row import evaluate
@@ -56,7 +56,7 @@ class Model:
     family: str
     name: str
     build: Callable  # scene, columns -> Case, with nothing cached
-    needs: tuple = ("statics", "stiffness", *MOTION)  # kinds of columns whose values depend on the model
+    needs: tuple = ("statics", "stiffness", *DISCRETE)  # kinds of columns whose values depend on the model
     compute: Callable = value  # column, Case -> float
     count_dof: Callable = lambda case: case.dof or case.dynamics.dof  # Case -> number of free displacements
     stated_error: Callable = lambda *_: None  # column, Case -> relative error that the model states of a value, or None
@@ -98,17 +98,18 @@ def reference_case(scene):
 def reference_levels(case):
     """Ever finer models of what moves: a function, `Column` -> list of (name, Case)."""
     finer = [(f"{n} x order {order} about the closed form", case.refined(n, order)) for n, order in LEVELS]
-    systems = [(f"gondola and cable to {power(accuracy)}", fixed_to(accuracy, case.scene)) for accuracy in CLOSELY]
+    what = "the cable" if case.scene.gondola is None else "gondola and cable"
+    systems = [(f"{what} to {power(accuracy)}", fixed_to(accuracy, case.scene)) for accuracy in CLOSELY]
     return lambda column: systems if column.needs in SYSTEM else finer
 
 
 def exact_value(column, case):
     """A number of a case of the reference, and its relative error by anything but its elements."""
     number, error = value_and_error(column, case)
-    return number, max(float(error or 0.0), 0.0 if column.needs in MOTION else ROUNDING)
+    return number, max(float(error or 0.0), 0.0 if column.needs in DISCRETE else ROUNDING)
 
 
-def models_of(_, columns):
+def models_of(scene, columns):
     """List of every `Model` on which the value of some column depends."""
     found = [
         Model("closed form", "catenary", _accurate, ("statics", "stiffness"), _static_value, lambda _: 0),
@@ -130,6 +131,13 @@ def models_of(_, columns):
             add(f"{mass} bars", f"{n} {mass} bars", partial(fixed, n, 1, mass))
     for n, p in [(1, order) for order in ORDERS] + list(SEVERAL):
         add("high order" if n == 1 else "several of high order", f"{n} x order {p}", partial(_spectral, n, p))
+    if scene.gondola is not None:
+        _add_of_gondola(add)
+    return [model for model in found if any(column.needs in model.needs for column in columns)]
+
+
+def _add_of_gondola(add):
+    """Add the models of a gondola's motion."""
     for family, build in (("modes + residual", _with_residual), ("modes alone", _without_residual)):
         for n in MODES:
             add(family, f"{n} {family}", partial(build, n), needs=("gondola", "wind"), compute=_of_modes)
@@ -137,7 +145,6 @@ def models_of(_, columns):
     for kind, space in (("uniform", np.linspace), ("log", np.geomspace)):
         for n in POINTS:
             add(f"{kind} grid", f"{kind} {n} points", partial(_on_grid, space, n), needs=("wind",))
-    return [model for model in found if any(column.needs in model.needs for column in columns)]
 
 
 def power(number):
@@ -194,7 +201,7 @@ _accurate = partial(fixed_to, ACCURACIES[-1])
 
 
 def _static_value(column, case):
-    if column.needs in MOTION:
+    if column.needs in DISCRETE:
         raise NoSolutionError("statics alone")
     return value(column, case)
 

@@ -13,6 +13,7 @@ import numpy as np
 DEPENDENT, SINGULAR = 1e5, 1e12
 SHARP = 0.35  # damping ratio below which a pole makes a response sharp over frequency
 GAP = 0.7  # least of the frequency above which other poles are taken
+NONE = 1e-14  # entry of A over the largest one of its row or column, whichever is less, up to which it is rounding
 NUDGE = 1e-9  # change of poles that coincide then, over their size
 COINCIDE = 1e-3  # relative distance of poles up to which they may be one: four of them, by rounding
 PARALLEL = 1e-3  # least singular value of the unit eigenvectors of these, below which they are next to parallel
@@ -62,6 +63,38 @@ def eigen(a):
     SIAM Journal on Matrix Analysis and Applications 29, 2007): in the space of the poles that coincide alone. The share
     of a state in a pole is its entry of V times that of V^-1; in whatever unit the state is, it is the same.
     """
+    parts = apart(a)
+    if len(parts) == 1:
+        return _eigen_of_one(a)
+    poles, right, left = np.zeros(len(a), dtype=complex), *np.zeros((2, *a.shape), dtype=complex)
+    for part in parts:
+        own, within = _eigen_of_one(a[np.ix_(part, part)]), np.ix_(part, part)
+        poles[part], right[within], left[within] = own.values, own.right, own.left
+    return Eigen(poles, right, left, np.iscomplexobj(a))
+
+
+def apart(a):
+    """Numbers of the states that depend on each other, of a matrix of shape (N, N): list of ndarray.
+
+    A motion across the plane of a cable knows nothing of that in it, so that two smaller problems are solved. Entries
+    that are rounding beside the largest ones of their row and of their column join nothing.
+    """
+    size = np.abs(a)
+    joined = size > NONE * np.minimum(size.max(axis=1, initial=0.0)[:, None], size.max(axis=0, initial=0.0))
+    joined |= joined.T
+    left, found = np.ones(len(a), dtype=bool), []
+    while left.any():
+        part, more = np.zeros(len(a), dtype=bool), np.arange(len(a)) == np.argmax(left)
+        while more.any():
+            part |= more
+            more = joined[more].any(axis=0) & ~part
+        found.append(np.flatnonzero(part))
+        left &= ~part
+    return found or [np.arange(0)]
+
+
+def _eigen_of_one(a):
+    """`eigen` of a matrix whose states all depend on each other."""
     order = np.argsort(-np.abs(a).sum(axis=1), kind="stable")
     a, back = a[np.ix_(order, order)], np.argsort(order)
     poles, right = np.linalg.eig(a)

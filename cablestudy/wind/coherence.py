@@ -19,12 +19,11 @@ import numpy as np
 
 from cablestudy.cable.assembly import add_elements
 from cablestudy.cable.element import basis, lagrange
-from cablestudy.errors import NoSolutionError
 
 DECAY, LARGE_SCALE = 12.0, 0.12  # of the exponential model of IEC 61400-1
 MOST_FUNCTIONS = 800  # of a cable with more nodes the smoothest ones
 COARSE, FINE, DEGREE = (7, 6e-6), (24, 3e-8), 7  # of `Coherence`: per_decade and error; of splines between them
-SMALLEST, LARGEST = 1e-200, 1e150  # cable's length over coherence length, whose squares must be finite
+SMALLEST = 1e-200  # cable's length over coherence length, whose square must not be zero
 
 
 @dataclass(frozen=True)
@@ -84,37 +83,27 @@ class Rod:
     """Functions in which loads along a cable are expanded, orthonormal over its stretched length, counted as 1."""
 
     points: np.ndarray  # Gauss points of each element on [0, 1], shape (n, q)
-    collect: np.ndarray  # value of each function at each point, times the point's share of the length, shape (r, n q)
     square: np.ndarray  # integral of the squared slope of each function, shape (r,)
     ends: np.ndarray  # values of each function at both ends, shape (r, 2)
     length: float  # stretched over unstretched length
     shapes: np.ndarray  # values of each function at the nodes, shape (nodes, r)
     shares: np.ndarray  # of each point in the length, shape (n, q)
 
-    def variance(self, load, ratio):
-        """I for loads that are coherent over some length.
+    def covariance(self, loads, ratio):
+        """I between pairs of real loads that are coherent over some length.
 
         Parameters
         ----------
-        load : ndarray, complex, shape (c, m, r)
-            `collect` of g: c uncorrelated loads, at m frequencies.
+        loads : ndarray, shape (c, i, r)
+            Integrals of i loads by c uncorrelated components times each function.
         ratio : ndarray, shape (m,)
             The cable's length over the coherence length. [-]
 
         Returns
         -------
-        ndarray, shape (m,)
-            Sum over the c loads, the cable's length counted as 1.
+        ndarray, shape (m, i, i)
+            Sum over the components, the cable's length counted as 1.
         """
-        ratio = np.maximum(ratio, SMALLEST)[:, None]
-        inner, (left, f, g), others, (by_constant, first, second, mixed) = self._parts(load, ratio)
-        by_constant = np.abs(left) ** 2 * by_constant
-        by_ends = second * np.abs(f) ** 2 + first * np.abs(g) ** 2 - 2 * mixed * (f.conj() * g).real
-        by_others = (np.abs(others) ** 2 * inner).sum(axis=-1) - by_ends
-        return 2 * (by_constant + np.maximum(by_others, 0.0)).sum(axis=0)
-
-    def covariance(self, loads, ratio):
-        """I between pairs of real loads, shape (m, i, i), as `variance`; `loads` of shape (c, i, r)."""
         ratio = np.maximum(ratio, SMALLEST)[:, None]
         found = np.zeros((len(ratio), loads.shape[1], loads.shape[1]))
         for load in loads:
@@ -127,7 +116,7 @@ class Rod:
         return 2 * found
 
     def _parts(self, load, ratio):
-        """Of loads, shape (c, m, r), for `ratio` of shape (m, 1): what `variance` is a sum of.
+        """Of loads, shape (c, m, r), for `ratio` of shape (m, 1): what `covariance` is a sum of.
 
         The rod's inverse without its ends, (m, r - 1); three sums of each load, (c, m); the load but for its constant;
         weights of squares and product of these sums, (m,).
@@ -150,7 +139,7 @@ def rod(mesh, stretch):
     from scipy.linalg import eigh
 
     points, weights = gauss(mesh.order)
-    values, share, length, stiffness, mass = galerkin(mesh, stretch, points, weights)
+    share, length, stiffness, mass = galerkin(mesh, stretch, points, weights)
     if mesh.nodes <= MOST_FUNCTIONS:
         square, shapes = eigh(stiffness.toarray(), mass.toarray())
     else:
@@ -162,9 +151,7 @@ def rod(mesh, stretch):
         shapes = smooth @ shapes
     square = np.maximum(square, 0.0)
     square[0] = 0.0  # the constant
-    at_points = values @ shapes[mesh.element_nodes]
-    collect = (share[..., None] * at_points).reshape(-1, len(square)).T
-    return Rod(np.broadcast_to(points, share.shape), collect, square, shapes[[0, -1]].T, length, shapes, share)
+    return Rod(np.broadcast_to(points, share.shape), square, shapes[[0, -1]].T, length, shapes, share)
 
 
 def gauss(order):
@@ -186,8 +173,6 @@ def galerkin(mesh, stretch, points, weights):
 
     Returns
     -------
-    values : ndarray, shape (q, p + 1)
-        Shape functions at the points.
     share : ndarray, shape (n, q)
         Of each point in the stretched length.
     length : float
@@ -202,7 +187,7 @@ def galerkin(mesh, stretch, points, weights):
     share = mesh.sizes[:, None] * weights * stretched / length
     flat = weights / (mesh.sizes[:, None] * stretched) * length
     stiffness = add_elements(mesh, 1, slopes.T @ (flat[..., None] * slopes))
-    return values, share, length, stiffness, add_elements(mesh, 1, values.T @ (share[..., None] * values))
+    return share, length, stiffness, add_elements(mesh, 1, values.T @ (share[..., None] * values))
 
 
 def at_points(mesh, values, points):
@@ -215,24 +200,3 @@ def tangents(mesh, direction, points):
     """Unit tangents at points of each element, shape (n, q, 3), of those at the points of the tensions, (n, p, 3)."""
     found = np.einsum("qp,epa->eqa", lagrange(basis(mesh.order).points, points), direction)
     return found / np.sqrt((found**2).sum(axis=-1, keepdims=True))
-
-
-def ratio_of(wind, length):
-    """The cable's length [m] over the coherence length of the wind along it, as a function of frequencies [Hz].
-
-    Parameters
-    ----------
-    wind : Wind
-        See `along_cable`.
-    length : float
-        Of the cable. [m]
-
-    Raises
-    ------
-    NoSolutionError
-        A coherence length that is negligible beside the cable's.
-    """
-    coherence = along_cable(wind)
-    if not length * coherence.least < LARGEST:
-        raise NoSolutionError("the wind is coherent over too small a part of the cable for a number")
-    return lambda frequency: length * coherence.kappa(frequency)

@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.errors import NoSolutionError
 from cablestudy.wind.variance import Panels, mixed_variances, variances
 
 TURN = 2 * np.pi
@@ -18,40 +17,6 @@ EXCITED = 1e-6  # share of a variance by a motion that is as good as undamped, f
 ROUNDING = 1e-15  # of the largest pole: decay that rounding may make
 QUADRATURE = 1e-10  # error of the variances by the rule on the panels: that of Davenport's spectrum is 4e-11
 STILL = 1e-16  # of the energy of an output over the largest of all: what is less is none
-FAR = 1e100  # frequency of the wind over that of a motion and inverse, beyond which squares are no numbers
-SLOW, FAST = 1e-2, 30.0  # range over the slowest and fastest of motion, wind and loop in which most happens,
-HIGHEST = 3e3  # and the highest frequency of all
-SLOWEST_GAIN = 1e-6  # of a loop, over motion and wind: a slower one holds nothing that the wind moves
-FASTEST = 1e6  # wind, over the frequency of the motion, beyond which it is white for all that moves
-
-
-def frequency_range(main, corner, gain=0.0, fast=False, what="the gondola"):
-    """Range of a response to the wind in which most happens, and the highest frequency of integrals over it. [Hz]
-
-    Parameters
-    ----------
-    main : float
-        Frequency of what moves most. [Hz]
-    corner : float
-        Where the force spectrum begins to fall. [Hz]
-    gain : float
-        Of the loop. [rad/s]
-    fast : bool
-        Whether weights raise what is fast.
-    what : str
-        Moves, for the message.
-
-    Raises
-    ------
-    NoSolutionError
-        Wind and motion are too far apart.
-    """
-    if not main / FAR < corner < main * FAR:
-        raise NoSolutionError(f"wind of {corner:.3g} Hz (speed/length_scale) is too far from {what}'s {main:.3g} Hz")
-    slowest = min(main, corner)
-    slow = min(slowest, max(gain / TURN, SLOWEST_GAIN * slowest)) if gain else slowest
-    fastest = max(main, min(corner, FASTEST * main))
-    return SLOW * slow, FAST * fastest, max(HIGHEST * fastest, FASTEST * main if fast else 0.0)
 
 
 @dataclass(frozen=True)
@@ -62,7 +27,7 @@ class Integrals:
     ----------
     panels : Panels
         On which the spectrum of the gusts and the weights are resolved.
-    gusts : CableGusts or Gusts
+    gusts : Gusts
     weights : dict
         Name -> factor of the spectra at the frequencies of the panels, shape (n,).
     least : float

@@ -141,22 +141,65 @@ def strips(models, kept, equilibrium, drag):
     """
     speed = float(np.sqrt((drag.velocity**2).sum()))
     begin = equilibrium.suspension.ends(equilibrium.position, equilibrium.rotation)[:, 0]
-    states, meshes, nodes, found = _states(models), models.meshes, models.shapes_of_modes(), []
-    for cable in np.flatnonzero(drag.cables > 0).tolist():
+    states, found = _states(models), []
+    for cable, mesh, places, shapes in nodal_shapes(models, kept, np.flatnonzero(drag.cables > 0)):
+        mean = 1 + equilibrium.catenary.mean_tension[cable] / equilibrium.catenary.span.axial_stiffness[cable]
+        *course, stretch = _course(mesh, states.get(cable), equilibrium.catenary.span.frame[cable], float(mean))
+        size = float(drag.density) * drag.cables[cable] * speed
+        matrices = (size * drag_matrices(tangent, drag.velocity / speed) for tangent in course)
+        length = float(equilibrium.lengths[cable]) * galerkin(mesh, stretch, *gauss(mesh.order))[1]
+        found.append(Strip(cable, mesh, length, begin[cable] + places, shapes, *matrices, stretch))
+    return found
+
+
+def nodal_shapes(models, kept, cables):
+    """Yield number, `Mesh`, places of the nodes and their displacements per coordinate, of some cables.
+
+    Parameters
+    ----------
+    models : Models
+    kept : list of Kept
+        Coordinates of each cable.
+    cables : ndarray of int
+
+    Yields
+    ------
+    int, Mesh, ndarray, ndarray
+        Places from end 1 on, shape (p, 3) [m]; displacements as `Strip.shapes`, shape (p, 3, k).
+    """
+    meshes, nodes = models.meshes, models.shapes_of_modes()
+    for cable in cables.tolist():
         mesh, (places, moved) = meshes[cable], nodes[cable]
         if mesh is None:
             mesh = STRAIGHT
             blend = mesh.node_positions[:, None]
             places = (1 - blend) * places[0] + blend * places[1]
             moved = (1 - blend[..., None]) * moved[0] + blend[..., None] * moved[1]
-        mean = 1 + equilibrium.catenary.mean_tension[cable] / equilibrium.catenary.span.axial_stiffness[cable]
-        *course, stretch = _course(mesh, states.get(cable), equilibrium.catenary.span.frame[cable], float(mean))
-        size = float(drag.density) * drag.cables[cable] * speed
-        matrices = (size * drag_matrices(tangent, drag.velocity / speed) for tangent in course)
-        length = float(equilibrium.lengths[cable]) * galerkin(mesh, stretch, *gauss(mesh.order))[2]
         shapes = moved.reshape(-1, moved.shape[-1]) @ with_ends(kept[cable].shapes)
-        shapes = shapes.reshape(*moved.shape[:2], -1)
-        found.append(Strip(cable, mesh, length, begin[cable] + places, shapes, *matrices, stretch))
+        yield cable, mesh, places, shapes.reshape(*moved.shape[:2], -1)
+
+
+def midspan_shapes(models, kept, catenary):
+    """Displacements at mid-span of each cable along the axes of its chord frame, per coordinate: list of ndarray.
+
+    Parameters
+    ----------
+    models, kept
+        As for `nodal_shapes`.
+    catenary : Catenary
+        Of the c cables.
+
+    Returns
+    -------
+    list of ndarray, shape (3, k)
+    """
+    found = []
+    for cable, mesh, _, shapes in nodal_shapes(models, kept, np.arange(len(kept))):
+        place = catenary.middle[cable]
+        element = int(np.clip(np.searchsorted(mesh.edges, place) - 1, 0, mesh.elements - 1))
+        local = (place - mesh.edges[element]) / mesh.sizes[element]
+        weights = lagrange(basis(mesh.order).nodes, np.array([local]))[0]
+        found.append(catenary.span.frame[cable] @ np.tensordot(weights, shapes[mesh.element_nodes[element]], axes=1))
     return found
 
 

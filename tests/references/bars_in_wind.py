@@ -38,9 +38,11 @@ class BarsInWind:
         Of the cables, as in a scene. [-], [s], [kg/(m s)]
     admitted : bool
         With Vickery's admittance of the bodies.
+    midspans : bool
+        Whether the mid-spans of the cables are outputs, along the axes of their chord frames.
     """
 
-    def __init__(self, equilibrium, n, wind, cables=None, bodies=None, damping=None, admitted=True):
+    def __init__(self, equilibrium, n, wind, cables=None, bodies=None, damping=None, admitted=True, midspans=False):
         self.wind, state = wind, equilibrium
         dense = bar_suspension.dense(state, n)
         loss = (damping or {}).get("loss_factor", 0.0)
@@ -81,9 +83,9 @@ class BarsInWind:
         self.areas = areas if admitted else [0.0] * len(areas)
         drag = np.einsum("kin,kij,kjm->nm", self.moves, self.drags, self.moves)
         self.C += drag
-        self._rows(dense, state, n, damped, loss)
+        self._rows(dense, state, n, damped, loss, midspans)
 
-    def _rows(self, dense, state, n, of_cables, loss):
+    def _rows(self, dense, state, n, of_cables, loss, midspans):
         """Outputs by z, z', z'' and by the force on each place: displacements of bodies, tensions at both ends."""
         size, sites = len(self.K), len(self.places)
         suspension = state.suspension
@@ -91,6 +93,11 @@ class BarsInWind:
         names = [f"{suspension.body_names[i // 6]}.{('x', 'y', 'z', 'rx', 'ry', 'rz')[i % 6]}" for i in free]
         still, unmoved, places = np.zeros(size), np.zeros((sites, 3)), np.eye(size)[size - len(free) :]
         outputs = {name: (row, still, still, unmoved) for name, row in zip(names, places, strict=True)}
+        for cable, move in enumerate(dense.maps if midspans else ()):
+            shares = [np.interp(n * state.catenary.middle[cable], np.arange(n + 1), one) for one in np.eye(n + 1)]
+            middle = state.catenary.span.frame[cable] @ np.kron(shares, np.eye(3)) @ move
+            for axis, row in zip("xyz", middle, strict=True):
+                outputs[f"{suspension.cable_names[cable]}.midspan.{axis}"] = (row, still, still, unmoved)
         forces = state.end_forces
         for cable, ((k, m, elastic), move) in enumerate(zip(dense.cables, dense.maps, strict=True)):
             k = k + 1j * loss * elastic

@@ -1,4 +1,4 @@
-"""A body in the wind: spectra of the wind, its displacements and rotations, cumulative variance, ellipses."""
+"""A body, or a cable at mid-span, in the wind: spectra, cumulative variance and ellipses of its motion."""
 
 from contextlib import suppress
 from dataclasses import dataclass
@@ -21,6 +21,8 @@ PLACES, TURNS = ("x", "y", "z"), ("rx", "ry", "rz")
 PAIRS = ((0, 1), (0, 2), (1, 2))
 COLOURS, WIDTHS = (BLUE, GREEN, ORANGE), (1.8, 1.2, 0.7)
 MM = 1e3
+MIDSPAN = ".midspan"  # of a cable, along the axes of its chord frame
+CHORD_FRAME = {"x": "along the chord", "y": "in the cable's plane", "z": "across it"}
 KINDS = (PLACES, MM, "displacement", "mm"), (TURNS, 1e6, "rotation", "µrad")  # axes, scale, name and unit
 
 
@@ -58,8 +60,8 @@ class DrawnState:
 def wind_response(winds, at_rest=None, on=None):
     """Figure of the spectra of a body, their cumulative variance, and ellipses of the motion of its marker.
 
-    The body is that of the loop, or the first one. Where it has actuators they are drawn with and without. Above is the
-    spectrum of the wind speed.
+    The body is that of the loop, or the first one; without any that is free, the first cable at mid-span. Where it has
+    actuators they are drawn with and without. Above is the spectrum of the wind speed.
 
     Parameters
     ----------
@@ -82,7 +84,7 @@ def wind_response(winds, at_rest=None, on=None):
     states = _states(winds, at_rest or winds, names, place, frequency)
     kinds = _kinds(states, names)
     if not kinds:
-        raise NoSolutionError(f"the wind does not move {body}: there is nothing to draw")
+        raise NoSolutionError(f"the wind does not move {body.removesuffix(MIDSPAN)}: there is nothing to draw")
     _check_range(states, kinds)
     extended = np.linalg.matrix_rank(states[0].covariance) > 1  # the place moves in a plane, or in space
     heights = (1.3, 2.4, 1.6, 2.8) if extended else (2, 2, 2)
@@ -99,7 +101,7 @@ def wind_response(winds, at_rest=None, on=None):
     shared.set_xlim(frequency[0], high)
     if extended:
         _ellipses(figure, grid, states, movement, place)
-    heading(figure, f"Wind at {quantity_text(movement.scene.wind.speed, 'm/s')} on {on or body}")
+    heading(figure, f"Wind at {quantity_text(movement.scene.wind.speed, 'm/s')} on {on or body.removesuffix(MIDSPAN)}")
     return figure
 
 
@@ -119,12 +121,12 @@ def _check_range(states, kinds):
 
 def _speed(axes, winds, frequency, body):
     """Spectrum of the longitudinal wind speed, and of its average over the body."""
-    movement, on_bodies = winds[0].movement, any(not wind.airflow.side for wind in winds)
+    movement, names = winds[0].movement, winds[0].movement.equilibrium.suspension.body_names
+    on_bodies = body in names and any(not wind.airflow.side for wind in winds)
     wind = movement.scene.wind
     bare = speed_spectrum(frequency, wind.speed, wind.turbulence[0], wind.length_scale, wind.spectrum)
     axes.loglog(frequency, bare, color=BLUE, label="wind speed")
-    place = movement.equilibrium.suspension.body_names.index(body)
-    area = movement.linear.airflow.areas(movement.equilibrium)[place] if on_bodies else 0.0
+    area = movement.linear.airflow.areas(movement.equilibrium)[names.index(body)] if on_bodies else 0.0
     if area and wind.admittance != "none":
         share = admittance(frequency, wind.speed, area, wind.admittance)
         axes.loglog(frequency, bare * share, color=BLUE, ls="--", label=f"averaged over {body}")
@@ -134,13 +136,13 @@ def _speed(axes, winds, frequency, body):
 
 
 def _drawn(movement):
-    """Name of the body that is drawn, and of the place whose ellipse is: its marker, or itself."""
+    """Name of the body or mid-span that is drawn, and of the place whose ellipse is: a marker of it, or itself."""
     scene, outputs = movement.scene, movement.outputs
     owners = [name.rpartition(".")[0] for name in outputs if ".tension_" not in name]
     if scene.control:
         body = movement.body_name
     elif owners:
-        body = owners[0].partition(".")[0]
+        body = owners[0] if owners[0].endswith(MIDSPAN) else owners[0].partition(".")[0]
     else:
         raise NoSolutionError("nothing is free to move: there is nothing to draw")
     markers = [f"{body}.{name}" for name in (scene.bodies[body].markers if body in scene.bodies else ())]
@@ -166,7 +168,8 @@ def _share_below(frequency, spectrum):
 def _states(winds, at_rest, names, place, frequency):
     """The `DrawnState` of each state of control: winches at rest, loop, actuators."""
     movement = winds[0].movement
-    rest = f"winch{'es' * (len(movement.winches) != 1)} at rest" if movement.winches else "without control"
+    rest = "at mid-span" if place.endswith(MIDSPAN) else "without control"
+    rest = f"winch{'es' * (len(movement.winches) != 1)} at rest" if movement.winches else rest
     looks = [("winch loop closed", RED, "-", CLOSED, winds), (rest, GREY, "--", OPEN, at_rest)]
     if not movement.actuators:
         looks = looks if winds[0].response.loop else [(rest, RED, "-", OPEN, at_rest)]
@@ -238,7 +241,8 @@ def _spectra(axes, frequency, states, kind, several):
         for name in names:
             axis = name.rpartition(".")[2]
             look = {"color": COLOURS["xyz".index(axis[-1])], "lw": WIDTHS["xyz".index(axis[-1])], "ls": state.dashes}
-            look["label"] = axis if state is states[-1] else None
+            words = CHORD_FRAME[axis] if f"{MIDSPAN}." in name else axis
+            look["label"] = words if state is states[-1] else None
             if len(names) == 1:
                 look = {"color": state.colour, "lw": 1.3, "ls": state.dashes, "label": state.label}
             axes.loglog(frequency, scale**2 * state.spectra[name], **look)
@@ -269,7 +273,10 @@ def _variance(axes, frequency, states, kind):
 def _ellipses(figure, grid, states, movement, place):
     """From above, and in the vertical plane of the mean wind: the extent in any direction is the RMS in it."""
     velocity = movement.drag.velocity
-    along = velocity / np.sqrt((velocity**2).sum())
+    along, frame = velocity / np.sqrt((velocity**2).sum()), np.eye(3)
+    if place.endswith(MIDSPAN):
+        found, place = movement.equilibrium, place.removesuffix(MIDSPAN)
+        frame, place = found.catenary.span.frame[found.suspension.cable_names.index(place)], f"mid-span of {place}"
     place = shortened(place, 32)
     planes = (
         (np.eye(3)[:2], ("x [mm]", "y [mm]"), f"{place} from above"),
@@ -281,7 +288,7 @@ def _ellipses(figure, grid, states, movement, place):
         axes.axhline(0, color=LIGHT, lw=0.9)
         axes.axvline(0, color=LIGHT, lw=0.9)
         for state in states:
-            x, y = MM * ellipse(plane @ state.covariance @ plane.T)
+            x, y = MM * ellipse(plane @ frame.T @ state.covariance @ frame @ plane.T)
             axes.plot(x, y, color=state.colour, ls=state.dashes, label=state.label)
         if column == 0:
             _wind_arrow(axes, along[:2])

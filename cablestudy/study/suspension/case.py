@@ -266,16 +266,22 @@ class SuspensionCase:
         unknown = self.group.rounding_movement(self.place)[self.body(name), axis]
         if abs(value) <= max(unknown, ROUNDING * (self.longest if axis < 3 else 2 * np.pi)):
             return 0.0, self.statics_error(None)
-        if axis < 3:
-            unknown = unknown + self.group.drag_movement(self.place)[self.body(name), axis]
-        else:
-            unknown = max(unknown, self.group.drag_error(self.place) * abs(value))
+        moved = self.group.drag_movement(self.place)[self.body(name)]
+        # the three angles change by about the rotation, whose axes are not theirs
+        unknown = unknown + (
+            moved[axis] if axis < 3 else moved[3:].sum() / np.sqrt(max(1 - rotation[2, 0] ** 2, ROUNDING))
+        )
         return value, max(ROUNDING, unknown / abs(value))
 
     def mean_displacement(self, name, axis):
         """Displacement of a body or marker by the mean wind along x, y or z (0, 1, 2) [m], and its relative error."""
         moved, error = self.in_wind.mean_displacement(name)[axis], self.statics_error(None)
-        unknown = self.group.drag_movement(self.place, in_wind=True)[self.body(name.partition(".")[0]), axis]
+        owner, _, marker = name.partition(".")
+        unknown = self.group.drag_movement(self.place, in_wind=True)[self.body(owner)]
+        if marker:
+            arm = self.at(owner)[1] @ self.scene.bodies[owner].markers[marker]
+            unknown = unknown[:3] + np.abs(cross_matrix(arm)) @ unknown[3:]
+        unknown = unknown[axis]
         return moved, max(error, unknown / abs(moved)) if moved else error
 
     def force_displacement(self, name, axis):

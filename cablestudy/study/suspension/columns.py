@@ -20,6 +20,7 @@ from cablestudy.study.suspension.wind_columns import (
     PEAK_UTILISATION,
     WINCHES,
     actuator_columns,
+    midspan_column,
     place_columns,
     tension_columns,
     turn_columns,
@@ -303,7 +304,8 @@ def families():
     stiffness += [*force_displacements("BODY"), *mode_columns("BODY")]
     whole = [column for column in WHOLE if column.needs != "run"]
     of_owners = [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *all_cable_columns("CABLE"), *numbered]
-    in_wind = [*place_columns("BODY"), *turn_columns("BODY"), *place_columns("BODY.MARKER"), *tension_columns("CABLE")]
+    in_wind = [*place_columns("BODY"), *turn_columns("BODY"), *place_columns("BODY.MARKER")]
+    in_wind += [*tension_columns("CABLE"), midspan_column("CABLE")]
     own_modes = [_cable_mode(family, "CABLE") for family in FAMILIES]
     return [*of_owners, *own_modes, *in_wind, *actuator_columns("ACTUATOR"), *whole]
 
@@ -320,7 +322,7 @@ def wind_columns_of(scene, name):
     if body in scene.bodies and marker in ("", *scene.bodies[body].markers):
         return place_columns(name) + ([] if marker else turn_columns(name))
     if name in scene.cables:
-        return tension_columns(name)
+        return [*tension_columns(name), midspan_column(name)]
     return actuator_columns(name, hasattr(scene.actuators[name], "torque")) if name in scene.actuators else []
 
 
@@ -365,7 +367,8 @@ def find(name):
             f"{owner}.frequency_K",
         )
         last = name.rpartition(".")[0]
-        known += [*place_columns(last), *turn_columns(last), *tension_columns(last), *actuator_columns(last)]
+        known += [*place_columns(last), *turn_columns(last), *tension_columns(last), midspan_column(last)]
+        known += actuator_columns(last)
     for column in known:
         if owner and name in (column.name, column.header):
             return column

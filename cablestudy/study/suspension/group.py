@@ -224,7 +224,7 @@ class Group:
         return float((self._drag_change_in_wind if in_wind else self._drag_change)[0][place])
 
     def drag_movement(self, place, in_wind=False):
-        """Estimated error of the places of bodies and points for the same reason, shape (b, 3). [m]"""
+        """Estimated error of places [m] and attitudes [rad] of bodies and points for the same reason, shape (b, 6)."""
         return (self._drag_change_in_wind if in_wind else self._drag_change)[1][place]
 
     def rounding_error(self, place):

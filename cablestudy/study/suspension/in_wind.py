@@ -22,7 +22,7 @@ COUNTS = (64, 100, 160)  # modes of the models that are tried,
 IN_PLANE = (32, 64, 100)  # of a cable that moves in its plane only
 FIRST, OF_EACH = 16, 8  # before them, of few cables, so many and so many of each cable
 LACKED = 1e-3  # share in the static compliance of bodies that these may lack
-MORE = (300, 600)  # where notches are at frequencies that those have not
+MORE = (300, 600)  # where notches are at frequencies that those have not, the first one for tensions of a bare cable
 ELEMENTS = 250  # of a model with an exact choice of elements, where fewer change the RMS by more than a share EXACT
 EXACT = 1e-9
 SAFETY = 2.0  # on the change of a margin by fewer modes
@@ -56,7 +56,7 @@ class InWind:
     def __init__(self, scene, calm, equilibrium, airflow, model, known, cables=None, modes=None):
         self.scene, self._calm, self._equilibrium, self.airflow, self._model = scene, calm, equilibrium, airflow, model
         self._known, self._cables, self._modes = known, cables, {} if modes is None else modes
-        self._accuracy = scene.model.accuracy or ACCURACY
+        self._accuracy, self._midspans, self._least = scene.model.accuracy or ACCURACY, False, 0
 
     def movement_of(self, count, responses=False):
         """`Movement` with so many modes, which may be unstable.
@@ -74,10 +74,10 @@ class InWind:
         """
         scene = self.scene
         driving = repr((scene.winches, scene.actuators))
-        linear, loops = (count, responses, driving), self._known.setdefault(driving, {})
+        linear, loops = (count, responses, driving, self._midspans), self._known.setdefault(driving, {})
         if linear not in self._known:
             known = scene, self._equilibrium, self.airflow, self._modes_of(count), self._accuracy, self._model
-            self._known[linear] = LinearMotion(*known, loops=loops, responses=responses)
+            self._known[linear] = LinearMotion(*known, loops=loops, responses=responses, midspans=self._midspans)
         blown = *linear, self.airflow and self.airflow.side
         if blown not in self._known:
             self._known[blown] = self._known[linear].blown_by(self.airflow)
@@ -125,7 +125,7 @@ class InWind:
         all_excited = self.airflow is not None and self.airflow.on_cables
         all_excited |= scene.control is not None and not law_from(scene.control)[0].integrates_only
         if few >= many[0] or all_excited or (self._modal and not exact) or not self._equilibrium.suspension.free.any():
-            return many
+            return tuple(count for count in many if count >= self._least) or (self._least,)
         return few, *many
 
     @property
@@ -178,8 +178,9 @@ class InWind:
 
     @property
     def _modal(self):
-        """Whether the damping of a cable grows with the number of modes."""
-        return any_grows_with_modes(self.scene.cables.values())
+        """Whether the damping of what moves grows with the number of modes: not that of cables between fixed ends."""
+        moved = self._equilibrium.suspension.free.any() or bool(self.scene.winches)
+        return moved and any_grows_with_modes(self.scene.cables.values())
 
     @property
     def doubt(self):
@@ -273,6 +274,23 @@ class InWind:
         """`InWind` with the winches at rest, which shares what does not depend on the loop."""
         return self._changed(control=None)
 
+    @cached_property
+    def finer(self):
+        """`InWind` of a bare cable with the next larger number of modes; None where there is none, or no more modes."""
+        known, count = (*self._many, MORE[0]), len(self.movement.modes)
+        if self._model is not None or count not in known[:-1]:
+            return None
+        other = self._changed()
+        other._least = known[known.index(count) + 1]
+        return other
+
+    @cached_property
+    def with_midspans(self):
+        """`InWind` whose outputs have the mid-spans of the cables."""
+        other = self._changed()
+        other._midspans = True
+        return other
+
     @property
     def without_actuators(self):
         """`InWind` without actuators, which shares what does not depend on them."""
@@ -281,7 +299,9 @@ class InWind:
     def _changed(self, **update):
         """`InWind` of the scene with some keys changed that the equilibrium does not depend on."""
         about = self._calm, self._equilibrium, self.airflow, self._model, self._known, self._cables, self._modes
-        return InWind(self.scene.model_copy(update=update), *about)
+        other = InWind(self.scene.model_copy(update=update), *about)
+        other._midspans, other._least = self._midspans, self._least
+        return other
 
     @property
     def _open(self):

@@ -18,6 +18,7 @@ from cablestudy.system.coupled import Layout
 from cablestudy.system.linear import dense
 from cablestudy.system.residues import delayed_response, residues
 from cablestudy.wind.mean import Drag
+from cablestudy.wind.strips import midspan_shapes
 
 TURN = 2 * np.pi
 FEWER = 0.7  # of the modes, with which the error by those left out is estimated
@@ -137,6 +138,8 @@ class LinearMotion:
         Whether the modes left out answer to the inertia and damping forces of what bodies and winches move too.
     complete : bool
         Whether the model has modes that no output depends on too.
+    midspans : bool
+        Whether the displacements of the cables at mid-span are outputs.
     """
 
     def __init__(
@@ -151,20 +154,23 @@ class LinearMotion:
         loops=None,
         responses=False,
         complete=False,
+        midspans=False,
     ):
         self.scene, self.equilibrium, self.accuracy, self.model = scene, equilibrium, accuracy, model
         self.airflow, self.drag = airflow, airflow and airflow.drag
         self.modes, self.driven, self.loops = modes, driven, {} if loops is None else loops
-        self._responses, self._complete = responses, complete
+        self.responses, self._complete = responses, complete
         self.layout = Layout(equilibrium)
         suspension = equilibrium.suspension
+        self.midspans = midspans
         self.winches, self.markers = winches_of(scene, suspension.cable_names), markers_of(scene)
         self.actuators = actuators_of(scene)
 
     def with_modes(self, modes, driven):
         """The same with other `CoupledModes`, so many of which, the last ones, the loop could drive."""
         known = self.scene, self.equilibrium, self.airflow
-        return LinearMotion(*known, modes, self.accuracy, self.model, driven, self.loops, self._responses)
+        found = modes, self.accuracy, self.model, driven, self.loops, self.responses
+        return LinearMotion(*known, *found, midspans=self.midspans)
 
     @cached_property
     def with_all_modes(self):
@@ -172,18 +178,19 @@ class LinearMotion:
         if len(self.kept) == len(self.modes):
             return self
         known = self.scene, self.equilibrium, self.airflow, self.modes, self.accuracy, self.model, self.driven
-        return LinearMotion(*known, responses=self._responses, complete=True)
+        return LinearMotion(*known, responses=self.responses, complete=True, midspans=self.midspans)
 
     @cached_property
     def outputs(self):
-        """Name of each output -> its row: displacements of bodies, markers, tensions."""
-        _, outputs = labels(self.layout, self.winches, self.markers)
+        """Name of each output -> its row: displacements of bodies, markers, and perhaps mid-spans; tensions."""
+        _, outputs = labels(self.layout, self.winches, self.markers, self.midspans)
         return {name: row for row, (name, _unit) in enumerate(outputs)}
 
     @cached_property
     def _whole(self):
-        solution = self.modes.solution
-        return second_order(self.layout, self.in_air(solution.models, solution.kept), self.winches, self.markers)
+        models, kept = self.modes.solution.models, self.modes.solution.kept
+        midspans = midspan_shapes(models, kept, self.equilibrium.catenary) if self.midspans else ()
+        return second_order(self.layout, self.in_air(models, kept), self.winches, self.markers, midspans)
 
     @cached_property
     def _loads(self):
@@ -193,7 +200,7 @@ class LinearMotion:
         answer to these: it is what modes left out do to the motion and the damping of others, see `LinearSystem.few`.
         """
         whole, winches, found = self._whole, len(self.winches), self._plain_loads
-        if not self._responses:
+        if not self.responses:
             return found
         moved = np.s_[:, len(whole) - whole.bodies :]
         acting = [part[moved] for part in (whole.mass, whole.damping, whole.stiffness.imag)]
@@ -204,10 +211,12 @@ class LinearMotion:
 
     @property
     def _plain_loads(self):
-        """Forces on the coordinates of the suspension by winches and by loads on bodies alone."""
+        """Forces on the coordinates by winches, by loads on bodies alone, and at mid-spans that are shown."""
         winches = len(self.winches)
         of_bodies = winches + np.flatnonzero(self.layout.free < 6 * self.equilibrium.suspension.bodies)
-        return self._whole.b[0].real[:, [*range(winches), *of_bodies.tolist()]]
+        at_midspan = [row for name, row in self.outputs.items() if ".midspan." in name]
+        loads = self._whole.b[0].real[:, [*range(winches), *of_bodies.tolist()]], self._whole.c[0][at_midspan].real.T
+        return np.concatenate(loads, axis=1)
 
     @cached_property
     def _basis(self):

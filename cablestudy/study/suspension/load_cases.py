@@ -88,11 +88,11 @@ def drag_change(found, drag):
     -------
     error : ndarray, shape (n,)
         Largest one of all cables, relative. [-]
-    moved : ndarray, shape (n, b, 3)
-        Displacement of bodies and points along x, y, z. [m]
+    moved : ndarray, shape (n, b, 6)
+        Displacement of bodies and points along x, y, z [m], and their rotation about these [rad].
     """
     shape = found.lengths.shape
-    error, moved = np.zeros(shape[0]), np.zeros(found.position.shape)
+    error, moved = np.zeros(shape[0]), np.zeros((*found.position.shape[:2], 6))
     if drag is None:
         return error, moved
     pressed, direction = pressed_cables(drag, found.suspension.cable_mass)
@@ -114,8 +114,8 @@ def _by_bodies(found, place, forces):
     -------
     change : ndarray, shape (c,)
         Of the tension at an end of each cable, relative. [-]
-    moved : ndarray, shape (b, 3)
-        [m]
+    moved : ndarray, shape (b, 6)
+        [m], [rad]
     """
     suspension, arms = found.suspension.take(place), found.arms[place]
     every, whole = np.arange(len(forces)), np.zeros((len(suspension.body_names), 6))
@@ -123,7 +123,7 @@ def _by_bodies(found, place, forces):
     if suspension.free.any():
         factors = tangent.factorised(tangent.sparse(found.blocks.of(place), suspension))
     if factors is None:  # nothing moves, or the equilibrium is not stable and no answer
-        return np.zeros(len(forces)), whole[:, :3]
+        return np.zeros(len(forces)), whole
     wrenches = tangent.wrenches(arms, forces)[None]
     whole[suspension.free] = factors.solve(tangent.by_body(suspension, every, wrenches)[0].sum(axis=0))
     ends = np.where((suspension.owner == tangent.GROUND)[..., None], 0.0,
@@ -131,7 +131,7 @@ def _by_bodies(found, place, forces):
     pulled = (found.end_stiffness[place] @ (ends[:, 1] - ends[:, 0])[..., None])[:, None, :, 0]
     held = found.end_forces[place]
     square = np.maximum((held**2).sum(axis=-1), np.finfo(float).tiny)
-    return np.abs((pulled * held).sum(axis=-1) / square).max(axis=-1), whole[:, :3]
+    return np.abs((pulled * held).sum(axis=-1) / square).max(axis=-1), whole
 
 
 def loaded_state(reference, scenes, forced=True):

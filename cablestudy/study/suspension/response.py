@@ -12,16 +12,17 @@ import numpy as np
 
 from cablestudy.control.loop_state_space import by_forces
 from cablestudy.errors import NoSolutionError
+from cablestudy.study.suspension.tension_waves import change_by_waves
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.wind.imaging import seen_weights
 from cablestudy.wind.integrals import QUADRATURE
 
 ACCURACY = 1e-4  # where the scene has a fixed model
-TENSION = 6.0  # what modes left out add to a tension over what the highest ones add: with fewer of them it falls slowly
+TENSION = 10.0  # on what the highest modes add to the variance of a tension: what is left out falls slowly
+MOVING = 1e-3  # of the variance of a tension, beside what waves change, where the ends of cables move
 SPEEDS = (
     2e-6  # error of variances of speed and acceleration of winches by modes left out, which the highest do not show
 )
-ABOVE = 1e-3  # of the variance of a tension: by waves along the cables, far above the modes of the model
 ROUNDING = 1e-15  # of the energy of an output over the largest of all: what is less is shown as zero
 AT_ONCE = 500_000  # entries of the responses that are computed at once
 SEEN = 0.01  # height of a resonance over the largest one of an output, from which on it is seen there
@@ -182,43 +183,51 @@ class Response:
         return whole, np.minimum(added, COMPARED * change), late
 
     def _moving_error(self, state):
-        """`moving_error` of one `Turbulence`."""
+        """`moving_error` of one `Turbulence`; of mid-spans by displacements alone."""
         places = [row for row, name in enumerate(self.names) if name.endswith((".x", ".y", ".z"))]
         groups, found = np.array(_groups(self.names))[places], [0.0]
         whole, added, _ = self._variances(state)
         for group in set(groups.tolist()):
             own = np.array(places)[groups == group]
-            part, total = added[:, own].sum(axis=-1), whole[:, own].sum(axis=-1)
+            shown = 1 if ".midspan." in self.names[own[0]] else len(OWN)  # no column has their velocities
+            part, total = (kind[:shown, own].sum(axis=-1) for kind in (added, whole))
             found += (part[total > 0] / total[total > 0]).tolist()
         return max(found)
 
     @cached_property
     def variances(self):
         """`Variances` of all outputs and their rates, without what nothing damps: see `check_damped`."""
-        return self._described(list(OWN), [self._variances(state) for state in self._states])
+        return self._described(OWN, [self._variances(state) for state in self._states])
 
     @cached_property
     def seen(self):
         """`Variances` of what a telescope sees of all outputs, see `seen_weights`."""
         weights = seen_weights(self.scene.exposure, self.scene.correction)
-        return self._described(list(weights), [self._variances(state, weights) for state in self._states])
+        return self._described(weights, [self._variances(state, weights) for state in self._states])
 
-    def _described(self, names, found):
-        """`Variances` from those that each `Turbulence` has found, for the names of their weights."""
+    def _described(self, weights, found):
+        """`Variances` from those that each `Turbulence` has found, for weights as of `Turbulence.seen`."""
         value, added, late = (np.stack(np.broadcast_arrays(*parts), axis=1) for parts in zip(*found, strict=True))
         if not np.isfinite(value).all():
             raise NoSolutionError("a variance of the motion in the wind is not a number")
         energy = value * self.stiffness
-        largest = np.maximum(energy.max(axis=-1, keepdims=True), self._energy_by_cables(names))
+        largest = np.maximum(energy.max(axis=-1, keepdims=True), self._energy_by_cables(weights))
         value = np.where(energy > ROUNDING * largest, value, 0.0)
         tension = np.array([".tension_" in name for name in self.names])
-        added = np.where(tension, _of_tensions(value, added, tension), added)
+        added = np.where(tension, TENSION * _of_tensions(value, added, tension) + self._by_ends * value, added)
+        if weights is OWN:  # a telescope sees no tension
+            added = added + change_by_waves(self.movement, self._states[-1], weights, found[-1][0])[:, None]
         error, both_states = added + self.integration_error * value + late, (2, len(self.names))
         values, errors = (
-            {name: np.broadcast_to(part, both_states) for name, part in zip(names, parts, strict=True)}
+            {name: np.broadcast_to(part, both_states) for name, part in zip(weights, parts, strict=True)}
             for parts in (value, error)
         )
         return Variances({name: row for row, name in enumerate(self.names)}, values, errors)
+
+    @property
+    def _by_ends(self):
+        """Relative error of the variance of a tension since waves are looked at between ends at rest. [-]"""
+        return MOVING if self.movement.equilibrium.suspension.free.any() else 0.0
 
     def _energy_by_cables(self, weights):
         """That of displacements if all force of the gusts on cables moved them, shape (w, 1, o); 0 of other outputs."""
@@ -258,14 +267,13 @@ class Response:
 
 
 def _of_tensions(value, added, tension):
-    """Estimated errors of the variances of tensions, shape (w, states, o).
+    """What modes left out may add to the variances of tensions, shape (w, states, o).
 
     What the highest modes add is a chance of single modes: so the largest of all tensions counts, relative or absolute.
     """
     added = np.where(tension, added, 0.0)
     relative = np.where(value > 0, added / np.where(value > 0, value, 1.0), 0.0)
-    seen = np.minimum(added.max(axis=-1, keepdims=True), relative.max(axis=-1, keepdims=True) * value)
-    return TENSION * seen + ABOVE * value
+    return np.minimum(added.max(axis=-1, keepdims=True), relative.max(axis=-1, keepdims=True) * value)
 
 
 def _groups(names):

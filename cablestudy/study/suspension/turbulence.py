@@ -36,11 +36,11 @@ class Turbulence:
         """`LinearMotion.residues_of` it."""
         return self.linear.residues_of(self.linear.motion, self.loop)
 
-    @cached_property
-    def _with_fewer_modes(self):
-        """The motion with fewer modes, and its loop."""
+    def _residues_with_fewer_modes(self, speeds=False):
+        """`LinearMotion.residues_of` the motion with fewer modes."""
         linear, loop = self.linear, self.loop
-        return linear.fewer_motion, loop and replace(loop.within(linear.fewer), motion=linear.fewer_motion)
+        loop = loop and replace(loop.within(linear.fewer), motion=linear.fewer_motion)
+        return linear.residues_of(linear.fewer_motion, loop, linear.fewer, speeds)
 
     @cached_property
     def range(self):
@@ -53,7 +53,7 @@ class Turbulence:
     @cached_property
     def _coarse(self):
         """`residues` with fewer modes."""
-        return self.linear.residues_of(*self._with_fewer_modes, self.linear.fewer)
+        return self._residues_with_fewer_modes()
 
     def _integrals_of(self, weights, jumps=()):
         """`Integrals` with weights that are functions of frequency [Hz], by their names, and where these jump [Hz]."""
@@ -91,9 +91,19 @@ class Turbulence:
         )
 
     def _found(self, integrals):
-        """Variances, what the highest modes add to them, and their error by a delay, all of shape (w, o)."""
-        whole, coarse = (integrals.variances(one) for one in (self.residues, self._coarse))
-        return whole, np.abs(whole - coarse), self._late_error(integrals)
+        """Variances, what the highest modes add to them, not a number where it is not computed, and error by a delay.
+
+        All of shape (w, o).
+        """
+        whole = integrals.variances(self.residues)
+        if not self._estimates:
+            return whole, np.full(whole.shape, np.nan), self._late_error(integrals)
+        return whole, np.abs(whole - integrals.variances(self._coarse)), self._late_error(integrals)
+
+    @property
+    def _estimates(self):
+        """Whether what the highest modes add is computed: all modes of an exact choice of elements state no error."""
+        return self.linear.model is None or self.linear.responses
 
     def _late_error(self, integrals):
         """Error of the variances by poles that lack the right delay, shape (w, o) or 0."""
@@ -109,9 +119,10 @@ class Turbulence:
 
         And of each winch the pole that nothing damps, see `Integrals.undamped`.
         """
-        models = (self.linear.motion, self.loop), (*self._with_fewer_modes, self.linear.fewer)
-        found, fewer = (self.linear.residues_of(*one, speeds=True) for one in models)
-        whole, coarse = (self._integrals.variances(one) for one in (found, fewer))
+        found = self.linear.residues_of(self.linear.motion, self.loop, speeds=True)
+        whole, coarse = self._integrals.variances(found), np.nan
+        if self._estimates:
+            coarse = self._integrals.variances(self._residues_with_fewer_modes(speeds=True))
         return whole, np.abs(whole - coarse), self._integrals.undamped(found, whole[0], np.ones(whole.shape[1]))
 
     def undamped(self, stiffness):

@@ -133,6 +133,21 @@ def tension_columns(name):
     ]  # fmt: skip
 
 
+def midspan_column(name):
+    """The column of a cable that needs more outputs than the others."""
+
+    def rms(case):
+        found = [_rms_at_midspan(case, f"{name}.midspan.{axis}") for axis in PLACES]
+        return scaled(max(found, key=lambda one: one[0]), MM)
+
+    meaning = "RMS displacement at mid-span, in the direction that moves most"
+    return Column(f"{name}.midspan_rms", "mm", meaning, "wind", rms, "wind")
+
+
+def _rms_at_midspan(case, output):
+    return case.in_wind.with_midspans.rms([output], "value", open_loop=False)
+
+
 def slackened(case):
     """Names of the cables whose least tension in the wind is below zero; without an answer none."""
     if case.scene.wind is None:
