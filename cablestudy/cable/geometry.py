@@ -174,7 +174,7 @@ def clearance(cable, end_1, ground):
     x, z = np.array(ground, dtype=float).T
     normals = [np.array([-slope, 0.0, 1.0]) for slope in np.diff(z) / np.diff(x)]
     found = [_candidates(cable, normal) for normal in normals]
-    found += [_crossings(cable, place - end_1[0]) for place in x]
+    found.append(_crossings(cable, x - end_1[0]))
     there = places(cable, np.concatenate(found)) + np.asarray(end_1)
     low, high = there[:, 0].min(), there[:, 0].max()
     if low < x[0] - 1e-9 * (high - low) or high > x[-1] + 1e-9 * (high - low):
@@ -184,9 +184,13 @@ def clearance(cable, end_1, ground):
     return float((there[:, 2] - np.interp(there[:, 0], x, z)).min())
 
 
-def _crossings(cable, place):
-    """Where one cable passes a coordinate x, measured from end 1, shares of the unstretched length, shape (j,)."""
+def _crossings(cable, x):
+    """Where one cable passes coordinates x, shape (k,), from end 1, as shares of the unstretched length, shape (j,)."""
     edges = np.asarray(cable.edges)
-    beyond = places(cable, edges)[:, 0] - place
-    between = np.flatnonzero(beyond[:-1] * beyond[1:] < 0)
-    return zeros_between(lambda at, _: places(cable, at)[:, 0] - place, edges[between], edges[between + 1], between)
+    beyond = places(cable, edges)[:, 0] - x[:, None]
+    number, between = np.nonzero(beyond[:, :-1] * beyond[:, 1:] < 0)
+
+    def passed(at, own):
+        return places(cable, at)[:, 0] - x[own]
+
+    return zeros_between(passed, edges[between], edges[between + 1], number)
