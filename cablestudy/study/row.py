@@ -284,11 +284,11 @@ def _solve_system(answer, required):
     answer.compute(columns)
     had = [column.header for column in columns if column.header in answer.values]
     for name in [name for name in had if answer.errors.get(name) is not None]:
-        answer.errors[name] += float(drag)
         if answer.errors[name] > accuracy:
             text = f"{name}: estimated error {answer.errors[name]:.1e}, asked for {accuracy:g}"
             answer.failures[name] = ConvergenceError(text)
             del answer.values[name]
+        answer.errors[name] += float(drag)  # which no finer model would take away
     if case.moves:
         answer.slack, answer.dof = required.in_wind and goes_slack(case), case.system_size
         about = notes.assumed_damping(case.scene) + notes.air_damping(case)

@@ -107,28 +107,31 @@ class Rod:
         ratio = np.maximum(ratio, SMALLEST)[:, None]
         found = np.zeros((len(ratio), loads.shape[1], loads.shape[1]))
         for load in loads:
-            inner, sums, others, (by_constant, first, second, mixed) = self._parts(load[:, None], ratio)
+            inner, sums, others, (by_constant, first, second, mixed) = self._parts(load, ratio)
             weights = np.zeros((len(ratio), 3, 3))
             weights[:, 0, 0], weights[:, 1, 1], weights[:, 2, 2] = by_constant, -second, -first
             weights[:, 1, 2] = weights[:, 2, 1] = mixed
             sums = np.stack(sums, axis=-1).swapaxes(0, 1)
-            found += (others[:, 0] * inner[:, None]) @ others[:, 0].T + sums @ weights @ sums.swapaxes(-1, -2)
+            found += sums @ weights @ sums.swapaxes(-1, -2)
+            for place, root in enumerate(np.sqrt(inner)):  # one by one: all at once they are more than caches hold
+                scaled = others * root
+                found[place] += scaled @ scaled.T
         return 2 * found
 
     def _parts(self, load, ratio):
-        """Of loads, shape (c, m, r), for `ratio` of shape (m, 1): what `covariance` is a sum of.
+        """Of loads, shape (i, r), for `ratio` of shape (m, 1): what `covariance` is a sum of.
 
-        The rod's inverse without its ends, (m, r - 1); three sums of each load, (c, m); the load but for its constant;
+        The rod's inverse without its ends, (m, r - 1); three sums of each load, (i, m); the load but for its constant;
         weights of squares and product of these sums, (m,).
         """
-        constant, others = load[..., 0], load[..., 1:]
+        constant, others = load[:, :1], load[:, 1:]
         inner = 1 / (self.square[1:] / ratio + ratio)
         near, far = self.ends[1:].T
         even, odd = (near + far) / np.sqrt(2), (near - far) / np.sqrt(2)
         # the ends by Woodbury's formula; the constant apart, since only the ends restrain it
         first, second, mixed = 1 + inner @ even**2, 1 + inner @ odd**2, inner @ (even * odd)
         determinant, end = first * second - mixed**2, self.ends[0, 0]
-        f, g = (others * inner) @ even, (others * inner) @ odd
+        f, g = others @ (inner * even).T, others @ (inner * odd).T
         left = constant - end * np.sqrt(2) * (second * f - mixed * g) / determinant
         by_constant = 1 / (ratio[:, 0] + 2 * end**2 * second / determinant)
         return inner, (left, f, g), others, (by_constant, *(part / determinant for part in (first, second, mixed)))
