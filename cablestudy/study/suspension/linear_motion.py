@@ -12,7 +12,8 @@ from cablestudy.control.loop_state_space import ExactResponse, by_forces, winch_
 from cablestudy.control.motion import Actuator, basis, motion
 from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, second_order
 from cablestudy.scene.actuator_tables import ReactionWheel
-from cablestudy.study.suspension.turbulence import Turbulence
+from cablestudy.study.suspension.tension_waves import change_by_waves
+from cablestudy.study.suspension.turbulence import OWN, Turbulence
 from cablestudy.system.connected import observed
 from cablestudy.system.coupled import Layout
 from cablestudy.system.linear import dense
@@ -317,6 +318,11 @@ class LinearMotion:
         return Turbulence(self)
 
     @cached_property
+    def change_by_waves(self):
+        """`tension_waves.change_by_waves` of the outputs and of their rates, which all loops share, shape (2, o)."""
+        return change_by_waves(self, OWN)
+
+    @cached_property
     def gusts(self):
         """`Gusts` on the coordinates; None without wind."""
         return self.airflow and self.airflow.gusts(self.modes.solution, self.layout, self._basis[1])
@@ -328,7 +334,7 @@ class LinearMotion:
         _ = self.motion  # which both have
         other = copy(self)
         other.airflow = airflow
-        for name in ("gusts", "at_rest"):
+        for name in ("gusts", "at_rest", "change_by_waves"):
             other.__dict__.pop(name, None)
         return other
 

@@ -12,7 +12,6 @@ import numpy as np
 
 from cablestudy.control.loop_state_space import by_forces
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.suspension.tension_waves import change_by_waves
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.wind.imaging import seen_weights
 from cablestudy.wind.integrals import QUADRATURE
@@ -216,7 +215,7 @@ class Response:
         tension = np.array([".tension_" in name for name in self.names])
         added = np.where(tension, TENSION * _of_tensions(value, added, tension) + self._by_ends * value, added)
         if weights is OWN:  # a telescope sees no tension
-            added = added + change_by_waves(self.movement, self._states[-1], weights, found[-1][0])[:, None]
+            added = added + self.movement.linear.change_by_waves[:, None]
         error, both_states = added + self.integration_error * value + late, (2, len(self.names))
         values, errors = (
             {name: np.broadcast_to(part, both_states) for name, part in zip(weights, parts, strict=True)}

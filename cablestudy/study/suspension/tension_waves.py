@@ -22,23 +22,25 @@ STRAINED = 0.1  # share of the energy of a wave across a cable that is one of it
 LEAST, MOST = 1e-6, 0.9  # damping ratio of a wave
 
 
-def change_by_waves(movement, state, weights, found):
-    """Estimated change of the variances of the outputs of a `Movement`, shape (w, o); 0 of all but tensions.
+def change_by_waves(linear, weights):
+    """Estimated change of the variances of the outputs of a `LinearMotion` in the wind, shape (w, o).
 
     Parameters
     ----------
-    movement : Movement
-    state : Turbulence
-        With the winches at rest.
+    linear : LinearMotion
     weights : dict
-        As of `Turbulence.seen`.
-    found : ndarray, shape (w, o)
-        Variances in this state, where what no mode takes up reaches the ends at once.
+        Those of `Turbulence.variances`.
+
+    Returns
+    -------
+    ndarray
+        0 of all but tensions.
     """
-    gusts, change, residues = movement.gusts, np.zeros(found.shape), state.residues
-    rows, *kinds = _first_waves(movement)
+    gusts, state, found = linear.gusts, linear.at_rest, linear.at_rest.variances[0]
+    change, residues = np.zeros(found.shape), state.residues
+    rows, *kinds = _first_waves(linear)
     moved = residues.direct[rows].any(axis=1)
-    if movement.linear.model is not None or not moved.any():
+    if linear.model is not None or not moved.any():
         return change
     rows, poles = np.tile(rows[moved], len(kinds)), np.concatenate([poles[moved] for poles in kinds])
     own, inputs = np.diag(np.abs(poles) ** 2 / (2j * poles.imag)), residues.direct[rows]
@@ -57,8 +59,8 @@ def change_by_waves(movement, state, weights, found):
     return change
 
 
-def _first_waves(movement):
-    """The first waves along and across each cable with mass, above the modes of a `Movement`.
+def _first_waves(linear):
+    """The first waves along and across each cable with mass, above the modes of a `LinearMotion`.
 
     Of a straight cable with fixed ends, of its damping and, across it, with that of the air.
 
@@ -69,25 +71,25 @@ def _first_waves(movement):
     along, across : ndarray, complex, shape (r,)
         Poles. [rad/s]
     """
-    catenary, cables, wind = movement.equilibrium.catenary, list(movement.scene.cables.values()), movement.scene.wind
+    catenary, cables, wind = linear.equilibrium.catenary, list(linear.scene.cables.values()), linear.scene.wind
     span, dampings = catenary.span, [cable.damping for cable in cables]
     heavy = np.flatnonzero((np.asarray(span.mass) > 0) & (catenary.mean_tension > 0))
     stiffness, mass, length, tension, offered = (
         np.broadcast_to(part, len(cables))[heavy]
         for part in (span.axial_stiffness, span.mass, span.unstretched_length, catenary.mean_tension,
-                     movement.drag.cables)
+                     linear.drag.cables)
     )  # fmt: skip
     ratio, loss, time, viscous = (
         np.array([getattr(damping, name) or 0.0 for damping in dampings])[heavy]
         for name in ("ratio", "loss_factor", "time", "viscous")
     )
-    air = wind.air_density * wind.speed * offered / 2 if movement.linear.braked else 0.0  # across wind and cable
+    air = wind.air_density * wind.speed * offered / 2 if linear.braked else 0.0  # across wind and cable
     found = []
     for force, strained, rubbed in ((stiffness, 1.0, viscous), (tension, STRAINED, viscous + air)):
         first = np.pi / length * np.sqrt(force / mass)
-        omega = first * np.maximum(np.ceil(movement.modes.solution.omega[-1] / first), 1.0)
+        omega = first * np.maximum(np.ceil(linear.modes.solution.omega[-1] / first), 1.0)
         damping = ratio + strained * (loss + time * omega) / 2 + rubbed / (2 * mass * omega)
         damping = np.clip(damping, LEAST, MOST)
         found.append(np.repeat(omega * (-damping + 1j * np.sqrt(1 - damping**2)), 2))
-    rows = len(movement.outputs) - 2 * len(cables) + 2 * heavy
+    rows = len(linear.outputs) - 2 * len(cables) + 2 * heavy
     return ((rows[:, None] + np.arange(2)).ravel(), *found)
