@@ -14,7 +14,7 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
-from cablestudy.study.row import evaluate
+from cablestudy.study.row import evaluate, evaluate_cases
 from cablestudy.study.suspension.response import OPEN
 
 TEXT = """
@@ -291,6 +291,14 @@ def test_a_sweep_of_bare_cables_is_each_alone(bare, tmp_path):
     for row, speed in zip(rows, (3, 6), strict=True):
         midspan, tension = motion(bare, f"wind.speed={speed} m/s")
         assert (row["midspan_rms_mm"], row["tension_rms_N"]) == (1e3 * midspan, tension)
+
+
+def test_a_row_without_wind_lacks_it_and_leaves_the_others(bare):
+    windy, calm = loaded(bare, ACCURATE), loaded(bare, ACCURATE, "wind=null")
+    rows = evaluate_cases([windy, calm], [find("tension_rms")])
+    assert rows[0].cells == evaluate(windy, [find("tension_rms")]).cells
+    assert rows[1].cells["tension_rms_N"] is None
+    assert "needs the key wind" in rows[1].cells["status"]
 
 
 def test_in_a_steady_wind_the_error_of_uniform_drag_is_stated_and_refuses_nothing():

@@ -240,7 +240,7 @@ def _solve_to_accuracy(answers, required, _):
     searches = []
     for place, answer in enumerate(answers):
         if required.system and place % TOGETHER == 0:
-            _prepare_systems(answers[place : place + TOGETHER])
+            _prepare_systems(answers[place : place + TOGETHER], required)
         answer.compute(required.single)
         if required.system:
             _solve_system(answer, required)
@@ -260,13 +260,18 @@ def _solve_to_accuracy(answers, required, _):
         _take_over(answer, needed, search)
 
 
-def _prepare_systems(answers):
-    """Compute the coupled modes of gondola and cable of many rows together."""
+def _prepare_systems(answers, required):
+    """Compute the modes that loop and wind need, of many rows together: of those that lack no key for them."""
     from cablestudy.study.one_cable_system import prepare
 
-    cases = [answer.case for answer in answers if not _modal_gondola(answer.case.scene)]
-    prepare([case for case in cases if case.scene.gondola is not None and case.scene.gondola.mass is not None])
-    prepare([case for case in cases if case.scene.gondola is None and case.scene.wind_diameter is not None])
+    cases = [
+        answer.case
+        for answer in answers
+        if any(column.header not in answer.failures for column in required.system)
+        and not _modal_gondola(answer.case.scene)
+    ]
+    prepare([case for case in cases if case.scene.gondola is not None])
+    prepare([case for case in cases if case.scene.gondola is None])
 
 
 def _modal_gondola(scene):
