@@ -6,6 +6,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+from complex_stiffness import excited
 from mpmath import mp
 from references import catenary_mp
 
@@ -220,3 +221,22 @@ def condensed_stiffness(model, s, c=0.0):
         places = [*system.axes, *(axis + 3 for axis in system.axes)]
         found[np.ix_(places, places)] = whole[np.ix_(ends, ends)] - whole[ends, inner] @ outside
     return found
+
+
+def along_x(case):
+    """`Superelement` of a `Case` with the motion that moving its ends along x excites, and with all modes of that."""
+    return case.model.end_model(excited(case).planes, case.scene.cable.damping)
+
+
+def pole_of_mass(element, mass, damping, omega):
+    """Pole of a mass, damped by itself, that is free along x on end 2 of a `Superelement`, near an undamped one.
+
+    The secant method on the balance of its forces. [rad/s]
+    """
+    from scipy.optimize import newton
+
+    def balance(s):
+        own = element.dynamic_stiffness(np.array([s]), [3], [3])[0, 0, 0]
+        return complex(mass * s**2 + damping * s + own)
+
+    return newton(balance, 1j * omega, x1=(0.001 + 1j) * omega, tol=1e-12 * omega, maxiter=100)

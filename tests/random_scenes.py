@@ -14,7 +14,7 @@ from mpmath import mp
 from references.scene_truth import Cable, Truth, Unknown
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.scene.scene import Scene
+from cablestudy.scene.scene import CableScene
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate
@@ -89,8 +89,8 @@ def scene_data(seed):
 
 
 def scene_of(data, accuracy):
-    """A `Scene`."""
-    return Scene.model_validate({**data, "model": {"accuracy": accuracy}})
+    """A `CableScene`."""
+    return CableScene.model_validate({**data, "model": {"accuracy": accuracy}})
 
 
 def truth_of(data, span):

@@ -10,12 +10,10 @@ import numpy as np
 
 import cablestudy as cs
 from cablestudy.scene.study import read_study
+from cablestudy.study.all_columns import find
 from cablestudy.study.case import Case
-from cablestudy.study.columns import find as find_of_one
 from cablestudy.study.columns import lacks
-from cablestudy.study.row import evaluate_cases
-from cablestudy.study.suspension.columns import find as find_of_many
-from cablestudy.study.suspension.rows import evaluate_suspensions
+from cablestudy.study.study_rows import evaluate
 
 TURN = 2 * np.pi
 
@@ -61,8 +59,6 @@ def solve_all(scenes, names, estimate=False):
         Whether errors of fixed elements are to be stated, which costs a second, finer model.
     """
     loaded = [cs.load(scene) for scene in scenes]
-    many = bool(loaded) and loaded[0].is_suspension
-    find, evaluate = (find_of_many, evaluate_suspensions) if many else (find_of_one, evaluate_cases)
     columns = [find(name) for name in names]
     rows = evaluate([scene.model for scene in loaded], columns, estimate)
     headers = dict(zip(names, (column.header for column in columns), strict=True))
@@ -79,18 +75,12 @@ def solve_all(scenes, names, estimate=False):
 def columns_with_keys(scene, columns):
     """Those columns of which a scene of one cable has the keys: list of str. It is read once."""
     model = cs.load(scene).model
-    return [column for column in columns if not lacks(model, find_of_one(column))]
+    return [column for column in columns if not lacks(model, find(column))]
 
 
 def solve(scene, *names, estimate=False):
     """Columns of one scene: `Solved`."""
     return solve_all([scene], names, estimate)[0]
-
-
-def damping_of_modes(scene, count):
-    """Frequencies [Hz] and damping ratios [-] of the lowest coupled modes of a suspension."""
-    rows = cs.load(scene).compute("modes", count=count).table.rows
-    return tuple(np.array([row[name] for row in rows], dtype=float) for name in ("frequency_Hz", "damping_ratio"))
 
 
 def response(scene, pair, frequency, with_=None, modes=None):

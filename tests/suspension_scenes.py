@@ -8,14 +8,14 @@ from cablestudy.cable import catenary
 from cablestudy.cable.span import Span
 from cablestudy.system import descent, statics
 from cablestudy.system.rigid import from_angles
-from cablestudy.system.suspension import GROUND, Equilibrium, Suspension
+from cablestudy.system.suspension import GROUND, Equilibrium, SuspendedSystem
 
 G = 9.81
-STANDS = descent.Record(*(np.array(value) for value in (0, 0.0, 0.0, descent.CONVERGED)))
+STANDS = descent.SearchRecord(*(np.array(value) for value in (0, 0.0, 0.0, descent.CONVERGED)))
 
 
 def suspension(bodies, cables, gravity=G):
-    """A `Suspension` from plain tables.
+    """A `SuspendedSystem` from plain tables.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def suspension(bodies, cables, gravity=G):
 
     axes = ("x", "y", "z", "rx", "ry", "rz")
     free = [[axis in part.get("free", axes[:3] if part.get("junction") else axes) for axis in axes] for part in parts]
-    return Suspension(
+    return SuspendedSystem(
         gravity=np.array(gravity),
         body_names=tuple(names),
         position=each("at", np.zeros(3)),

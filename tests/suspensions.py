@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.system.rigid import from_angles
-from cablestudy.system.suspension import GROUND, Suspension
+from cablestudy.system.suspension import GROUND, SuspendedSystem
 
 
 def body(name, at, mass, attitude=(0, 0, 0), center=(0, 0, 0), inertia=(1, 1, 1), force=(0, 0, 0), moment=(0, 0, 0),
@@ -31,7 +31,7 @@ def cable(start, end, stiffness, mass=0.0, given="unstretched_length", value=np.
 
 
 def suspension(bodies, cables, points=(), gravity=9.81):
-    """A `Suspension` of one case; bodies, cables and points as the functions above make them."""
+    """A `SuspendedSystem` of one case; bodies, cables and points as the functions above make them."""
     parts = [*bodies, *points]
     names = [part["name"] for part in parts]
 
@@ -47,7 +47,7 @@ def suspension(bodies, cables, points=(), gravity=9.81):
     def stacked(key, rows):
         return np.array([row[key] for row in rows], dtype=float)
 
-    return Suspension(
+    return SuspendedSystem(
         gravity=np.asarray(gravity, dtype=float),
         body_names=tuple(names),
         position=stacked("at", parts),

@@ -4,15 +4,15 @@ from functools import cache
 
 import numpy as np
 import pytest
+from cables import along_x, pole_of_mass
 from command import CARLINA, run, table_of
+from complex_stiffness import ComplexStiffness, damped_mode, excited
 from one_loop import OneLoop
 from references import loop_matrix
 from scenes import cells, scene
 from test_windrms import WHITE, case_with, loop_of, lyapunov, rms_of, white  # noqa: F401 a fixture
 
 from cablestudy.control import response, statespace
-from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
-from cablestudy.control.gondola import damped_pole
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
@@ -58,17 +58,17 @@ def test_damping_ratio_of_a_gondola_on_a_light_cable(model, damping, speed):
 def test_the_damping_ratio_by_complex_stiffness_is_that_of_the_pole(law, damping):
     amount = {"hysteretic": "loss_factor: 0.02", "kelvin_voigt": "time: 4 ms"}[law]
     case = case_of(f"cable.damping={{model: {law}, {amount}}}")
-    omega, mass = 2 * np.pi * case.gondola_frequency, case.scene.gondola.mass
-    pole = damped_pole(case.end_model_along_x, mass, damping, omega)
-    stiffness = ComplexStiffness(case.excited, case.frame[:, 0])
+    omega, mass = 2 * np.pi * case.gondola_mode.frequency[0], case.scene.gondola.mass
+    pole = pole_of_mass(along_x(case), mass, damping, omega)
+    stiffness = ComplexStiffness(excited(case), case.frame[:, 0])
     value = float(amount.split()[1]) / (1 if law == "hysteretic" else 1000)
-    found = damping_ratio(stiffness, mass, omega, law, value, damping)
+    found, _ = damped_mode(stiffness, mass, omega, law, value, damping)
     assert found == pytest.approx(-pole.real / abs(pole), rel=1e-7)
 
 
 def test_an_overdamped_gondola_creeps_back():
-    stiffness = ComplexStiffness(case_of("cable.damping={loss_factor: 0.02}").excited, np.array([1.0, 0, 0]))
-    assert damping_ratio(stiffness, 50.0, 4.516, "hysteretic", 1e-9, 2000.0) == pytest.approx(1.0, abs=1e-6)
+    stiffness = ComplexStiffness(excited(case_of("cable.damping={loss_factor: 0.02}")), np.array([1.0, 0, 0]))
+    assert damped_mode(stiffness, 50.0, 4.516, "hysteretic", 1e-9, 2000.0)[0] == pytest.approx(1.0, abs=1e-6)
 
 
 @pytest.mark.usefixtures("white")
@@ -82,7 +82,7 @@ def test_the_loop_is_that_of_the_dense_matrix(ratio, gain, damping):
     assert loop.damping == pytest.approx(damping, rel=1e-12)
     poles, movement = np.linalg.eigvals(loop_matrix.matrices(loop, loop.gain)[0]), case.in_wind.movement
     closed = movement.loop.eigen.poles if loop.gain else movement.open_poles
-    main = closed[np.argmin(np.abs(closed - 2j * np.pi * case.gondola_frequency))]
+    main = closed[np.argmin(np.abs(closed - 2j * np.pi * case.gondola_mode.frequency[0]))]
     assert np.abs(poles - main).min() < 1e-5 * abs(main)
     expected = lyapunov(loop, loop.gain, 3.0 * (damping / C) ** 2)
     assert rms_of(case, "value")[0] == pytest.approx(expected, rel=1e-6)

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cables import batch, chord_span, matrices_of_all_nodes, state_of
+from cables import along_x, batch, chord_span, matrices_of_all_nodes, pole_of_mass, state_of
+from complex_stiffness import ComplexStiffness, damped_mode, excited
 from one_loop import OneLoop
 from references import bars
 from scenes import G, cells, scene
@@ -21,8 +22,6 @@ from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.element import PER_WAVE, mesh_pieces, mesh_segments, pieces
 from cablestudy.control import statespace
-from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
-from cablestudy.control.gondola import damped_pole
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.case import Case
 from cablestudy.study.case_modes import modes
@@ -304,17 +303,17 @@ def test_the_gondola_is_that_of_dense_bars(law):
     M[120, 120] += 50.0
     value = eigh(K[np.ix_(along, along)], M[np.ix_(along, along)], eigvals_only=True)
     expected = np.sqrt(value) / (2 * np.pi)
-    assert np.abs(expected / case.gondola_frequency - 1).min() < 1e-9
-    omega = 2 * np.pi * case.gondola_frequency
-    pole = damped_pole(case.end_model_along_x, 50.0, 0.0, omega)
+    assert np.abs(expected / case.gondola_mode.frequency[0] - 1).min() < 1e-9
+    omega = 2 * np.pi * case.gondola_mode.frequency[0]
+    pole = pole_of_mass(along_x(case), 50.0, 0.0, omega)
     whole = dense(bare, law, pole)
     whole[120, 120] += 50.0 * pole**2
     assert abs(condensed(whole[np.ix_(along, along)], [117])[0, 0]) < 1e-6 * abs(50.0 * pole**2)
-    assert case.gondola_damping_ratio == pytest.approx(-pole.real / abs(pole), rel=1e-6)
+    assert case.gondola_mode.damping_ratio[0] == pytest.approx(-pole.real / abs(pole), rel=1e-6)
     if "ratio" not in law:
-        damping, omega = case.scene.cable.damping, 2 * np.pi * case.gondola_frequency
-        stiffness = ComplexStiffness(case.excited, case.frame[:, 0], case.end_model_along_x.viscous)
-        found = damping_ratio(stiffness, 50.0, omega, damping.model, damping.loss_factor or damping.time)
+        damping, omega = case.scene.cable.damping, 2 * np.pi * case.gondola_mode.frequency[0]
+        stiffness = ComplexStiffness(excited(case), case.frame[:, 0], along_x(case).viscous)
+        found, _ = damped_mode(stiffness, 50.0, omega, damping.model, damping.loss_factor or damping.time)
         assert found == pytest.approx(-pole.real / abs(pole), rel=1e-7)
     if law != "loss_factor: 0.02":
         poles = np.linalg.eigvals(statespace.coupled(case.end_model, 50.0).a)
@@ -325,7 +324,7 @@ def test_the_gondola_is_that_of_dense_bars(law):
 @pytest.mark.parametrize("loss", [0.0, 0.3 + 0.2j, 2j])
 def test_the_complex_stiffness_is_the_dense_one(s, loss):
     case, bare = loaded()
-    stiffness, along = ComplexStiffness(case.excited, case.frame[:, 0], VISCOUS / (1440 * 2.69e-6)), [*range(120, 123)]
+    stiffness, along = ComplexStiffness(excited(case), case.frame[:, 0], VISCOUS / (1440 * 2.69e-6)), [*range(120, 123)]
     E = matrices_of_all_nodes(bare)[1]
     turn = np.kron(np.eye(41), bare.span.frame)
     whole = dense(bare, "ratio: 0.0", s) + loss * turn.T @ E @ turn
@@ -493,7 +492,7 @@ def test_heavy_masses_leave_the_gondola_its_digits(order):
     free = [index for index in range(3, 3 * nodes - 2) if index % 3 != 1]  # the plane of the cable
     value = eigh(K[np.ix_(free, free)], M[np.ix_(free, free)], eigvals_only=True)
     expected = np.sqrt(value) / (2 * np.pi)
-    assert np.abs(expected / case.gondola_frequency - 1).min() < 1e-8
+    assert np.abs(expected / case.gondola_mode.frequency[0] - 1).min() < 1e-8
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,9 @@ from straight_scenes import case_of, with_changes
 
 from cablestudy.study.suspension.in_wind import ELEMENTS
 from cablestudy.study.suspension.response import Response
-from cablestudy.system.connected import connected, observed
+from cablestudy.system.connected import apart, connected, observed
 from cablestudy.system.linear import LinearSystem, ReducedSystem
+from cablestudy.system.residues import eigen
 
 DAMPING = {
     "modal": {"model": "modal", "ratio": 0.01, "viscous": 0.01},
@@ -18,6 +19,21 @@ DAMPING = {
     "kelvin_voigt": {"model": "kelvin_voigt", "time": 2e-3, "viscous": 0.01},
 }
 each_damping = pytest.mark.parametrize("damping", DAMPING)
+
+
+@pytest.mark.parametrize("entries", [float, complex])
+def test_states_that_do_not_depend_on_each_other_are_solved_apart(entries):
+    """Two blocks of a matrix, in mixed order, joined by entries that are rounding; and one in a chain."""
+    draw = np.random.default_rng(5)
+    order, whole = draw.permutation(9), 1e-18 * draw.normal(size=(9, 9)).astype(entries)
+    for block in (order[:5], order[5:]):
+        whole[np.ix_(block, block)] = draw.normal(size=(len(block),) * 2) * np.ones(1, dtype=entries)
+    assert sorted(map(set, apart(whole)), key=len) == [set(order[5:].tolist()), set(order[:5].tolist())]
+    found = eigen(whole)
+    assert (found.right * found.values) @ found.left == pytest.approx(whole, abs=1e-13)
+    assert found.left @ found.right == pytest.approx(np.eye(9), abs=1e-12)
+    assert found.one_sided == (entries is complex)
+    assert len(apart(np.diag([1.0, 1.0], 1) + np.eye(3))) == 1
 
 
 def one_cable(damping, **changes):

@@ -6,6 +6,7 @@ from math import factorial
 import control
 import numpy as np
 import pytest
+from cables import along_x
 from command import CARLINA, run, table_of
 from one_loop import OneLoop, spring, spring_loop
 from scenes import cells, scene
@@ -289,7 +290,7 @@ def test_no_verdict_contradicts_encirclements_with_a_finer_model(seed):
     damping = drawn.cable.damping.model_copy(update={"viscous": float(draw.uniform(0.01, 0.15))})
     drawn = drawn.model_copy(update={"cable": drawn.cable.model_copy(update={"damping": damping})})
     case = Case(drawn).refined(1, 16)
-    main = 2 * np.pi * case.gondola_frequency
+    main = 2 * np.pi * case.gondola_mode.frequency[0]
 
     def spread(low, high):
         return float(10 ** draw.uniform(low, high))
@@ -307,7 +308,7 @@ def test_no_verdict_contradicts_encirclements_with_a_finer_model(seed):
     )
     loop = with_law(drawn, 1.0, weights, **rest)
     begin = 0.005 if seed == 31 else loop.largest_gain
-    finer, judged = Finer(loop, case.refined(2, 38).end_model_along_x), 0
+    finer, judged = Finer(loop, along_x(case.refined(2, 38))), 0
     for part in (0.1, 0.97, 1.03, 5.0):
         gain = part * begin
         try:

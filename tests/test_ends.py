@@ -5,13 +5,13 @@ from functools import cache
 
 import numpy as np
 import pytest
-from cables import condensed_stiffness
+from cables import along_x, condensed_stiffness
+from complex_stiffness import ComplexStiffness, excited
 from mpmath import mp
 from random_scenes import scene_data, scene_of
 from references import bars, continuous_cable
 from scenes import GONDOLA, INCLINED, PAPER, SAGGING, Twin, scene
 
-from cablestudy.control.complex_stiffness import ComplexStiffness
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
 
@@ -204,8 +204,8 @@ STIFF = (110003, 110006, 110040, 110041, 120017, 500000, 500040, 500045, 500048,
 def test_a_stiff_cable_is_not_refused_and_right(seed):
     """Against the same cable without modes (`complex_stiffness`), about the gondola's frequency and far from it."""
     case = Case(scene_of(scene_data(seed), 1e-6)).refined(1, 16)
-    model, exact = case.end_model_along_x, ComplexStiffness(case.excited, case.span.frame[:, 0])
-    s = (0.03 + 1j) * 2 * np.pi * case.gondola_frequency * np.array([0.01, 0.3, 0.99, 3.0, 10.0])
+    model, exact = along_x(case), ComplexStiffness(excited(case), case.span.frame[:, 0])
+    s = (0.03 + 1j) * 2 * np.pi * case.gondola_mode.frequency[0] * np.array([0.01, 0.3, 0.99, 3.0, 10.0])
     found = model.dynamic_stiffness(s, [3], [3])[:, 0, 0]
     for one, value in zip(s, found, strict=True):
         balance = abs(value) + case.scene.gondola.mass * abs(one) ** 2
@@ -216,7 +216,7 @@ def test_a_stiff_cable_is_not_refused_and_right(seed):
 @pytest.mark.parametrize("amount", [1e-3, 1, 30])
 def test_the_sum_over_damped_modes_in_long_arithmetic(seed, amount):
     """The very modes of the model, in 50 digits: up to frequencies at which the cable's mass is all that counts."""
-    model = Case(scene_of(scene_data(seed), 1e-6)).refined(1, 12).end_model_along_x
+    model = along_x(Case(scene_of(scene_data(seed), 1e-6)).refined(1, 12))
     model = replace(model, strain=replace(model.strain, amount=amount * model.strain.amount))
     s = (0.05 + 1j) * np.array([0.3 * model.omega[0], 4 * model.omega[0], np.median(model.omega)])
     found, n = model.dynamic_stiffness(s, [3], [3])[:, 0, 0], len(model.omega)
@@ -372,6 +372,6 @@ def test_every_mass_is_the_dense_matrix_condensed(twin, mass, order):
     scale = np.sqrt(np.abs(np.diagonal(expected, axis1=1, axis2=2)))
     error = np.abs(case.end_model.dynamic_stiffness(s) - expected) / (scale[:, :, None] * scale[:, None, :])
     assert error.max() < 1e-7
-    omega = 2 * np.pi * case.gondola_frequency
+    omega = 2 * np.pi * case.gondola_mode.frequency[0]
     balance = case.end_model.dynamic_stiffness(np.array([1j * omega]), [3], [3])[0, 0, 0].real
     assert balance == pytest.approx(case.scene.gondola.mass * omega**2, rel=1e-7)

@@ -9,7 +9,7 @@ import pytest
 from command import CONFIGS
 from random_load_cases import scene_data, truth
 
-from cablestudy.scene.scene import Scene
+from cablestudy.scene.scene import CableScene
 from cablestudy.scene.study import read_study
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
@@ -33,7 +33,7 @@ def is_an_answer(status):
 @pytest.mark.parametrize("seed", [*range(50_000, 50_060), *ONCE_WRONG])
 def test_every_number_is_finite_or_has_a_reason(seed):
     """No warning either: pytest makes errors of them."""
-    cells = evaluate(Scene.model_validate(scene_data(seed)), [find(name) for name in ASKED]).cells
+    cells = evaluate(CableScene.model_validate(scene_data(seed)), [find(name) for name in ASKED]).cells
     assert all(math.isfinite(value) for value in cells.values() if isinstance(value, float))
     assert "nan" not in cells["status"].split()
     missing = [name for name in ASKED if cells.get(find(name).header) is None and name != "error_estimate"]
@@ -45,7 +45,7 @@ def compared(seed):
     data = scene_data(seed)
     if "unstretched_length" not in data["cable"]:
         return None
-    scene = Scene.model_validate(data)
+    scene = CableScene.model_validate(data)
     cells = evaluate(scene, [find(name) for name in (*COMPARED, "max_tension")]).cells
     if not is_an_answer(cells["status"]) or cells["max_tension_N"] > data["cable"]["axial_stiffness"]:
         return None  # no answer, or a cable that is pulled to more than twice its length

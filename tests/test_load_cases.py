@@ -361,12 +361,11 @@ def test_motion_of_a_level_cable_in_a_cross_wind_is_that_under_its_inclined_load
         assert windy[name] == pytest.approx(calm[name], rel=1e-9), name
 
 
-def test_a_load_case_in_the_name_of_a_column_is_told_apart_from_a_suspension(folder):
+def test_a_load_case_in_the_name_of_a_column_is_told_apart_from_a_body(folder):
     study = study_file(folder, "columns: [sag, cold.sag, hail.sag]\n", base=CONFIGS / "line.yaml")
     assert run("sweep", study, code=2).lines == [
-        f"{study}:2:16: columns.1: cold.sag is a column of suspensions; cold is a load case: --case cold, or "
-        "vary: [{case: [cold]}], has the column sag",
-        f"{study}:2:26: columns.2: hail.sag is a column of suspensions",
+        f"{study}:2:16: columns.1: cold is a load case: --case cold, or vary: [{{case: [cold]}}], has the column sag",
+        f"{study}:2:26: columns.2: no body, free point or cable hail (allowed: cable)",
     ]
 
 

@@ -9,6 +9,7 @@ import control
 import numpy as np
 import pytest
 import scipy.integrate
+from cables import along_x
 from command import CARLINA, ROOT, process, rows_of, run, table_of
 from references import loop_matrix
 from scenes import AREA, DENSITY, MODULUS, cells, scene
@@ -71,7 +72,7 @@ def bar_loop(case):
     """Cable, mass, winch and notch of a case, as `loop_matrix` takes them."""
     winch, notch = case.scene.winch, case.scene.winch.controller.notch
     if notch is not None:
-        own = {"coupled": case.gondola_frequency, "static": case.gondola_frequency_static}[notch.frequency]
+        own = {"coupled": case.gondola_mode.frequency[0], "static": case.gondola_frequency_static}[notch.frequency]
         notch = SimpleNamespace(
             omega=TURN * own,
             damping_ratio=notch.damping_ratio,
@@ -79,7 +80,7 @@ def bar_loop(case):
             rolloff_damping_ratio=notch.rolloff_damping_ratio,
         )
     return SimpleNamespace(
-        cable=case.end_model_along_x, mass=case.scene.gondola.mass, location=winch.location, notch=notch, damping=0.0
+        cable=along_x(case), mass=case.scene.gondola.mass, location=winch.location, notch=notch, damping=0.0
     )
 
 

@@ -245,3 +245,19 @@ def test_disk_margins_guarantee_gain_and_phase_margins(seed, k):
     if loop.limit:
         assert found.disk_gain_margin <= 20 * np.log10(2) * (1 + 1e-9)  # the gain is half of the largest one
     assert found.disk_phase_margin <= found.phase_margin * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("phase", range(8))
+def test_a_crossing_beside_a_narrow_pole_is_found_where_rounding_blurs_the_loop_gain(phase):
+    """Truth: -r s/(s^2 + 2 z w s + w^2) is -r/(2 z w) at s = i w."""
+    natural, ratio, strength = 7.3, 4e-7, 0.02
+
+    def blurred(s):
+        noise = 1 + 1e-5j * np.sin(1e13 * s.imag + phase)
+        return (-strength * s / (s**2 + 2 * ratio * natural * s + natural**2) * noise)[:, None, None]
+
+    omega = natural * (1 + ratio * np.array([-6, -2, -0.6, 0.1, 0.6, 2, 6]))
+    found = crossings(omega[None], blurred(1j * omega)[None, :, :, 0])
+    found = refined(blurred, found)
+    assert len(found) == 1
+    assert found.factor[0] == pytest.approx(2 * ratio * natural / strength, rel=1e-4)

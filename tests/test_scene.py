@@ -15,8 +15,8 @@ from cablestudy.errors import SceneError
 from cablestudy.scene import scene, suspension
 from cablestudy.scene.cable_table import Cable
 from cablestudy.scene.document import read_document
-from cablestudy.scene.fields import Table
-from cablestudy.scene.scene import TABLES, Model, Scene, load_scene, missing, quantity_of, read_scene
+from cablestudy.scene.fields import KeyTable
+from cablestudy.scene.scene import TABLES, CableScene, ModelTable, load_scene, missing, quantity_of, read_scene
 from cablestudy.scene.schema import scene_schema, study_schema
 
 GOOD = """\
@@ -79,14 +79,14 @@ def test_defaults_are_those_of_the_interface():
 def test_defaults_that_are_tables_are_what_an_empty_table_is_read_as():
     """Some are made without validators, which cost time when the program starts."""
     defaults = [field.default for table in tables() for field in table.model_fields.values()]
-    made = [default for default in defaults if isinstance(default, Table)] + [scene.NO_CASE, suspension.NO_CASE]
+    made = [default for default in defaults if isinstance(default, KeyTable)] + [scene.NO_CASE, suspension.NO_CASE]
     assert len(made) > 8
     for default in made:
         assert default == type(default).model_validate({})
         assert default.model_fields_set == type(default).model_validate({}).model_fields_set
 
 
-def tables(beginning=Table):
+def tables(beginning=KeyTable):
     """All models of the file format."""
     for table in beginning.__subclasses__():
         yield from (table, *tables(table))
@@ -427,7 +427,9 @@ def test_long_values_are_cut_in_messages(text, sets):
 def test_models_built_in_python_keep_the_same_rules():
     with pytest.raises(ValidationError, match="give exactly one of axial_stiffness, elastic_modulus"):
         Cable(chord=1, material="steel", area=1e-6, axial_stiffness=1e6, elastic_modulus=1e11, preload=1)
-    scene = Scene(cable=Cable(chord=1, material="steel", area=1e-6, preload=1), model=Model(elements=4, order=2))
+    scene = CableScene(
+        cable=Cable(chord=1, material="steel", area=1e-6, preload=1), model=ModelTable(elements=4, order=2)
+    )
     assert scene.model.order == 2
     with pytest.raises(ValidationError, match="frozen"):
         scene.gravity = 1

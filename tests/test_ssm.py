@@ -27,7 +27,7 @@ pytestmark = pytest.mark.usefixtures("folder")
 
 def system_of(path=CARLINA, *sets, **options):
     document, scene = load_scene(path, sets)
-    return ssm.choose(document, scene, ssm.Options(**options)).system()
+    return ssm.choose(document, scene, ssm.StateSpaceOptions(**options)).system()
 
 
 def exported(*arguments):
@@ -292,7 +292,7 @@ def test_bode_plot(folder):
 )
 def test_bode_plot_draws_the_curves(attached, labels):
     document, scene = load_scene(CARLINA)
-    choice = ssm.choose(document, scene, ssm.Options(attached=attached))
+    choice = ssm.choose(document, scene, ssm.StateSpaceOptions(attached=attached))
     span, shown = ssm.read_span("0.1:100:50"), ssm_tables.curves(choice)
     frequency, *numbers = ssm_tables.drawn(span, shown)
     magnitude, phase = plots.bode(shown, frequency, *numbers).axes

@@ -4,6 +4,8 @@ import re
 
 import numpy as np
 import pytest
+from cables import along_x
+from complex_stiffness import excited
 from one_loop import OneLoop
 from references.continuous_cable import dynamic_end_stiffness
 from scenes import cells, scene
@@ -11,7 +13,7 @@ from scipy.optimize import brentq
 
 from cablestudy.control.gain_limits import NEGLIGIBLE
 from cablestudy.errors import CablestudyError, NoSolutionError
-from cablestudy.scene.scene import Scene
+from cablestudy.scene.scene import CableScene
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate
 from cablestudy.study.status import SLACK
@@ -32,7 +34,7 @@ def short(gain, accuracy=1e-4, **damping):
     data = {**SHORT, "model": {"accuracy": accuracy}}
     data["winch"] = {**SHORT["winch"], "controller": {**SHORT["winch"]["controller"], "gain": gain}}
     data["cable"] = {**SHORT["cable"], "damping": {**SHORT["cable"]["damping"], **damping}}
-    return Scene.model_validate(data)
+    return CableScene.model_validate(data)
 
 
 def random_scene(seed):
@@ -56,7 +58,7 @@ def random_scene(seed):
                  "rolloff_damping_ratio": float(draw.uniform(0.3, 1.2))}  # fmt: skip
     mass = cable["density"] * cable["area"] * chord * spread(1, 300)
     where = str(draw.choice(["ground", "gondola"]))
-    return Scene.model_validate({
+    return CableScene.model_validate({
         "cable": cable, "gondola": {"mass": mass, "area": 0.2, "drag_coefficient": 1.5},
         "winch": {"location": where, "controller": {"gain": 1.0, "notch": notch}}, "model": {"accuracy": 1e-4},
     })  # fmt: skip
@@ -65,9 +67,9 @@ def random_scene(seed):
 def dense_growth(loop, gain, order):
     """Largest growth over frequency among the resolved poles of the closed loop with every mode of one element."""
     finer = loop.case.refined(2, order)
-    modes = finer.excited.modes(finer.excited.dof)
+    modes = excited(finer).modes(excited(finer).dof)
     resolved = 2 * np.pi * modes.frequency[np.maximum.accumulate(modes.errors) < 1e-6].max(initial=0.0)
-    poles = dense_loop(finer.end_model_along_x, loop, gain)
+    poles = dense_loop(along_x(finer), loop, gain)
     poles = poles[(poles.imag > 0) & (np.abs(poles) < resolved)]
     return (poles.real / np.abs(poles)).max(initial=-1.0)
 
@@ -228,7 +230,7 @@ def test_the_largest_gain_is_the_smallest_at_which_any_pole_crosses(diameter, da
         with pytest.raises(NoSolutionError, match="good as undamped"):
             loop.with_gain(limit).check_stable()
         return
-    cable, crossing = loop.case.refined(2, 32).end_model_along_x, 1j * loop.movement.limit.omega
+    cable, crossing = along_x(loop.case.refined(2, 32)), 1j * loop.movement.limit.omega
     for factor in (0.3, 0.6, 0.9, 0.995, 1.005):
         poles = dense_loop(cable, loop, factor * limit)
         poles = poles[poles.imag > 0]
@@ -246,7 +248,7 @@ def test_fixed_elements_are_judged_by_their_own_modes(elements, order):
         update={"model": exact.model.model_copy(update={"elements": elements, "order": order, "accuracy": None})}
     )
     loop, row = OneLoop(fixed), evaluate(fixed, [find("largest_gain")])
-    limit, cable = row.cells["largest_gain_rad_per_s"], loop.case.end_model_along_x
+    limit, cable = row.cells["largest_gain_rad_per_s"], along_x(loop.case)
     assert limit > 2 * OneLoop(exact).largest_gain
     for part, right in ((0.999, False), (1.001, True)):
         assert (dense_loop(cable, loop, part * limit).real.max() > 0) == right
@@ -282,7 +284,9 @@ def test_the_stated_error_of_the_largest_gain_of_a_straight_rod_is_true(accuracy
         "gondola": {"mass": 188.49}, "model": {"accuracy": accuracy},
         "winch": {"location": "gondola", "controller": {"gain": 0.1, "notch": "none"}},
     }  # fmt: skip
-    row = evaluate(Scene.model_validate(data), [find("largest_gain"), find("phase_crossover"), find("axial_stiffness")])
+    row = evaluate(
+        CableScene.model_validate(data), [find("largest_gain"), find("phase_crossover"), find("axial_stiffness")]
+    )
     area = np.pi / 4 * 0.012276**2
     omega = 2 * np.pi * row.cells["phase_crossover_Hz"]
     right = rod_limit(0.02, 188.49, area * 7.9368e10, area * 4564.86, 230.37, omega)

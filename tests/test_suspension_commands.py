@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import CONFIGS, ROOT, edit_rows, rows_of, run, study_file, table_of
+from solved import contents
+from twins import end_places, held
 
 import cablestudy
 from cablestudy.scene.scene import load_scene
@@ -131,10 +133,60 @@ def test_a_format_of_one_table_needs_its_name(style):
 
 
 def test_options_of_one_cable_and_of_suspensions():
-    assert run("static", scene(), "--shape", code=2).err == "--shape: no effect: the scene is a suspension\n"
+    alone = "--table: no effect: --shape has the coordinates alone\n"
+    assert run("static", scene(), "--shape", "--table", "cables", code=2).err == alone
     carlina = CONFIGS / "carlina.yaml"
     assert run("static", carlina, "--table", "cables", code=2).err == "--table: no effect: the scene has one cable\n"
+    assert run("modes", carlina, "--cable", "n1", code=2).err == "--cable: no effect: the scene has one cable\n"
     assert "bodies" in run("static", scene(), "--table", "lines", code=2).err
+
+
+@pytest.mark.parametrize("name", ["guy", "zipline", "slack"])
+def test_the_shape_of_a_cable_is_that_of_its_twin_of_one_cable(name):
+    """Held against a scene of one cable, whose shape tests hold against the catenary in 50 digits."""
+    one = contents(CONFIGS / f"{name}.yaml") | {"model": {}}
+    expected, found = cablestudy.load(one).shape(), cablestudy.load(held(one)).shape()
+    assert found["cable"].unique().tolist() == ["cable"]
+    # with loads one cable has a row at each node of its elements: ends and loads are in both
+    apart = np.abs(np.subtract.outer(found["s_m"].to_numpy(), expected["s_m"].to_numpy()))
+    own, other = np.nonzero(apart < 1e-9)
+    assert len(own) == (5 if name == "zipline" else len(found))
+    for header in ("x_m", "y_m", "z_m", "tension_N"):
+        size = np.abs(expected[header]).max()
+        assert found[header].to_numpy()[own] == pytest.approx(expected[header].to_numpy()[other], abs=1e-9 * size)
+    ends = found.iloc[[0, -1]][["x_m", "y_m", "z_m"]].to_numpy()
+    assert ends == pytest.approx(np.array(end_places(one["cable"])), abs=1e-9)
+
+
+@pytest.mark.parametrize("model", [{"accuracy": 1e-6}, {"elements": 12}])
+def test_modes_of_one_cable_by_type_and_symmetry(model, folder):
+    """Those of a scene of that cable alone, in the picture too; errors are those that are stated there."""
+    one = contents(CONFIGS / "guy.yaml") | {"model": model}
+    expected, found = (
+        cablestudy.load(scene).compute("modes", count=9, **more)
+        for scene, more in ((one, {"estimate": True}), (held(one), {"cable": "cable"}))
+    )
+    for row, other in zip(found.table.rows, expected.table.rows, strict=True):
+        assert (row["number"], row["type"], row["symmetry"]) == (other["number"], other["type"], other["symmetry"])
+        assert row["frequency_Hz"] == pytest.approx(other["frequency_Hz"], rel=1e-9)
+    stated, known = ([row["frequency_Hz"] for row in one.table.errors()] for one in (found, expected))
+    assert stated == pytest.approx(known, rel=1e-3, abs=1e-11)
+    frame = cablestudy.load(held(one)).modes(9, cable="cable")
+    assert frame["type"].tolist() == [row["type"] for row in expected.table.rows]
+
+
+def test_modes_of_one_cable_of_a_suspension(folder):
+    """The taut string n/2L sqrt(T/m), numbers of all commands alike, a picture, and a name that does not exist."""
+    trifilar = CONFIGS / "suspensions" / "trifilar.yaml"
+    found = rows_of(run("modes", trifilar, "--cable", "w2", "--upto", "40 Hz", "--format", "csv").out, "csv")
+    assert sorted(row["type"] for row in found) == ["in-plane"] * 2 + ["out-of-plane"] * 2
+    mass = np.pi / 4 * 1e-6 * 7850
+    string = np.sqrt(30 * 9.81 / 3 / mass) / (2 * 4.0)
+    assert [row["frequency_Hz"] for row in found] == pytest.approx([string, string, 2 * string, 2 * string], rel=2e-3)
+    run("modes", trifilar, "--cable", "w2", "--plot", "modes.svg")
+    assert (folder / "modes.svg").stat().st_size > 1000
+    wrong = run("modes", trifilar, "--cable", "w4", code=2)
+    assert wrong.err == "--cable w4: no such cable (allowed: w1, w2, w3)\n"
 
 
 def test_a_knot_on_two_lines_is_where_statics_by_hand_puts_it():
@@ -396,11 +448,11 @@ def test_an_unknown_column_is_told_at_its_place(column, message):
         assert line.endswith(message)
 
 
-def test_columns_of_suspensions_are_none_of_a_single_cable():
-    name = study_file(".", "vary: [{gravity: [9.81]}]\ncolumns: [sag, gondola.x, frequency_2]\n")
+def test_columns_of_a_gondola_need_one():
+    name = study_file(".", "vary: [{gravity: [9.81]}]\ncolumns: [sag, gondola.x, frequency_2]\n", CONFIGS / "guy.yaml")
     assert run("sweep", name, code=2).lines == [
-        f"{name}:3:16: columns.1: gondola.x is a column of suspensions",
-        f"{name}:3:27: columns.2: frequency_2 is a column of suspensions",
+        f"{name}:3:16: columns.1: no body, free point or cable gondola (allowed: cable)",
+        f"{name}:3:27: columns.2: frequency_2 needs the key gondola.mass, which the scene does not have",
     ]
 
 

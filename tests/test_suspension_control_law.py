@@ -16,7 +16,7 @@ from test_suspension_wind import FREQUENCY, integral, von_karman
 
 from cablestudy.control.loop_state_space import Labels, state_space
 from cablestudy.errors import NoSolutionError
-from cablestudy.scene.scene import Scene, load_scene
+from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.study.loop_in_time import TimeOptions, time_case
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
@@ -51,7 +51,7 @@ SPEEDS = "winch_rms_speed", "winch_peak_speed"
 
 
 def one_cable(law):
-    """One cable along x without weight, its gondola and its winch: `Scene`."""
+    """One cable along x without weight, its gondola and its winch: `CableScene`."""
     drive = {key: law[key] for key in ("delay", "bandwidth") if key in law}
     own = {key: value for key, value in law.items() if key not in drive}
     text = {
@@ -59,7 +59,7 @@ def one_cable(law):
         "gondola": {"mass": AXIS["body"], "area": AXIS["area"], "drag_coefficient": 1.17},
         "winch": drive | {"controller": own | {"notch": AXIS_NOTCH}},
     }  # fmt: skip
-    return Scene.model_validate(text | BOTH)
+    return CableScene.model_validate(text | BOTH)
 
 
 def both_sides(law):

@@ -14,7 +14,7 @@ from cablestudy.errors import ConvergenceError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots
 from cablestudy.study.loop_in_time import TimeOptions, time_case
-from cablestudy.study.ssm import Options
+from cablestudy.study.ssm import StateSpaceOptions
 from cablestudy.study.suspension import ssm
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.loop_in_time import uniform_gust
@@ -35,7 +35,7 @@ def in_time(document, case, options):
 def test_a_step_of_a_reference_is_that_of_scipy():
     document, case = solved()
     found = in_time(document, case, TimeOptions("10s:21", "reference.y", "2 mm")).found.measured
-    system = ssm.choose(document, case.scene, Options(attached="loop")).system()
+    system = ssm.choose(document, case.scene, StateSpaceOptions(attached="loop")).system()
     output, input_ = system.output_names.index("gondola.y"), system.input_names.index("reference.y")
     siso = system.a, system.b[:, [input_]], system.c[[output]], system.d[[output], [input_]][None]
     _, expected = scipy.signal.step(siso, T=np.linspace(0, 10, len(found)))
@@ -163,3 +163,12 @@ def test_a_loop_that_needs_too_large_a_model_says_what_for(monkeypatch):
     monkeypatch.setattr(Dynamics, "modes", refused)
     with pytest.raises(ConvergenceError, match=r"^a gain of 8 rad/s needs modes of a cable up to \S+ Hz: \d+ modes"):
         _ = movement.gains
+
+
+def test_an_error_of_the_largest_gain_above_the_accuracy_is_noted_and_no_other():
+    noted = run("loop", NET, "--set", "model.accuracy=1e-6").err
+    stated, asked = re.search(
+        r"note: loop: estimated error of the largest gain (\S+), asked for (\S+)\n", noted
+    ).groups()
+    assert float(asked) == 1e-6 < float(stated)
+    assert "largest gain" not in run("loop", NET, "--set", "model.accuracy=1e-3").err

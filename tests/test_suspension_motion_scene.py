@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cablestudy.errors import SceneError
 from cablestudy.scene.actuator_tables import ReactionMass, ReactionWheel
 from cablestudy.scene.carried_mass import actuator_relations
-from cablestudy.scene.control_tables import Notch
+from cablestudy.scene.control_tables import NotchTable
 from cablestudy.scene.scene import load_scene, quantity_of
 from cablestudy.scene.schema import suspension_schema
 from cablestudy.scene.study import read_study
@@ -118,7 +118,7 @@ correction: {marker: gondola.focus, bandwidth: 1}
 """
     )
     control, mass, wheel, wind = scene.control, scene.actuators["m"], scene.actuators["w"], scene.wind
-    assert (control.body, control.measured, control.notch, control.allocation) == (None, None, Notch(), None)
+    assert (control.body, control.measured, control.notch, control.allocation) == (None, None, NotchTable(), None)
     assert [scene.body_of(part) for part in (control, mass, wheel)] == ["gondola"] * 3
     assert (mass.at, mass.damping_ratio, mass.velocity_gain, mass.position_gain) == ((0, 0, 0), 0.5, 0, 0)
     assert (wheel.rate_gain, wheel.high_pass, mass.high_pass, scene.correction.delay) == (0, None, None, 0)

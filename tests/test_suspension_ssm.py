@@ -33,8 +33,11 @@ def names(pairs):
     return [name for name, _ in pairs]
 
 
-def by_bars(state, frequency, viscous, time):
-    """Outputs per input at a frequency [Hz] by dense bars: inputs WINCHES and the six loads."""
+def by_bars(state, frequency, viscous, time, modes=slice(None)):
+    """Outputs per input at a frequency [Hz] by dense bars: inputs WINCHES and the six loads.
+
+    All nodes move as a sum of some of the `modes`, of all of them by default.
+    """
     reference, s = bar_suspension.dense(state, 8), 2j * np.pi * frequency
     rate = viscous / 0.3
     direction, tension = outward(state)
@@ -55,7 +58,8 @@ def by_bars(state, frequency, viscous, time):
                 right[:, place] += move[rows].T @ [0, 0, 0.3 * 9.81]
         right = right - move.T @ dynamic @ imposed
         wound.append((dynamic, imposed))
-    x = np.linalg.solve(balance, right)
+    shapes = reference.modes()[1][:, modes]
+    x = shapes @ np.linalg.solve(shapes.T @ balance @ shapes, shapes.T @ right)
     arm = state.rotation[0] @ MARKERS[0].place
     found = [x[-6:], x[-6:-3] + np.cross(x[-3:], arm, axis=0)]
     for cable, ((dynamic, imposed), move) in enumerate(zip(wound, reference.maps, strict=True)):

@@ -6,20 +6,23 @@ import shlex
 
 import numpy as np
 import pytest
+import scipy.linalg
 from command import CONFIGS, refused_in_one_line, rows_of, run
+from references import bar_suspension
 from scenes import PAPER
 from scipy.io import loadmat
 from suspension_scenes import hung, platform, suspension
 from test_suspension_ssm import MARKERS, WINCHES, by_bars, model
 
 from cablestudy.control.statespace import state_space_of
-from cablestudy.control.suspension import second_order
+from cablestudy.control.suspension import outward, second_order
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots
 from cablestudy.study.case import Case
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.system.cables import Cables, Models
+from cablestudy.study.suspension.node_forces import with_node_forces
+from cablestudy.system.cables import Cables, FixedModel, Models, fixed_meshes
 from cablestudy.system.coupled import Layout
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.superelement import Damping
@@ -135,6 +138,74 @@ def test_modes_left_out_keep_their_static_part():
     size = np.abs(expected).max(axis=1)
     static = few.response(np.zeros(1))[0]
     assert np.abs(static - expected).max(axis=1) / size == pytest.approx(0 * size, abs=1e-8)
+
+
+@pytest.mark.parametrize("time", [0.0, 3e-4])
+def test_without_the_static_part_all_nodes_move_as_the_modes_that_are_kept(time):
+    """Not at ends at the body: there the bars' last node has a mass, whose inertia moves the modes left out too."""
+    state, kept, inputs = platform(), [0, 1, 4, 7, 12], np.delete(np.arange(9), 2)
+    outputs = [*range(9), *range(9, 25, 2)]
+    damping = Damping("kelvin_voigt" if time else "modal", time=time, viscous=0.02)
+    whole = second_order(*model(state, damping), WINCHES, MARKERS)
+    few = state_space_of(whole.truncate(np.array(kept)), whole)
+    for frequency in (1e-3, 0.7, 2.0, 15.0):
+        expected = by_bars(state, frequency, 0.02, time, kept)[np.ix_(outputs, inputs)]
+        found = few.response(2j * np.pi * np.array([frequency]), derivatives=True)[0][np.ix_(outputs, inputs)]
+        size = np.abs(expected).max(axis=1)
+        assert np.abs(found - expected).max(axis=1) / size == pytest.approx(0 * size, abs=1e-8)
+
+
+def test_without_the_static_part_only_the_dynamics_of_other_modes_are_missing():
+    """Each c g/(W^2 + s^2) by an own sum over the modes of dense matrices; of all inputs."""
+    state = platform()
+    whole = second_order(*model(state), WINCHES, MARKERS)
+    square, shapes = scipy.linalg.eigh(whole.stiffness, whole.mass)
+    for frequency in (1e-3, 0.7, 15.0):
+        s = 2j * np.pi * frequency
+        left, right = whole.c[0] @ shapes - square * (whole.c[2] @ shapes), shapes.T @ whole.b[0]
+        right = right - square[:, None] * (shapes.T @ whole.b[2])
+        missing = (left[:, 5:] / (square[5:] + s**2)) @ right[5:]
+        exact, few = (
+            np.array([[one.response(o, i, np.array([frequency]))[0] for i in range(9)] for o in range(25)])
+            for one in (whole, whole.truncate(np.arange(5)))
+        )
+        size = np.abs(exact).max(axis=1)
+        assert np.abs(exact - missing - few).max(axis=1) / size == pytest.approx(0 * size, abs=1e-8)
+
+
+@pytest.mark.parametrize("residual", [True, False])
+def test_forces_on_nodes_of_cables_are_those_on_the_nodes_of_bars(residual):
+    """Displacements of the body and tensions, by forces on all inner nodes of two cables."""
+    state, viscous = platform(), 0.02
+    cables = Cables(state.catenary, Damping("modal", viscous=viscous))
+    models = Models(cables, fixed_meshes(cables, FixedModel(8)), fixed=True)
+    layout, kept = Layout(state), models.coordinates(np.full(cables.count, np.inf)).kept
+    whole = with_node_forces(second_order(layout, kept), layout, models, kept)
+    names = [name for name, _ in whole.inputs]
+    chosen = [names.index(f"c{cable}.force_node_1_x") + np.arange(21) for cable in (2, 7)]
+    chosen = np.concatenate(chosen)
+    few = state_space_of(whole if residual else whole.truncate(np.arange(9)), whole)
+    reference, rate = bar_suspension.dense(state, 8), viscous / 0.3
+    shapes = reference.modes()[1][:, slice(None) if residual else slice(9)]
+    direction = outward(state)[0]
+    places = np.concatenate([21 * cable + np.arange(21) for cable in (1, 6)])
+    for frequency in (1e-3, 0.7, 15.0):
+        s = 2j * np.pi * frequency
+        balance = reference.K + s**2 * reference.M
+        for move, (_, M, _) in zip(reference.maps, reference.cables, strict=True):
+            balance = balance + rate * s * move.T @ M @ move
+        force = np.eye(len(balance))[:, places]
+        x = shapes @ np.linalg.solve(shapes.T @ balance @ shapes, shapes.T @ force)
+        expected = [x[-6:]]
+        for cable, ((K, M, _), move) in enumerate(zip(reference.cables, reference.maps, strict=True)):
+            held = (K + (s**2 + rate * s) * M) @ (move @ x)
+            expected.append(np.stack([direction[cable, 0] @ held[:3], direction[cable, 1] @ held[-3:]]))
+        expected = np.concatenate(expected)
+        found = few.response(np.array([s]), derivatives=True)[0][:, chosen]
+        if not residual:  # the last nodes at the body have a mass: see above
+            found, expected = (np.delete(part, np.s_[7::2], axis=0) for part in (found, expected))
+        size = np.abs(expected).max(axis=1)
+        assert np.abs(found - expected).max(axis=1) / size == pytest.approx(0 * size, abs=1e-7)
 
 
 def test_fewer_modes_err_by_the_square_of_the_frequency():
@@ -350,6 +421,34 @@ def test_a_response_has_the_modes_up_to_its_end():
     assert run("ssm", NET, "--response", "0.1:4:2", "--modes", 3, "--quiet").err == ""
 
 
+def test_plain_truncation_warns_with_both_static_responses(folder):
+    """That of all modes is the compliance of the two springs, of the lowest mode less by what the others carry."""
+    (folder / "between.yaml").write_text(BETWEEN, encoding="utf-8")
+    pair = "--input", "mass.force_x", "--output", "left.tension_to"
+    done = run("ssm", "between.yaml", "--modes", 1, "--no-residual", *pair, "--error", 0.5, code=2)
+    assert done.err == "--modes, --upto and --error exclude each other\n"
+    done = run("ssm", "between.yaml", "--modes", 1, "--no-residual", *pair, "--response", "0.1:1:2", "--explain")
+    (line,) = [line for line in done.lines if line.startswith("warning")]
+    words = "warning: --no-residual leaves out the static part of the omitted modes: static response of left.tension_to"
+    found = re.fullmatch(rf"{words} to mass.force_x (\S+) instead of (\S+)", line)
+    assert float(found[2]) == pytest.approx(LEFT / (LEFT + RIGHT), rel=1e-4)
+    assert any(line.endswith("their static part is left out too") for line in done.lines)
+    assert "warning" not in run("ssm", "between.yaml", "--modes", 1, *pair, "--response", "0.1:1:2").err
+    (low, *_) = table("between.yaml", "--modes", 1, "--no-residual", *pair, "--response", "0.1:1:2")
+    assert low["magnitude"] == pytest.approx(float(found[1]), rel=1e-4)
+
+
+def test_forces_on_nodes_of_a_file_are_numbered_from_the_end_from(folder):
+    (folder / "box.yaml").write_text(BOX, encoding="utf-8")
+    run("ssm", "box.yaml", "--modes", 3, "--wind", "--out", "m.npz", "--set", "model.elements=4")
+    assert read(folder / "m.npz")["InputName"][6:] == [
+        f"c{cable}.force_node_{node}_{axis}" for cable in range(1, 7) for node in (1, 2, 3) for axis in "xyz"
+    ]
+    one = "--response", "0.1:1:2", "--input", "c2.force_node_3_z", "--output", "box.z", "--set", "model.elements=4"
+    assert list(table("box.yaml", "--wind", *one)[0]) == ["frequency_Hz", "magnitude_m_per_N", "phase_deg"]
+    assert "--input c2.force_node_3_z: unknown" in run("ssm", "box.yaml", *one, code=2).err
+
+
 def test_what_is_assumed_is_said(folder):
     (folder / "box.yaml").write_text(BOX, encoding="utf-8")
     done = run("ssm", "box.yaml", "--modes", 3, "--explain")
@@ -364,8 +463,13 @@ def test_what_is_assumed_is_said(folder):
         ("--error 0.1 --output gondola.yaw", "--output gondola.yaw: unknown"),
         ("--error 0.1 --output 1", "allowed: gondola.x, gondola.y,"),
         ("--input winch.lower1", "--input: no effect: for --response, --error and --out only"),
-        ("--with gondola", "--with gondola: no effect: the scene is a suspension"),
-        ("--wind --kinds axial --no-residual", "--kinds, --no-residual, --wind: no effect: the scene is a suspension"),
+        ("--with gondola", "--with gondola: no effect: the bodies of a suspension are always attached"),
+        (
+            "--kinds axial",
+            "--kinds: no effect: in a coupled mode cables and bodies move in several planes: it is of no",
+        ),
+        ("--with loop --no-residual", "--no-residual: no effect: actuators and loop act on static shapes beside"),
+        ("--with loop --wind", "--wind: of a suspension without actuators and loop only"),
         ("--modes 3 --upto 2Hz", "exclude each other"),
         ("--plot bode.png", "--response"),
         ("--out m.txt", ".npz, .mat, .json"),

@@ -19,7 +19,7 @@ from cablestudy.control.motion import Actuator, motion
 from cablestudy.control.notch import Notch
 from cablestudy.control.suspension import labels, outward, second_order
 from cablestudy.scene.scene import load_scene
-from cablestudy.study.ssm import Options
+from cablestudy.study.ssm import StateSpaceOptions
 from cablestudy.study.suspension import ssm
 from cablestudy.system.superelement import Damping
 
@@ -243,7 +243,7 @@ def test_the_response_is_that_of_the_loop_and_of_the_file(folder, scene):
     found = read(folder / "m.npz")
     place = found["OutputName"].index("gondola.focus.y"), found["InputName"].index("gondola.force_y")
     document, described = load_scene(scene, [])
-    choice = ssm.choose(document, described, Options(attached="loop", count=9))
+    choice = ssm.choose(document, described, StateSpaceOptions(attached="loop", count=9))
     moving, movement = choice.loop.motion, choice.movement
     for row in rows:
         value = row["magnitude_m_per_N"] * np.exp(1j * np.radians(row["phase_deg"]))
@@ -256,7 +256,7 @@ def test_the_response_is_that_of_the_loop_and_of_the_file(folder, scene):
 
 def test_fewer_modes_do_not_change_the_controller(scene):
     document, described = load_scene(scene, [])
-    few, many = (ssm.choose(document, described, Options(attached="loop", count=count)) for count in (3, 48))
+    few, many = (ssm.choose(document, described, StateSpaceOptions(attached="loop", count=count)) for count in (3, 48))
     assert few.loop.gain == many.loop.gain
     for one, other in zip(few.loop.notches, many.loop.notches, strict=True):
         assert one.omega == pytest.approx(other.omega, rel=1e-12)

@@ -56,7 +56,7 @@ def test_the_energy_and_its_slope():
         there = descent.evaluate(flat, descent.moved(flat, state, step * size * (1 + place) / 2))
         slope += weight / 2 * size * (there.net * step).sum()
     first, last = (descent.evaluate(flat, descent.moved(flat, state, step * x)) for x in (0, size))
-    change = last.energy - first.energy - descent.work(flat, state, step * size)
+    change = last.energy - first.energy - descent.moved_with_work(flat, state, step * size)[1]
     assert change[0] == pytest.approx(-slope, rel=1e-7)
 
 

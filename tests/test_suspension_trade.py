@@ -154,9 +154,9 @@ def test_mistakes_in_columns(name, message):
     assert run("trade", SUSPENSIONS / "fast.yaml", *sets, "--columns", name, code=2).lines == [f"--columns: {message}"]
 
 
-def test_a_column_of_suspensions_is_none_of_one_cable():
+def test_columns_of_a_gondola_as_a_suspension_are_not_compared():
     outcome = run("trade", CONFIGS / "carlina.yaml", "--columns", "gondola.x", code=2)
-    assert outcome.lines == ["--columns: gondola.x is a column of suspensions"]
+    assert outcome.lines == ["--columns: gondola.x: the models of one cable that are compared do not have it"]
 
 
 def test_table_files_and_picture(pendulum, tmp_path):

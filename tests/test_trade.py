@@ -18,7 +18,7 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.study import case as case_module
 from cablestudy.study import plots, results, trade, trade_models
 from cablestudy.study.columns import ROUNDING, find, relative
-from cablestudy.study.trade_models import DEFAULT, Model
+from cablestudy.study.trade_models import DEFAULT, ComparedModel
 
 RESULTS = Path(__file__).parents[1] / "results"
 ETA = 0.02
@@ -247,7 +247,7 @@ def test_only_models_with_every_column_are_on_the_front():
                 raise NoSolutionError("no")
             return values[column.name]
 
-        return Model("", f"{sorted(values.items())}", lambda *_: 0, compute=compute, count_dof=int)
+        return ComparedModel("", f"{sorted(values.items())}", lambda *_: 0, compute=compute, count_dof=int)
 
     models = [stating(sag=1.0), stating(sag=0.121, end_stiffness=1000.0)]
     found = trade.compare(PAPER.scene(), columns("sag", "end_stiffness"), 1, models)
@@ -271,7 +271,7 @@ def test_every_timing_solves_the_statics_anew(monkeypatch):
 def test_a_slow_model_is_not_repeated(monkeypatch):
     solve = Mock()
     monkeypatch.setattr(trade, "BUDGET", 0.0)
-    model = Model("", "slow", solve, compute=lambda *_: 1.0)
+    model = ComparedModel("", "slow", solve, compute=lambda *_: 1.0)
     (entry,) = trade.compare(PAPER.scene(), columns("sag"), 50, [model]).entries
     assert solve.call_count == 1
     assert entry.time > 0

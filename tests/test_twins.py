@@ -16,6 +16,7 @@ from random_twins import random_scene, straight_scene
 from solved import contents, rows_of_study, solve
 from twin_comparison import (
     OF_FORM,
+    compare_by_name,
     compare_cable_wind,
     compare_gondola,
     compare_loop,
@@ -125,6 +126,11 @@ PARTS = {  # what is compared, and of which scenes
     "loop and wind of any form": lambda: compare_loop(
         {f"random {seed}": drawn()[f"random {seed}"] for seed in HANGING}
     ),
+    "by the same names": lambda: compare_by_name(
+        chosen(["carlina", "carlina-inclined", "carlina-pid"])
+        | {f"straight {seed}": straight_scene(seed) for seed in STRAIGHT[:6]}
+        | {f"random {seed}": drawn()[f"random {seed}"] for seed in HANGING[:10]}
+    ),
     "wind on the cable": lambda: compare_cable_wind(every(drawn(), 25, few_elements)),
     "wind on a bare cable": lambda: compare_cable_wind(
         {name: without(scene, "gondola") for name, scene in every(drawn(), 25, few_elements).items()}
@@ -161,10 +167,10 @@ def test_each_entry_of_the_list_has_a_reason_and_a_part_that_exists():
 
 
 def test_each_column_of_one_cable_has_a_twin_or_a_reason():
-    """With those compared by other names: modes, frequency and damping ratio of the gondola."""
-    static = STATICS | SECTION | STRENGTH | GROUND | STIFFNESS | LINEAR | LOADED | VORTICES
+    """With the modes, which are compared by other names."""
+    static = STATICS | SECTION | STRENGTH | GROUND | STIFFNESS | LINEAR | LOADED | VORTICES | COUPLED
     aliases = static, LOOP, OPEN_WIND, WIND, PEAK, IMAGED, CORRECTED, BOTH, CABLE_WIND, BARE_CABLE, NO_TWIN
-    named = {name for names in aliases for name in names} | {*COUPLED, "gondola_damping_ratio"}
+    named = {name for names in aliases for name in names}
     modes = {"cable_frequency"} | {family.name for family in FAMILIES}
     own = {column.name for column in COLUMNS if column.needs != "run" and column.name != "iterations"}
     assert own - named - modes == set()

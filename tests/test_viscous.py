@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 import scipy.linalg
-from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G
+from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G, along_x, pole_of_mass
+from complex_stiffness import ComplexStiffness, damped_mode, excited
 from references import bars
 from scenes import SAGGING, cells, scene
 from test_windrms import WHITE, loop_of, rms_of, white  # noqa: F401 a fixture
 
 from cablestudy.control import statespace
-from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
-from cablestudy.control.gondola import damped_pole
 from cablestudy.study.case import Case
 
 VISCOUS = 0.016  # N s/m^2, about what wind of 6 m/s gives the paper's cable across
@@ -78,11 +77,11 @@ def test_the_gondola_on_a_light_straight_cable_in_closed_form():
 @pytest.mark.parametrize("sets", [(), ("cable.area=24.2 mm^2", "cable.unstretched_length=186 m")])
 def test_the_damping_ratio_of_the_gondola_by_two_routes(law, sets):
     case = Case(scene(damped(law, 1e-3), *sets, "model.accuracy=1e-8")).refined(1, 40)
-    omega = 2 * np.pi * case.gondola_frequency
-    pole = damped_pole(case.end_model_along_x, 50.0, 0.0, omega)
+    omega = 2 * np.pi * case.gondola_mode.frequency[0]
+    pole = pole_of_mass(along_x(case), 50.0, 0.0, omega)
     damping = case.scene.cable.damping
-    stiffness = ComplexStiffness(case.excited, case.frame[:, 0], case.end_model_along_x.viscous)
-    found = damping_ratio(stiffness, 50.0, omega, damping.model, damping.loss_factor or damping.time)
+    stiffness = ComplexStiffness(excited(case), case.frame[:, 0], along_x(case).viscous)
+    found, _ = damped_mode(stiffness, 50.0, omega, damping.model, damping.loss_factor or damping.time)
     assert found == pytest.approx(-pole.real / abs(pole), rel=1e-8)
 
 

@@ -5,14 +5,13 @@ from functools import cache
 
 import numpy as np
 import pytest
-from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G
+from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G, along_x, pole_of_mass
 from one_loop import OneLoop, spring_loop
 from random_scenes import scene_data, scene_of
 from references import bars, loop_matrix
 from scenes import scene
 from scipy.optimize import brentq
 
-from cablestudy.control.gondola import damped_pole
 from cablestudy.control.notch import Notch
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
@@ -289,9 +288,9 @@ def test_a_notch_that_takes_the_spring_away_leaves_the_roll_off():
 def test_the_gondola_s_pole_among_others_that_it_passes_while_it_is_damped(seed):
     """With a loss factor of one its pole lies beyond undamped ones of the cable; followed there without any modes."""
     case = Case(scene_of(scene_data(seed), 1e-6)).refined(1, 16)
-    omega = 2 * np.pi * case.gondola_frequency
-    pole = damped_pole(case.end_model_along_x, case.scene.gondola.mass, case.gondola_air_damping, omega)
-    assert -pole.real / abs(pole) == pytest.approx(case.gondola_damping_ratio, rel=1e-8)
+    omega = 2 * np.pi * case.gondola_mode.frequency[0]
+    pole = pole_of_mass(along_x(case), case.scene.gondola.mass, case.gondola_air_damping, omega)
+    assert -pole.real / abs(pole) == pytest.approx(case.gondola_mode.damping_ratio[0], rel=1e-8)
 
 
 @pytest.mark.parametrize("damping", ["model: hysteretic, loss_factor: 0.01", "model: kelvin_voigt, time: 1 ms"])

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import scipy.linalg
+from cables import along_x
 from command import CARLINA, process, rows_of, run, study_file, table_of
 from references import loop_matrix
 from scenes import cells, scene
@@ -67,7 +68,7 @@ def loop_of(case):
     notch, damping = case.in_wind.controlled.notches[0], case.gondola_air_damping
     parts = {"mass": case.scene.gondola.mass, "location": case.scene.winch.location, "notch": notch}
     gain = case.scene.winch.controller.gain
-    return SimpleNamespace(cable=case.end_model_along_x, damping=damping, gain=gain, **parts)
+    return SimpleNamespace(cable=along_x(case), damping=damping, gain=gain, **parts)
 
 
 @cache
@@ -226,7 +227,8 @@ def test_without_a_gain_closed_is_open():
 
 def damping_ratios(model, elements):
     """Of the gondola, for a damping model of configs/damping.yaml."""
-    return [Case(scene(f"cable.damping={model}", f"model.elements={n}")).gondola_damping_ratio for n in elements]
+    scenes = [scene(f"cable.damping={model}", f"model.elements={n}") for n in elements]
+    return [Case(one).gondola_mode.damping_ratio[0] for one in scenes]
 
 
 def test_modal_damping_of_the_gondola_grows_with_the_bars():
@@ -254,7 +256,7 @@ def test_damped_strain_gives_the_gondola_what_a_spring_would_have_whatever_the_b
 @pytest.mark.parametrize("time", ["1 us", "1 ms", "1 s", "100 s"])
 def test_kelvin_and_voigt_s_damping_of_the_gondola_is_positive(time):
     case = Case(scene(f"cable.damping={{model: kelvin_voigt, time: {time}}}"))
-    assert 0 < case.gondola_damping_ratio <= 1
+    assert 0 < case.gondola_mode.damping_ratio[0] <= 1
     poles = case.in_wind.controlled.open_poles
     assert (poles.real < 1e-15 * np.abs(poles).max()).all()
 
@@ -263,7 +265,7 @@ def test_so_much_damping_that_a_mode_does_not_strain_is_refused():
     case = Case(scene("cable.damping={model: kelvin_voigt, time: 1e6 s}"))
     with pytest.raises(NoSolutionError, match="undamped"):
         rms_of(case)
-    assert case.gondola_damping_ratio == 1.0  # which needs no response
+    assert case.gondola_mode.damping_ratio[0] == 1.0  # which needs no response
 
 
 # no answer, rather than a wrong one

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from solved import columns_with_keys, damping_of_modes, end_force, response, solve, solve_all
+from solved import columns_with_keys, end_force, response, solve, solve_all
 from twins import (
     BARE_CABLE,
     BOTH,
@@ -31,10 +31,23 @@ from twins import (
     without,
 )
 
+# of a suspension of a cable `cable` and a body `gondola`
+BY_NAME = (
+    "frequency_1", "frequency_2", "frequency_5", "gondola.frequency_1", "gondola.frequency_x", "gondola.share_x",
+    "gondola.frequency_static_1", "gondola.x", "gondola.z", "gondola.yaw", "gondola.mass", "gondola.stiffness_xx",
+    "gondola.stiffness_yy", "gondola.stiffness_zz", "gondola.stiffness_rxrx", "gondola.linear_range_x", "cable_mass",
+    "cable.mass", "cable.tension_from", "cable.tension_to", "cable.max_tension", "cable.stretched_length",
+    "cable.inplane_frequency_2", "cable.end_stiffness_along",
+)  # fmt: skip
+BY_NAME_IN_WIND = (
+    "gondola.rms", "gondola.rms_x", "gondola.rms_y", "gondola.rms_rz", "gondola.rms_x_open_loop",
+    "gondola.rms_velocity", "gondola.rms_velocity_open_loop", "cable.rms_tension", "cable.least_tension",
+    "cable.midspan_rms",
+)  # fmt: skip
 ROUNDING = 1e-9  # relative difference that is none
 INTEGRATED = 5e-7  # that of a root of a variance: one cable integrates variances to 1e-6
 PLACE_OF_PEAK = 1e-7  # that of the frequency of a maximum: about the root of rounding
-VARIANCES = {*WIND, *OPEN_WIND, *PEAK, *IMAGED, *CORRECTED, *BOTH, *CABLE_WIND, *BARE_CABLE}
+VARIANCES = {*WIND, *OPEN_WIND, *PEAK, *IMAGED, *CORRECTED, *BOTH, *CABLE_WIND, *BARE_CABLE, *BY_NAME_IN_WIND}
 MODES = 8
 KINDS = {"inplane": MODES, "outofplane": MODES, "axial": 2}
 OF_MODES = [f"{kind}_frequency_{number + 1}" for kind, count in KINDS.items() for number in range(count)]
@@ -42,7 +55,6 @@ SYMMETRIC = [f"symmetric_frequency_{number + 1}" for number in range(3)]
 MOVED, UNMOVED = ("deflection", "linear_deflection", "nonlinearity"), 1e-9  # by loads: less is rounding of places [m]
 OF_FORM = ("sag", "sag_ratio", "lowest_point")
 STILL = 1e-3  # RMS below which one is rounding of others [mm], [mm/s], [N]
-SMALL_RATIO = 1e-3  # damping ratio of the gondola below which rounding is that of larger ones
 
 
 @dataclass(frozen=True)
@@ -216,25 +228,10 @@ def compare_modes(scenes):
 
 
 def compare_gondola(scenes):
-    """The gondola's mode without wind: its frequency, its share, and the damping ratio of the twin's mode there."""
-    for name, whole in scenes.items():
-        scene = without(whole, "wind")  # modes of a suspension are not damped by it
-        twin, count = swinging(scene), MODES
-        own, other = solve(scene, *COUPLED, "gondola_damping_ratio"), solve(twin, *COUPLED.values())
+    """The gondola's mode: its frequency, its share, and its damping ratio, with the air on the gondola."""
+    for name, scene in scenes.items():
+        own, other = solve(scene, *COUPLED), solve(swinging(scene), *COUPLED.values())
         yield from _differences(name, scene, own, other, COUPLED)
-        frequency, ratio = (own.values[column] for column in ("gondola_frequency", "gondola_damping_ratio"))
-        found, damped = damping_of_modes(twin, count)
-        while found[-1] < 1.05 * frequency and len(found) == count:
-            count *= 3
-            found, damped = damping_of_modes(twin, count)
-        twin_ratio = damped[np.argmin(np.abs(found - frequency))]
-        numbers = ratio, twin_ratio
-        # the twin's error is that asked for
-        exact = "elements" in scene.get("model", {})
-        asked = 0.0 if exact else number(scene["model"].get("accuracy", 1e-4), "")
-        errors = own.errors["gondola_damping_ratio"], asked
-        if found_one := difference(name, scene, "gondola_damping_ratio", numbers, errors, SMALL_RATIO):
-            yield found_one
 
 
 def wind_columns(scene):
@@ -252,6 +249,16 @@ def compare_loop(scenes):
     for name, scene in scenes.items():
         columns = wind_columns(scene)
         own, other = solve(scene, *columns), solve(swinging(scene), *columns.values())
+        yield from _differences(name, scene, own, other, columns)
+
+
+def compare_by_name(scenes):
+    """Columns of suspensions, which a scene of one cable has by the same names."""
+    for name, scene in scenes.items():
+        columns = {column: column for column in BY_NAME + (BY_NAME_IN_WIND if "wind" in scene else ())}
+        if "winch" not in scene:
+            columns = {column: twin for column, twin in columns.items() if not column.endswith("_open_loop")}
+        own, other = solve(scene, *columns), solve(swinging(scene), *columns)
         yield from _differences(name, scene, own, other, columns)
 
 

@@ -52,7 +52,11 @@ STIFFNESS = {
     "end_stiffness_along": "cable.end_stiffness_along",
 }
 LINEAR = {"linear_range": "gondola.linear_range_x"}
-COUPLED = {"gondola_frequency": "gondola.frequency_x", "gondola_share": "gondola.share_x"}
+COUPLED = {
+    "gondola_frequency": "gondola.frequency_x",
+    "gondola_share": "gondola.share_x",
+    "gondola_damping_ratio": "gondola.damping_ratio_x",
+}
 LOOP = {name: name for name in (
     "gain", "largest_gain", "gain_margin", "phase_crossover", "phase_margin", "gain_crossover", "delay_margin",
     "sensitivity_peak", "sensitivity_frequency", "bandwidth", "disk_margin", "disk_gain_margin", "disk_phase_margin",

@@ -132,6 +132,11 @@ class Mesh:
         """Length of each element, shape (n,). [-]"""
         return np.diff(self.edges)
 
+    def located(self, positions):
+        """Element of each position, at an edge the one before it, and the place in it on [0, 1]: two of shape (j,)."""
+        which = np.clip(np.searchsorted(self.edges, positions, side="left") - 1, 0, self.elements - 1)
+        return which, (positions - self.edges[which]) / self.sizes[which]
+
     @cached_property
     def node_positions(self):
         """Shape (nodes,). [-]"""

@@ -208,7 +208,10 @@ class Span:
         """
         if frame not in ("chord", "global"):
             raise ValueError(f"frame is {frame!r}, not 'chord' or 'global'")
-        return vectors if frame == "chord" else (vectors[..., None] * self.frame[..., None, :, :]).sum(axis=-2)
+        if frame == "chord":
+            return vectors
+        along, across, out = (vectors[..., i, None] * self.frame[..., None, i, :] for i in range(3))
+        return along + across + out  # much faster than the sum over an axis of three
 
     def take(self, index):
         """Some cables of a batch of shape (n,), or one of them.

@@ -96,9 +96,7 @@ def interpolate(state, positions):
         Of the tension vector, linear along each element. [N]
     """
     mesh = state.mesh
-    positions = np.asarray(positions, dtype=float)
-    which = np.clip(np.searchsorted(mesh.edges, positions, side="left") - 1, 0, mesh.elements - 1)
-    local = (positions - mesh.edges[which]) / mesh.sizes[which]
+    which, local = mesh.located(np.asarray(positions, dtype=float))
     nodal = state.displacement[mesh.element_nodes[which]]
     displacement = (lagrange(basis(mesh.order).nodes, local)[..., None] * nodal).sum(axis=-2)
     force = state.mid_forces[which] + ((local - 0.5) * state.segment_weights[which])[:, None] * state.span.up

@@ -25,7 +25,7 @@ def compute(scene, case, what, **options):
 
 
 @scene_command
-@click.option("--shape", is_flag=True, help="The coordinates along the cable instead.")
+@click.option("--shape", is_flag=True, help="The coordinates along the cables instead.")
 @click.option("--table", "name", type=click.Choice(TABLES), help="Of a suspension: only this table.")
 @click.option("--form-finding", "form", is_flag=True, help="Of a suspension: the form by force densities instead.")
 def static(scene, sets, case, shape, name, form, style, plot, explain, quiet):
@@ -35,11 +35,13 @@ def static(scene, sets, case, shape, name, form, style, plot, explain, quiet):
     read_scene = read(scene, sets, case)
     what, options = "shape" if shape else "static", {"estimate": explain or style == "json"}
     if read_scene.is_suspension:
-        refuse({"--shape": shape}, "the scene is a suspension")
         if case == ALL:
             refuse({"--plot": plot, "--form-finding": form}, "of a suspension it is that of one case")
-        check_one_table(name, style, FORM_TABLES if form else TABLES)
-        options["table"] = name
+        if shape:
+            refuse({"--table": name, "--form-finding": form}, "--shape has the coordinates alone")
+        else:
+            check_one_table(name, style, FORM_TABLES if form else TABLES)
+            options["table"] = name
         if form:
             refuse({"--plot": plot, "--explain": explain}, "--form-finding is no equilibrium of cables with weight")
             what, options = "form", {"table": name}
@@ -59,14 +61,19 @@ def check_one_table(name, style, tables):
 @scene_command
 @click.option("-n", "count", type=click.IntRange(1, 100_000), help="How many, from the lowest. Default: 12.")
 @click.option("--upto", metavar="FREQ", help="All up to a frequency instead, e.g. 20 Hz.")
-def modes(scene, sets, case, count, upto, style, plot, explain, quiet):
+@click.option("--cable", metavar="NAME", help="Of a suspension: modes of this cable, its ends held.")
+def modes(scene, sets, case, count, upto, cable, style, plot, explain, quiet):
     """Frequencies, kinds and participation factors of the cable with fixed ends; of a suspension its coupled modes."""
     if count is not None and upto is not None:
         raise SceneError("-n and --upto exclude each other")
     if case == ALL:
         refuse({"--plot": plot}, f"--case {ALL} has the modes of each case")
-    found = compute(read(scene, sets, case), case, "modes", count=count, upto=upto, estimate=explain)
-    return finish(scene, found, style, plot, explain, quiet)
+    read_scene, options = read(scene, sets, case), {"count": count, "upto": upto, "estimate": explain}
+    if read_scene.is_suspension:
+        options["cable"] = cable
+    else:
+        refuse({"--cable": cable}, "the scene has one cable")
+    return finish(scene, compute(read_scene, case, "modes", **options), style, plot, explain, quiet)
 
 
 @scene_command

@@ -26,7 +26,7 @@ def joined(context, parameter, texts):
     type=click.Choice(["gondola", "loop", "actuators"]),
     help="On end 2: gondola, or winch loop. Of a suspension: winch loop, or actuators only.",
 )
-@click.option("--wind", is_flag=True, help="Forces on the cable's nodes as inputs too.")
+@click.option("--wind", is_flag=True, help="Forces on the nodes of cables as inputs too.")
 @click.option(
     "--response",
     "span",
@@ -81,8 +81,11 @@ def check(options, several, responds, plot, out):
     if plot and not responds and not (several and attached == "loop"):
         raise SceneError("--plot: needs --response, which it draws")
     if several:
-        single = {"--kinds": options["kinds"], "--no-residual": not options["residual"], "--wind": options["wind"]}
-        refuse(single | {"--with gondola": attached == "gondola"}, "the scene is a suspension")
+        refuse({"--with gondola": attached == "gondola"}, "the bodies of a suspension are always attached")
+        kinds = "in a coupled mode cables and bodies move in several planes: it is of no kind"
+        refuse({"--kinds": options["kinds"]}, kinds)
+        shapes = "actuators and loop act on static shapes beside the modes that are kept"
+        refuse({"--no-residual": attached and not options["residual"]}, shapes)
         lowest = "with actuators or loop the lowest modes are kept, see --modes and --upto"
         refuse({"--error": options["error"] if attached else None}, lowest)
     else:

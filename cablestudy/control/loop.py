@@ -95,10 +95,11 @@ class Loop:
     law: Law = INTEGRATOR
     gains: object = field(default=None, repr=False, compare=False)
 
-    def within(self, space):
-        """The same in a space of its coordinates, see `LinearSystem.within`."""
-        allocation = replace(self.allocation, measured=self.allocation.measured @ space)
-        return replace(self, motion=self.motion.within(space), allocation=allocation)
+    def within(self, space, motion):
+        """The same in a space of its coordinates; `motion` is `LinearSystem.within` it."""
+        return replace(
+            self, motion=motion, allocation=replace(self.allocation, measured=self.allocation.measured @ space)
+        )
 
     def filters(self, s):
         """N_j(s), shape (f, k)."""

@@ -18,6 +18,7 @@ Z_r being Z without this mode. A gain g moves it by -g X/(2 s) to first order, w
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import ceil
 
 import numpy as np
 
@@ -25,8 +26,9 @@ from cablestudy.system.coupling_damping import FEW, MOST_DECAY, PoleSum
 from cablestudy.system.linear import LinearSystem
 
 AT_ONCE = 200  # modes, so that matrices stay in the processor's cache
-# modes of a cable that damping of the strain, or by the air, may couple, those with most of it: a largest gain of
-# carlina-net-wind with thin cables moves by 2e-7 with twice as many, by 7e-3 with 60
+# modes of a cable that damping of the strain, or by the air, may couple beside those up to `coupled_up_to`, those with
+# most effect at the ends: of 60 random suspensions these leave 1.3e-5 of a largest gain at most, 1e-3 if those near it
+# may be among the others
 COUPLED = 100
 # strain of a mode, over that of an axial one, from which on it is among them however many there are: a largest gain of
 # carlina with Kelvin-Voigt damping moves by 1e-7 with 1e-3, by 4 % where one axial mode is left out
@@ -59,6 +61,10 @@ class LoopGain:
         s, shape (f,) -> C1 N, shape (f, k).
     near : LoopGain or None
         Of cables that differ little: poles of modes that damping couples follow from its poles to first order.
+    coupled_up_to : float
+        Frequency up to which all modes are taken that damping couples. [rad/s]
+    coupled_share : float
+        Of COUPLED, so many of the others. [-]
     """
 
     bodies: LinearSystem
@@ -70,6 +76,8 @@ class LoopGain:
     shares: np.ndarray
     controller: object
     near: "LoopGain | None" = None
+    coupled_up_to: float = 0.0
+    coupled_share: float = 1.0
 
     @np.errstate(divide="ignore", invalid="ignore")  # at the pole of an undamped mode it is infinite
     def __call__(self, s):
@@ -78,6 +86,11 @@ class LoopGain:
         pulled = pulled @ self.shares
         moved = self.measured @ (pulled / bodies if bodies.shape[-1] == 1 else np.linalg.solve(bodies, pulled))
         return moved * self.controller(s)[:, None, :]
+
+    @property
+    def lacks_coupling(self):
+        """Whether damping may couple modes of which it is left out."""
+        return any(part.element.coupled and not part.coupled.all() for part in self._parts)
 
     @property
     def spoilt(self):
@@ -111,11 +124,12 @@ class LoopGain:
     def _parts(self):
         """Each cable that holds a body: `_Part`."""
         found, near = [], iter(self.near._parts if self.near else ())
+        most = ceil(self.coupled_share * COUPLED)
         for element, moved, reeled in zip(self.elements, self.moved, self.reeled, strict=True):
             ends, winches = np.flatnonzero(moved.any(axis=1)), np.flatnonzero(reeled.any(axis=0))
             if len(ends):
                 element = element.at_ends(np.concatenate([np.eye(6)[:, ends], reeled[:, winches]], axis=1))
-                found.append(_part(element, moved[ends], winches, next(near, None)))
+                found.append(_part(element, moved[ends], winches, next(near, None), self.coupled_up_to, most))
         return found
 
     def poles_of(self, cable, modes):
@@ -227,6 +241,8 @@ class _Uncoupled:
                 force[1], first = force[1] + strain.amount * strain.coupling, first + strain.amount * elastic
             else:
                 force[0], last = 1j * strain.amount * strain.coupling, last + 1j * strain.amount * elastic
+        if element.air is not None:
+            force[1] = force[1] + element.air[: len(own), len(own) :]
         products = np.zeros((5, *own.shape, own.shape[1]), dtype=complex)
         for power, one in enumerate(force):
             for other, two in enumerate(force):
@@ -266,7 +282,7 @@ class _Uncoupled:
 
 
 class _Together:
-    """Cables whose stiffness is a sum over poles, all at once.
+    """Cables whose stiffness is a sum over poles.
 
     Parameters
     ----------
@@ -277,26 +293,23 @@ class _Together:
     """
 
     def __init__(self, parts, winches):
-        sums = [part.summed for part in parts]
-        rows = [one.residues[:, : len(part.moved)] for one, part in zip(sums, parts, strict=True)]
-        entries = [own.reshape(len(own), own.shape[1] * own.shape[2]) for own in rows]
-        shape = len(parts), max(map(len, entries)), max(one.shape[1] for one in entries)
-        self._poles, self._residues = np.full(shape[:2], -1.0 + 0j), np.zeros(shape, dtype=complex)
-        spread, self._polynomial = [], [0.0, 0.0, 0.0]
-        for place, (part, one, own) in enumerate(zip(parts, sums, entries, strict=True)):
-            self._poles[place, : len(own)], self._residues[place, : len(own), : own.shape[1]] = one.poles, own
-            columns = _columns(part, winches)
-            spread.append(np.zeros((shape[2], part.moved.shape[1] * columns.shape[1])))
-            spread[-1][: own.shape[1]] = np.kron(part.moved, columns)
+        self._sums, self._polynomial = [], [0.0, 0.0, 0.0]
+        for part in parts:
+            one, columns, rows = part.summed, _columns(part, winches), slice(len(part.moved))
+            spread = np.kron(part.moved, columns)
+            residues = one.residues[:, rows].reshape(len(one.poles), len(spread))
+            # whichever has fewer columns: residues for the ends, or for the bodies and winches
+            self._sums.append((one.poles, residues, spread) if len(spread) < spread.shape[1] else
+                              (one.poles, residues @ spread, None))  # fmt: skip
             for order, coefficient in enumerate(one.polynomial):
-                added = part.moved.T @ coefficient[: len(part.moved)] @ columns
-                self._polynomial[order] = self._polynomial[order] + added
-        self._spread = np.concatenate(spread)
+                self._polynomial[order] = self._polynomial[order] + part.moved.T @ coefficient[rows] @ columns
 
     def __call__(self, s):
         """Forces on the bodies by these and by the winches, shape (f, d, d + i)."""
-        moving = (1 / (s[:, None] - self._poles[:, None])) @ self._residues
-        moving = np.swapaxes(moving, 0, 1).reshape(len(s), len(self._spread)) @ self._spread
+        moving = 0.0
+        for poles, residues, spread in self._sums:
+            own = (1 / (s[:, None] - poles)) @ residues
+            moving = moving + (own if spread is None else own @ spread)
         static, first, second = self._polynomial
         s = s[:, None, None]
         return s * (s * (second - moving.reshape(len(s), *second.shape)) + first) + static
@@ -311,28 +324,32 @@ def _columns(part, winches):
     return found
 
 
-def _part(element, moved, winches, near=None):
+def _part(element, moved, winches, near, up_to, most):
     """`_Part` of a `Superelement` at ends that are moved; `near` is that of nearly the same one."""
     used = element.moved_by_ends if near is None else near.used
     element = element if used.all() else element.select(used)
-    coupled = _coupled(element) if near is None else near.coupled
+    coupled = _coupled(element, up_to, most) if near is None else near.coupled
     others = _Uncoupled.of(element.select(~coupled))
     element = replace(element.select(coupled), near=near and near.element)
     return _Part(used, coupled, element, others, moved, winches)
 
 
-def _coupled(element):
-    """Modes of a `Superelement` that damping may couple, array of bool: all or none with masses that it carries."""
+def _coupled(element, up_to, most):
+    """Modes of a `Superelement` that damping may couple, array of bool: all or none with masses that it carries.
+
+    Those up to a frequency [rad/s], and so many of the others, those whose damping does most at the ends.
+    """
     count = len(element.omega)
     if element.carried is not None and element.uneven:
         return np.ones(count, dtype=bool)
-    coupled = np.zeros(count, dtype=bool)
+    coupled = (element.omega < up_to) & element.coupled
     if element.strain is not None:
         strained = np.abs(element.strain.coupling).max(axis=1, initial=0.0) / element.omega
         strained = (strained + np.sqrt(np.abs(np.diagonal(element.strain.modes)))) / element.omega
-        coupled[np.argsort(-strained, kind="stable")[:COUPLED]] = True
+        coupled[np.argsort(-strained, kind="stable")[:most]] = True
         coupled |= strained > STRAINED
     if element.air is not None:
-        braked = np.diagonal(element.air)[:count] / element.omega
-        coupled[np.argsort(-braked, kind="stable")[:COUPLED]] = True
+        braked = np.abs(element.air[:count, count:]) * np.abs(element.coupling) / element.omega[:, None] ** 2
+        braked = np.where(coupled, 0.0, braked.max(axis=1, initial=0.0))
+        coupled[np.argsort(-braked, kind="stable")[:most]] = True
     return coupled

@@ -110,17 +110,22 @@ def refined(function, found):
     def at(omega):
         return eigenvalues(by_parts(function, omega.ravel()))
 
+    alone = False
     for _ in range(ZOOMS if len(found) else 0):
         low, high = found.omega.T
         omega = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, POINTS)
-        found = crossings(omega, at(omega).reshape(*omega.shape, -1)).sorted()
+        values = at(omega)
+        alone, found = values.shape[-1] == 1, crossings(omega, values.reshape(*omega.shape, -1)).sorted()
         if not len(found):
             break
-    return _by_secant(at, found).sorted() if len(found) else found
+    return _by_secant(at, found, alone).sorted() if len(found) else found
 
 
-def _by_secant(at, bracket):
-    """`Crossings` to rounding, from brackets with one each; `at`: frequencies [rad/s] -> eigenvalues, shape (f, k)."""
+def _by_secant(at, bracket, alone):
+    """`Crossings` to rounding, from brackets with one each; `at`: frequencies [rad/s] -> eigenvalues, shape (f, k).
+
+    Where each value is `alone`, k being 1, none can be taken for another one.
+    """
     found, (low, high) = bracket, bracket.omega.T
     least = np.maximum(SETTLED * (high - low), ROUNDING * high)
     for _ in range(SECANT):
@@ -138,6 +143,8 @@ def _by_secant(at, bracket):
     # with the slope of the bracket, which has the sign of the crossing: that of the last two values may be rounding
     last, value, width = found.omega[:, 1], found.values[:, 1], high - low
     found = Crossings(np.stack([last, last + width], axis=1), np.stack([value, value + bracket.slope * width], axis=1))
+    if alone:  # beside a narrow pole the rounding of the loop gain may be all that is left of its imaginary part
+        return found
     rounding = 2 * least * np.abs(bracket.slope)
     return found.take(np.abs(value.imag) <= REAL * np.abs(value) + rounding)
 

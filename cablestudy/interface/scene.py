@@ -33,7 +33,7 @@ from cablestudy.interface.plain import shown
 from cablestudy.interface.search import find
 from cablestudy.interface.state_space import choose, ssm
 from cablestudy.scene.document import Document
-from cablestudy.scene.fields import Table
+from cablestudy.scene.fields import KeyTable
 from cablestudy.scene.likely_mistakes import likely_mistakes
 from cablestudy.scene.scene import each_case
 
@@ -59,7 +59,7 @@ class Scene:
         Of its file.
     changes : tuple of str
         What was changed in it, as KEY=VALUE.
-    model : scene.Scene
+    model : scene.CableScene
         What was written, in SI.
     """
 
@@ -76,7 +76,7 @@ class Scene:
     }
 
     @checked
-    def __init__(self, path: Text, changes: Texts, document: Document, model: Table) -> None:
+    def __init__(self, path: Text, changes: Texts, document: Document, model: KeyTable) -> None:
         self.path, self.changes, self.document, self.model = path, changes, document, model
 
     def __dir__(self) -> list[str]:
@@ -278,12 +278,12 @@ class Scene:
         input, output : str, optional
             The only input, the only output; several separated by commas.
         """
-        from cablestudy.study.ssm import Options, exported
+        from cablestudy.study.ssm import StateSpaceOptions, exported
 
         if with_ not in (None, *self.attachable):
             raise SceneError(f"with_: unknown {with_!r} (allowed: {', '.join(self.attachable)})")
         names = {"input": input, "output": output, "proper": proper}
-        options = Options(count=modes, upto=upto, error=error, attached=with_, wind=wind, **names)
+        options = StateSpaceOptions(count=modes, upto=upto, error=error, attached=with_, wind=wind, **names)
         choice, _ = choose(self, options)
         for line in choice.warnings:
             warnings.warn(

@@ -14,7 +14,7 @@ def choose(scene, options, highest=None):
     Parameters
     ----------
     scene : Scene
-    options : study.ssm.Options
+    options : study.ssm.StateSpaceOptions
     highest : float, optional
     """
     if scene.is_suspension:
@@ -37,10 +37,10 @@ def _bode(plots, curves, numbers, attached):
 
 
 def ssm(scene, out: File | None = None, response: Frequencies | None = None, **options):
-    """`out`: the file for the state space; `response`: range and number of frequencies; others as `ssm.Options`."""
+    """`out`: file for the state space; `response`: range and number of frequencies; others: `ssm.StateSpaceOptions`."""
     from cablestudy.study.notes import reference_without_loads
     from cablestudy.study.ssm import (
-        Options,
+        StateSpaceOptions,
         check_file,
         exported,
         improper_note,
@@ -52,7 +52,7 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
     from cablestudy.study.ssm_tables import drawn, response_table, with_resonances
 
     check_file(out)
-    asked, span = Options(**options), read_span(response) if response else None
+    asked, span = StateSpaceOptions(**options), read_span(response) if response else None
     choice, tables = choose(scene, asked, span and span[1])
     lines = [*reference_without_loads(scene.model), *choice.warnings]
     if out:

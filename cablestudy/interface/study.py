@@ -70,7 +70,7 @@ class Study:
 
     Attributes
     ----------
-    request : scene.study.Study
+    request : scene.study.StudyFile
         What was written, with what is changed.
     words : list of str
         The part of a command that determines the cases.
@@ -164,14 +164,14 @@ class Study:
         shard : str, optional
             "K/N": only every Nth case from the Kth.
         **options
-            Others of `sweeps.run.Options`.
+            Others of `sweeps.run.SweepOptions`.
         """
-        from cablestudy.sweeps.run import Options, Run, read_shard
+        from cablestudy.sweeps.run import Run, SweepOptions, read_shard
 
         files = self.files(folder)
         if keep:
             files.check_writable()
-        return Run(self.request, files, Options(keep=keep, shard=read_shard(shard), **options))
+        return Run(self.request, files, SweepOptions(keep=keep, shard=read_shard(shard), **options))
 
     def merged(self, folder: str = "results", quiet: bool = False) -> Run:
         """The shards of the study as one run, a context manager."""

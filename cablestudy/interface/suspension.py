@@ -35,6 +35,22 @@ def static(scene, table: Text | None = None, estimate: bool = False):
     return replace(answer, failures=tuple(dict.fromkeys(failures)))
 
 
+def shape(scene, estimate: bool = False):
+    """The static shapes of all cables, point by point; `estimate` changes nothing."""
+    from cablestudy.study.suspension.notes import notes_of, warnings_of
+    from cablestudy.study.suspension.report import shape_table
+
+    case, failures = scene.case, []
+    return Answer(
+        table=shape_table(case, failures),
+        explain=lambda: notes_of(case),
+        warnings=tuple(warnings_of(case)),
+        failures=tuple(failures),
+        draw=lambda plots: plots.suspension_views(case),
+        case=case,
+    )
+
+
 def form(scene, table: Text | None = None):
     """The form of a net by force densities."""
     from cablestudy.study.suspension.report import form_tables
@@ -42,12 +58,20 @@ def form(scene, table: Text | None = None):
     return _of_tables(table, form_tables(scene.model))
 
 
-def modes(scene, count: Modes | None = None, upto: Frequency | None = None, estimate: bool = False):
-    """`estimate` changes nothing: the errors are known."""
+def modes(
+    scene,
+    count: Modes | None = None,
+    upto: Frequency | None = None,
+    cable: Text | None = None,
+    estimate: bool = False,
+):
+    """Coupled modes, or those of one `cable` between fixed ends; `estimate` changes nothing: the errors are known."""
     from cablestudy.study.suspension.notes import notes_of, warnings_of
     from cablestudy.study.suspension.report import mode_notes, mode_table
 
     limit, case, size = frequency_limit(count, upto), scene.case, count or DEFAULT_MODES
+    if cable is not None:
+        return _modes_of_cable(case, cable, size, limit)
     found = case.modes(size) if limit is None else case.modes_up_to(limit)
     asked = range(len(found)) if limit is None else found.up_to(limit)
     return Answer(
@@ -55,6 +79,24 @@ def modes(scene, count: Modes | None = None, upto: Frequency | None = None, esti
         explain=lambda: (*notes_of(case), *mode_notes(case, found, len(asked))),
         warnings=(*warnings_of(case), *fewer_modes(found, size, limit)),
         draw=lambda plots: plots.suspension_modes(case, found, len(asked)),
+        case=case,
+    )
+
+
+def _modes_of_cable(case, name, size, limit):
+    """The modes of one cable between its ends where they are, both held."""
+    from cablestudy.scene.fields import suggestion
+    from cablestudy.study.suspension.notes import notes_of, warnings_of
+    from cablestudy.study.suspension.report import cable_mode_table
+
+    if name not in case.scene.cables:
+        raise SceneError(f"--cable {name}: no such cable ({suggestion(name, case.scene.cables)})")
+    found = case.modes_of_cable(name, size, limit)
+    return Answer(
+        table=cable_mode_table(case, name, found),
+        explain=lambda: notes_of(case),
+        warnings=(*warnings_of(case), *fewer_modes(found[1], size, limit)),
+        draw=lambda plots: plots.mode_shapes(*found),
         case=case,
     )
 
@@ -87,14 +129,15 @@ def loop(
     from cablestudy.scene.scene import missing
     from cablestudy.study.loop_report import unstable
     from cablestudy.study.suspension.notes import notes_of, warnings_of
-    from cablestudy.study.suspension.wind_report import loop_tables
+    from cablestudy.study.suspension.wind_report import loop_remarks, loop_tables
 
     span, asked = loop_options(response, time, input=input, size=size, length=length, output=output)
     if scene.model.control is None:
         raise missing(scene.document, "control", "loop")
     case = scene.estimated if estimate else scene.case
     tables, failures = ({}, ()) if span or asked else loop_tables(case, table)
-    answer = _of_tables(table, tables, case, lambda: notes_of(case), warnings_of(case))
+    remarks = warnings_of(case) if failures else (*warnings_of(case), *loop_remarks(case, tables))
+    answer = _of_tables(table, tables, case, lambda: notes_of(case), remarks)
     answer = replace(answer, failures=unstable(case.in_wind.controlled) if span else failures)
     return with_loop(answer, scene, case.in_wind, span, asked)
 
@@ -111,10 +154,11 @@ class Suspension(Scene):
     is_suspension: ClassVar[bool] = True
     loop_key: ClassVar[str] = "control"
     attachable: ClassVar[tuple[str, ...]] = ("loop", "actuators")
-    hidden: ClassVar[Set[str]] = Scene.hidden | {"case", "estimated", "shape"}
+    hidden: ClassVar[Set[str]] = Scene.hidden | {"case", "estimated"}
     answers: ClassVar[Mapping[str, Callable[..., Answer]]] = {
         "static": static,
         "form": form,
+        "shape": shape,
         "modes": modes,
         "windrms": windrms,
         "loop": loop,
@@ -156,9 +200,20 @@ class Suspension(Scene):
         """The tables bodies, points, cables and stiffness: `Tables`, a dict of name -> pandas.DataFrame."""
         return self.compute("static").frames()
 
-    def shape(self) -> pandas.DataFrame:
-        """Not there: the tables of `static` have the places of bodies and points."""
-        raise SceneError("shape: the scene is a suspension; see the tables of static()")
+    @checked
+    def modes(  # type: ignore[override]
+        self, count: Modes | None = None, upto: Frequency | None = None, cable: Text | None = None
+    ) -> pandas.DataFrame:
+        """The coupled modes: pandas.DataFrame.
+
+        Parameters
+        ----------
+        count, upto
+            As of one cable.
+        cable : str, optional
+            The name of a cable, whose modes between fixed ends are given instead, by type and symmetry.
+        """
+        return self.compute("modes", count=count, upto=upto, cable=cable).frame()
 
     @checked
     def windrms(self, on: WindOn | None = None) -> Tables:  # type: ignore[override]

@@ -4,7 +4,7 @@ import json
 from dataclasses import dataclass
 
 from cablestudy.pages.markup import element, listed, paragraph, preformatted, text
-from cablestudy.pages.tables import Grid, table_html
+from cablestudy.pages.tables import TableGrid, table_html
 from cablestudy.scene.scene import field_of, quantity_of
 from cablestudy.scene.units import to_si
 from cablestudy.scene.words import counted
@@ -83,7 +83,7 @@ def change_table(found):
         ]
         for one in found
     ]
-    return Grid(["key", "in the file", "here", "by"], rows).html("Changed")
+    return TableGrid(["key", "in the file", "here", "by"], rows).html("Changed")
 
 
 def numbers_table(document):

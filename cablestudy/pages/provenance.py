@@ -4,7 +4,7 @@ import platform
 from datetime import UTC, datetime
 
 from cablestudy.pages.markup import element, text
-from cablestudy.pages.tables import Grid
+from cablestudy.pages.tables import TableGrid
 from cablestudy.sweeps.fingerprint import digest, versions
 from cablestudy.version import __version__
 
@@ -42,4 +42,4 @@ class Provenance:
             "platform": platform.platform(),
         }
         rows = [[text(name), element("code", text(value))] for name, value in lines.items()]
-        return Grid(["what", "value"], rows).html("Where the numbers come from")
+        return TableGrid(["what", "value"], rows).html("Where the numbers come from")

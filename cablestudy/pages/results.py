@@ -61,7 +61,7 @@ def sections(page, scene):
     Parameters
     ----------
     page : Page
-    scene : interface.scene.Scene
+    scene : interface.scene.CableScene
     """
     model, known = scene.model, {}
     with page.section("Statics"):

@@ -4,13 +4,13 @@ import re
 from functools import partial
 
 from cablestudy.pages.markup import listed, paragraph, text, unit_text
-from cablestudy.pages.tables import Grid
+from cablestudy.pages.tables import TableGrid
 from cablestudy.scene.words import counted
 from cablestudy.study.prepare import prepare
 from cablestudy.study.table import short
 from cablestudy.study.varied_keys import varied_keys
 from cablestudy.sweeps.fingerprint import identity
-from cablestudy.sweeps.run import Options, Run, has_fixed_elements
+from cablestudy.sweeps.run import Run, SweepOptions, has_fixed_elements
 from cablestudy.sweeps.sensitivity import Sensitivity
 from cablestudy.sweeps.stored import has_all_rows
 
@@ -25,7 +25,7 @@ def open_run(study, files, jobs, quiet):
     """
     columns, _ = prepare(study)
     kept = not has_fixed_elements(study) and has_all_rows(files.rows, identity(study, columns), study.count)
-    return Run(study, files, Options(keep=kept, jobs=jobs, quiet=quiet, explain=not kept, estimate=not kept))
+    return Run(study, files, SweepOptions(keep=kept, jobs=jobs, quiet=quiet, explain=not kept, estimate=not kept))
 
 
 def _notes(work):
@@ -33,7 +33,7 @@ def _notes(work):
     if not work.options.keep:
         yield from work.notes()
         return
-    with Run(work.study, work.files, Options(row=1, quiet=True, explain=True)) as first:
+    with Run(work.study, work.files, SweepOptions(row=1, quiet=True, explain=True)) as first:
         first.compute()
         yield from first.notes()
 
@@ -95,7 +95,7 @@ def _range(study, table):
             line += [text(short(one.shown({one.name: float(numbers[place])}))), text(_case(study, table, place))]
         lines.append(line)
     head = ["column", "smallest", "in the case", "largest", "in the case"]
-    return Grid(head, lines, {1, 3}).html("Smallest and largest of each column") if lines else ""
+    return TableGrid(head, lines, {1, 3}).html("Smallest and largest of each column") if lines else ""
 
 
 def _case(study, table, place):

@@ -18,7 +18,7 @@ HIDDEN = "status"  # field that is left out while it is ok everywhere
 
 
 @dataclass
-class Grid:
+class TableGrid:
     """A table as HTML.
 
     Attributes
@@ -134,7 +134,7 @@ def _single(fields, row, errors):
     """One line for each quantity of the only row."""
     known = [field for field in fields if row.get(field.name) is not None]
     rows = [[one.title, one.cell(row), one.unit, error_text(errors.get(one.name))] for one in known]
-    return Grid(["quantity", "value", "unit", ERROR], rows, {1, 3})
+    return TableGrid(["quantity", "value", "unit", ERROR], rows, {1, 3})
 
 
 def _turned(fields, rows, errors, across):
@@ -149,7 +149,7 @@ def _turned(fields, rows, errors, across):
     head = ["quantity", *heads, "unit", LARGEST if len(rows) > 1 else ERROR]
     worst = [max(row.values(), default=None) for row in errors] or [None] * len(rows)
     foot = [LARGEST, *map(error_text, worst), "", ""] if len(rows) > 1 and any(worst) else []
-    return Grid(head, lines, {*range(1, len(rows) + 1), len(rows) + 2}, foot)
+    return TableGrid(head, lines, {*range(1, len(rows) + 1), len(rows) + 2}, foot)
 
 
 def _by_rows(fields, table, caption, where_all):
@@ -208,7 +208,7 @@ def _split(columns, foot, caption):
         rows = [list(cells) for cells in zip(*(cells for _, cells, _ in chosen), strict=True)]
         right = {place for place, (_, _, side) in enumerate(chosen) if side}
         whose = caption if parts == 1 else f"{caption} ({part + 1} of {parts})"
-        yield Grid([head for head, _, _ in chosen], rows, right, feet).html(whose)
+        yield TableGrid([head for head, _, _ in chosen], rows, right, feet).html(whose)
 
 
 def _largest(errors):

@@ -5,14 +5,14 @@ from typing import Annotated
 from pydantic import Field
 
 from cablestudy.scene.cable_table import Point as Place
-from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
+from cablestudy.scene.fields import Either, KeyTable, Name, Quantity, wrong
 from cablestudy.scene.suspension_tables import Direction
 
 _HighPass = Annotated[float, Quantity("Hz", 1e-9, 1e9)]
 LIMITS = ("stroke", "force", "momentum", "torque")
 
 
-class _Actuator(Table):
+class _Actuator(KeyTable):
     """Keys of both kinds."""
 
     body: Name | None = Field(None, description="Which body it is on; needed where there are several bodies")

@@ -5,8 +5,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from cablestudy.scene.fields import LEAST, Quantity, Table
-from cablestudy.scene.load_tables import MAX_LOADS, Load, Reference
+from cablestudy.scene.fields import LEAST, KeyTable, Quantity
+from cablestudy.scene.load_tables import MAX_LOADS, Load, ReferenceTable
 from cablestudy.scene.section import Section, Tension, limited, within
 
 # Unstretched length over distance of the ends, and what of it is likely when a unit was mistaken.
@@ -23,7 +23,7 @@ Inclination = Annotated[
 Point = tuple[Coordinate, Coordinate, Coordinate]
 
 
-class Damping(Table):
+class DampingTable(KeyTable):
     """How the cable loses energy. `model` follows from the parameter; `viscous` alone is no other damping."""
 
     table: ClassVar[str] = "cable.damping"
@@ -66,10 +66,10 @@ class Damping(Table):
 class CableProperties(Section):
     """What a cable is made of and how it loses energy, wherever it hangs."""
 
-    damping: Damping = Field(Damping(), description="How the cable loses energy")
+    damping: DampingTable = Field(DampingTable(), description="How the cable loses energy")
 
 
-class TensionAt(Table):
+class TensionAt(KeyTable):
     """A tension at a named place of the cable."""
 
     at: Literal["end_1", "end_2", "horizontal", "mean", "max"] = Field(
@@ -93,8 +93,8 @@ class Cable(CableProperties):
         None, description="Mean tension, or its share of the breaking force (instead of unstretched_length or sag)"
     )
     tension: TensionAt | None = Field(None, description="Tension at a named place (instead of preload)")
-    reference: Reference = Field(
-        Reference.model_construct(), description="The state in which preload, tension and sag hold"
+    reference: ReferenceTable = Field(
+        ReferenceTable.model_construct(), description="The state in which preload, tension and sag hold"
     )
     sag: Annotated[float, Quantity("m", 1e-18, 1e9)] | None = Field(
         None, description="Vertical distance from chord to cable at mid-span (instead of unstretched_length or preload)"

@@ -4,13 +4,13 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from cablestudy.scene.fields import LEAST, Name, Quantity, QuantityOrTable, Table
+from cablestudy.scene.fields import LEAST, KeyTable, Name, Quantity, QuantityOrTable
 from cablestudy.scene.suspension_tables import MOTIONS, each_once
 
 _MARGIN = ("dB", 1e-6, 300)
 
 
-class Margin(Table):
+class Margin(KeyTable):
     """What an automatic gain is chosen for: it is the largest one that satisfies both."""
 
     gain_margin: Annotated[float, Quantity(*_MARGIN)] = Field(description="Least gain margin")
@@ -23,7 +23,7 @@ def _as_margin(value):
     return value if isinstance(value, Margin) else Margin(gain_margin=value)
 
 
-class AutoGain(Table):
+class AutoGain(KeyTable):
     """`gain: {auto: 6 dB}`, or `{auto: {gain_margin: 6 dB, sensitivity: 2}}`: the gain follows from margins."""
 
     auto: Annotated[Margin, QuantityOrTable(*_MARGIN, table=Margin), AfterValidator(_as_margin)] = Field(
@@ -31,7 +31,7 @@ class AutoGain(Table):
     )
 
 
-class Notch(Table):
+class NotchTable(KeyTable):
     """The filter in series with the integrator."""
 
     frequency: Annotated[float | str, Quantity("Hz", 1e-9, 1e9, words=("coupled", "static"))] = Field(
@@ -51,14 +51,14 @@ def _none_word(value):
     return None if value == "none" else value
 
 
-class Controller(Table):
+class Controller(KeyTable):
     """PID controller with notch that drives winches; without other gains an integrator."""
 
     gain: Annotated[float | AutoGain, QuantityOrTable("rad/s", 0, 1e12, LEAST, table=AutoGain)] = Field(
         description="Integral gain, or {auto: 6 dB}: the largest with this gain margin and a sensitivity of at most 2"
     )
-    notch: Annotated[Notch | None, BeforeValidator(_none_word)] = Field(
-        Notch.model_construct(), description="Notch filter, or none"
+    notch: Annotated[NotchTable | None, BeforeValidator(_none_word)] = Field(
+        NotchTable.model_construct(), description="Notch filter, or none"
     )
     proportional_gain: Annotated[float, Quantity("", 0, 1e9, LEAST)] = Field(
         0.0, description="Movement of the winch per displacement that is measured; needs bandwidth of the winch"
@@ -90,7 +90,7 @@ class Controller(Table):
             yield [(("gain",), integrates, lambda: message)]
 
 
-class Drive(Table):
+class Drive(KeyTable):
     """What a winch does with what its controller asks for."""
 
     delay: Annotated[float, Quantity("s", 0, 1e6, LEAST)] = Field(
@@ -110,7 +110,7 @@ class Drive(Table):
             yield [(("bandwidth",), controller.integrates_only, lambda: message)]
 
 
-class Allocation(Table):
+class AllocationTable(KeyTable):
     """How an error of the pose is shared among the winches."""
 
     method: Literal["least"] = Field("least", description="Least weighted sum of squares of the winches' movements")
@@ -126,7 +126,7 @@ class Control(Drive, Controller):
     measured: Annotated[tuple[Literal[MOTIONS], ...], AfterValidator(each_once)] | None = Field(
         None, min_length=1, description="What of its pose is measured (default: what is free)"
     )
-    allocation: Allocation | None = Field(None, description="How an error is shared among the winches")
+    allocation: AllocationTable | None = Field(None, description="How an error is shared among the winches")
 
     def relations(self):
         """Those of the controller, and of what drives the winches."""

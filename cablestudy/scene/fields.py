@@ -1,4 +1,4 @@
-"""Types for pydantic: of single keys (quantities with a unit, whole numbers, text) and of mappings, `Table`."""
+"""Types for pydantic: of single keys (quantities with a unit, whole numbers, text) and of mappings, `KeyTable`."""
 
 import math
 from dataclasses import dataclass
@@ -235,7 +235,7 @@ def _first_keys(groups):
     return ", ".join(group[0] for group in groups)
 
 
-class Table(BaseModel):
+class KeyTable(BaseModel):
     """A mapping of the file. Subclasses say in `relations` what its keys must be to each other.
 
     The validators of pydantic are built when the first one is read: building all of them would take an eighth of the
@@ -323,7 +323,7 @@ def value_at(node, path):
             node = node.get(name)
         elif isinstance(node, tuple):
             node = node[int(name)] if name.isdigit() and int(name) < len(node) else None
-        elif place and isinstance(node, Table):
+        elif place and isinstance(node, KeyTable):
             return node.value_at(path[place:])
         else:
             node = getattr(node, name, None)
@@ -334,7 +334,7 @@ def with_value(node, path, value):
     """Copy of a table, mapping or tuple with another value at a path that holds one."""
     if not path:
         return value
-    if isinstance(node, Table):
+    if isinstance(node, KeyTable):
         return node.with_value(path, value)
     name = path[0]
     if isinstance(node, dict):

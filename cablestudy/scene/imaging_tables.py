@@ -4,12 +4,12 @@ from typing import Annotated
 
 from pydantic import Field
 
-from cablestudy.scene.fields import LEAST, Name, Quantity, Table
+from cablestudy.scene.fields import LEAST, KeyTable, Name, Quantity
 
 Exposure = Annotated[float, Quantity("s", 1e-12, 1e12)]
 
 
-class Correction(Table):
+class Correction(KeyTable):
     """The tip/tilt/piston mirror that follows the motion."""
 
     bandwidth: Annotated[float, Quantity("Hz", 1e-9, 1e9)] = Field(description="Bandwidth of the correction")

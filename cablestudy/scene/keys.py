@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Union, get_args, get_origin
 
 from pydantic_core import PydanticUndefined
 
-from cablestudy.scene.fields import Count, Either, Quantity, Table
+from cablestudy.scene.fields import Count, Either, KeyTable, Quantity
 from cablestudy.scene.ranges import MAX_COUNT, MEANINGS, SPACINGS
 from cablestudy.scene.scene import TABLES as SCENE_TABLES
 from cablestudy.scene.schema import BASE
@@ -146,7 +146,7 @@ def _default(field):
 
 def _written(value):
     """A value as YAML has it; empty where there is nothing, and of a table, whose keys have their own defaults."""
-    if value is None or value in ({}, (), "") or isinstance(value, Table):
+    if value is None or value in ({}, (), "") or isinstance(value, KeyTable):
         return ""
     if isinstance(value, bool):
         return "true" if value else "false"

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import BeforeValidator, Field, StrictBool, TypeAdapter
 
-from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
+from cablestudy.scene.fields import Either, KeyTable, Name, Quantity, wrong
 
 MAX_LOADS = 1000
 ICE_DENSITY = 900.0  # [kg/m^3]
@@ -25,7 +25,7 @@ NONE = (0.0, 0.0, 0.0)
 Temperature = Annotated[float, Quantity("K", **TEMPERATURES)]
 
 
-class Load(Table):
+class Load(KeyTable):
     """A point load: a force, a mass that hangs there and moves along, or both."""
 
     table: ClassVar[str] = "load"
@@ -47,7 +47,7 @@ class Load(Table):
         yield [((), given, lambda: "missing key: force, mass, or both")]
 
 
-class Ice(Table):
+class Ice(KeyTable):
     """Ice, or any other load per length that hangs on the cable."""
 
     table: ClassVar[str] = "ice"
@@ -61,7 +61,7 @@ class Ice(Table):
     )
 
 
-class SteadyWind(Table):
+class SteadyWind(KeyTable):
     """A horizontal wind that does not change in time."""
 
     table: ClassVar[str] = "steady_wind"
@@ -86,7 +86,7 @@ class SteadyWind(Table):
         return self.pressure if self.pressure is not None else self.air_density / 2 * self.speed**2
 
 
-class CommonLoadCase(Table):
+class CommonLoadCase(KeyTable):
     """What a day does to every cable; unstretched lengths are those of the reference state."""
 
     temperature: Temperature | None = Field(
@@ -109,7 +109,7 @@ class CommonLoadCase(Table):
         return diameter + 2 * ice.thickness
 
     def needs_of(self, cable, path, name):
-        """The relations that a cable has what the case of this name needs; a list as of `Table.relations`.
+        """The relations that a cable has what the case of this name needs; a list as of `KeyTable.relations`.
 
         Parameters
         ----------
@@ -128,7 +128,7 @@ class CommonLoadCase(Table):
         ]  # fmt: skip
 
 
-class EndForces(Table):
+class EndForces(KeyTable):
     """Forces on the ends of one cable, as far as these are free to move."""
 
     end_2: ForceVector = Field(NONE, description="On the gondola, along x, in which it is free to move")
@@ -139,7 +139,7 @@ class EndForces(Table):
         yield [(("end_2",), held, lambda: "end 2 is free along x only: the forces along y and z must be 0")]
 
 
-class EndMoves(Table):
+class EndMoves(KeyTable):
     """Displacements of the ends of one cable."""
 
     end_1: ShiftVector = Field(NONE, description="Displacement of end 1 along x, y, z")
@@ -163,14 +163,14 @@ def _by_cable(value):
     return value
 
 
-class DeadLoad(Table):
+class DeadLoad(KeyTable):
     """A force, and a moment on a body, in global axes; a bare vector in the file is a force."""
 
     force: ForceVector = Field(NONE, description="Force along x, y, z (z up)")
     moment: tuple[Moment, Moment, Moment] = Field(NONE, description="Moment about x, y, z; of a body only")
 
     def value_at(self, path):
-        """See `Table.value_at`; a component alone is one of the force, as where the file has a bare vector."""
+        """See `KeyTable.value_at`; a component alone is one of the force, as where the file has a bare vector."""
         return super().value_at(("force", *path) if path[0].isdigit() else path)
 
 
@@ -185,7 +185,7 @@ ForceOrLoad = Annotated[
 ]
 
 
-class SuspensionCase(CommonLoadCase):
+class SuspensionLoadCase(CommonLoadCase):
     """One of the days of a suspension."""
 
     forces: dict[Name, ForceOrLoad] = Field(
@@ -200,7 +200,7 @@ class SuspensionCase(CommonLoadCase):
     ] = Field({}, description="Name of a cable -> point loads beside those of the cable")
 
 
-class Reference(Table):
+class ReferenceTable(KeyTable):
     """The state in which preload, tension and sag of a cable hold."""
 
     temperature: Temperature = Field(288.15, description="Temperature of the cable, also where a case gives none")

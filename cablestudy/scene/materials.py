@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 from pydantic import BeforeValidator, Field, ValidationError
 
 from cablestudy.scene.document import read_file
-from cablestudy.scene.fields import MaterialName, Quantity, Table, wrong
+from cablestudy.scene.fields import KeyTable, MaterialName, Quantity, wrong
 from cablestudy.scene.layers import OF_SECTION
 from cablestudy.scene.units import show
 
@@ -25,7 +25,7 @@ def _root(value):
     return math.sqrt(value) if isinstance(value, float) else value**0.5
 
 
-class Properties(Table):
+class Properties(KeyTable):
     """What a cross-section is made of. Of alternatives that are not given the values are None."""
 
     axial_stiffness: Annotated[float, Quantity("N", *STIFFNESS_RANGE)] | None = Field(
@@ -57,7 +57,7 @@ class Properties(Table):
 
     @classmethod
     def key_mistakes(cls, given):
-        """See `Table.key_mistakes`: also a size that is stated twice."""
+        """See `KeyTable.key_mistakes`: also a size that is stated twice."""
         found = super().key_mistakes(given)
         if {"area", "diameter", "fill_factor"} <= set(given):
             found.append((("fill_factor",), "has no effect: area and diameter are given"))
@@ -144,7 +144,7 @@ class Material(Properties):
 
     @classmethod
     def key_mistakes(cls, given):
-        """See `Table.key_mistakes`: also a stiffness or mass that is missing."""
+        """See `KeyTable.key_mistakes`: also a stiffness or mass that is missing."""
         found, given = super().key_mistakes(given), set(given)
         for (whole,), (per_area,) in OF_SECTION[:2]:
             if given.isdisjoint((whole, per_area)):

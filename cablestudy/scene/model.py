@@ -4,14 +4,14 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from cablestudy.scene.fields import Count, Quantity, Table
+from cablestudy.scene.fields import Count, KeyTable, Quantity
 
 DEFAULT_ACCURACY = 1e-4
 MAX_ELEMENTS = 1_000_000
 MAX_ORDER = 64
 
 
-class Model(Table):
+class ModelTable(KeyTable):
     """How finely the cable is computed: to an accuracy (`elements` is None), or with exactly these elements."""
 
     table: ClassVar[str] = "model"

@@ -18,7 +18,7 @@ def as_suspension(scene, damping=0.0):
 
     Parameters
     ----------
-    scene : Scene
+    scene : CableScene
         Already checked, so that nothing is checked again.
     damping : float
         Viscous damping of the cable by the air, per length. [N s/m^2]

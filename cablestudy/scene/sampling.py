@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from cablestudy.scene.fields import Count, Table
+from cablestudy.scene.fields import Count, KeyTable
 from cablestudy.scene.ranges import MAX_COUNT
 
 METHODS = ("sobol", "latin_hypercube", "saltelli")
@@ -15,7 +15,7 @@ MAX_SEED = 2**63 - 1
 FEWEST = 8  # points of a sensitivity study, below which bootstrap intervals are meaningless
 
 
-class Sample(Table):
+class Sample(KeyTable):
     """The key `sample` of a study."""
 
     method: Literal[METHODS] = Field(

@@ -4,18 +4,18 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import Field, ValidationError
 
-from cablestudy.scene.cable_table import CHORD_RANGE, Cable, Damping, TensionAt, beyond_the_end
-from cablestudy.scene.control_tables import AutoGain, Controller, Drive, Margin, Notch
+from cablestudy.scene.cable_table import CHORD_RANGE, Cable, DampingTable, TensionAt, beyond_the_end
+from cablestudy.scene.control_tables import AutoGain, Controller, Drive, Margin, NotchTable
 from cablestudy.scene.document import apply_sets, read_document
 from cablestudy.scene.empty_keys import empty_keys
-from cablestudy.scene.fields import CaseName, Name, Quantity, Table, suggestion, table_at
+from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, suggestion, table_at
 from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Correction, Exposure
 from cablestudy.scene.layers import split_key
-from cablestudy.scene.load_tables import EndForces, EndMoves, Ice, Load, LoadCase, Reference, SteadyWind
+from cablestudy.scene.load_tables import EndForces, EndMoves, Ice, Load, LoadCase, ReferenceTable, SteadyWind
 from cablestudy.scene.materials import Material, Materials
 from cablestudy.scene.mistakes import findings, located
-from cablestudy.scene.model import Model
+from cablestudy.scene.model import ModelTable
 from cablestudy.scene.section import limited
 from cablestudy.scene.strict_yaml import refuse
 from cablestudy.scene.suspension import SUSPENSION_TABLES, WHEEL_TABLES, is_suspension, read_suspension
@@ -25,7 +25,7 @@ from cablestudy.scene.wind_tables import Coefficient, Wind
 STUDY_KEYS = ("vary", "columns")
 
 
-class Gondola(Table):
+class Gondola(KeyTable):
     """The body on end 2, free along x."""
 
     mass: Annotated[float, Quantity("kg", 1e-9, 1e15)] = Field(description="Mass of the gondola")
@@ -33,7 +33,7 @@ class Gondola(Table):
     drag_coefficient: Coefficient | None = Field(None, description="Drag coefficient of that area")
 
 
-class Winch(Drive):
+class WinchTable(Drive):
     """The winch that moves the cable."""
 
     location: Literal["ground", "gondola"] = Field("ground", description="ground (end 1) or gondola (end 2)")
@@ -45,13 +45,13 @@ class Winch(Drive):
             yield from self.follows(self.controller)
 
 
-class Scene(Table):
+class CableScene(KeyTable):
     """The contents of a scene file."""
 
     gravity: Annotated[float, Quantity("m/s^2", 0, 1e6)] = Field(9.81, description="Acceleration of gravity, along -z")
     cable: Cable = Field(description="The cable")
     gondola: Gondola | None = Field(None, description="The body on end 2, free along x")
-    winch: Winch | None = Field(None, description="The winch that moves the cable")
+    winch: WinchTable | None = Field(None, description="The winch that moves the cable")
     wind: Wind | None = Field(None, description="The wind on the gondola")
     ground: Ground | None = Field(None, description="Level of the ground, or [x, z] of points under the cable")
     cases: dict[CaseName, LoadCase] = Field(
@@ -61,7 +61,7 @@ class Scene(Table):
     exposure: Exposure | None = Field(None, description="Time of one exposure, within which motion blurs the image")
     correction: Correction | None = Field(None, description="The mirror that corrects the image")
     materials: Materials = Field({}, description="Name -> material or rope, over the built-in ones; or their file")
-    model: Model = Field(Model(), description="How finely the cable is computed")
+    model: ModelTable = Field(ModelTable(), description="How finely the cable is computed")
 
     @property
     def load_case(self):
@@ -118,12 +118,12 @@ NO_CASE = LoadCase.model_construct()
 
 # Where each mapping of the file lies ("*": any index) and which model reads it.
 TABLES = {
-    (): Scene,
+    (): CableScene,
     ("cable",): Cable,
-    ("cable", "damping"): Damping,
+    ("cable", "damping"): DampingTable,
     ("cable", "loads", "*"): Load,
     ("cable", "tension"): TensionAt,
-    ("cable", "reference"): Reference,
+    ("cable", "reference"): ReferenceTable,
     ("cases", "*"): LoadCase,
     ("cases", "*", "ice"): Ice,
     ("cases", "*", "wind"): SteadyWind,
@@ -131,15 +131,15 @@ TABLES = {
     ("cases", "*", "forces"): EndForces,
     ("cases", "*", "moves"): EndMoves,
     ("gondola",): Gondola,
-    ("winch",): Winch,
+    ("winch",): WinchTable,
     ("winch", "controller"): Controller,
     ("winch", "controller", "gain"): AutoGain,
     ("winch", "controller", "gain", "auto"): Margin,
-    ("winch", "controller", "notch"): Notch,
+    ("winch", "controller", "notch"): NotchTable,
     ("wind",): Wind,
     ("correction",): Correction,
     ("materials", "*"): Material,
-    ("model",): Model,
+    ("model",): ModelTable,
 }
 
 
@@ -200,7 +200,7 @@ def read_scene(document):
         return read_suspension(document)
     found = list(empty_keys(document, TABLES))
     try:
-        scene = Scene.model_validate(document.value, context={"materials": document.value.get("materials")})
+        scene = CableScene.model_validate(document.value, context={"materials": document.value.get("materials")})
     except ValidationError as error:
         raise located(found + findings(error, document.value, TABLES), document) from None
     if found:

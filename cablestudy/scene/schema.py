@@ -31,9 +31,9 @@ def scene_schema():
     dict
         With `base:` present, keys may be missing; without, the schema asks for all that a scene needs.
     """
-    _, schemas = models_json_schema([(model, "validation") for model in TABLES.values()], schema_generator=_Plain)
+    _, schemas = models_json_schema([(model, "validation") for model in TABLES.values()], schema_generator=_PlainSchema)
     definitions = schemas["$defs"]
-    schema = definitions["Scene"]
+    schema = definitions["CableScene"]
     _name_materials(definitions["Cable"])
     complete = {}
     for path, model in TABLES.items():
@@ -41,7 +41,7 @@ def scene_schema():
         complete[path] = _complete(model, table)
         _allow_parts(model, table)
     schema["properties"] = {"base": BASE, **schema["properties"], "materials": _materials(schema)}
-    del definitions["Scene"]
+    del definitions["CableScene"]
     definitions["Controller"]["properties"]["notch"]["anyOf"].append({"const": "none"})
     schema |= {"if": {"required": ["base"]}, "else": _nested(complete)}
     return {"$schema": DIALECT, "title": "cablestudy scene", **schema, "$defs": definitions}
@@ -64,7 +64,7 @@ def suspension_schema():
     """
     tables = [*SUSPENSION_TABLES.items(), *WHEEL_TABLES.items()]
     models = [(model, "validation") for _, model in tables]
-    definitions = models_json_schema(models, schema_generator=_Plain)[1]["$defs"]
+    definitions = models_json_schema(models, schema_generator=_PlainSchema)[1]["$defs"]
     complete = {}
     for path, model in tables:
         table = definitions[model.__name__]
@@ -87,7 +87,7 @@ def study_schema():
     -------
     dict
     """
-    schema = StudyTable.model_json_schema(schema_generator=_Plain)
+    schema = StudyTable.model_json_schema(schema_generator=_PlainSchema)
     definitions = schema.pop("$defs")
     dotted = {"pattern": r"^[^.\s]+(\.[^.\s]+)*$"}
     definitions["Values"] = {
@@ -134,7 +134,7 @@ def _range_schema(*keys):
     }
 
 
-class _Plain(GenerateJsonSchema):
+class _PlainSchema(GenerateJsonSchema):
     """pydantic's schema without titles, docstrings and null defaults, of which an editor has no use."""
 
     def field_title_should_be_set(self, schema):

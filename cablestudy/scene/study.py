@@ -12,12 +12,12 @@ from pydantic import BeforeValidator, Field, StrictBool, StrictStr, ValidationEr
 from cablestudy.errors import SceneError
 from cablestudy.scene.document import MAPPING, STDIN, apply_sets, read_base, read_file
 from cablestudy.scene.entries import clash, entries_of, entries_of_options
-from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
+from cablestudy.scene.fields import Either, KeyTable, Name, Quantity, wrong
 from cablestudy.scene.layers import replaced_by, split_key
 from cablestudy.scene.likely_mistakes import likely_mistakes
 from cablestudy.scene.mistakes import at_most, collect, located
 from cablestudy.scene.sampling import Sample
-from cablestudy.scene.scene import Scene, read_scene
+from cablestudy.scene.scene import CableScene, read_scene
 from cablestudy.scene.strict_yaml import mistake, refuse
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.scene.units import show
@@ -32,7 +32,7 @@ def _listed(value):
     return [value] if isinstance(value, str) else value
 
 
-class Plot(Table):
+class Plot(KeyTable):
     """What `--plot` draws."""
 
     x: Name = Field(description="Column or varied key along x")
@@ -57,7 +57,7 @@ Written = Annotated[
 ]
 
 
-class Find(Table):
+class Find(KeyTable):
     """For which value of a key a column takes a value."""
 
     column: Name = Field(description="Column, with or without its unit")
@@ -68,7 +68,7 @@ class Find(Table):
     )
 
 
-class StudyTable(Table):
+class StudyTable(KeyTable):
     """The keys of a study file."""
 
     title: StrictStr = Field("", description="Heading of the table")
@@ -88,13 +88,13 @@ class StudyTable(Table):
 
 
 # What tells a scene from a study; both may have `base`.
-SCENE_KEYS = Scene.model_fields.keys() | SuspensionScene.model_fields.keys()
+SCENE_KEYS = CableScene.model_fields.keys() | SuspensionScene.model_fields.keys()
 OF_SCENE = "unknown key of a study: it is one of a scene, which set changes by dotted keys, as set: {gravity: 9.8}"
 STUDY_KEYS = StudyTable.model_fields.keys() - {"base"}
 TABLES = {(): StudyTable, ("plot",): Plot, ("sample",): Sample, ("find",): Find}
 
 
-class Study:
+class StudyFile:
     """A study file, read and checked.
 
     Attributes
@@ -189,7 +189,7 @@ class Study:
         return {key: value for key, value, _ in self._settings(self._steps(index))}
 
     def case(self, index):
-        """Overrides and Scene of one case, from 0, what `find` solves for as it is in the scene. `study.scene_values`
+        """Overrides and scene of one case, from 0, what `find` solves for as it is in the scene. `study.scene_values`
         reads many at once.
 
         Raises
@@ -265,7 +265,7 @@ def read_study(path, sets=(), vary=()):
     Raises
     ------
     SceneError
-        All that is wrong with the study file itself; the cases are checked by `Study.check`.
+        All that is wrong with the study file itself; the cases are checked by `StudyFile.check`.
     """
     return study_of(read_file(path), sets, vary)
 
@@ -297,7 +297,7 @@ def study_of(source, sets=(), vary=()):
     if found:
         raise located(found, source)
     added = entries_of_options(vary, entries, cases)
-    study = Study(source, table, base(), entries, added)
+    study = StudyFile(source, table, base(), entries, added)
     _refuse_idle(study, entries, sets)
     if table.find:
         _refuse_solved(study)

@@ -8,28 +8,35 @@ from typing import Annotated, Literal
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from cablestudy.scene.actuator_tables import LIMITS, Actuator, ReactionMass, ReactionWheel, is_wheel
-from cablestudy.scene.cable_table import CHORD_RANGE, LENGTH_RATIO, Damping, TensionAt, beyond_the_end, length_ratio
+from cablestudy.scene.cable_table import (
+    CHORD_RANGE,
+    LENGTH_RATIO,
+    DampingTable,
+    TensionAt,
+    beyond_the_end,
+    length_ratio,
+)
 from cablestudy.scene.carried_mass import actuator_relations
 from cablestudy.scene.connections import attachment_of, connection_mistakes, unheld, written_connections
-from cablestudy.scene.control_tables import Allocation, AutoGain, Control, Drive, Margin, Notch
+from cablestudy.scene.control_tables import AllocationTable, AutoGain, Control, Drive, Margin, NotchTable
 from cablestudy.scene.determinacy import determinacy_mistakes
 from cablestudy.scene.empty_keys import empty_keys
-from cablestudy.scene.fields import CaseName, Name, Quantity, Table, suggestion
+from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, suggestion
 from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Exposure, MarkerCorrection
 from cablestudy.scene.layers import merge
-from cablestudy.scene.load_tables import DeadLoad, Ice, Load, Reference, SteadyWind, SuspensionCase
+from cablestudy.scene.load_tables import DeadLoad, Ice, Load, ReferenceTable, SteadyWind, SuspensionLoadCase
 from cablestudy.scene.materials import Material, Materials
 from cablestudy.scene.mistakes import findings, located
-from cablestudy.scene.model import Model
+from cablestudy.scene.model import ModelTable
 from cablestudy.scene.references import case_mistakes, reference_mistakes
 from cablestudy.scene.section import limited, within
 from cablestudy.scene.suspension_tables import (
     MOTIONS,
     Body,
     CableWinch,
-    Point,
     PointOrPlace,
+    PointTable,
     SharedCable,
     SuspendedCable,
     Tensions,
@@ -47,10 +54,10 @@ INSTEAD = {
     **{(key,): "that of all winches is under control" for key in ("controller", *Drive.model_fields)},
 }
 OF_CABLES = ("cable",), ("cables",), ("cases",), ("winches",)  # tables with keys of one cable
-NO_CASE = SuspensionCase.model_construct()
+NO_CASE = SuspensionLoadCase.model_construct()
 
 
-class SuspensionScene(Table):
+class SuspensionScene(KeyTable):
     """All that the file of a suspension says. Each cable holds its own keys and those of `cable` that it lacks."""
 
     gravity: Annotated[float, Quantity("m/s^2", 0, 1e6)] = Field(9.81, description="Acceleration of gravity, along -z")
@@ -67,14 +74,14 @@ class SuspensionScene(Table):
     actuators: dict[Name, Actuator] = Field({}, description="Name -> reaction mass (mass) or reaction wheel (inertia)")
     wind: SuspensionWind | None = Field(None, description="The wind on bodies and cables")
     ground: Ground | None = Field(None, description="Level of the ground, or [x, z] of points under the cables")
-    cases: dict[CaseName, SuspensionCase] = Field(
+    cases: dict[CaseName, SuspensionLoadCase] = Field(
         {}, description="Name -> temperature, ice, wind, loads, forces and moves of one day"
     )
     case: Name | None = Field(None, description="Which of the cases; without it the reference state")
     exposure: Exposure | None = Field(None, description="Time of one exposure, within which motion blurs the image")
     correction: MarkerCorrection | None = Field(None, description="The mirror that corrects the image")
     materials: Materials = Field({}, description="Name -> material or rope, over the built-in ones; or their file")
-    model: Model = Field(Model(), description="How finely the cables are computed")
+    model: ModelTable = Field(ModelTable(), description="How finely the cables are computed")
     _written: dict = PrivateAttr({})  # the plain values of the file
 
     @model_validator(mode="before")
@@ -84,7 +91,7 @@ class SuspensionScene(Table):
         return _with_shared(data)
 
     def with_value(self, path, value):
-        """See `Table.with_value`; a key of `cable` is set in the cables that have it from there too."""
+        """See `KeyTable.with_value`; a key of `cable` is set in the cables that have it from there too."""
         scene = super().with_value(path, value)
         if path[0] != "cable":
             return scene
@@ -100,7 +107,7 @@ class SuspensionScene(Table):
 
     @property
     def load_case(self):
-        """The chosen `SuspensionCase`; without one that of no temperature, ice, wind and loads."""
+        """The chosen `SuspensionLoadCase`; without one that of no temperature, ice, wind and loads."""
         return NO_CASE if self.case is None else self.cases[self.case]
 
     def loads_on(self, cable):
@@ -258,19 +265,19 @@ def _turned(angles, place):
 SUSPENSION_TABLES = {
     (): SuspensionScene,
     ("cable",): SharedCable,
-    ("cable", "damping"): Damping,
-    ("cable", "reference"): Reference,
+    ("cable", "damping"): DampingTable,
+    ("cable", "reference"): ReferenceTable,
     ("cable", "loads", "*"): Load,
     ("cable", "tension"): TensionAt,
-    ("points", "*"): Point,
+    ("points", "*"): PointTable,
     ("bodies", "*"): Body,
     ("bodies", "*", "wind"): BodyWind,
     ("cables", "*"): SuspendedCable,
-    ("cables", "*", "damping"): Damping,
-    ("cables", "*", "reference"): Reference,
+    ("cables", "*", "damping"): DampingTable,
+    ("cables", "*", "reference"): ReferenceTable,
     ("cables", "*", "loads", "*"): Load,
     ("cables", "*", "tension"): TensionAt,
-    ("cases", "*"): SuspensionCase,
+    ("cases", "*"): SuspensionLoadCase,
     ("cases", "*", "ice"): Ice,
     ("cases", "*", "wind"): SteadyWind,
     ("cases", "*", "loads", "*", "*"): Load,
@@ -280,13 +287,13 @@ SUSPENSION_TABLES = {
     ("control",): Control,
     ("control", "gain"): AutoGain,
     ("control", "gain", "auto"): Margin,
-    ("control", "notch"): Notch,
-    ("control", "allocation"): Allocation,
+    ("control", "notch"): NotchTable,
+    ("control", "allocation"): AllocationTable,
     ("actuators", "*"): ReactionMass,
     ("wind",): SuspensionWind,
     ("correction",): MarkerCorrection,
     ("materials", "*"): Material,
-    ("model",): Model,
+    ("model",): ModelTable,
 }
 # The other kind of what lies under actuators.
 WHEEL_TABLES = {("actuators", "*"): ReactionWheel}

@@ -8,8 +8,8 @@ from cablestudy.scene.cable_table import CableProperties, Length, TensionAt, bey
 from cablestudy.scene.cable_table import Point as Place
 from cablestudy.scene.connections import wrong_name
 from cablestudy.scene.determinacy import ROTATIONS, STATED
-from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
-from cablestudy.scene.load_tables import MAX_LOADS, Angle, ForceVector, Load, Moment, Reference
+from cablestudy.scene.fields import Either, KeyTable, Name, Quantity, wrong
+from cablestudy.scene.load_tables import MAX_LOADS, Angle, ForceVector, Load, Moment, ReferenceTable
 from cablestudy.scene.section import Tension as StatedTension
 from cablestudy.scene.units import show
 from cablestudy.scene.wind_tables import BodyWind
@@ -57,7 +57,7 @@ def each_once(value):
     return value
 
 
-class Point(Table):
+class PointTable(KeyTable):
     """A place that a cable may end at, fixed or free to move; a bare place in the file is a fixed one."""
 
     at: Place = Field(description="Where it is; of a free point where the search begins")
@@ -66,11 +66,11 @@ class Point(Table):
     force: ForceVector = Field((0.0, 0.0, 0.0), description="Dead load on a free point")
 
     def value_at(self, path):
-        """See `Table.value_at`; a component alone is one of the place, as where the file has a bare place."""
+        """See `KeyTable.value_at`; a component alone is one of the place, as where the file has a bare place."""
         return super().value_at(("at", *path) if path[0].isdigit() else path)
 
     def with_value(self, path, value):
-        """See `Table.with_value`, and `value_at`."""
+        """See `KeyTable.with_value`, and `value_at`."""
         return super().with_value(("at", *path) if path[0].isdigit() else path, value)
 
     def relations(self):
@@ -81,20 +81,20 @@ class Point(Table):
 
 
 def _fixed_point(place):
-    return Point(at=_place(place))
+    return PointTable(at=_place(place))
 
 
 PointOrPlace = Annotated[
-    Point | Place,
+    PointTable | Place,
     Either(
-        ((list, _fixed_point), (tuple, _fixed_point), ((dict, Point), Point.model_validate)),
+        ((list, _fixed_point), (tuple, _fixed_point), ((dict, PointTable), PointTable.model_validate)),
         "a place [x, y, z], or a mapping with the keys at, free, mass, force",
         (_TRIPLE, {"$ref": "#/$defs/Point"}),
     ),
 ]
 
 
-class Body(Table):
+class Body(KeyTable):
     """A rigid body. Vectors that begin at its reference point are in body axes, but loads are in global ones."""
 
     at: Place = Field(description="Its reference point: where it shall be, or where the search begins")
@@ -197,8 +197,8 @@ class _Stated(CableProperties):
     )
     tension: TensionAt | None = Field(None, description="Tension at a named place (instead of unstretched_length)")
     force_density: ForceDensity | None = Field(None, description="Tension over length, for form finding")
-    reference: Reference = Field(
-        Reference.model_construct(), description="The state in which lengths, tensions and sags hold"
+    reference: ReferenceTable = Field(
+        ReferenceTable.model_construct(), description="The state in which lengths, tensions and sags hold"
     )
     loads: tuple[Load, ...] = Field((), max_length=MAX_LOADS, description="Point loads on the cable")
 
@@ -256,7 +256,7 @@ _force = Quantity("N", 1e-24, 1e24).read
 _forces = TypeAdapter(dict[Name, Tension]).validate_python
 
 
-class Tensions(Table):
+class Tensions(KeyTable):
     """Which tensions are chosen where more cables than necessary hold the bodies."""
 
     method: Literal["balanced", "least", "closest"] = Field(
@@ -289,7 +289,7 @@ class Tensions(Table):
         yield [(("reference",), closest or not given, lambda: message)]
 
 
-class CableWinch(Table):
+class CableWinch(KeyTable):
     """A winch that reels one of the cables, or moves its end."""
 
     end: Literal["from", "to"] = Field("from", description="from (on the ground) or to (on board)")

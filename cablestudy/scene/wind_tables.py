@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, StrictBool, TypeAdapter
 
 from cablestudy.scene.cable_table import Point as Place
-from cablestudy.scene.fields import LEAST, Either, Quantity, Table, wrong
+from cablestudy.scene.fields import LEAST, Either, KeyTable, Quantity, wrong
 from cablestudy.scene.units import show
 
 Coefficient = Annotated[float, Quantity("", 1e-6, 1e6)]
@@ -30,7 +30,7 @@ def one_or_three(quantity, components):
     return Annotated[number | tuple[number, number, number], Either(readers, f"one number, or {components}", schemas)]
 
 
-class WindTable(Table):
+class WindTable(KeyTable):
     """What the wind on one cable and on a suspension have in common."""
 
     table: ClassVar[str] = "wind"
@@ -128,7 +128,7 @@ class SuspensionWind(WindTable):
 Area = one_or_three(Quantity("m^2", 0, 1e12), "[along x, along y, along z]")
 
 
-class BodyWind(Table):
+class BodyWind(KeyTable):
     """What a body offers to the wind."""
 
     area: Area = Field(description="Areas seen along the body axes x, y, z; one number is the area from all sides")

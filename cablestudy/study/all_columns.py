@@ -5,6 +5,7 @@ from cablestudy.scene.scene import quantity_of
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study import columns as of_one_cable
 from cablestudy.study.columns import Column
+from cablestudy.study.one_cable_columns import why_not_of_one_cable
 from cablestudy.study.suspension import columns as of_suspensions
 from cablestudy.study.table import Field, Table
 
@@ -44,14 +45,7 @@ def why_not(scene, column):
     """Why a scene cannot have a column, or an empty text."""
     if isinstance(scene, SuspensionScene):
         return of_suspensions.why_not(scene, column)
-    if "." in column.name or column.name in OF_SUSPENSIONS or of_suspensions.MODE.fullmatch(column.name):
-        case, _, name = column.name.partition(".")
-        here = f"; {case} is a load case: --case {case}, or vary: [{{case: [{case}]}}], has the column {name}"
-        return f"{column.name} is a column of suspensions{here if case in getattr(scene, 'cases', ()) else ''}"
-    if column.without and of_one_cable.attribute(scene, column.without) is not None:
-        return f"{column.name} is of a cable with fixed ends: the scene must not have the key {column.without}"
-    key = of_one_cable.lacks(scene, column)
-    return f"{column.name} needs the key {key}, which the scene does not have" if key else ""
+    return why_not_of_one_cable(scene, column)
 
 
 def columns_table(text=""):

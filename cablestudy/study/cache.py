@@ -1,7 +1,5 @@
 """Results that cases share: one that depends on some keys of the scene only serves every case with equal keys."""
 
-from cablestudy.errors import CablestudyError
-
 MAX_CABLES = 256  # whose results are kept; a sweep solves 200 cases at once
 MAX_NUMBERS = 4_000_000  # in the models of all of them, about 32 MB
 PLAIN = (float, int, str)
@@ -68,49 +66,9 @@ def shared(*keys):
         def put(case, result):
             case.known[name] = result
 
-        get.keys = keys
         return property(get, put, doc=function.__doc__)
 
     return wrap
-
-
-def share(cases, name, compute):
-    """Compute a shared result of many cases at once, for each distinct key once.
-
-    A case whose result fails raises the error when it is asked for it.
-
-    Parameters
-    ----------
-    cases : sequence of Case
-    name : str
-        Of a property made by `shared`.
-    compute : callable
-        List of cases -> list of results or CablestudyError.
-
-    Returns
-    -------
-    list
-        The results that there are, each once.
-    """
-    lacking, results = {}, {}
-    for case in cases:
-        try:
-            where = case.key_of(name, getattr(type(case), name).fget.keys)
-        except CablestudyError:
-            continue
-        if name in case.known or where in case.cache:
-            results[where] = getattr(case, name)
-        else:
-            lacking.setdefault(where, []).append(case)
-    first = [alike[0] for alike in lacking.values()]
-    for (where, alike), result in zip(lacking.items(), compute(first) if first else (), strict=True):
-        if isinstance(result, CablestudyError):
-            continue
-        results[where] = result
-        for case in alike:
-            case.cache.put(*where, case.size, result)
-            case.known[name] = result
-    return list(results.values())
 
 
 def frozen(value):

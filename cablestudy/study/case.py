@@ -7,10 +7,8 @@ import numpy as np
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
 from cablestudy.cable.dynamics import PLANAR
 from cablestudy.cable.geometry import midspan
-from cablestudy.control import gondola
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.cache import Cache, frozen, shared
-from cablestudy.study.gondola import coupled_of, gondola_damping_ratio
 from cablestudy.study.models import MAX_MODES, model_of
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues
@@ -18,10 +16,6 @@ from cablestudy.study.statics import ClosedStatics, DiscreteStatics
 from cablestudy.wind.drag import body_damping, cable_damping
 
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
-OF_EXCITED = ("coupled", "end_inertia", "end_model_along_x")  # results computed from `Case.excited`
-# modes above GONDOLA_MODES times the gondola's frequency, or more for high accuracies, are not summed one by one; the
-# error falls with the sixth power of that number n, as (OMITTED/n)^6, measured on random scenes
-GONDOLA_MODES, OMITTED = 20, 1.5
 SPARE = 1.2  # times as many modes as are expected below an axial one are computed at first
 # what the statics and undamped motion of the cable depend on, beside gravity and model
 CABLE = ("ends", "chord", "inclination", "section_axial_stiffness", "section_mass", "section_diameter",
@@ -34,7 +28,7 @@ class Case:
 
     Parameters
     ----------
-    scene : Scene
+    scene : CableScene
     results : Results, optional
         Of a batch to which the case belongs; without it, of this scene alone.
     index : int
@@ -187,7 +181,7 @@ class Case:
 
     @shared()
     def model(self):
-        """The elements: `models.Model`.
+        """The elements: `models.CableElements`.
 
         Raises
         ------
@@ -217,16 +211,9 @@ class Case:
         return self.model.dynamics((OUT_OF_PLANE,)) if self.planar else self.dynamics
 
     @property
-    def excited(self):
-        """The free vibration that moving end 2 along x excites: `Dynamics`."""
-        return self.dynamics if self.results.across_x[self.index] else self.in_plane
-
-    @property
     def dof(self):
         """Free displacements of all motion that was computed or taken from the cache. [-]"""
         used = [self.known[name] for name in MOTIONS if name in self.known]
-        if any(name in self.known for name in OF_EXCITED):
-            used.append(self.excited)
         return sum(part.dof for part in {id(part): part for part in used}.values())
 
     @cached_property
@@ -288,20 +275,10 @@ class Case:
 
     # ---------------------------------------------------------------------------------------- ends, gondola and loop
 
-    @shared()
-    def end_inertia(self):
-        """Inertia of the cable at end 2 moving along x, shape (3,): see `Ends.moments`."""
-        return self.model.end_moments(self.excited.planes)
-
     @shared("damping_key")
     def end_model(self):
         """The cable at its two ends, with every mode that the model has: `Superelement`."""
         return self.model.end_model(self.dynamics.planes, self.scene.cable.damping)
-
-    @shared("damping_key")
-    def end_model_along_x(self):
-        """The same with only the motion that moving the ends along x excites."""
-        return self.model.end_model(self.excited.planes, self.scene.cable.damping)
 
     @shared("damping_key")
     def cable_models(self):
@@ -384,8 +361,10 @@ class Case:
 
     @property
     def system_size(self):
-        """Coordinates of the linear system of gondola and cable; 0 where none was made. [-]"""
-        return max((len(one.described.motion) for one in self.solved_winds), default=0)
+        """Coordinates of the largest linear system of gondola and cable; 0 where none was made. [-]"""
+        of_modes = (found for known in self.coupled_models.values() for found in known.values())
+        sizes = [len(found.shapes) for found in of_modes if not isinstance(found, Exception)]
+        return max([*sizes, *(len(one.described.motion) for one in self.solved_winds)], default=0)
 
     @property
     def body_key(self):
@@ -418,48 +397,14 @@ class Case:
     @cached_property
     def gondola_frequency_static(self):
         """sqrt(k/M)/(2 pi). [Hz]"""
-        return gondola.static_frequency(self.scene.gondola.mass, self.end_stiffness_along(0))
-
-    @property
-    def gondola_modes(self):
-        """Cable modes up to so many times the gondola's frequency are summed one by one in a large model. [-]"""
-        accuracy = self.scene.model.accuracy if self.exact_statics else 1.0
-        return max(GONDOLA_MODES, 2 * accuracy ** (-1 / 6))
-
-    @property
-    def omitted(self):
-        """Relative error of the gondola's motion by the modes that are not summed one by one. [-]"""
-        return 0.0 if self.excited.small else (OMITTED / self.gondola_modes) ** 6
-
-    @shared("mass_key")
-    def coupled(self):
-        """Undamped frequencies of gondola and cable together [Hz], and the gondola's share in them."""
-        found = coupled_of([self])[0]
-        if isinstance(found, Exception):
-            raise found
-        return found
-
-    @property
-    def gondola_frequency(self):
-        """Frequency of the coupled mode with the largest share of the gondola's static compliance. [Hz]"""
-        frequency, share = self.coupled
-        return float(frequency[gondola.gondola_mode(share)])
-
-    @property
-    def gondola_share(self):
-        """Share of that mode in the gondola's static compliance. [-]"""
-        return float(self.coupled[1].max())
+        return np.sqrt(self.end_stiffness_along(0) / self.scene.gondola.mass) / (2 * np.pi)
 
     @cached_property
-    def gondola_damping_ratio(self):
-        """Of the gondola's mode. [-]
+    def gondola_mode(self):
+        """`GondolaMode`."""
+        from cablestudy.study.gondola import GondolaMode
 
-        Raises
-        ------
-        NoSolutionError
-            So much damping that the mode does not oscillate.
-        """
-        return gondola_damping_ratio(self)
+        return GondolaMode(self)
 
     # --------------------------------------------------------------------------------------------------------- wind
 

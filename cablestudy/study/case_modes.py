@@ -9,7 +9,7 @@ from cablestudy.study import notes
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find, relative
 from cablestudy.study.models import solve_models
-from cablestudy.study.refinement import AccuracyNeeds, Refinement, reference_scene, refine
+from cablestudy.study.refinement import Refinement, reference_scene, refine
 from cablestudy.study.row import evaluate
 
 
@@ -38,6 +38,34 @@ def modes(case, count=None, upto=None, estimate=False):
     NoSolutionError, ConvergenceError
     """
 
+    used, found, search = solved_modes(case, count, upto)
+    if search is None:
+        written, warnings = notes.of_fixed(case)
+        return case, found, (*written, *(about_errors(case, found) if estimate else ())), warnings
+    error = max(search.errors.values(), default=0.0)
+    return used, found, tuple(notes.of_refined(used, error, search.tried)), notes.strength_warning(case)
+
+
+def solved_modes(case, count=None, upto=None):
+    """The modes of a case without notes, and how they were found.
+
+    Parameters
+    ----------
+    case, count, upto
+        As for `modes`.
+
+    Returns
+    -------
+    case : Case
+    modes : Modes
+    search : Refinement
+        None of fixed elements.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+    """
+
     def found_by(other):
         if upto is not None:
             found = other.dynamics.up_to(upto)
@@ -48,21 +76,18 @@ def modes(case, count=None, upto=None, estimate=False):
         return found.first(count)
 
     if not case.exact_statics:
-        found, (written, warnings) = found_by(case), notes.of_fixed(case)
-        return case, found, (*written, *(about_errors(case, found) if estimate else ())), warnings
+        return case, found_by(case), None
 
     def sample(finer, _):
         found = found_by(finer)
         return dict(enumerate(found.frequency.tolist())), dict(enumerate(found.errors.tolist())), {}
 
     waves = count or 2 * upto * float(case.results.travel_time[case.index])
-    needs = AccuracyNeeds(waves, lambda _, values: max(values.values(), default=0.0), single=True)
-    search = Refinement(case, sample, needs)
+    search = Refinement(case, sample, waves)
     refine([search], solve_models)
     for error in search.failures.values():
         raise error
-    finer, error = search.used, max(search.errors.values(), default=0.0)
-    return finer, found_by(finer), tuple(notes.of_refined(finer, error, search.tried)), notes.strength_warning(case)
+    return search.used, found_by(search.used), search
 
 
 def errors_of(case, found):

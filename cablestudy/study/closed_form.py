@@ -5,13 +5,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cablestudy.errors import CablestudyError
-from cablestudy.study.columns import DAMPING_RATIO, OF_FORM, ROUNDING, not_finite, over_strength, shapeless, value
+from cablestudy.study.columns import DAMPING_RATIO, OF_FORM, ROUNDING, is_own, not_finite, over_strength, shapeless
 from cablestudy.study.results import Results
 from cablestudy.study.status import OK, OVER_STRENGTH, status_of
 
 CLOSED = ("scene", "statics", "stiffness")
-DISCRETE = ("modes", "gondola", "loop", "wind")
-SYSTEM = ("loop", "wind")  # of gondola and cable as one linear system, which states its own errors
+SYSTEM = ("gondola", "loop", "wind")  # of gondola and cable as one linear system, which states its own errors
+DISCRETE = ("modes", *SYSTEM)
 
 
 class ColumnRequirements:
@@ -19,10 +19,9 @@ class ColumnRequirements:
 
     Attributes
     ----------
-    physical, closed, single, system, motion, modes : list of Column
+    physical, closed, single, system, modes : list of Column
         All but those that describe the computation; of these the closed forms of many cases at once, the closed forms
-        computed case by case, those of gondola and cable as one system, those that need the cable's own motion, and of
-        these the frequencies of modes.
+        computed case by case, those of gondola and cable as one system, and the frequencies of the cable's own modes.
     """
 
     def __init__(self, columns):
@@ -31,17 +30,15 @@ class ColumnRequirements:
         self.closed = [column for column in closed if not column.each]
         self.single = [column for column in closed if column.each]
         self.system = _needing(self.physical, *SYSTEM)
-        self.motion = [column for column in _needing(self.physical, *DISCRETE) if column not in self.system]
-        self.modes = [column for column in self.motion if column.mode]
+        self.modes = _needing(self.physical, "modes")
         # headers of the physical ones that need more than the scene; whether there are none
         self.of_equilibrium = [column.header for column in self.physical if column.needs != "scene"]
         self.scene_only = not self.of_equilibrium
-        # whether the motion is that of the gondola too; whether damping matters
-        self.gondola = bool(_needing(self.motion, "gondola"))
-        self.damped = any(column.name == DAMPING_RATIO for column in self.motion)
-        self.in_wind = bool(_needing(self.physical, "wind"))
-        # whether one model gives the errors of all by itself
-        self.frequencies_only = len(self.modes) == len(self.motion)
+        # whether any is of the gondola's mode, and its damping ratio; of the loop or the wind; of the wind
+        self.gondola = bool(_needing(self.system, "gondola"))
+        self.damped = any(column.name == DAMPING_RATIO for column in self.system)
+        self.in_wind = bool(_needing(self.system, "wind"))
+        self.driven = self.in_wind or bool(_needing(self.system, "loop"))
         # header -> relative error of a closed form, by rounding; header of every column -> None
         self.least_errors = {c.header: c.least_error for c in self.physical if c.least_error is not None}
         self.empty = {column.header: None for column in columns}
@@ -58,29 +55,18 @@ class ColumnRequirements:
     @property
     def of_models(self):
         """Whether there is any that a closed form of many cases does not give."""
-        return bool(self.motion or self.single or self.system)
+        return bool(self.modes or self.single or self.system)
 
     def sample(self, case, refused=()):
-        """Values of the columns that need motion, at one level of refinement; without those of `refused` headers.
+        """Frequencies of modes at one level of refinement, without those of `refused` headers.
 
         Returns
         -------
         values, errors, failures : dict
-            Header -> number or None; header -> estimated relative error, of frequencies of modes, which a single model
-            gives; header -> CablestudyError of a column without a value.
+            Header -> number [Hz]; header -> estimated relative error, which a single model gives; header ->
+            CablestudyError of a column without a value.
         """
-        planes = self._planes
-        if refused:
-            planes = _by_plane([column for column in self.modes if column.header not in refused])
-        values, errors, failures = _frequencies(case, planes)
-        for column in self.motion:
-            if column.mode or column.header in refused:
-                continue
-            try:
-                values[column.header] = value(column, case)
-            except CablestudyError as error:
-                failures[column.header] = error
-        return values, errors, failures
+        return _frequencies(case, _by_plane([column for column in self.modes if column.header not in refused]))
 
 
 def _frequencies(case, planes):
@@ -142,6 +128,8 @@ class ClosedForm:
 
     def status(self, case):
         """Status of one case."""
+        if case not in self.failures and case not in self.over_strength:
+            return OK
         return status_of(self.failures.get(case, {}), OVER_STRENGTH if case in self.over_strength else "")
 
 
@@ -202,6 +190,8 @@ def evaluate_table(table, columns):
         dict of header -> estimated relative error where it exceeds ROUNDING. None where a column is no closed form of
         many cases.
     """
+    if not all(map(is_own, columns)):
+        return None
     required = ColumnRequirements(columns)
     elements = table.scene.model.elements is not None and not required.scene_only
     if elements or required.run or len(required.closed) < len(required.physical):

@@ -272,10 +272,60 @@ def _shedding(name, meaning, place):
     return Column(name, "Hz", meaning, "scene", compute, f"wind, {DIAMETER}")
 
 
-def _of_loop(name, unit, meaning, compute=None):
-    """A column of the winch loop: a number and its relative error of an `InWind`, of `Margins` by its name."""
-    found = compute or (lambda wind: wind.margin(name))
-    return Column(name, unit, meaning, "loop", lambda case: found(case.in_wind), WINCH)
+def loop_columns(keys):
+    """The columns of the loop of the winches, of one cable or of many, which need some keys: list of Column.
+
+    Functions take a case with `in_wind`, and return a number and its estimated relative error.
+    """
+    properties = {
+        "gain": ("rad/s", "integral gain of the loop of the winches, as stated or as it follows from a margin"),
+        "largest_gain": ("rad/s", "integral gain below which the loop is stable, proportional and derivative gain in "
+                         "proportion; empty when it always is"),
+        "gain_margin": ("dB", "largest stable gain over the gain, of all winches together; empty when there is no "
+                        "limit"),
+        "phase_crossover": ("Hz", "frequency at which the largest gain puts a pole of the loop on the axis: that of "
+                            "the gain margin"),
+    }  # fmt: skip
+    margins = {
+        "phase_margin": ("deg", "least angle to instability where the loop gain is one: of several coordinates where "
+                         "an eigenvalue of it has the size 1"),
+        "gain_crossover": ("Hz", "frequency at which the loop gain is one: that of the phase margin"),
+        "delay_margin": ("s", "least further delay in the loop of all winches that makes it unstable"),
+        **SENSITIVITY,
+    }  # fmt: skip
+
+    def of_margin(name):
+        return lambda case: case.in_wind.margin(name)
+
+    def of_property(name):
+        return lambda case: getattr(case.in_wind, name)
+
+    kinds = (properties, of_property), (margins, of_margin)
+    return [
+        Column(name, unit, meaning, "loop", of(name), keys)
+        for texts, of in kinds
+        for name, (unit, meaning) in texts.items()
+    ]
+
+
+def winch_columns(keys):
+    """The columns of the speed of the winches in the wind, as `loop_columns`."""
+
+    def speed(place):
+        def compute(case):
+            *found, _, error = case.in_wind.winch_speeds
+            return MM * found[place], error
+
+        return compute
+
+    meanings = {
+        "winch_rms_speed": "RMS of the speed of the winches in the wind, that of the fastest one",
+        "winch_peak_speed": "largest speed of any winch expected within wind.duration",
+    }
+    return [
+        Column(name, "mm/s", meaning, "wind", speed(place), keys)
+        for place, (name, meaning) in enumerate(meanings.items())
+    ]
 
 
 def _frequency(name, meaning, number, kind, symmetry=None):
@@ -322,11 +372,6 @@ def _by_wind_on_both(case, variance, at_rest):
     (one, error), (other, wrong) = (wind.rms([GONDOLA_X], variance, at_rest) for wind in winds)
     both = hypot(one, other)
     return both, (error * (one / both) ** 2 + wrong * (other / both) ** 2) if both else 0.0
-
-
-def _of_winch(case, place):
-    *found, _, error = case.in_wind.winch_speeds
-    return MM * found[place], error
 
 
 def scaled(found, factor):
@@ -399,23 +444,12 @@ COLUMNS = (
     Column("gondola_frequency_static", "Hz", "sqrt(static end stiffness/gondola mass)/(2 pi)", "stiffness",
            lambda r: r.gondola_frequency_static, "gondola.mass"),
     Column("gondola_frequency", "Hz", "coupled mode with the largest share of the gondola's static compliance",
-           "gondola", lambda c: c.gondola_frequency, "gondola.mass"),
+           "gondola", lambda c: c.gondola_mode.frequency, "gondola.mass"),
     Column("gondola_share", "", "share of the gondola's static compliance in its mode, phi^2/w^2 over 1/k", "gondola",
-           lambda c: c.gondola_share, "gondola.mass"),
+           lambda c: c.gondola_mode.share, "gondola.mass"),
     Column(DAMPING_RATIO, "", "damping ratio of the coupled gondola mode, the winch at rest", "gondola",
-           lambda c: c.gondola_damping_ratio, "gondola.mass"),
-    _of_loop("gain", "rad/s", "integral gain of the winch, as stated or as it follows from a margin",
-             lambda w: w.gain),
-    _of_loop("largest_gain", "rad/s", "integral gain below which the loop is stable, proportional and derivative gain "
-             "in proportion; empty when it always is", lambda w: w.largest_gain),
-    _of_loop("gain_margin", "dB", "largest stable gain over the gain; empty when there is no limit",
-             lambda w: w.gain_margin),
-    _of_loop("phase_crossover", "Hz", "frequency at which the largest gain puts a pole of the loop on the axis: "
-             "that of the gain margin", lambda w: w.phase_crossover),
-    _of_loop("phase_margin", "deg", "least angle to instability where the loop gain is one"),
-    _of_loop("gain_crossover", "Hz", "frequency at which the loop gain is one: that of the phase margin"),
-    _of_loop("delay_margin", "s", "least further delay in the loop that makes it unstable"),
-    *(_of_loop(name, unit, meaning) for name, (unit, meaning) in SENSITIVITY.items()),
+           lambda c: c.gondola_mode.damping_ratio, "gondola.mass"),
+    *loop_columns(WINCH),
     *_rms("", "in the wind", BODY, _by_wind_on_gondola),
     *_rms("_cable_wind", "by the wind on the cable alone", ON_CABLE, _by_wind_on_cable),
     *_rms("_all_wind", "by the wind on gondola and cable together, which damps the cable too, so that it can be less "
@@ -431,10 +465,7 @@ COLUMNS = (
     Column("linear_range", "mm", "displacement of the gondola along x, of either sign, at which the restoring force of "
            "the cable differs by 5 % from linear; empty where it does not", "stiffness", _linear_range, "gondola.mass",
            each=True),
-    Column("winch_rms_speed", "mm/s", "RMS of the speed of the winch in the wind on the gondola", "wind",
-           lambda c: _of_winch(c, 0), f"{BODY}, winch.controller"),
-    Column("winch_peak_speed", "mm/s", "largest speed of the winch expected within wind.duration", "wind",
-           lambda c: _of_winch(c, 1), f"{BODY}, winch.controller"),
+    *winch_columns(f"{BODY}, winch.controller"),
     _imaged("exposure", "RMS of the gondola's motion within one exposure, with the winch loop if there is one",
             "exposure"),
     _imaged("corrected", "RMS of the gondola's motion that the correcting mirror leaves", "correction"),
@@ -502,6 +533,14 @@ def find(name):
     close = difflib.get_close_matches(name, known, 1) or difflib.get_close_matches(re.sub(r"\d+", "K", name), known, 1)
     hint = f"did you mean {close[0]}?" if close else "'cablestudy columns' lists them"
     raise ValueError(f"unknown column {name!r} ({hint})")
+
+
+OWN = {column.name for column in COLUMNS}
+
+
+def is_own(column):
+    """Whether a column is one of a scene of one cable, of it alone; or a key that a study solves for."""
+    return column.name in OWN or column.needs == "find" or (len(column.mode) == 3 and "." not in column.name)
 
 
 def most_modes_first(columns):

@@ -17,11 +17,9 @@ from cablestudy.study.closed_form import CLOSED
 from cablestudy.study.columns import STATUS
 from cablestudy.study.goal import goal_of_study
 from cablestudy.study.roots import Effort, places_between, ranges_about, zeros
-from cablestudy.study.row import evaluate_cases
 from cablestudy.study.scene_values import CaseTable, tables_of
 from cablestudy.study.status import has_answer
-from cablestudy.study.study_rows import evaluate_tables
-from cablestudy.study.suspension.rows import evaluate_suspensions
+from cablestudy.study.study_rows import evaluate, evaluate_tables
 from cablestudy.study.table import Field, Table
 
 # columns that are shown beside what was found, where the scene has them: of one cable, of a suspension
@@ -41,7 +39,7 @@ class Found:
     ----------
     values : list of float
         Of the key, rising, in SI.
-    scenes : list of Scene or SuspensionScene
+    scenes : list of CableScene or SuspensionScene
         With these values.
     notes : list of str
         What was searched, and where the column jumps over its value.
@@ -64,7 +62,7 @@ class _Cases:
         self.entries = (Entry(((self._key, self._values, lambda _: self._place),)),)
 
     def case(self, index):
-        """Overrides and Scene of one case."""
+        """Overrides and CableScene of one case."""
         value = self._values[index]
         return {self._key: value}, read_scene(self._document.with_sets([(self._key, value, self._place)]))
 
@@ -148,7 +146,7 @@ def _start(goal, document):
         column = find(goal.key.name.rpartition(".")[2])
         if why_not(scene, column):
             return None
-        value = _rows([scene], [column])[0].cells[column.header]
+        value = evaluate([scene], [column])[0].cells[column.header]
         start = None if value is None else value * float(common_factor(column.unit, goal.quantity.unit))
     except (ValueError, CablestudyError):
         return None
@@ -212,18 +210,12 @@ def _why_none(goal, found, statuses):
     return f"no solution of {goal}: over {where} {name} reaches from {ends[0]} to {ends[1]}{elsewhere}"
 
 
-def _rows(scenes, columns):
-    """List of Row of scenes, all of one cable or all suspensions."""
-    evaluate = evaluate_suspensions if isinstance(scenes[0], SuspensionScene) else evaluate_cases
-    return evaluate(scenes, columns)
-
-
 # --------------------------------------------------------------------------------------------------------- the tables
 
 
 def find_table(goal, found, columns):
     """`Table` of the solutions, and list of `Row`; `columns` from `shown_columns`."""
-    rows = _rows(found.scenes, columns)
+    rows = evaluate(found.scenes, columns)
     cells = [{goal.key.header: value, **row.cells} for value, row in zip(found.values, rows, strict=True)]
     fields = (field_of_key(goal.key), *(column.field for column in columns), STATUS)
 

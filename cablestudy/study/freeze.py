@@ -19,7 +19,7 @@ def frozen(document, scene):
     Parameters
     ----------
     document : Document
-    scene : Scene or SuspensionScene
+    scene : CableScene or SuspensionScene
         The same in SI.
 
     Returns

@@ -1,104 +1,85 @@
-"""The gondola's mode on the cable of cases: its frequency, and its damping ratio."""
+"""The gondola's mode on the cable of a case: of one that is free along x, and to the accuracy of the scene."""
+
+from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
-from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
-from cablestudy.control.gondola import coupled_modes, damped_pole, gondola_mode
-from cablestudy.errors import CablestudyError, NoSolutionError
-from cablestudy.study.cache import share
-from cablestudy.study.models import MAX_MODES
+from cablestudy.study.columns import ROUNDING
+from cablestudy.study.one_cable_system import GONDOLA, cables_of, equilibrium_of
+from cablestudy.study.suspension.body_mode import BodyMode
+from cablestudy.system.coupled_modes import coupled_modes
 
-NO_DAMPING, NEARLY_REAL = 1e-12, 1e-6  # ratio that is none; imaginary part over size of a pole without oscillation
-LIGHT, DISTINCT = (1e-4, 0.1), 0.8  # damping ratios, and share, with which the gondola's pole is found at once
+SHARPER = (1.0, 1e-2, 1e-4)  # accuracies of the modes that are tried, over that asked for
 
 
-def coupled_of(cases):
-    """Undamped frequencies of gondola and cable together of some cases.
+class GondolaMode:
+    """The coupled mode of gondola and cable with the largest share of the gondola's static compliance along x.
 
-    Parameters
-    ----------
-    cases : sequence of Case
-
-    Returns
-    -------
-    list
-        For each case frequencies [Hz] and their shares in the gondola's static compliance; or the error that says why
-        there are none.
-    """
-    return [_or_error(_coupled, case) for case in cases]
-
-
-def _coupled(case):
-    limit, inertia = case.gondola_modes * case.gondola_frequency_static, case.end_inertia
-    stiffness, mass = case.end_stiffness_along(0), case.scene.gondola.mass
-    # the slow modes of heavy masses leave only rounding of the moments of the others
-    every = bool(case.model.mesh.point_masses) and case.excited.dof <= MAX_MODES
-    limit = np.inf if every else limit
-    while True:
-        modes = case.excited.modes(case.excited.dof) if every else case.excited.up_to(limit)
-        count = int(np.searchsorted(modes.frequency, limit, side="right"))
-        complete = modes.complete and count == len(modes)
-        participation = case.participation(modes)[:count]
-        frequency, share = coupled_modes(mass, stiffness, modes.frequency[:count], participation, inertia)
-        needed = case.gondola_modes * float(frequency[gondola_mode(share)])
-        if complete or needed <= 1.5 * limit:
-            return frequency, share
-        limit = needed
-
-
-def gondola_damping_ratio(case):
-    """Damping ratio of the gondola's mode, the winch at rest.
+    Each number comes with its estimated relative error, not a number for an exact choice of elements.
 
     Parameters
     ----------
     case : Case
-
-    Returns
-    -------
-    float
-        [-]
-
-    Raises
-    ------
-    NoSolutionError
-        So much damping that no oscillation is left of that mode.
+        With the mass of a gondola.
     """
-    damping, omega, mass = case.scene.cable.damping, 2 * np.pi * case.gondola_frequency, case.scene.gondola.mass
-    try:
-        pole = damped_pole(case.end_model_along_x, mass, case.gondola_air_damping, omega, case.gondola_share > DISTINCT)
-        ratio = -pole.real / abs(pole)
-    except NoSolutionError:  # so much damped strain that modes are spoilt by rounding
-        pole, ratio = -omega + 0j, 1.0
-    if damping.model == "modal":
-        if abs(ratio) < NO_DAMPING:
-            return 0.0
-        if ratio > 0 and abs(pole.imag) < NEARLY_REAL * abs(pole):
-            return 1.0
-        if not (0.3 * omega < abs(pole) < 3 * omega and ratio > 0):
-            raise NoSolutionError("the gondola's mode is damped so much that it is no oscillation")
-        return float(ratio)
-    if LIGHT[0] < ratio < LIGHT[1] and case.gondola_share > DISTINCT and abs(abs(pole) / omega - 1) < LIGHT[1]:
-        return float(ratio)
-    # where modes share the motion, or damping is very small or large, it is followed from no damping to all of it
-    amount = damping.loss_factor if damping.model == "hysteretic" else damping.time
-    stiffness = ComplexStiffness(case.excited, case.frame[:, 0], damping.viscous / float(case.span.mass))
-    return damping_ratio(stiffness, mass, omega, damping.model, amount, case.gondola_air_damping)
 
+    def __init__(self, case):
+        self._case, self._accuracy = case, case.scene.model.accuracy
 
-def prepare(cases):
-    """Compute the coupled modes of cases, once for those that share them; what one cannot have it says when asked.
+    @cached_property
+    def mode(self):
+        """`BodyMode`, of the modes of loop and wind.
 
-    Parameters
-    ----------
-    cases : sequence of Case
-    """
-    cases = [case for case in cases if case.scene.gondola is not None and case.scene.gondola.mass is not None]
-    share(cases, "coupled", coupled_of)
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            There are no modes, or not to the accuracy.
+        """
+        return BodyMode.search(self._case.in_wind.lowest_modes, GONDOLA, 0, 0)
 
+    def _sharper_mode(self, sharper):
+        """`BodyMode` of modes of an accuracy of so many times that of the scene, and with a finer model beside."""
+        case, damping, accuracy = self._case, self._case.scene.cable.damping, sharper * self._accuracy
+        equilibrium, cables = equilibrium_of(case), cables_of(case, damping)
+        return BodyMode.search(
+            lambda count: coupled_modes(equilibrium, count, accuracy, damping, cables=cables), GONDOLA, 0, 0
+        )
 
-def _or_error(function, case):
-    """What a function gives for a case, or the error that it raises."""
-    try:
-        return function(case)
-    except CablestudyError as error:
-        return error
+    @property
+    def _rounding(self):
+        return max(ROUNDING, float(self._case.results.motion_rounding[self._case.index]))
+
+    @cached_property
+    def frequency(self):
+        """Undamped. [Hz]"""
+        value, error = self.mode.frequency
+        return value, np.maximum(error, self._rounding)
+
+    @cached_property
+    def share(self):
+        """Share of the gondola's static compliance. [-]"""
+        if not self._accuracy:
+            return self.mode.share
+        return self._to_accuracy(lambda mode: mode.share, map(self._sharper_mode, SHARPER))
+
+    @cached_property
+    def damping_ratio(self):
+        """Of its pole, the winch at rest: 1 without oscillation. [-]
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            As of `mode`, and of `BodyMode.damping_ratio`.
+        """
+        airflow = self._case.in_wind.airflow
+        modes = chain([self.mode], map(self._sharper_mode, SHARPER[1:]))
+        return self._to_accuracy(lambda mode: mode.damping_ratio(airflow), modes)
+
+    def _to_accuracy(self, number_of, modes):
+        """The first number within the accuracy, or the last one; `number_of` a `BodyMode` gives it with its error."""
+        for mode in modes:
+            value, error = number_of(mode)
+            if np.isnan(error) or error <= self._accuracy:
+                break
+        return value, np.maximum(error, self._rounding)

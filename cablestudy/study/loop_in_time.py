@@ -220,7 +220,7 @@ def time_case(document, scene, movement, options, names=None, wind_keys=("wind",
     ----------
     document : Document
         Of the scene, for the places of mistakes.
-    scene : Scene or SuspensionScene
+    scene : CableScene or SuspensionScene
         As the user wrote it.
     movement : Movement
         With a stable loop.

@@ -31,7 +31,7 @@ def loop_table(document, scene, estimate=False):
     ----------
     document : Document
         Of the scene, for the places of mistakes.
-    scene : Scene
+    scene : CableScene
     estimate : bool
         Whether the errors of fixed elements are to be estimated.
 

@@ -14,7 +14,7 @@ UNIT = re.compile(r"\[.*\]")  # at the end of a head
 NARROWEST = 24  # width to which a column of long texts is wrapped
 
 
-class Grid(NamedTuple):
+class TextGrid(NamedTuple):
     """The texts of a table: column heads, `left` or `right` of each column, and rows of cells."""
 
     heads: list
@@ -24,7 +24,7 @@ class Grid(NamedTuple):
     def columns(self, places):
         """The Grid of some columns."""
         heads, sides, *body = ([row[place] for place in places] for row in (self.heads, self.sides, *self.body))
-        return Grid(heads, sides, body)
+        return TextGrid(heads, sides, body)
 
     def widths(self):
         """Width of each column, as wide as its widest cell."""
@@ -135,7 +135,7 @@ def _rows(fields, rows, left_out, digits):
     body = _cells(fields, rows, digits)
     if left_out:
         body.insert(MOST_ROWS // 2, ["…"] * len(fields))
-    return Grid(heads, [_side(field.name, rows) for field in fields], body)
+    return TextGrid(heads, [_side(field.name, rows) for field in fields], body)
 
 
 def _one_row(fields, row, digits):
@@ -143,7 +143,7 @@ def _one_row(fields, row, digits):
     known = [field for field in fields if row.get(field.name) is not None]
     cells = _columns(known, [row], digits)
     body = [[field.title, cell, field.shown_unit] for field, (cell,) in zip(known, cells, strict=True)]
-    return Grid(["quantity", "value", "unit"], ["left", "right", "left"], body)
+    return TextGrid(["quantity", "value", "unit"], ["left", "right", "left"], body)
 
 
 def _side_by_side(fields, rows, names, digits):
@@ -152,7 +152,7 @@ def _side_by_side(fields, rows, names, digits):
     known = [field for field in others if any(row.get(field.name) is not None for row in rows)]
     columns = zip(known, _columns(known, rows, digits), strict=True)
     heads = [str(row[names]) if names else f"row {place}" for place, row in enumerate(rows, 1)]
-    return Grid(
+    return TextGrid(
         ["quantity", *heads, "unit"],
         ["left", *["right"] * len(rows), "left"],
         [[field.title, *cells, field.shown_unit] for field, cells in columns],
@@ -192,7 +192,7 @@ def wrapped(grid, width, narrowest=NARROWEST, heads=False):
 
     Parameters
     ----------
-    grid : Grid
+    grid : TextGrid
     width : int
         Of the terminal.
     narrowest : int
@@ -212,7 +212,7 @@ def wrapped(grid, width, narrowest=NARROWEST, heads=False):
             return None
         widths[widest] -= 1
     first, *more = ([head.replace("\xa0", " ") for head in line] for line in _lines_of(whole_units, widths))
-    return Grid(first, grid.sides, [*more, *chain.from_iterable(_lines_of(row, widths) for row in grid.body)])
+    return TextGrid(first, grid.sides, [*more, *chain.from_iterable(_lines_of(row, widths) for row in grid.body)])
 
 
 def _least_width(head, cells, narrowest):

@@ -16,7 +16,7 @@ MAX_MODES = 600  # of a model with more unknowns, at its ends: an eigenvalue pro
 MAX_NODES = 1_000_000  # of a fixed model: its statics take 2 s and 420 MB
 
 
-class Models:
+class BatchElements:
     """The elements of many cables on one mesh, in equilibrium.
 
     Parameters
@@ -100,12 +100,12 @@ class Models:
         return np.sqrt((apart**2).sum(axis=-1).max(axis=(-2, -1))).tolist()
 
 
-class Model:
-    """The elements of one cable of `Models`.
+class CableElements:
+    """The elements of one cable of `BatchElements`.
 
     Parameters
     ----------
-    models : Models
+    models : BatchElements
     place : int
         Of the cable among them.
     """
@@ -136,27 +136,23 @@ class Model:
         """`Superelement` of this cable."""
         return self._models.ends(planes).model(damping, self._place)
 
-    def end_moments(self, planes):
-        """See `Ends.moments`, shape (3,)."""
-        return self._models.ends(planes).moments[self._place]
-
     def end_stiffness_along(self, planes, axis):
-        """See `Models`. [N/m]"""
+        """See `BatchElements`. [N/m]"""
         return self._models.end_stiffness_along(planes, axis)[self._place]
 
     @property
     def statics(self):
-        """See `Models`."""
+        """See `BatchElements`."""
         return self._models.statics[self._place]
 
     @property
     def wave_time(self):
-        """See `Models`. [s]"""
+        """See `BatchElements`. [s]"""
         return self._models.wave_time[self._place]
 
     @property
     def turn(self):
-        """See `Models`. [rad]"""
+        """See `BatchElements`. [rad]"""
         return self._models.turn[self._place]
 
 
@@ -203,7 +199,7 @@ def model_of(case):
     models = _solved(case.results, [case.index], mesh_of(case), case.level)
     if models.record is not None and not models.record.converged[0]:
         raise equilibrium.refusal(models.record.of(0), models.state.mesh)
-    return Model(models, 0)
+    return CableElements(models, 0)
 
 
 def solve_models(cases):
@@ -235,7 +231,7 @@ def solve_models(cases):
         models = _solved(members[0].results, [case.index for case in members], mesh, level)
         for place, case in enumerate(members):
             if models.record is None or models.record.converged[place]:
-                case.model = Model(models, place)
+                case.model = CableElements(models, place)
                 case.cache.put(*case.key_of("model", ()), case.size, case.model)
 
 
@@ -245,6 +241,6 @@ def _solved(results, cases, mesh, level):
         results.check(case)
     catenary = results.catenary.take(np.array(cases))
     if level is not None:
-        return Models(equilibrium.from_catenary(catenary, mesh), None, catenary.span, level[0])
+        return BatchElements(equilibrium.from_catenary(catenary, mesh), None, catenary.span, level[0])
     drag = uneven_drag(*(part[cases] for part in results.pressed))
-    return Models(*equilibrium.solve_many(catenary, mesh, drag), catenary.span, 1)
+    return BatchElements(*equilibrium.solve_many(catenary, mesh, drag), catenary.span, 1)

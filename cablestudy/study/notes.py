@@ -3,7 +3,6 @@
 import numpy as np
 
 from cablestudy.cable.initial_length import BELOW_LEAST
-from cablestudy.control.gondola import gondola_mode
 from cablestudy.scene.cable_table import LIKELY_RATIO
 from cablestudy.scene.likely_mistakes import bare_number
 from cablestudy.scene.words import first_of
@@ -43,6 +42,12 @@ def of_system(case):
     more = len(movement.motion) - len(movement.modes)
     what = "the cable" if case.scene.gondola is None else "gondola and cable"
     yield f"motion of {what}: {some}, and {more} static shapes for those above"
+
+
+def of_gondola(case):
+    """Yield a note on the coupled modes of gondola and cable that were computed, where no loop and no wind was."""
+    modes = case.gondola_mode.mode.modes
+    yield f"motion of gondola and cable: {len(modes)} coupled modes up to {modes.frequency[-1]:.4g} Hz"
 
 
 def of_fixed(case):
@@ -214,7 +219,7 @@ def share_hint(document, scene, failure):
     Parameters
     ----------
     document : Document
-    scene : Scene
+    scene : CableScene
         The same in SI.
     failure : str
         Why there is no answer.
@@ -303,8 +308,8 @@ def gondola_notes(case):
     ------
     str
     """
-    frequency, share = case.coupled
-    first = gondola_mode(share)
+    mode = case.gondola_mode.mode
+    frequency, share, first = mode.modes.frequency, mode.shares, mode.number
     if share[first] >= SHARED:
         return
     others = sorted((k for k in range(len(share)) if k != first and share[k] >= SHOWN), key=lambda k: -share[k])

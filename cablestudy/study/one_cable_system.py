@@ -20,7 +20,7 @@ from cablestudy.study.suspension.airflow import Airflow
 from cablestudy.study.suspension.in_wind import InWind, solve_modes
 from cablestudy.study.suspension.linear_motion import drag_of
 from cablestudy.system.cables import Cables, FixedModel
-from cablestudy.system.suspension import GROUND, Equilibrium, Suspension
+from cablestudy.system.suspension import GROUND, Equilibrium, SuspendedSystem
 from cablestudy.wind.coherence import along_cable
 from cablestudy.wind.gusts import Gusts
 from cablestudy.wind.strips import on_cables
@@ -97,7 +97,7 @@ class InCableWind:
     @staticmethod
     def _largest(winds, names, variance, open_loop):
         """RMS and error of the largest of some outputs in some winds, and in which."""
-        found = [(wind.rms([name], variance, open_loop), wind) for wind in winds for name in names]
+        found = [(wind.largest_rms(names, variance, open_loop), wind) for wind in winds]
         return max(found, key=lambda one: one[0][0])
 
     def side(self, open_loop=False):
@@ -176,11 +176,18 @@ def _on_bodies(scene):
 
 
 def _in_airflow(case, scene, airflow, known, kind):
-    equilibrium, model, damping = equilibrium_of(case), _exact_model(case), scene.cables[CABLE].damping
-    cables, modes = (found.setdefault(damping.viscous, {}) for found in (case.cable_models, case.coupled_models))
-    if not cables:
-        cables[CABLE] = Cables(equilibrium.catenary, damping, drag=model and model.drag, planes=_planes(case))
-    return kind(scene, equilibrium, equilibrium, airflow, model, known, cables[CABLE], modes)
+    equilibrium, damping = equilibrium_of(case), scene.cables[CABLE].damping
+    modes = case.coupled_models.setdefault(damping.viscous, {})
+    return kind(scene, equilibrium, equilibrium, airflow, exact_model(case), known, cables_of(case, damping), modes)
+
+
+def cables_of(case, damping):
+    """`Cables` of a case, which has an equilibrium: its one cable, with the damping of its scene or another one."""
+    known = case.cable_models
+    if damping.viscous not in known:
+        model, catenary = exact_model(case), equilibrium_of(case).catenary
+        known[damping.viscous] = Cables(catenary, damping, drag=model and model.drag, planes=_planes(case))
+    return known[damping.viscous]
 
 
 def _planes(case):
@@ -231,7 +238,7 @@ def equilibria_of(cases):
     bodies = len(gondolas[0])
     position, turned = end_2[:, :bodies], np.broadcast_to(np.eye(3), (len(cases), bodies, 3, 3))
     none = np.zeros(position.shape)
-    suspension = Suspension(
+    suspension = SuspendedSystem(
         gravity=np.array([case.scene.gravity for case in cases]),
         body_names=(GONDOLA,) * bodies,
         position=position,
@@ -254,7 +261,7 @@ def equilibria_of(cases):
     return Equilibrium(suspension, position, turned, catenary, Held(np.ones(len(cases), dtype=bool)))
 
 
-def _exact_model(case):
+def exact_model(case):
     """`FixedModel` of the scene, or None where it states an accuracy."""
     model, drag = case.scene.model, tuple(part[[case.index]] for part in case.results.pressed)
     return FixedModel(model.elements, model.order, model.mass, drag) if model.elements else None

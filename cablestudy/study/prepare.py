@@ -34,7 +34,7 @@ def prepare(study):
 
     Parameters
     ----------
-    study : Study
+    study : StudyFile
 
     Returns
     -------

@@ -19,7 +19,7 @@ REASONS = ("converged", "no convergence", "rounding leaves a part of the force")
 
 
 @dataclass(frozen=True)
-class Record:
+class PushRecord:
     """The searches of n cables: steps, what is left of the force over force and tension, and why they ended."""
 
     steps: np.ndarray
@@ -46,12 +46,12 @@ class Push:
         Displacement of end 2 along x. [m]
     error : ndarray, shape (n,)
         Its relative error, by the rounding of the tensions. [-]
-    record : Record
+    record : PushRecord
     """
 
     shift: np.ndarray
     error: np.ndarray
-    record: Record
+    record: PushRecord
 
 
 def pushed_ends(span_at, force):
@@ -92,7 +92,7 @@ def pushed_ends(span_at, force):
     reason = np.where(done, unbalanced, TOO_MANY)
     known = np.maximum(EPSILON * scale, gap) / np.maximum(stiffness, np.finfo(float).tiny)
     error = np.divide(known, np.abs(shift), out=np.sign(np.abs(force)), where=shift != 0)
-    return Push(shift, np.minimum(error, 1.0), Record(steps, residual, reason))
+    return Push(shift, np.minimum(error, 1.0), PushRecord(steps, residual, reason))
 
 
 def _held(span):

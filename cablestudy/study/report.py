@@ -5,6 +5,7 @@ import numpy as np
 from cablestudy.cable.catenary import split
 from cablestudy.study.columns import COLUMNS, STATUS, lacks
 from cablestudy.study.row import evaluate
+from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.table import Field, Table
 
 PARTICIPATION = "N/(m sqrt(kg))"  # unit
@@ -35,23 +36,55 @@ def shape_table(case):
         positions = np.linspace(0.0, 1.0, SHAPE_POINTS)
     else:
         positions = case.state.mesh.node_positions
-    places, tension = shape(case, positions)
-    data = {"s_m": positions * float(case.span.unstretched_length)}
-    data |= {f"{axis}_m": coordinate for axis, coordinate in zip("xyz", places.T, strict=True)}
-    data["tension_N"] = tension
+    data = _along(case.span, positions, *shape(case, positions))
     for word, block in moved.items():
         data |= {f"{word}_{axis}_m": part for axis, part in zip("xyz", (block @ case.span.frame).T, strict=True)}
-    words = [name.rpartition("_") for name in data]
-    fields = [Field(name, word.replace("_", " "), unit) for name, (word, _, unit) in zip(data, words, strict=True)]
-    rows = [dict(zip(data, map(float, values), strict=True)) for values in zip(*data.values(), strict=True)]
-    return Table(tuple(fields), rows)
+    return Table(_fields_along(data), _rows_along(data))
+
+
+def _along(span, positions, places, tension):
+    """Header -> values along a cable: arc length, coordinates, tension."""
+    data = {"s_m": positions * float(span.unstretched_length)}
+    data |= {f"{axis}_m": coordinate for axis, coordinate in zip("xyz", places.T, strict=True)}
+    return data | {"tension_N": tension}
+
+
+def _fields_along(headers):
+    words = [(name, *name.rpartition("_")) for name in headers]
+    return tuple(Field(name, word.replace("_", " "), unit) for name, word, _, unit in words)
+
+
+def _rows_along(data):
+    return [dict(zip(data, map(float, values), strict=True)) for values in zip(*data.values(), strict=True)]
+
+
+def shapes_table(cables):
+    """Table of the static shapes of cables in closed form, point by point, one cable after the other.
+
+    Parameters
+    ----------
+    cables : dict
+        Name -> `Catenary` of the cable, and the place of its end 1, shape (3,) [m].
+    """
+    rows, headers = [], ("s_m", "x_m", "y_m", "z_m", "tension_N")
+    for name, (catenary, begin) in cables.items():
+        edges = np.cumsum(split(catenary.span).fraction)[:-1]
+        positions = np.unique(np.concatenate([np.linspace(0.0, 1.0, SHAPE_POINTS), edges]))
+        found = _placed(ClosedStatics(catenary), catenary.span, begin, positions)
+        rows += [{"cable": name, **row} for row in _rows_along(_along(catenary.span, positions, *found))]
+    return Table((Field("cable", "cable", label=True), *_fields_along(headers)), rows)
 
 
 def shape(case, positions):
     """Global coordinates [m], shape (j, 3), and tension [N] at shares of the unstretched length."""
-    displacement, tension = case.statics.shape(positions)
-    local = displacement + np.outer(positions * (1 + float(case.span.chord_strain)), [1.0, 0.0, 0.0])
-    return np.asarray(case.end_1) + local @ case.span.frame * float(case.span.unstretched_length), tension
+    return _placed(case.statics, case.span, case.end_1, positions)
+
+
+def _placed(statics, span, begin, positions):
+    """`shape` of the statics of a cable whose end 1 is at a place."""
+    displacement, tension = statics.shape(positions)
+    local = displacement + np.outer(positions * (1 + float(span.chord_strain)), [1.0, 0.0, 0.0])
+    return np.asarray(begin) + local @ span.frame * float(span.unstretched_length), tension
 
 
 def mode_table(case, modes):

@@ -11,7 +11,6 @@ from cablestudy.cable.catenary import FOLDED, solve, travel_shares
 from cablestudy.cable.element import pieces
 from cablestudy.cable.newton import UNDETERMINED
 from cablestudy.cable.taut import lambda_squared
-from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study import load_cases
 from cablestudy.study.columns import LIMP, ROUNDING
@@ -147,7 +146,7 @@ class Results:
     @property
     def gondola_frequency_static(self):
         """sqrt(k/M)/(2 pi), shape (n,). [Hz]"""
-        return gondola.static_frequency(self.given("gondola.mass"), self.end_stiffness_along(0))
+        return np.sqrt(self.end_stiffness_along(0) / self.given("gondola.mass")) / (2 * np.pi)
 
     # ---------------------------------------------------------------------------------------- what motion depends on
 

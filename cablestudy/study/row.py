@@ -6,20 +6,28 @@ from math import isnan
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import missing
-from cablestudy.study import gondola, models, notes
+from cablestudy.study import models, notes
 from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import ColumnRequirements, closed_form
-from cablestudy.study.columns import DAMPING_RATIO, find, goes_slack, lacks, over_strength, relative, value_and_error
+from cablestudy.study.columns import (
+    DAMPING_RATIO,
+    find,
+    goes_slack,
+    is_own,
+    lacks,
+    over_strength,
+    relative,
+    value_and_error,
+)
 from cablestudy.study.refinement import SETTINGS, Refinement, needs_of, reference_scene, refine
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
-from cablestudy.study.status import OVER_STRENGTH, SLACK, has_answer, status_of
+from cablestudy.study.status import MODAL, OVER_STRENGTH, SLACK, has_answer, status_of
 from cablestudy.system.superelement import grows_with_modes
 
 AT_ONCE = 200  # rows whose models are solved at once: bounds the memory
 TOGETHER = 50  # rows whose coupled modes of gondola and cable are computed at once
-MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 
 
 @dataclass(frozen=True)
@@ -124,7 +132,7 @@ def evaluate_named(document, scene, names, command, estimate=False):
     ----------
     document : Document
         Of the scene, for the places of mistakes.
-    scene : Scene
+    scene : CableScene
     names : sequence of str
     command : str
         That needs them, for messages.
@@ -148,7 +156,7 @@ def evaluate_cases(scenes, columns, estimate=False):
 
     Parameters
     ----------
-    scenes : sequence of Scene
+    scenes : sequence of CableScene
     columns : sequence of Column
     estimate : bool
         Whether to estimate the errors of fixed elements though they are no column, and to write notes: a scene alone
@@ -191,7 +199,7 @@ def _rows_alike(scenes, required, exact, cache, estimate):
             solve(answers, required, estimate or required.estimate)
         seconds = closed_time + time.perf_counter() - begin
         for index, answer in zip(indices, answers, strict=True):
-            if (required.motion or required.system) and len(scenes) > 1:  # of many rows none keeps its modes
+            if (required.modes or required.system) and len(scenes) > 1:  # of many rows none keeps its modes
                 answer.case = Case(scenes[index], results, index)
             yield answer.row(required, seconds)
 
@@ -225,13 +233,6 @@ def _answer(case, closed, cells, required):
     return _Answer(case, values, failures, errors, about, over, warnings=notes.strength_warning(case) if over else ())
 
 
-def _solve_models(cases, required):
-    """Solve the models of many cases at once, and the coupled modes of gondola and cable."""
-    models.solve_models(cases)
-    if required.gondola:
-        gondola.prepare(cases)
-
-
 # ------------------------------------------------------------------------------------------------- to an accuracy
 
 
@@ -244,32 +245,28 @@ def _solve_to_accuracy(answers, required, _):
         answer.compute(required.single)
         if required.system:
             _solve_system(answer, required)
-        if not required.motion:
-            continue
-        if grows_with_modes(answer.case.scene.cable.damping):
-            answer.fail([c for c in required.motion if c.name == DAMPING_RATIO], NoSolutionError(MODAL))
-        columns = [column for column in required.motion if column.header not in answer.failures]
+        columns = [column for column in required.modes if column.header not in answer.failures]
         if columns:
-            needed = required if len(columns) == len(required.motion) else ColumnRequirements(columns)
+            needed = required if len(columns) == len(required.modes) else ColumnRequirements(columns)
             try:
-                searches.append((answer, needed, Refinement(answer.case, needed.sample, needs_of(answer.case, needed))))
+                search = Refinement(answer.case, needed.sample, *needs_of(answer.case, needed))
+                searches.append((answer, needed, search))
             except CablestudyError as error:
                 answer.fail(columns, error)
-    refine([search for _, _, search in searches], lambda cases: _solve_models(cases, required))
+    refine([search for _, _, search in searches], models.solve_models)
     for answer, needed, search in searches:
         _take_over(answer, needed, search)
 
 
 def _prepare_systems(answers, required):
-    """Compute the modes that loop and wind need, of many rows together: of those that lack no key for them."""
+    """Compute the modes that gondola, loop and wind need, of many rows together: of those that lack no key for them."""
     from cablestudy.study.one_cable_system import prepare
 
     cases = [
-        answer.case
-        for answer in answers
-        if any(column.header not in answer.failures for column in required.system)
-        and not _modal_gondola(answer.case.scene)
+        answer.case for answer in answers if any(column.header not in answer.failures for column in required.system)
     ]
+    if not required.gondola:
+        cases = [case for case in cases if not _modal_gondola(case.scene)]
     prepare([case for case in cases if case.scene.gondola is not None])
     prepare([case for case in cases if case.scene.gondola is None])
 
@@ -284,20 +281,38 @@ def _solve_system(answer, required):
     case, columns = answer.case, required.system
     drag, accuracy = case.results.drag_error[case.index], case.scene.model.accuracy
     if _modal_gondola(case.scene):
-        answer.fail(columns, NoSolutionError(MODAL))
-        return
+        answer.fail([c for c in columns if c.needs != "gondola" or c.name == DAMPING_RATIO], NoSolutionError(MODAL))
     answer.compute(columns)
-    had = [column.header for column in columns if column.header in answer.values]
-    for name in [name for name in had if answer.errors.get(name) is not None]:
-        if answer.errors[name] > accuracy:
+    for column in columns:
+        name = column.header
+        if name not in answer.values or answer.errors.get(name) is None:
+            continue
+        if answer.errors[name] > accuracy and is_own(column):  # those of suspensions state what they have
             text = f"{name}: estimated error {answer.errors[name]:.1e}, asked for {accuracy:g}"
             answer.failures[name] = ConvergenceError(text)
             del answer.values[name]
         answer.errors[name] += float(drag)  # which no finer model would take away
+    answer.dof = case.system_size
+    answer.slack = required.in_wind and case.moves and goes_slack(case)
+    gondola = any(column.needs == "gondola" and column.header in answer.values for column in columns)
+    answer.notes = _system_notes(answer, gondola, required.damped)
+
+
+def _system_notes(answer, gondola, damped):
+    """What was modelled of gondola and cable as one linear system; of the `gondola`: whether something was computed."""
+    case, found = answer.case, answer.notes
     if case.moves:
-        answer.slack, answer.dof = required.in_wind and goes_slack(case), case.system_size
-        about = notes.assumed_damping(case.scene) + notes.air_damping(case)
-        answer.notes = (notes.CLOSED_FORM, *notes.of_system(case), *about)
+        found = (notes.CLOSED_FORM, *notes.of_system(case))
+    elif gondola:
+        found = (notes.CLOSED_FORM, *notes.of_gondola(case))
+    if case.moves or damped:
+        found += notes.assumed_damping(case.scene) + notes.air_damping(case)
+    return found + _gondola_notes(answer)
+
+
+def _gondola_notes(answer):
+    """What the frequency of the gondola stands for, where it was computed."""
+    return tuple(notes.gondola_notes(answer.case)) if "gondola_frequency_Hz" in answer.values else ()
 
 
 def _take_over(answer, needed, search):
@@ -306,7 +321,7 @@ def _take_over(answer, needed, search):
     answer.case, answer.dof = search.used, max(search.used.dof, answer.dof)
     answer.case.__dict__.update(solved)
     drag = float(search.used.results.drag_error[search.used.index])
-    for column in needed.motion:
+    for column in needed.modes:
         name = column.header
         if name in search.values:
             answer.values[name] = search.values[name]
@@ -314,14 +329,9 @@ def _take_over(answer, needed, search):
         else:
             answer.failures[name] = search.failures.get(name, search.failures.get(None))
     if search.values:
-        answer.slack = answer.slack or (needed.in_wind and goes_slack(search.used))
         worst = max(answer.errors[name] for name in search.values)
         found = (notes.CLOSED_FORM, *notes.of_refined(search.used, worst, search.tried))
         answer.notes = found + tuple(line for line in answer.notes if line not in found)
-        if "gondola_frequency_Hz" in search.values:
-            answer.notes += tuple(notes.gondola_notes(search.used))
-        if needed.damped and not answer.case.moves:
-            answer.notes += notes.assumed_damping(search.used.scene) + notes.air_damping(search.used)
 
 
 # -------------------------------------------------------------------------------------------------- fixed elements
@@ -336,7 +346,7 @@ def _solve_fixed(answers, required, estimate):
     for first in range(0, len(alive), width):
         block = alive[first : first + width]
         if len(block) > 1:
-            _solve_models([answer.case for answer in block], required)
+            models.solve_models([answer.case for answer in block])
         for answer in block:
             _fixed_answer(answer, required, estimate or len(answers) == 1)
     if estimate and required.of_models:
@@ -363,21 +373,21 @@ def _fixed_answer(answer, required, noted):
         name = column.header
         if column.least_error is not None and name in answer.values and name not in answer.errors:
             answer.errors[name] = relative(answer.values[name], closed[name]) if name in closed else None
-    unknowns = case.dof if required.motion else (2 if case.planar else 3) * (model.mesh.nodes - 2)
+    unknowns = case.dof if required.modes else (2 if case.planar else 3) * (model.mesh.nodes - 2)
     answer.dof = max(unknowns, case.system_size)
     if noted:
         answer.notes, answer.warnings = notes.of_fixed(case)
-        if "gondola_frequency_Hz" in answer.values:
-            answer.notes += tuple(notes.gondola_notes(case))
-        if required.damped or required.system:
+        answer.notes += _gondola_notes(answer)
+        if required.damped or required.driven:
             answer.notes += notes.assumed_damping(case.scene) + notes.air_damping(case) + notes.judged_by(case.scene)
 
 
 def _estimate_motion(answers, required):
     """Add the errors of what is no closed form of many cases, against a finer model."""
-    columns = [*required.motion, *required.system, *required.single]
+    found = {*required.modes, *required.system, *required.single}
+    columns = [column for column in required.physical if column in found]
     scenes = [reference_scene(answer.case.scene) for answer in answers]
-    what = "motion" if required.motion or required.system else "deflections"
+    what = "motion" if required.modes or required.system else "deflections"
     for answer, finer in zip(answers, evaluate_cases(scenes, columns), strict=True):
         found = {
             column.header: _difference(answer.values[column.header], finer, column.header)

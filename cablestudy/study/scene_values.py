@@ -5,15 +5,16 @@ for all of them.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from pydantic_core import PydanticCustomError
 
 from cablestudy.errors import SceneError
-from cablestudy.scene.fields import Table
+from cablestudy.scene.fields import KeyTable
 from cablestudy.scene.layers import split_key
 from cablestudy.scene.sampling import Sampled
-from cablestudy.scene.scene import Scene, quantity_of
+from cablestudy.scene.scene import CableScene, quantity_of
 from cablestudy.study.columns import attribute, lacks, without
 
 # names in keys of quantities that are no columns: a scene takes their sine, compares them one by one, or cables follow
@@ -25,7 +26,7 @@ class SceneValues:
     """Values of scenes whose cables carry loads at equally many places."""
 
     def __init__(self, scenes):
-        self.scenes, self._known = scenes, {}
+        self.scenes, self._found, self._known = scenes, {}, {}
 
     def __len__(self):
         return len(self.scenes)
@@ -33,12 +34,19 @@ class SceneValues:
     def given(self, path):
         """A number of each scene, like `cable.section_area`, in SI; NaN where there is none: shape (n,)."""
         if path not in self._known:
-            self._known[path] = np.array([attribute(scene, path) for scene in self.scenes], dtype=float)
+            self._known[path] = np.array(self._at(path), dtype=float)
         return self._known[path]
+
+    def _at(self, path):
+        """What each scene has at a path with dots: list. The tables on the way are looked up once for all keys."""
+        if path not in self._found:
+            table, _, name = path.rpartition(".")
+            self._found[path] = [getattr(one, name, None) for one in (self._at(table) if table else self.scenes)]
+        return self._found[path]
 
     def words(self, path):
         """A word of each scene, like `cable.tension.at`; empty where there is none: ndarray of str, shape (n,)."""
-        return np.array([attribute(scene, path) or "" for scene in self.scenes])
+        return np.array([word or "" for word in self._at(path)])
 
     def lacking(self, column):
         """Case -> NoSolutionError, of the cases that lack a key which a column needs."""
@@ -46,26 +54,24 @@ class SceneValues:
             return {}
         return {case: without(scene, column) for case, scene in enumerate(self.scenes) if lacks(scene, column)}
 
-    @property
+    @cached_property
     def ends(self):
         """Places of end 1 and end 2, each of shape (n, 3). [m]"""
-        cables = [scene.cable for scene in self.scenes]
-        return np.array([cable.end_1 for cable in cables]), np.array([cable.end_2 for cable in cables])
+        return np.array(self._at("cable.end_1")), np.array(self._at("cable.end_2"))
 
-    @property
+    @cached_property
     def moves(self):
         """Displacements of end 1 and end 2 by the load cases, shape (n, 2, 3). [m]"""
-        moves = [scene.load_case.moves for scene in self.scenes]
-        return np.array([(move.end_1, move.end_2) for move in moves])
+        return np.stack([np.array(self._at(f"load_case.moves.{end}")) for end in ("end_1", "end_2")], axis=1)
 
-    @property
+    @cached_property
     def push(self):
         """Forces of the load cases on end 2 along x, shape (n,). [N]"""
-        return np.array([scene.load_case.forces.end_2[0] for scene in self.scenes])
+        return np.array(self._at("load_case.forces.end_2"))[:, 0]
 
     def loads(self, of_case):
         """Point loads of the cables themselves, `of_case` with those of their chosen cases; see `load_arrays`."""
-        return load_arrays([scene.loads if of_case else scene.cable.loads for scene in self.scenes])
+        return load_arrays(self._at("loads" if of_case else "cable.loads"))
 
 
 def load_arrays(listed):
@@ -84,6 +90,8 @@ def load_arrays(listed):
     masses : ndarray, shape (n, k)
         [kg]
     """
+    if not any(listed):
+        return tuple(np.zeros((len(listed), 0, *size)) for size in ((), (), (3,), ()))
     merged = [merged_loads(loads) for loads in listed]
     count = max(map(len, merged), default=0)
     merged = [loads + [NO_LOAD] * (count - len(loads)) for loads in merged]
@@ -111,7 +119,7 @@ def load_count(scene):
 
 def places_of(loads):
     """At how many places point loads are. [-]"""
-    return len({(load.at, load.fraction) for load in loads})
+    return len({(load.at, load.fraction) for load in loads}) if loads else 0
 
 
 # ------------------------------------------------------------------------------------------------- cases of a study
@@ -122,7 +130,7 @@ class CaseTable:
     """Cases of a study that differ in plain numbers only; their values as of `SceneValues`."""
 
     cases: np.ndarray  # their numbers, from 0, shape (n,)
-    scene: Scene  # what they share; each varied number is an array, shape (n,), in SI, and so are its properties
+    scene: CableScene  # what they share; each varied number is an array, shape (n,), in SI, and so are its properties
     values: dict  # dotted key -> that array
 
     def __len__(self):
@@ -176,7 +184,7 @@ def tables_of(study, cases):
 
     Parameters
     ----------
-    study : Study
+    study : StudyFile
     cases : sequence of int
         From 0 to study.count - 1.
 
@@ -277,5 +285,5 @@ def _tables_in(table):
     yield table
     for value in table.__dict__.values():
         for inside in value if isinstance(value, tuple) else value.values() if isinstance(value, dict) else (value,):
-            if isinstance(inside, Table):
+            if isinstance(inside, KeyTable):
                 yield from _tables_in(inside)

@@ -38,7 +38,7 @@ DAMPING_NOTES = {
 
 
 @dataclass(frozen=True)
-class Options:
+class StateSpaceOptions:
     """The options of the command; SceneError for values that are not allowed, or that exclude each other.
 
     At most one of `count`, `upto` and `error` is given.
@@ -174,7 +174,7 @@ def check_file(path):
 class Choice:
     """The cable of a scene with the modes to keep."""
 
-    options: Options
+    options: StateSpaceOptions
     case: Case  # with the discretisation that is used
     modes: object  # `Modes`, all of `case.end_model`
     chosen: np.ndarray  # indices of the modes to keep
@@ -226,7 +226,7 @@ class Choice:
         if not law.delay:
             return 0.0
         highest = self.case.end_model.omega[self.chosen].max(initial=0.0)
-        return min(max(highest, NEAR * 2 * np.pi * self.case.gondola_frequency), law.reach)
+        return min(max(highest, NEAR * 2 * np.pi * self.case.gondola_mode.frequency[0]), law.reach)
 
     @property
     def poles(self):
@@ -300,7 +300,7 @@ def viscous_note(dampings):
 
     Parameters
     ----------
-    dampings : sequence of scene.cable_table.Damping
+    dampings : sequence of scene.cable_table.DampingTable
         Of all cables.
     """
     if has_loss_factor(dampings):
@@ -317,8 +317,8 @@ def choose(document, scene, options):
     ----------
     document : Document
         Of the scene, for the places of mistakes.
-    scene : Scene
-    options : Options
+    scene : CableScene
+    options : StateSpaceOptions
 
     Returns
     -------

@@ -68,7 +68,7 @@ def curves(choice):
     ]
 
 
-class Grid(NamedTuple):
+class FrequencyGrid(NamedTuple):
     """Frequencies of a response: those of equal ratios, and others between them. [Hz]"""
 
     low: float
@@ -78,8 +78,8 @@ class Grid(NamedTuple):
 
 
 def with_resonances(span, poles):
-    """The `Grid` of a response with five frequencies at each resonance: that of a pole of a damping ratio below
-    RESONANT, and others within its width, where the magnitude is largest beside a large static part.
+    """The `FrequencyGrid` of a response with five frequencies at each resonance: that of a pole of a damping ratio
+    below RESONANT, and others within its width, where the magnitude is largest beside a large static part.
 
     At the pole of an undamped motion there is no number; it is left out.
 
@@ -99,7 +99,7 @@ def with_resonances(span, poles):
     step = np.log(high / low) / (count - 1)
     place = np.log(found / low) / step
     found = found[np.abs(place - np.rint(place)) * step > EQUAL]
-    return Grid(low, high, count, tuple(found[np.diff(found, prepend=0.0) > EQUAL * found].tolist()))
+    return FrequencyGrid(low, high, count, tuple(found[np.diff(found, prepend=0.0) > EQUAL * found].tolist()))
 
 
 def numbers(span, shown):
@@ -107,7 +107,7 @@ def numbers(span, shown):
 
     Parameters
     ----------
-    span : (float, float, int) or Grid
+    span : (float, float, int) or FrequencyGrid
         From `ssm.read_span` or `with_resonances`.
     shown : list of Curve
     """

@@ -3,6 +3,8 @@
 OK, OVER_STRENGTH, SLACK = "ok", "over strength", "a cable goes slack in the wind"
 DOUBTS = OVER_STRENGTH, SLACK  # what a status says of an answer
 MAX_REASONS = 3  # in a status
+# why there is no number to an accuracy
+MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 
 
 def status_of(failures, *doubts):

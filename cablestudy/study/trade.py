@@ -21,11 +21,9 @@ from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study import trade_models as of_one_cable
 from cablestudy.study.all_columns import find, why_not
 from cablestudy.study.closed_form import DISCRETE
-from cablestudy.study.columns import ROUNDING, STATUS, lacks, relative
-from cablestudy.study.notes import strength_warning
-from cablestudy.study.row import MODAL
+from cablestudy.study.columns import ROUNDING, STATUS, relative
+from cablestudy.study.status import MODAL
 from cablestudy.study.suspension import trade as of_suspensions
-from cablestudy.study.suspension.notes import strength_warning as warning_of_suspension
 from cablestudy.study.table import Field, Table, short
 from cablestudy.study.trade_models import AGREED, one_line
 from cablestudy.system.superelement import any_grows_with_modes
@@ -59,7 +57,7 @@ def columns_to_compare(document, scene, names=None):
     ----------
     document : Document
         Of the scene, for the places of mistakes.
-    scene : Scene or SuspensionScene
+    scene : CableScene or SuspensionScene
     names : str, optional
         Columns, separated by commas; default: those of `default_columns` that the scene has keys for.
 
@@ -74,26 +72,21 @@ def columns_to_compare(document, scene, names=None):
         return [column for column, reason in reasons.items() if not reason], notes
     columns = []
     for name in names.split(","):
-        column = _named(name.strip())
+        column = _particular(scene).comparable(scene, _named(name.strip()))
         if column.name in [other.name for other in columns]:
             raise SceneError(f"--columns: {column.name} is listed twice")
-        reason = why_not(scene, column)
-        if reason and _missing_key(scene, column):
-            raise missing(document, _missing_key(scene, column), "trade")
+        reason, key = why_not(scene, column), _particular(scene).missing_key(scene, column)
+        if reason and key:
+            raise missing(document, key, "trade")
         if reason:
             raise SceneError(f"--columns: {reason}")
         columns.append(column)
     return columns, []
 
 
-def _missing_key(scene, column):
-    """The key of a scene of one cable that a column needs and the scene lacks, or an empty text."""
-    return "" if isinstance(scene, SuspensionScene) else lacks(scene, column)
-
-
 def _why_left_out(scene, column):
     """Why a default column is left out, or an empty text."""
-    key = _missing_key(scene, column)
+    key = _particular(scene).missing_key(scene, column)
     return f"needs the key {key}" if key else _why_no_reference(scene, column)
 
 
@@ -138,8 +131,7 @@ def reference_of(scene, columns):
     particular = _particular(scene)
     case = particular.reference_case(scene)
     levels = particular.reference_levels(case)
-    warn = warning_of_suspension if isinstance(scene, SuspensionScene) else strength_warning
-    reference = Reference(warnings=warn(case))
+    reference = Reference(warnings=particular.strength_warning(case))
     for column in columns:
         name = column.name
         try:
@@ -160,8 +152,7 @@ def reference_of(scene, columns):
 
 def _why_no_reference(scene, column):
     """Why a column has no value for the continuous cable, or an empty text."""
-    cables = scene.cables.values() if isinstance(scene, SuspensionScene) else [scene.cable]
-    modal = column.needs in ("loop", "wind") and any_grows_with_modes(cables)
+    modal = column.needs in ("loop", "wind") and any_grows_with_modes(_particular(scene).cables_of(scene))
     return MODAL.partition(", or fixed")[0] if modal else ""
 
 
@@ -314,7 +305,7 @@ def compare(scene, columns, repeats=5, models=None):
 
     Parameters
     ----------
-    scene : Scene or SuspensionScene
+    scene : CableScene or SuspensionScene
     columns : sequence of Column
     repeats : int
         Timings of each model, after one run to warm up; fewer of slow models. [-]

@@ -8,19 +8,22 @@ from functools import partial
 import numpy as np
 
 from cablestudy.cable import taut
-from cablestudy.control.gondola import undamped_modes
 from cablestudy.control.loop import unstable_pole
 from cablestudy.control.loop_state_space import by_forces
-from cablestudy.errors import CablestudyError, NoSolutionError
+from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import DISCRETE, SYSTEM
-from cablestudy.study.columns import GONDOLA_X, ROUNDING, find, value, value_and_error
+from cablestudy.study.columns import GONDOLA_X, ROUNDING, find, is_own, lacks, value, value_and_error
+from cablestudy.study.notes import strength_warning as strength_warning
+from cablestudy.study.one_cable_columns import column_of_one_cable
 from cablestudy.study.one_cable_system import in_cable_wind_of, in_wind_of
 from cablestudy.study.row import evaluate
 from cablestudy.study.scene_values import load_count
+from cablestudy.study.suspension.body_mode import largest_share
 from cablestudy.study.suspension.in_wind import InWind
 from cablestudy.study.suspension.response import OPEN
 from cablestudy.study.suspension.turbulence import OWN
+from cablestudy.system.damping import damping_ratios
 from cablestudy.system.ends import Ends
 from cablestudy.system.first_order import Allocation
 from cablestudy.system.linear import assemble
@@ -50,7 +53,7 @@ def one_line(text):
 
 
 @dataclass(frozen=True)
-class Model:
+class ComparedModel:
     """A model that a user can choose; models of one family differ in one number."""
 
     family: str
@@ -109,15 +112,33 @@ def exact_value(column, case):
     return number, max(float(error or 0.0), 0.0 if column.needs in DISCRETE else ROUNDING)
 
 
+def cables_of(scene):
+    """What each cable of a scene states: list."""
+    return [scene.cable]
+
+
+def missing_key(scene, column):
+    """The key that a column needs and a scene lacks, or an empty text."""
+    return lacks(scene, column)
+
+
+def comparable(scene, column):
+    """A column as its own one of a scene of one cable; SceneError where it is one of suspensions alone."""
+    own = column_of_one_cable(column, scene.gondola is None)
+    if not is_own(own):
+        raise SceneError(f"--columns: {column.name}: the models of one cable that are compared do not have it")
+    return own
+
+
 def models_of(scene, columns):
-    """List of every `Model` on which the value of some column depends."""
+    """List of every `ComparedModel` on which the value of some column depends."""
     found = [
-        Model("closed form", "catenary", _accurate, ("statics", "stiffness"), _static_value, lambda _: 0),
-        Model("closed form", "Irvine", _accurate, ("modes",), _irvine_frequency, lambda _: 0),
+        ComparedModel("closed form", "catenary", _accurate, ("statics", "stiffness"), _static_value, lambda _: 0),
+        ComparedModel("closed form", "Irvine", _accurate, ("modes",), _irvine_frequency, lambda _: 0),
     ]
 
     def add(family, name, build, **options):
-        found.append(Model(family, name, build, **options))
+        found.append(ComparedModel(family, name, build, **options))
 
     row = {
         "compute": _of_row,
@@ -245,12 +266,13 @@ def _without_residual(count, scene, _):
 
 def _with_ends(case, model):
     """The case with another `Superelement` in the place of its own."""
-    case.end_model = case.end_model_along_x = model
+    case.end_model = model
     case.end_stiffness_along = lambda axis: float(model.stiffness[3 + axis, 3 + axis])
     gondola = case.scene.gondola
     if gondola is not None and gondola.mass is not None:
-        case.coupled = undamped_modes(model, gondola.mass)
-        case.in_wind = in_wind_of(case, kind=partial(OfSystem, _on_gondola(model, case)))
+        system = _on_gondola(model, case)
+        case.gondola_mode = ModeOfSystem(system)
+        case.in_wind = in_wind_of(case, kind=partial(OfSystem, system))
     return case
 
 
@@ -269,6 +291,29 @@ def _of_modes(column, case):
     if column.needs == "loop" or (column.needs == "wind" and re.search("winch|cable_wind|all_wind", column.name)):
         raise NoSolutionError("not by reduced modes")
     return value(column, case)
+
+
+class ModeOfSystem:
+    """As `GondolaMode`, of a linear system of gondola and cable, without errors.
+
+    Parameters
+    ----------
+    system : LinearSystem
+        Its last coordinate is the gondola's place.
+    """
+
+    def __init__(self, system):
+        omega, shares = system.modes
+        self.number = largest_share(shares[0])
+        self.frequency = omega[self.number] / (2 * np.pi), None
+        self.share = shares[0, self.number], None
+        self._system = system
+
+    @property
+    def damping_ratio(self):
+        """The winch at rest: 1 without oscillation. [-]"""
+        ratio = damping_ratios(self._system, *self._system.lowest(len(self._system)))
+        return min(ratio[self.number], 1.0), None
 
 
 class OfSystem(InWind):

@@ -43,7 +43,7 @@ def wind_table(document, scene, on=None, estimate=False):
     ----------
     document : Document
         Of the scene, for the places of mistakes.
-    scene : Scene
+    scene : CableScene
     on : {"gondola", "cable", "both"}, optional
         What the wind acts on; by default the gondola where there is one.
     estimate : bool

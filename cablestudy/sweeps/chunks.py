@@ -51,7 +51,7 @@ class Chunks:
 
     Parameters
     ----------
-    study : Study
+    study : StudyFile
     work : sequence of (iterable of int, sequence of str)
         Cases from 0, and the columns to compute of them.
     count : int

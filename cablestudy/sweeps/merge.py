@@ -8,7 +8,7 @@ from cablestudy.scene.words import counted
 from cablestudy.sweeps.database import Database
 from cablestudy.sweeps.fingerprint import differences, digest
 from cablestudy.sweeps.record import unpack
-from cablestudy.sweeps.run import Options, Run, command
+from cablestudy.sweeps.run import Run, SweepOptions, command
 from cablestudy.sweeps.store import COLUMNS, MISSING, open_store, stored_description
 
 SHOWN = 10  # missing rows that are named
@@ -18,7 +18,7 @@ class MergedRun(Run):
     """A run whose rows come from the shards of its study; `words` are the command that computes it, for hints."""
 
     def __init__(self, study, files, words, quiet=False):
-        super().__init__(study, files, Options(keep=True, quiet=quiet))
+        super().__init__(study, files, SweepOptions(keep=True, quiet=quiet))
         self._words = words
 
     def _open(self):

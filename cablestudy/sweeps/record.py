@@ -15,7 +15,7 @@ CELLS, ERRORS = TypeAdapter(list[Number | None]), TypeAdapter(dict[str, Number |
 NOTES = TypeAdapter(list[StrictStr])
 
 
-class Record(NamedTuple):
+class RowRecord(NamedTuple):
     """One row of a table, read back."""
 
     case: int  # from 0
@@ -27,7 +27,7 @@ class Record(NamedTuple):
 
 
 def pack(case, key, status, cells, errors=(), notes=()):
-    """A row, given as in `Record`, as it is stored.
+    """A row, given as in `RowRecord`, as it is stored.
 
     Returns
     -------
@@ -63,4 +63,4 @@ def unpack(stored, width):
     except ValueError:
         return None
     valid = type(row) is int and row >= 1 and isinstance(key, str) and isinstance(status, str | None)
-    return Record(row - 1, key, status, cells, errors, notes) if valid and len(cells) == width else None
+    return RowRecord(row - 1, key, status, cells, errors, notes) if valid and len(cells) == width else None

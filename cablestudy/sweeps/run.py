@@ -36,7 +36,7 @@ NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 
 
 @dataclass(frozen=True)
-class Options:
+class SweepOptions:
     """What is to be done with a study: the options of `cablestudy sweep`; `keep` the rows on disk as they are done."""
 
     keep: bool = False

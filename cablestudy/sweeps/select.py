@@ -86,7 +86,7 @@ def read_selection(study, where=None, sort=None, best=None, pareto=None):
 
     Parameters
     ----------
-    study : Study
+    study : StudyFile
     where, sort, best, pareto : str or None
         For example `sag < 0.5 and status == ok`; `COLUMN` or `-COLUMN`; `min COLUMN` or `max COLUMN`; several of these,
         joined by commas.

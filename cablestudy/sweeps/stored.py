@@ -58,7 +58,7 @@ def stored_table(study, files, again):
 
     Parameters
     ----------
-    study : Study
+    study : StudyFile
     files : TableFiles
     again : str
         The command that computes the study, for hints.

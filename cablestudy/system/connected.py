@@ -8,6 +8,7 @@ as if the others were not there.
 import numpy as np
 
 NONE = 1e-12  # of the size of two coordinates, up to which what couples them is rounding
+ROUNDING = 1e-14  # entry of A over the largest one of its row or column, whichever is less, up to which it is that
 
 
 def connected(mass, damping, stiffness, some):
@@ -27,10 +28,31 @@ def connected(mass, damping, stiffness, some):
     coupled = np.abs(mass) > NONE * m[:, None] * m
     for part, size in ((damping, np.sqrt(k * m)), (stiffness, k)):
         coupled |= np.abs(part) > NONE * size[:, None] * size
-    found, more = some, coupled[some].any(axis=0) & ~some
+    return reached(coupled, some)
+
+
+def reached(joined, some):
+    """Which are some of n, or joined to them by others: ndarray of bool, shape (n,); `joined` of shape (n, n)."""
+    found, more = some, joined[some].any(axis=0) & ~some
     while more.any():
         found = found | more
-        more = coupled[more].any(axis=0) & ~found
+        more = joined[more].any(axis=0) & ~found
+    return found
+
+
+def apart(a):
+    """Numbers of the states that depend on each other, of a matrix A of shape (N, N): list of ndarray.
+
+    Entries that are rounding beside the largest ones of their row and of their column join nothing.
+    """
+    size = np.abs(a)
+    joined = size > ROUNDING * np.minimum(size.max(axis=1, initial=0.0)[:, None], size.max(axis=0, initial=0.0))
+    joined |= joined.T
+    left, found = np.ones(len(a), dtype=bool), []
+    while left.any():
+        part = reached(joined, np.arange(len(a)) == np.argmax(left))
+        found.append(np.flatnonzero(part))
+        left &= ~part
     return found
 
 

@@ -130,7 +130,7 @@ class Layout:
     def without_modes(self, stiffness, inertia):
         """`ReducedSystem` of bodies on cables without modes, from matrices of their six ends, shape (..., c, 6, 6)."""
         own_stiffness, own_mass = self.own
-        stiffness, inertia = self._of_cables(stiffness) + own_stiffness, self._of_cables(inertia) + own_mass
+        stiffness, inertia = self.of_cables(stiffness) + own_stiffness, self.of_cables(inertia) + own_mass
         none = np.zeros((*self.shape, 0, len(self.free)))
         return ReducedSystem(none.sum(axis=-1), none, inertia, stiffness)
 
@@ -139,7 +139,7 @@ class Layout:
         """Stiffness and mass matrix of the bodies without cables, for the free displacements, both (..., d, d)."""
         return self.of_bodies(self.geometric_stiffness), self.of_bodies(self.mass)
 
-    def _of_cables(self, matrices):
+    def of_cables(self, matrices):
         """Sum over the cables of matrices of their six ends, for the free displacements, shape (..., d, d)."""
         if not self.large:
             return self.moved.swapaxes(-1, -2) @ (matrices @ self._moved_by_cable).reshape(self.moved.shape)

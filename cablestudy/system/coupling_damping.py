@@ -11,7 +11,7 @@ import numpy as np
 
 from cablestudy.errors import NoSolutionError
 
-TRUSTED = 1e-11  # difference between the sum over poles and solved systems up to which the sum is used
+TRUSTED = 1e-11  # difference between the sum over poles and the forces it stands for, up to which the sum is used
 MOST_DAMPED = 1e6  # loss factor at the lowest mode from which rounding spoils what damped strain leaves
 FEW = 4  # places up to which solving is cheaper than finding the poles
 AT_ONCE = 64  # systems of equations that are solved in one call
@@ -154,7 +154,7 @@ class CouplingDamping:
         """See `Superelement.dynamic_stiffness`."""
         below = np.imag(s) < 0
         x = self._variable(np.where(below, np.conj(s), s))
-        few = len(s) <= FEW and self._near is None and "pole_sum" not in self.__dict__  # of which poles cost more
+        few = len(s) <= FEW and self._near is None and "_found" not in self.__dict__  # of which poles cost more
         by_poles = None if few else self.pole_sum
         value = by_poles(x, rows, columns) if by_poles else _solved(self.matrices, x, rows, columns, len(self.omega))
         if (real := np.imag(s) == 0).any():  # where hysteretic strain loses nothing
@@ -166,63 +166,92 @@ class CouplingDamping:
         """Of the polynomial."""
         return s**2 + self._viscous * s if self._squared else s
 
-    @cached_property
+    @property
     def pole_sum(self):
         """`PoleSum`; None where rounding spoils it."""
-        if self._resolvent is None:
-            return None
-        found = PoleSum.of(self.matrices, *self._resolvent)
-        if self._near is not None or not len(self.omega):
-            return found
-        x, every = self._variable(checked(self.omega)), slice(None)
-        with np.errstate(all="ignore"):
-            n = len(self.omega)
-            solved = _solved(self.matrices, x, every, every, n)
-            size = np.abs(x[:, None] ** (len(self.matrices) - 1)) * np.diagonal(self.matrices[-1])[n:]
-            size = size + np.abs(np.diagonal(self.matrices[0])[n:])
-            size = np.sqrt(size[:, :, None] * size[:, None])
-            error = (np.abs(found(x, every, every) - solved) / np.where(size > 0, size, 1.0)).max()
-        return found if error <= TRUSTED else None
+        return self._found[0]
+
+    @cached_property
+    @np.errstate(all="ignore")  # what is not finite is not trusted
+    def _found(self):
+        """`PoleSum`, and its (poles, left, right): the inverse for the modes is the sum of left right over x - pole.
+
+        None and None where rounding spoils it.
+        """
+        near = self._near and self._near.coupling_damping._found[1]
+        if near:
+            resolvent = self._moved(self._near.coupling_damping.matrices, *near)
+            return PoleSum.of(self.matrices, *resolvent), resolvent
+        try:
+            poles, vectors = self._eigen()
+            for right in self._by_symmetry, self._by_inverse:
+                left = vectors[: len(self.omega)] / (1 if self._squared else self.omega[:, None])
+                resolvent = poles, left, right(poles, left, vectors)
+                found = PoleSum.of(self.matrices, *resolvent)
+                if self._is_trusted(found, *resolvent):
+                    return found, resolvent
+        except np.linalg.LinAlgError:
+            pass
+        return None, None
+
+    def _eigen(self):
+        """Poles, shape (N,), and vectors of a linear eigenvalue problem, shape (N, N).
+
+        The frequencies of the modes differ by many powers of ten, and an eigen-solution has rounding of the size of its
+        largest eigenvalue: so the inverse is taken, for W q, and W q' in s: entries no larger than they must be.
+        """
+        omega, n = self.omega, len(self.omega)
+        unit = np.outer(omega, omega)
+        stiffness, *damping, _ = (part[:n, :n] / unit for part in self.matrices)
+        give = np.linalg.inv(stiffness)
+        matrix = -give / unit
+        if not self._squared:
+            matrix = np.block([[-give @ damping[0], -give / omega], [np.diag(1 / omega), np.zeros((n, n))]])
+        slow, vectors = np.linalg.eig(matrix)
+        return 1 / slow, vectors
+
+    def _by_symmetry(self, poles, left, _):
+        """`right` of poles that are apart: left^T over left^T Q' left, Q' the slope of the symmetric polynomial."""
+        n, (_, *higher) = len(self.omega), self.matrices
+        slope = sum(order * poles ** (order - 1) * (part[:n, :n] @ left) for order, part in enumerate(higher, 1))
+        return (left / (left * slope).sum(axis=0)).T
+
+    def _by_inverse(self, _, left, vectors):
+        """`right` from the inverse of the eigenvectors, right for poles that coincide too."""
+        inverse = np.linalg.inv(vectors)
+        return inverse if self._squared else inverse[:, len(left) :]
+
+    def _is_trusted(self, found, poles, left, right):
+        """Whether a `PoleSum` agrees with the forces Q_ee - Q_en q - q^T Q_ne + q^T Q_nn q.
+
+        These are stationary in q = Q_nn^-1 Q_ne, so that their error is the square of that of q by the resolvent.
+        """
+        n, every = len(self.omega), slice(None)
+        if not n:
+            return True
+        x = self._variable(checked(self.omega))
+        of_ends, pushed = (_polynomial([part[rows, n:] for part in self.matrices], x) for rows in np.s_[n:, :n])
+        moved = left @ ((right @ pushed) / (x[:, None] - poles)[:, :, None])
+        answer = sum(x[:, None, None] ** order * (part[:n, :n] @ moved) for order, part in enumerate(self.matrices))
+        value = of_ends - np.swapaxes(pushed, 1, 2) @ moved + np.swapaxes(moved, 1, 2) @ (answer - pushed)
+        size = np.abs(x[:, None] ** (len(self.matrices) - 1)) * np.diagonal(self.matrices[-1])[n:]
+        size = size + np.abs(np.diagonal(self.matrices[0])[n:])
+        size = np.sqrt(size[:, :, None] * size[:, None])
+        error = np.abs(found(x, every, every) - value) / np.where(size > 0, size, 1.0)
+        return bool(error.max() <= TRUSTED)
 
     @property
     def pole_sum_in_s(self):
         """`PoleSum` in s; None where rounding spoils it, or viscous damping makes poles coincide nearly."""
         return self.pole_sum.in_s(self._viscous) if self._squared and self.pole_sum else self.pole_sum
 
-    @cached_property
-    def _resolvent(self):
-        """(poles, left, right): the inverse for the modes is the sum of left right over x - pole; None if not found.
-
-        The frequencies of the modes differ by many powers of ten, and an eigen-solution has rounding of the size of its
-        largest eigenvalue: so the inverse is taken, for W q, and W q' in s: entries no larger than they must be.
-        """
-        if self._near is not None and self._near.coupling_damping._resolvent is not None:
-            return self._moved(self._near.coupling_damping)
-        omega, n = self.omega, len(self.omega)
-        unit = np.outer(omega, omega)
-        stiffness, *damping, _ = (part[:n, :n] / unit for part in self.matrices)
-        try:
-            with np.errstate(all="ignore"):  # what is not finite is not trusted
-                give = np.linalg.inv(stiffness)
-                matrix = -give / unit
-                if not self._squared:
-                    matrix = [[-give @ damping[0], -give / omega], [np.diag(1 / omega), np.zeros((n, n))]]
-                    matrix = np.block(matrix)
-                slow, vectors = np.linalg.eig(matrix)
-                inverse = np.linalg.inv(vectors)
-        except np.linalg.LinAlgError:
-            return None
-        if self._squared:
-            return 1 / slow, vectors, inverse
-        return 1 / slow, vectors[:n] / omega[:, None], inverse[:, n:]
-
-    def _moved(self, near):
-        """`_resolvent` from that of modes of other frequencies and rates of decay, the poles to first order.
+    def _moved(self, matrices, poles, left, right):
+        """(poles, left, right) from those of `matrices` of modes of other frequencies and decay: poles to first order.
 
         The shapes are kept: of modes that nearly coincide both are taken to change by as much.
         """
-        (poles, left, right), n = near._resolvent, len(self.omega)
-        changes = [np.diagonal(own - other)[:n] for own, other in zip(self.matrices, near.matrices, strict=True)]
+        n = len(self.omega)
+        changes = [np.diagonal(own - other)[:n] for own, other in zip(self.matrices, matrices, strict=True)]
         change = sum(part[:, None] * poles**power for power, part in enumerate(changes))
         moved = poles - (right.T * change * left).sum(axis=0)
         return moved, left, right if self._squared else right * (poles / moved)[:, None]
@@ -240,7 +269,7 @@ class CouplingDamping:
 
 
 def checked(omega):
-    """Places at which a sum over poles is held against solved systems, for modes at `omega`, shape (8,). [rad/s]"""
+    """Places at which a sum over poles is checked, for modes at `omega`, shape (8,). [rad/s]"""
     return (0.03 + 1j) * np.geomspace(omega.min() / 10, np.median(omega), 8)
 
 

@@ -7,7 +7,12 @@ COUPLED = 40  # modes above those asked for that damping may couple to them
 
 
 def damping_ratios(system, omega, shapes, coupled=COUPLED):
-    """Damping ratio -Re s/|s| of the pole that belongs to each mode.
+    """Damping ratio -Re s/|s| of the pole that belongs to each mode, shape (k,); see `damped_poles`. [-]"""
+    return damped_poles(system, omega, shapes, coupled)[1]
+
+
+def damped_poles(system, omega, shapes, coupled=COUPLED):
+    """The pole that belongs to each mode, and its damping ratio -Re s/|s|.
 
     Parameters
     ----------
@@ -21,7 +26,9 @@ def damping_ratios(system, omega, shapes, coupled=COUPLED):
 
     Returns
     -------
-    ndarray, shape (k,)
+    poles : ndarray, shape (k,)
+        Not a number where a mode does not oscillate. [rad/s]
+    ratio : ndarray, shape (k,)
         [-]
 
     Notes
@@ -34,7 +41,7 @@ def damping_ratios(system, omega, shapes, coupled=COUPLED):
     forces = loss @ shapes
     forces = forces if np.any(forces) else damping @ shapes
     if not np.any(forces):
-        return np.zeros(count)
+        return 1j * omega, np.zeros(count)
     above, others = system.lowest(count + coupled)
     omega, basis = np.concatenate([omega, above[count:]]), np.concatenate([shapes, others[:, count:]], axis=1)
     more, added = ritz(system, basis, system.compliance(forces))
@@ -48,7 +55,9 @@ def damping_ratios(system, omega, shapes, coupled=COUPLED):
     mode, pole = _assigned((part / part.sum(axis=0))[:count])
     ratio = (np.diagonal(damping) / (2 * omega) + np.diagonal(loss) / (2 * omega**2))[:count]
     ratio[mode] = np.maximum(-poles.real[pole], 0.0) / np.abs(poles[pole])  # what is below zero is rounding
-    return ratio
+    found = np.full(count, complex(np.nan, np.nan))
+    found[mode] = poles[pole]
+    return found, ratio
 
 
 def ritz(system, basis, vectors):

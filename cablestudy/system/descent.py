@@ -50,7 +50,7 @@ NEAREST = 1e-9  # of the unstretched length: ends closer than this are taken as 
 
 
 @dataclass(frozen=True)
-class Record:
+class SearchRecord:
     """How the pose searches went; all arrays have the shape of the cases.
 
     Attributes
@@ -83,8 +83,8 @@ class PoseState:
     Attributes
     ----------
     position, rotation : ndarray, shape (n, b, 3), (n, b, 3, 3)
-    arms : ndarray, shape (n, c, 2, 3)
-        From the reference point of its owner to each cable end, global axes. [m]
+    arms, ends : ndarray, shape (n, c, 2, 3)
+        From the reference point of its owner to each cable end, and its place, global axes. [m]
     vector : ndarray, shape (n, c, 3)
         From end 1 to end 2. [m]
     length, strain : ndarray, shape (n, c)
@@ -94,6 +94,7 @@ class PoseState:
     position: np.ndarray
     rotation: np.ndarray
     arms: np.ndarray
+    ends: np.ndarray
     vector: np.ndarray
     length: np.ndarray
     strain: np.ndarray
@@ -147,11 +148,17 @@ def put(record, index, part):
 
 
 def moved(suspension, state, step):
-    """State after a step.
+    """State after a step; see `moved_with_work`."""
+    return moved_with_work(suspension, state, step)[0] if suspension.body_names else state
+
+
+def moved_with_work(suspension, state, step):
+    """State after a step, and the work of the dead loads along it.
 
     Parameters
     ----------
-    suspension : Suspension
+    suspension : SuspendedSystem
+        With bodies.
     state : PoseState
     step : ndarray, shape (n, b, 6)
         Displacements [m] and rotation vectors [rad] of the bodies.
@@ -159,21 +166,26 @@ def moved(suspension, state, step):
     Returns
     -------
     PoseState
+    ndarray, shape (n,)
+        [J]
     """
-    if not suspension.body_names:
-        return state
-    turned = turn(step[..., 3:])
+    turned, shift = turn(step[..., 3:]), np.zeros(state.ends.shape)
+    cable, end = np.nonzero(suspension.owner != GROUND)
+    body = suspension.owner[cable, end]
+    lever = (turned[:, body] * state.arms[:, cable, end, None, :]).sum(axis=-1)
+    shift[:, cable, end] = step[:, body, :3] + lever
     rotation = state.rotation + turned @ state.rotation
-    position = state.position + step[..., :3]
-    shift = _end_shifts(suspension, state, step, turned)
-    change = shift[..., 1, :] - shift[..., 0, :]
-    ends = suspension.ends(position, rotation)
+    position, arms = state.position + step[..., :3], suspension.arms(rotation)
+    ends = arms.copy()
+    ends[:, cable, end] += position[:, body]
     vector = ends[..., 1, :] - ends[..., 0, :]
+    change = shift[..., 1, :] - shift[..., 0, :]
     # |d + change| - |d| without cancellation, so that the strain of a stiff cable keeps its digits
     longer = ((2 * state.vector + change) * change).sum(axis=-1)
     longer /= np.maximum(size(vector) + size(state.vector), TINY)
     strain = state.strain + longer / state.length
-    return PoseState(position, rotation, suspension.arms(rotation), vector, state.length, strain)
+    after = PoseState(position, rotation, arms, ends, vector, state.length, strain)
+    return after, _work(suspension, state, step, turned, shift)
 
 
 def spans(suspension, state):
@@ -200,8 +212,7 @@ def evaluate(suspension, state):
     # a force is not known better than the rounding of a strain, also where all cables hang without tension
     known = np.maximum(cables.max_tension, EPSILON * span.axial_stiffness)
     net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, known)
-    ends = suspension.ends(state.position, state.rotation)
-    rounding = bounds(suspension, state.rotation, state.arms, ends, state.strain, cables, known)
+    rounding = bounds(suspension, state.rotation, state.arms, state.ends, state.strain, cables, known)
     q, squared = _along_and_squared(cables)
     length, tension = span.unstretched_length, cables.mean_tension
     strained = squared / (2 * span.axial_stiffness)
@@ -225,22 +236,23 @@ def _along_and_squared(cables):
     return (ends[..., 0] - ends[..., 1]) / 2, (squared * cables.segments.fraction).sum(axis=-1)
 
 
-def _end_shifts(suspension, state, step, turned):
-    """Displacements of the ends of the cables by a step, whose rotations are `turned`; shape (n, c, 2, 3). [m]"""
-    owner = suspension.owner
-    shift = step[:, owner, :3] + (turned[:, owner] * state.arms[..., None, :]).sum(axis=-1)
-    return np.where((owner == GROUND)[..., None], 0.0, shift)
-
-
-def work(suspension, state, step):
+def _work(suspension, state, step, turned, shift):
     """Work of the dead loads along a step: of weights, of half the load of each cable on each of its ends, of forces.
+
+    Parameters
+    ----------
+    suspension, state, step
+        As for `moved_with_work`.
+    turned : ndarray, shape (n, b, 3, 3)
+        Change of the rotation of each body, as of `rigid.turn`.
+    shift : ndarray, shape (n, c, 2, 3)
+        Displacements of the cable ends. [m]
 
     Returns
     -------
     ndarray, shape (n,)
         [J]
     """
-    turned = turn(step[..., 3:])
     center, weight = tangent.weights(suspension, state.rotation)
     lifted = step[..., :3] + (turned * center[..., None, :]).sum(axis=-1)
     bodies = (weight * lifted).sum(axis=-1) + (suspension.force * step[..., :3]).sum(axis=-1)
@@ -250,7 +262,6 @@ def work(suspension, state, step):
         bodies = bodies + (turned * np.swapaxes(beside, -1, -2)).sum(axis=(-1, -2))
     gravity, vertical = suspension.cable_gravity
     half = suspension.cable_mass * gravity * state.length / 2
-    shift = _end_shifts(suspension, state, step, turned)
     raised = shift[..., 2] if vertical is None else (shift * vertical[..., None, :]).sum(axis=-1)
     total = bodies.sum(axis=-1) - (half * raised.sum(axis=-1)).sum(axis=-1)
     if suspension.load_forces is None:
@@ -263,10 +274,9 @@ def longest(state):
     return np.maximum(size(state.vector), state.length).max(axis=-1)
 
 
-def extent(suspension, state):
+def extent(state):
     """Largest extent of all cable ends along x, y or z, or longest cable if that is more, shape (n,). [m]"""
-    ends = suspension.ends(state.position, state.rotation)
-    return np.maximum(np.ptp(ends, axis=(-3, -2)).max(axis=-1), longest(state))
+    return np.maximum(np.ptp(state.ends, axis=(-3, -2)).max(axis=-1), longest(state))
 
 
 def newton_step(suspension, state, point):
@@ -281,7 +291,7 @@ def newton_step(suspension, state, point):
     force = tangent.free_values(suspension, point.net)
     blocks = tangent.blocks(suspension, state.rotation, state.arms, point.end_forces, point.end_stiffness)
     largest_step = np.ones((len(force), *free.shape)) * WIDEST
-    largest_step[..., :3] = FARTHEST * extent(suspension, state)[:, None, None]
+    largest_step[..., :3] = FARTHEST * extent(state)[:, None, None]
     # where nothing holds a degree of freedom the step is small if the force is rounding, and else as large as allowed
     least = tangent.free_values(suspension, np.maximum(np.abs(point.net), point.least) / largest_step)
     stiffness = np.maximum(tangent.magnitudes(blocks, suspension), least)
@@ -306,13 +316,14 @@ def _dense_step(matrix, force, largest):
     There the part along each eigenvector is no longer than allowed, so that a motion that nothing holds does not leave
     the others without a step.
     """
-    values, vectors = np.linalg.eigh((matrix + np.swapaxes(matrix, -1, -2)) / 2)
-    definite = values[:, 0] > FLATTEST
+    symmetric = (matrix + np.swapaxes(matrix, -1, -2)) / 2
+    definite = np.linalg.eigvalsh(symmetric)[:, 0] > FLATTEST
     plain = np.where(definite[:, None, None], matrix, np.eye(force.shape[-1]))
     exact = tangent.solved(plain, force)
     good = definite & (np.abs(exact) <= largest).all(axis=-1)
     if good.all():
         return exact
+    values, vectors = np.linalg.eigh(symmetric)
     shares = (np.swapaxes(vectors, -1, -2) @ force[..., None])[..., 0]
     parts = vectors * (shares / np.maximum(np.abs(values), FLATTEST))[:, None, :]
     parts = parts / np.maximum(1.0, (np.abs(parts) / largest[..., None]).max(axis=-2))[:, None, :]
@@ -355,9 +366,9 @@ def line_search(suspension, state, point, step):
     for _ in range(HALVINGS):
         part = suspension if len(rest) == len(slope) else suspension.take(rest)
         before, taken = some(state, rest), step[rest] * share[rest, None, None]
-        trial = moved(part, before, taken)
+        trial, work = moved_with_work(part, before, taken)
         there = evaluate(part, trial)
-        change = there.energy - point.energy[rest] - work(part, before, taken)
+        change = there.energy - point.energy[rest] - work
         rounding = there.rounding + point.rounding[rest]
         ahead = (there.net * step[rest]).sum(axis=(-1, -2))
         falls = change <= -SUFFICIENT * share[rest] * slope[rest]
@@ -384,7 +395,7 @@ def descend(suspension, state, most=MAX_STEPS, enough=0.0):
 
     Parameters
     ----------
-    suspension : Suspension
+    suspension : SuspendedSystem
         With cases of shape (n,).
     state : PoseState
     most : int
@@ -401,7 +412,7 @@ def descend(suspension, state, most=MAX_STEPS, enough=0.0):
     cases = len(state.length)
     if not suspension.free.any():
         zero = np.zeros(cases)
-        return state, Record(zero.astype(int), zero, zero, np.full(cases, CONVERGED))
+        return state, SearchRecord(zero.astype(int), zero, zero, np.full(cases, CONVERGED))
     final, count = copied(state), np.zeros(cases, dtype=int)
     residual, correction, reason = np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
     active, part, point = np.arange(cases), suspension, evaluate(suspension, state)
@@ -428,7 +439,7 @@ def descend(suspension, state, most=MAX_STEPS, enough=0.0):
             part = suspension.take(active)
         if not len(active):
             break
-    return final, Record(count, residual, correction, reason)
+    return final, SearchRecord(count, residual, correction, reason)
 
 
 def typical_loads(suspension, state):

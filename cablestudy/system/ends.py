@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.assembly import joined, sparse_product
+from cablestudy.cable.assembly import joined
 from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.plane_modes import unresolved_share
 from cablestudy.system.coupling_damping import Strain
@@ -129,25 +129,6 @@ class Ends:
     def inertia(self):
         """See `Superelement`, shape (..., 6, 6). [kg]"""
         return self._undamped[3]
-
-    @cached_property
-    def moments(self):
-        """Static share of the cables' mass at end 2 along x, shape (..., 3): s_0 [kg], s_1 [kg s^2], s_2 [kg s^4].
-
-        With u the static shape of that movement and g = M u inside: s_0 = u^T M u, s_1 = g^T K^-1 g,
-        s_2 = g^T K^-1 M K^-1 g. The mode k has the share p^2/W^(4 + 2 j) of s_j.
-        """
-        dynamics, along, moments = self._dynamics, self._frame[..., 0], 0.0
-        for system in dynamics.systems:
-            shape = system.end_shapes @ along[..., None, system.axes, None]
-            weighted = system.inertia(shape)
-            inner = weighted[..., 1:-1, :, :].reshape(*shape.shape[:-3], system.dof, 1)
-            moved = system.solve(inner)
-            products = joined(shape * weighted), inner * moved, moved * sparse_product(system.mass, moved)
-            moments = moments + np.concatenate([product.sum(axis=-2) for product in products], axis=-1)
-        mass = np.asarray(dynamics.mass * dynamics.length)[..., None]
-        slow = np.asarray(dynamics.length / dynamics.state.force)[..., None]
-        return moments * mass * (mass * slow) ** np.arange(3)
 
     @cached_property
     def _basis(self):

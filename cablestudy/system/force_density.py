@@ -22,7 +22,7 @@ def find_form(suspension):
 
     Parameters
     ----------
-    suspension : Suspension
+    suspension : SuspendedSystem
         With cases of any shape and a force density of every cable that ends at a free junction.
 
     Returns

@@ -13,7 +13,7 @@ from cablestudy.system.descent import (
     TINY,
     TOO_MANY,
     UNHELD,
-    Record,
+    SearchRecord,
     copied,
     moved,
     put,
@@ -65,7 +65,7 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, fo
 
     Parameters
     ----------
-    suspension : Suspension
+    suspension : SuspendedSystem
         With cases of any shape. Cables that state something keep it.
     method : {"balanced", "least", "closest"}
         Of the mean tensions of the cables that state nothing: least variance, least sum of squares, closest to
@@ -208,7 +208,7 @@ def linearised(suspension, state, which, found):
 
     Parameters
     ----------
-    suspension : Suspension
+    suspension : SuspendedSystem
         With cases of shape (n,); what each cable states is kept while the bodies move.
     state : PoseState
     which : ndarray of int, shape (m,)
@@ -232,7 +232,7 @@ def linearised(suspension, state, which, found):
     by_tension = np.ascontiguousarray(np.swapaxes(pulled[:, which], -1, -2) / sizes[..., None])
     by_place = np.ascontiguousarray(-(stiffness / (sizes[:, :, None] * sizes[:, None, :]))[..., found[free]])
     worst = np.abs(np.where(free, net / units, 0.0)).max(axis=-1) / np.maximum(scale, TINY)
-    ends = suspension.ends(state.position, state.rotation)
+    ends = state.ends
     limits = rounding.bounds(suspension, state.rotation, state.arms, ends, state.strain, cables, cables.max_tension)
     of_tensions = rounding.of_values(ends, state.strain, cables, suspension.given, suspension.value).most[:, which]
     return Linear(
@@ -289,7 +289,7 @@ def search(suspension, which, found, method, low, high, reference, above):
 
     Parameters
     ----------
-    suspension : Suspension
+    suspension : SuspendedSystem
         With cases of shape (n,).
     which : ndarray of int, shape (m,)
         Cables that state nothing.
@@ -316,7 +316,7 @@ def search(suspension, which, found, method, low, high, reference, above):
     part, state, going = begun(suspension, which, low, high, above)
     cases = len(going.index)
     whole, possible, answers = copied(state), going.possible.copy(), np.full(cases, None, dtype=object)
-    record = Record(
+    record = SearchRecord(
         np.zeros(cases, dtype=int), np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
     )  # fmt: skip
     for number in range(MAX_STEPS + 1):
@@ -327,7 +327,7 @@ def search(suspension, which, found, method, low, high, reference, above):
         change = sizes_of(step, asked, going)
         going = with_infeasible(going, solutions, high[index], above)
         going, reason = judged(going, linear, solutions, change, last=number == MAX_STEPS)
-        put(record, index, Record(np.full(len(index), number), linear.imbalance, change, reason))
+        put(record, index, SearchRecord(np.full(len(index), number), linear.imbalance, change, reason))
         put(whole, index, state)
         possible[index] = going.possible
         rest = np.flatnonzero(reason == GOING_ON)
@@ -484,7 +484,7 @@ def possible_tensions(suspension, state, which, low, tension, above):
 
 def allowed_share(suspension, state, step):
     """Share of a step of bodies that is no longer than a search allows, shape (n,). [-]"""
-    far = np.abs(step[..., :3]).max(axis=(-1, -2)) / (descent.FARTHEST * descent.extent(suspension, state))
+    far = np.abs(step[..., :3]).max(axis=(-1, -2)) / (descent.FARTHEST * descent.extent(state))
     wide = np.abs(step[..., 3:]).max(axis=(-1, -2)) / descent.WIDEST
     return 1 / np.maximum(1.0, np.maximum(far, wide))
 

@@ -176,21 +176,6 @@ class LinearSystem:
         return upper(np.linalg.eigvals(self.equations.fixed))
 
     @cached_property
-    def pole_shares(self):
-        """The poles, and the share of each in the static compliance of each body's displacement, shape (b, k). [-]"""
-        values, vectors = np.linalg.eig(self.equations.fixed)
-        n, body = len(self.mass), slice(len(self.mass) - self.bodies, len(self.mass))
-        force = np.zeros((2 * n, self.bodies), dtype=complex)
-        force[n:] = np.linalg.inv(self.mass)[:, body]
-        moved = vectors[body] / self.unit[body, None]
-        try:
-            shares = np.abs(moved * np.linalg.solve(vectors, force).T / np.where(values != 0, values, 1.0))
-        except np.linalg.LinAlgError:
-            shares = np.abs(moved)  # two poles that are one: any of their shapes will do
-        above = values.imag >= 0
-        return values[above], shares[:, above]
-
-    @cached_property
     def _parts(self):
         """K, C and M, the entries of each in a row, shape (3, n^2)."""
         return np.stack([self.stiffness.real, self.damping, self.mass]).reshape(3, -1)
@@ -237,6 +222,17 @@ class LinearSystem:
             scale=None,
             shapes=None,
         )
+
+    def with_damped_bodies(self, damping):
+        """The system with further viscous damping of the displacements of its bodies, shape (b, b) or 0."""
+        modal, added = len(self) - self.bodies, np.broadcast_to(damping, (self.bodies, self.bodies))
+        if isinstance(self.damping, np.ndarray):
+            return replace(self, damping=self.damping + np.pad(added, (modal, 0)))
+        from scipy.sparse import coo_array
+
+        rows, columns = np.nonzero(added)
+        whole = coo_array((added[rows, columns], (rows + modal, columns + modal)), shape=self.damping.shape)
+        return replace(self, damping=(self.damping + whole).tocsc())
 
     def viscous(self):
         """The system with viscous damping in place of a complex stiffness: the same where there is none.
@@ -291,10 +287,43 @@ class LinearSystem:
         Of the modes left out the static part stays (mode acceleration method: Williams, Quarterly of Mechanics and
         Applied Mathematics 2, 1949): z = Phi q + S u with S = K^-1 B0 - Phi Omega^-2 Phi^T B0.
         """
+        others = np.delete(self.strain_modes[1], chosen, axis=1)
+        return self._of_modes(chosen, others @ (others.T @ self.b[0]), self.c, self.d)
+
+    def truncate(self, chosen):
+        """The system in some of its modes, without the static part of the others: as the paper truncates them.
+
+        Parameters and result are those of `keep`.
+
+        Notes
+        -----
+        The displacements of the modes left out, winches and what they move statically included, are zero: z = Phi q +
+        P B2 u with P = M^-1 - Phi Phi^T, the sum of phi phi^T over these modes. They are held by forces that z'' of the
+        outputs would take for inertia: what they leave of the equation of motion, times C2 P, is no part of outputs.
+        Without damping each of these modes is missing with c g/(W^2 + s^2), c = (C0 - W^2 C2) phi and g = phi^T (B0 -
+        W^2 B2). Motions without mass are at rest.
+        """
+        compliance, shapes = self.strain_modes
+        others, square = _massive(np.delete(shapes, chosen, axis=1), np.delete(compliance, chosen))
+        static, balance = others @ (others.T @ self.b[2]), self.c[2] @ others @ others.T
+        held = self.c[2] @ (others @ (others.T @ self.b[0] - square[:, None] * (others.T @ self.b[2])))
+        moved = self.c[0], self.c[1] - balance @ self.damping, self.c[2]
+        return self._of_modes(chosen, static, moved, (self.d[0] + held, self.d[1] + balance @ self.b[1], self.d[2]))
+
+    def _of_modes(self, chosen, static, moved, direct):
+        """The system in some of its modes and static displacements by the inputs: z = Phi q + S u.
+
+        Parameters
+        ----------
+        chosen : ndarray of int
+        static : ndarray, shape (n, i)
+            S.
+        moved, direct : tuple of 3 ndarray, shapes (o, n) and (o, i)
+            What outputs are of z, z', z'' and of u, u', u''.
+        """
         compliance, shapes = self.strain_modes
         omega = 1 / np.sqrt(compliance[chosen])
-        kept, others = shapes[:, chosen] * omega, np.delete(shapes, chosen, axis=1)
-        static = others @ (others.T @ self.b[0])
+        kept = shapes[:, chosen] * omega
         driven = [kept.T @ part for part in self.b]
         driven[1] -= kept.T @ (self.damping @ static)
         return replace(
@@ -303,8 +332,8 @@ class LinearSystem:
             damping=kept.T @ self.damping @ kept,
             stiffness=np.diag(omega**2),
             b=tuple(driven),
-            c=tuple(part @ kept for part in self.c),
-            d=tuple(direct + part @ static for direct, part in zip(self.d, self.c, strict=True)),
+            c=tuple(part @ kept for part in moved),
+            d=tuple(own + part @ static for own, part in zip(direct, moved, strict=True)),
             bodies=0,
             coordinates=tuple((f"mode_{k + 1}", MODAL) for k in np.asarray(chosen).tolist()),
         )
@@ -384,6 +413,13 @@ def shares(parts):
     """Parts over their sum, zeros where that is zero, shape (n,). [-]"""
     total = parts.sum()
     return parts / (total if total > 0 else 1.0)
+
+
+def _massive(shapes, compliance):
+    """Mass-normalised shapes of modes of unit strain energy and finite frequency, and its square [rad^2/s^2]."""
+    moving = compliance > MASSLESS * compliance.max(initial=0.0)
+    square = 1 / compliance[moving]
+    return shapes[:, moving] * np.sqrt(square), square
 
 
 def _normalised(shapes, compliance):
@@ -497,6 +533,8 @@ class ReducedSystem:
         """Static displacement of a free displacement of the bodies (its number) per force there. [m/N, rad/(N m)]"""
         force = np.zeros(self.stiffness.shape[0])
         force[motion] = 1.0
+        if isinstance(self.stiffness, np.ndarray):
+            return float(np.linalg.solve(self.stiffness, force)[motion])
         return float(_factors(self.stiffness).solve(force)[motion])
 
     def _lowest_of_large(self, count):
@@ -646,9 +684,10 @@ def _factors(stiffness):
     from scipy.sparse import csc_array
     from scipy.sparse.linalg import splu
 
-    symmetric = {"SymmetricMode": True, "DiagPivotThresh": 0.0}
+    symmetric, matrix = {"SymmetricMode": True, "DiagPivotThresh": 0.0}, csc_array(stiffness)
+    matrix.data = np.ascontiguousarray(matrix.data)  # which the real part of a complex matrix is not
     try:
-        factors = splu(csc_array(stiffness), permc_spec="MMD_AT_PLUS_A", options=symmetric)
+        factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", options=symmetric)
     except RuntimeError:  # exactly singular
         raise NoSolutionError(UNSTABLE) from None
     if not (factors.U.diagonal() > 0).all():

@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cablestudy.system.connected import apart
+
 # sum of the sizes of the shares of all states in a pole, and entry of V^-1, above which A has next to no eigenvectors
 DEPENDENT, SINGULAR = 1e5, 1e12
 SHARP = 0.35  # damping ratio below which a pole makes a response sharp over frequency
 GAP = 0.7  # least of the frequency above which other poles are taken
-NONE = 1e-14  # entry of A over the largest one of its row or column, whichever is less, up to which it is rounding
 NUDGE = 1e-9  # change of poles that coincide then, over their size
 COINCIDE = 1e-3  # relative distance of poles up to which they may be one: four of them, by rounding
 PARALLEL = 1e-3  # least singular value of the unit eigenvectors of these, below which they are next to parallel
@@ -64,7 +65,7 @@ def eigen(a):
     of a state in a pole is its entry of V times that of V^-1; in whatever unit the state is, it is the same.
     """
     parts = apart(a)
-    if len(parts) == 1:
+    if len(parts) < 2:
         return _eigen_of_one(a)
     poles, right, left = np.zeros(len(a), dtype=complex), *np.zeros((2, *a.shape), dtype=complex)
     for part in parts:
@@ -73,28 +74,10 @@ def eigen(a):
     return Eigen(poles, right, left, np.iscomplexobj(a))
 
 
-def apart(a):
-    """Numbers of the states that depend on each other, of a matrix of shape (N, N): list of ndarray.
-
-    A motion across the plane of a cable knows nothing of that in it, so that two smaller problems are solved. Entries
-    that are rounding beside the largest ones of their row and of their column join nothing.
-    """
-    size = np.abs(a)
-    joined = size > NONE * np.minimum(size.max(axis=1, initial=0.0)[:, None], size.max(axis=0, initial=0.0))
-    joined |= joined.T
-    left, found = np.ones(len(a), dtype=bool), []
-    while left.any():
-        part, more = np.zeros(len(a), dtype=bool), np.arange(len(a)) == np.argmax(left)
-        while more.any():
-            part |= more
-            more = joined[more].any(axis=0) & ~part
-        found.append(np.flatnonzero(part))
-        left &= ~part
-    return found or [np.arange(0)]
-
-
 def _eigen_of_one(a):
     """`eigen` of a matrix whose states all depend on each other."""
+    if found := _eigen_of_springs(a):
+        return found
     order = np.argsort(-np.abs(a).sum(axis=1), kind="stable")
     a, back = a[np.ix_(order, order)], np.argsort(order)
     poles, right = np.linalg.eig(a)
@@ -102,11 +85,40 @@ def _eigen_of_one(a):
         left = np.linalg.inv(right)
     except np.linalg.LinAlgError:  # V is singular
         left = np.full_like(a, np.inf)
-    shares = (np.abs(left) * np.abs(right.T)).sum(axis=1)
-    if not (shares.max(initial=0.0) <= DEPENDENT and np.abs(left).max(initial=0.0) <= SINGULAR):
+    if not _independent(right, left):
         poles, right = np.linalg.eig(a + NUDGE * _among_coinciding(a, poles, right))
         left = np.linalg.inv(right)
     return Eigen(poles + 0j, right[back], left[:, back], np.iscomplexobj(a))
+
+
+def _independent(right, left):
+    """Whether the eigenvectors of a matrix are far from dependent: V and V^-1, both of shape (N, N)."""
+    shares = (np.abs(left) * np.abs(right.T)).sum(axis=1)
+    return shares.max(initial=0.0) <= DEPENDENT and np.abs(left).max(initial=0.0) <= SINGULAR
+
+
+def _eigen_of_springs(a):
+    """`eigen` of [0 U; B 0], U diagonal and B complex: springs with hysteretic damping alone. None of others.
+
+    Half as large: (U B)^-1 p = p/l^2, of the inverse since its largest eigenvalues are those of the slow poles l.
+    """
+    half = len(a) // 2
+    if not np.iscomplexobj(a) or len(a) % 2 or a[:half, :half].any() or a[half:, half:].any():
+        return None
+    unit = np.diagonal(a[:half, half:])
+    if not unit.all() or np.count_nonzero(a[:half, half:]) > half:
+        return None
+    try:
+        squares, right = np.linalg.eig(np.linalg.inv(unit[:, None] * a[half:, :half]))
+        left = np.linalg.inv(right)
+    except np.linalg.LinAlgError:
+        return None
+    if not _independent(right, left):
+        return None
+    poles = np.sqrt(1 / squares)
+    speeds, by_speeds = right * poles / unit[:, None], left * unit / poles[:, None]
+    right, left = np.block([[right, right], [speeds, -speeds]]), np.block([[left, by_speeds], [left, -by_speeds]]) / 2
+    return Eigen(np.concatenate([poles, -poles]), right, left, True)
 
 
 def _among_coinciding(a, poles, right):

@@ -44,7 +44,7 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension):
 
     Parameters
     ----------
-    suspension : Suspension
+    suspension : SuspendedSystem
     rotation : ndarray, shape (..., b, 3, 3)
     arms, ends : ndarray, shape (..., c, 2, 3)
         Of the cable ends, from their owners and from the origin. [m]

@@ -107,7 +107,7 @@ def rates(cables, given):
     middle, half, *_ = _at_ends(cables)
     by_length = -(stiffness @ _outward(cables)[..., None])[..., 0]
     end_forces = np.stack([by_length - half, -by_length - half], axis=-2)
-    gradients = _gradients(cables, kinds)
+    gradients = _gradients(cables, kinds) if np.isin(kinds, FORCES).any() else {}
     own = np.where(kinds == "unstretched_length", length, np.nan)
     across = np.zeros_like(middle)
     for kind, (gradient, direct) in gradients.items():

@@ -43,7 +43,7 @@ def pose(suspension):
 
     Parameters
     ----------
-    suspension : Suspension
+    suspension : SuspendedSystem
         With cases of any shape. Each cable states something.
 
     Returns
@@ -81,10 +81,10 @@ def leave_saddle_points(suspension, flat, state, record):
 
     Parameters
     ----------
-    suspension, flat : Suspension
+    suspension, flat : SuspendedSystem
         The cases in their shape, and of shape (n,).
     state : PoseState
-    record : Record
+    record : SearchRecord
 
     Notes
     -----
@@ -113,15 +113,15 @@ def leave_saddle_points(suspension, flat, state, record):
 def nudged(suspension, state, motion, size):
     """State after a step along motions of `Stability`: its largest rotation, or share of the extent, is `size`."""
     step = motion.copy()
-    step[..., :3] /= extent(suspension, state)[:, None, None]
+    step[..., :3] /= extent(state)[:, None, None]
     step[..., 3:] /= tangent.body_sizes(suspension)[..., None]
     step *= size / np.maximum(np.abs(step).max(axis=(-1, -2)), TINY)[:, None, None]
-    step[..., :3] *= extent(suspension, state)[:, None, None]
+    step[..., :3] *= extent(state)[:, None, None]
     return moved(suspension, state, step)
 
 
 def search_all(suspension, state):
-    """Pose, and lengths with which the cables have what they state: `PoseState`, `Record`."""
+    """Pose, and lengths with which the cables have what they state: `PoseState`, `SearchRecord`."""
     state, record = search(suspension, state)
     if set(suspension.given) != {"unstretched_length"}:
         state, record = meet(suspension, state, record)
@@ -136,7 +136,7 @@ def by_softer_cables(suspension):
     """
     own = np.array([kind == "unstretched_length" for kind in suspension.given])
     begin = start(suspension)
-    tension, reach = catenary.solve(spans(suspension, begin)).mean_tension, extent(suspension, begin)
+    tension, reach = catenary.solve(spans(suspension, begin)).mean_tension, extent(begin)
     stiffness, part = suspension.axial_stiffness, suspension
     for strain in SOFTENED:
         soft = np.where(own, stiffness, np.minimum(stiffness, tension / strain))
@@ -161,7 +161,7 @@ def start(suspension):
 
     Parameters
     ----------
-    suspension : Suspension
+    suspension : SuspendedSystem
         With cases of shape (n,).
 
     Returns
@@ -174,7 +174,7 @@ def start(suspension):
     own = np.array([kind == "unstretched_length" for kind in suspension.given])
     length = np.where(own, value, 1.0)
     strain = (size(vector) - length) / length
-    state = PoseState(suspension.position.copy(), suspension.rotation.copy(), arms, vector, length, strain)
+    state = PoseState(suspension.position.copy(), suspension.rotation.copy(), arms, ends, vector, length, strain)
     if own.all():
         return state
     span = spans(suspension, state)
@@ -204,8 +204,7 @@ def errors(suspension, state, which):
     """
     cables = catenary.solve(spans(suspension, state))
     error = (stated.values(cables, suspension.given) / suspension.value - 1)[:, which]
-    ends = suspension.ends(state.position, state.rotation)
-    rounding = of_values(ends, state.strain, cables, suspension.given, suspension.value)
+    rounding = of_values(state.ends, state.strain, cables, suspension.given, suspension.value)
     rounding = Bounds(rounding.least[:, which], rounding.most[:, which])
     return np.where(np.isfinite(error), error, np.inf), rounding, cables
 
@@ -215,11 +214,11 @@ def meet(suspension, state, record):
 
     Parameters
     ----------
-    suspension : Suspension
+    suspension : SuspendedSystem
         With cases of shape (n,).
     state : PoseState
         In equilibrium.
-    record : Record
+    record : SearchRecord
         Of the search that led there.
 
     Returns

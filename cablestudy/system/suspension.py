@@ -28,7 +28,7 @@ CORES = {
 
 
 @dataclass(frozen=True)
-class Suspension:
+class SuspendedSystem:
     """Bodies, junctions and cables; b bodies and junctions, c cables.
 
     Attributes
@@ -200,18 +200,18 @@ class Equilibrium:
 
     Attributes
     ----------
-    suspension : Suspension
+    suspension : SuspendedSystem
         Its `position` and `rotation` are where the search began.
     position : ndarray, shape (..., b, 3)
         [m]
     rotation : ndarray, shape (..., b, 3, 3)
     catenary : Catenary
         Of all cables, shape (..., c).
-    record : Record
-        Of the pose search (`statics.Record`).
+    record : SearchRecord
+        Of the pose search (`statics.SearchRecord`).
     """
 
-    suspension: Suspension
+    suspension: SuspendedSystem
     position: np.ndarray
     rotation: np.ndarray
     catenary: Catenary

@@ -101,7 +101,7 @@ def by_body(suspension, which, values):
 
     Parameters
     ----------
-    suspension : Suspension
+    suspension : SuspendedSystem
     which : ndarray of int, shape (s,)
         The cables.
     values : ndarray, shape (n, s, 2, 6)
@@ -142,7 +142,7 @@ def net_forces(suspension, rotation, arms, end_forces, tension):
 
     Parameters
     ----------
-    suspension : Suspension
+    suspension : SuspendedSystem
     rotation : ndarray, shape (..., b, 3, 3)
     arms, end_forces : ndarray, shape (..., c, 2, 3)
         Of the cable ends [m], forces of the cables on them [N], global axes.
@@ -197,15 +197,16 @@ def blocks(suspension, rotation, arms, end_forces, end_stiffness):
     beside = eccentric(suspension, rotation)
     if beside is not None:
         geometric = geometric + np.trace(beside, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - beside
-    tilt = -cross_matrix(end_forces) @ cross_matrix(arms)
+    on, end = np.nonzero(owner != GROUND)
+    force, arm = end_forces[..., on, end, :], arms[..., on, end, :]
+    tilt = -cross_matrix(force) @ cross_matrix(arm)
     shape = np.broadcast_shapes(between.shape[:-3], geometric.shape[:-3])
     bodies = np.zeros((*shape, geometric.shape[-3], 6, 6))
     bodies[..., 3:, 3:] = geometric
-    on, end = np.nonzero(owner != GROUND)
-    np.add.at(bodies[..., 3:, 3:], (..., owner[on, end], slice(None), slice(None)), tilt[..., on, end, :, :])
+    np.add.at(bodies[..., 3:, 3:], (..., owner[on, end], slice(None), slice(None)), tilt)
     leverage = np.zeros(bodies.shape[:-2]) + size(weight) * size(center)
     leverage += 0.0 if beside is None else np.sqrt((beside**2).sum(axis=(-1, -2)))
-    np.add.at(leverage, (..., owner[on, end]), (size(end_forces) * size(arms))[..., on, end])
+    np.add.at(leverage, (..., owner[on, end]), size(force) * size(arm))
     own = np.arange(bodies.shape[-3])
     return Blocks(
         np.concatenate([owner[cable, row], own]),
@@ -224,7 +225,8 @@ def full(blocks, bodies):
     """The blocks as one matrix of all degrees of freedom, held ones too, shape (..., 6 b, 6 b)."""
     shape = blocks.matrices.shape[:-3]
     matrix = np.zeros((*shape, bodies, bodies, 6, 6))
-    np.add.at(matrix, (..., blocks.rows, blocks.columns, slice(None), slice(None)), blocks.matrices)
+    for block, (row, column) in enumerate(zip(blocks.rows.tolist(), blocks.columns.tolist(), strict=True)):
+        matrix[..., row, column, :, :] += blocks.matrices[..., block, :, :]
     return np.swapaxes(matrix, -3, -2).reshape(*shape, 6 * bodies, 6 * bodies)
 
 
@@ -241,7 +243,7 @@ def sparse(blocks, suspension, free=None):
     ----------
     blocks : Blocks
         Of one case.
-    suspension : Suspension
+    suspension : SuspendedSystem
     free : ndarray of bool, shape (b, 6), optional
         Other degrees of freedom than `suspension.free`.
 
@@ -326,7 +328,7 @@ def body_stiffness(blocks, suspension):
     Parameters
     ----------
     blocks : Blocks
-    suspension : Suspension
+    suspension : SuspendedSystem
 
     Returns
     -------

@@ -9,6 +9,7 @@ and the places are known with them, also where the tensions would balance in oth
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -47,7 +48,7 @@ class Uncertainty:
     longest: np.ndarray
     body_names: tuple
 
-    @property
+    @cached_property
     def relative(self):
         """Displacements over the longest chord, and rotations, shape (..., b, 6). [-], [rad]"""
         lengths = np.ones((*self.longest.shape, 6))
@@ -98,13 +99,15 @@ def _sampled(equilibrium):
     forces = np.concatenate([on_bodies * bounds[..., None, :, :], net[..., None, :, :]], axis=-3)
     cable, end = np.nonzero(suspension.owner != tangent.GROUND)
     body = suspension.owner[cable, end]
-    acting = tangent.wrenches(arms[..., None, cable, end, :], pulled[..., cable, end, :])
-    np.add.at(forces, (..., body, slice(None)), acting)
+    held = arms[..., None, cable, end, :]
+    acting = tangent.wrenches(held, pulled[..., cable, end, :])
+    for place, owner in enumerate(body.tolist()):
+        forces[..., owner, :] += acting[..., place, :]
     moved, pulled = np.zeros(forces.shape), pulled[..., 1, :]
     if free.any():
         moved[..., free] = _solved(suspension, _blocks(equilibrium, answers), tangent.free_values(suspension, forces))
-        ends = moved[..., suspension.owner, :3] + np.cross(moved[..., suspension.owner, 3:], arms[..., None, :, :, :])
-        ends = np.where((suspension.owner == tangent.GROUND)[..., None], 0.0, ends)
+        ends = np.zeros((*pulled.shape[:-1], 2, 3))
+        ends[..., cable, end, :] = moved[..., body, :3] + np.cross(moved[..., body, 3:], held)
         along = (ends[..., 1, :] - ends[..., 0, :])[..., None]
         pulled = pulled + (answers[..., None, :, 1, :, :3] @ along)[..., 0]
     change = size(pulled) / np.maximum(cables.max_tension, rounding.TINY)[..., None, :]
@@ -156,8 +159,7 @@ def _solved(suspension, blocks, forces):
     if scales.shape[-1] <= tangent.DENSE:
         matrices = tangent.scaled_dense(blocks, suspension, scales)
         usable = np.isfinite(matrices).all(axis=(-1, -2)) & np.isfinite(right).all(axis=(-1, -2))
-        for case in np.argwhere(usable):
-            solution[tuple(case)] = _one(matrices[tuple(case)], right[tuple(case)], np.linalg.solve)
+        solution[usable] = _dense_solutions(matrices[usable], right[usable])
     else:
         from scipy.sparse.linalg import splu
 
@@ -165,6 +167,15 @@ def _solved(suspension, blocks, forces):
             matrix = tangent.scaled_sparse(blocks.of(case), suspension, scales[case])
             solution[case] = _one(matrix, right[case], lambda m, r: splu(m).solve(r))
     return np.swapaxes(solution, -1, -2) / scales[..., None, :]
+
+
+def _dense_solutions(matrices, right):
+    """Those of some cases, shape (m, d, samples); infinite where a matrix is singular."""
+    try:
+        return np.linalg.solve(matrices, right)
+    except np.linalg.LinAlgError:  # of one of them
+        pairs = zip(matrices, right, strict=True)
+        return np.array([_one(matrix, vectors, np.linalg.solve) for matrix, vectors in pairs])
 
 
 def _one(matrix, right, solve):

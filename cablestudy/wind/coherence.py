@@ -82,12 +82,10 @@ def along_cable(wind):
 class Rod:
     """Functions in which loads along a cable are expanded, orthonormal over its stretched length, counted as 1."""
 
-    points: np.ndarray  # Gauss points of each element on [0, 1], shape (n, q)
     square: np.ndarray  # integral of the squared slope of each function, shape (r,)
     ends: np.ndarray  # values of each function at both ends, shape (r, 2)
     length: float  # stretched over unstretched length
     shapes: np.ndarray  # values of each function at the nodes, shape (nodes, r)
-    shares: np.ndarray  # of each point in the length, shape (n, q)
 
     def covariance(self, loads, ratio):
         """I between pairs of real loads that are coherent over some length.
@@ -141,8 +139,7 @@ def rod(mesh, stretch):
     """The `Rod` of a cable with the stretch |r'| at the Gauss points of its elements, shape (n, p). [-]"""
     from scipy.linalg import eigh
 
-    points, weights = gauss(mesh.order)
-    share, length, stiffness, mass = galerkin(mesh, stretch, points, weights)
+    length, stiffness, mass = galerkin(mesh, stretch)
     if mesh.nodes <= MOST_FUNCTIONS:
         square, shapes = eigh(stiffness.toarray(), mass.toarray())
     else:
@@ -154,7 +151,7 @@ def rod(mesh, stretch):
         shapes = smooth @ shapes
     square = np.maximum(square, 0.0)
     square[0] = 0.0  # the constant
-    return Rod(np.broadcast_to(points, share.shape), square, shapes[[0, -1]].T, length, shapes, share)
+    return Rod(square, shapes[[0, -1]].T, length, shapes)
 
 
 def gauss(order):
@@ -162,7 +159,7 @@ def gauss(order):
     return basis(order + 1).points, basis(order + 1).weights
 
 
-def galerkin(mesh, stretch, points, weights):
+def galerkin(mesh, stretch):
     """The rod of a cable in its shape functions.
 
     Parameters
@@ -171,35 +168,19 @@ def galerkin(mesh, stretch, points, weights):
         n elements of p + 1 nodes.
     stretch : ndarray, shape (n, p)
         |r'| at the points of the tensions. [-]
-    points, weights : ndarray, shape (q,)
-        Of integrals over an element, on [0, 1].
 
     Returns
     -------
-    share : ndarray, shape (n, q)
-        Of each point in the stretched length.
     length : float
         Stretched over unstretched.
     stiffness, mass : sparse array, shape (nodes, nodes)
         The stretched length counted as 1.
     """
-    element = basis(mesh.order)
+    element, (points, weights) = basis(mesh.order), gauss(mesh.order)
     values, between = lagrange(element.nodes, points), lagrange(element.points, points)
     slopes, stretched = between @ element.derivative, stretch @ between.T
     length = float((mesh.sizes[:, None] * weights * stretched).sum())
     share = mesh.sizes[:, None] * weights * stretched / length
     flat = weights / (mesh.sizes[:, None] * stretched) * length
     stiffness = add_elements(mesh, 1, slopes.T @ (flat[..., None] * slopes))
-    return share, length, stiffness, add_elements(mesh, 1, values.T @ (share[..., None] * values))
-
-
-def at_points(mesh, values, points):
-    """Values of the nodes, shape (nodes, 3, k), at points of each element, shape (n, q, 3, k)."""
-    between = lagrange(basis(mesh.order).nodes, points)
-    return np.einsum("qi,eiak->eqak", between, values[mesh.element_nodes], optimize=True)
-
-
-def tangents(mesh, direction, points):
-    """Unit tangents at points of each element, shape (n, q, 3), of those at the points of the tensions, (n, p, 3)."""
-    found = np.einsum("qp,epa->eqa", lagrange(basis(mesh.order).points, points), direction)
-    return found / np.sqrt((found**2).sum(axis=-1, keepdims=True))
+    return length, stiffness, add_elements(mesh, 1, values.T @ (share[..., None] * values))

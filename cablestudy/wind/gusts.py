@@ -131,8 +131,7 @@ class Gusts:
     @property
     def force_on_cables(self):
         """Bound of their force on all cables together, RMS. [N]"""
-        offered = sum(strip.length * float(np.abs(strip.drag).sum(axis=-1).max()) for strip in self.strips)
-        return max(self.wind.turbulence) * offered
+        return max(self.wind.turbulence) * sum(strip.most for strip in self.strips)
 
     def edges(self, low, high):
         """Boundaries between frequencies at which `noise` is smooth, from low to high, ascending. [Hz]"""

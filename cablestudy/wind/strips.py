@@ -5,27 +5,33 @@ the forces on the coordinates of a suspension and the aerodynamic damping. The c
 one cable is Green's function of a rod, see `coherence.Rod`, and follows from the forces by a turbulence that has the
 form of each shape function of the elements.
 
+Where a cable comes closest to the direction of the wind its drag, by |u_n|, has a kink, or nearly one: integrals over
+an element are sums over both sides of that place.
+
 Two cables that meet at a body are coherent near their common end alone, over a small part of the distance of two nodes.
 Their covariance is a sum over Gauss points that lie close together at the ends of each element: over t with the place
 3 t^2 - 2 t^3. Elements of high orders have fewer of them than their loads need: between these the coherence is a
 polynomial in t, and the loads are taken to them by its Lagrange polynomials.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from math import ceil, sqrt
 
 import numpy as np
 
 from cablestudy.cable.element import Mesh, basis, lagrange, mesh_segments
-from cablestudy.cable.plane_modes import nodal_tangent
 from cablestudy.system.superelement import with_ends
 from cablestudy.system.suspension import outward
-from cablestudy.wind.coherence import at_points, galerkin, gauss, rod, tangents
+from cablestudy.wind.coherence import gauss, rod
 from cablestudy.wind.drag import drag_matrices
 
 # points of an element more than its order: an error of 1e-6 of the RMS on six cables that meet; and most of those that
 # the coherence with other cables is interpolated between: one of 2e-8 of the RMS, of elements of order 44
 MORE, MOST = 4, 30
+# order of the rod along a cable in one element, over the root of their number in several: gusts that are coherent over
+# little of a cable have a short layer at its ends, with order 16 an error of 2e-4 of the RMS rate of a rotation
+ORDERS = 64
 STRAIGHT = mesh_segments(np.ones(1), 1, 2)  # of a cable without mass
 
 
@@ -37,77 +43,122 @@ class Strip:
     ----------
     cable : int
     mesh : Mesh
-    length : float
-        Stretched. [m]
+    unstretched : float
+        Length. [m]
     places : ndarray, shape (p, 3)
         Of the nodes, global axes. [m]
     shapes : ndarray, shape (p, 3, k)
         Displacements per coordinate of the cable: what is kept of its modes, then its six ends.
-    drag : ndarray, shape (p, 3, 3)
-        Force per length and speed at the nodes, symmetric, see `drag.drag_matrices`. [N s/m^2]
-    inside : ndarray, shape (elements, points, 3, 3)
-        The same at the points of the elements, see `coherence.gauss`.
+    offered : float
+        Drag of a length across the wind over the mean speed, rho C_d d U. [N s/m^2]
+    blowing : ndarray, shape (3,)
+        Unit vector of the mean wind, global axes. [-]
+    direction : ndarray, shape (elements, order, 3)
+        Unit tangents at the points of the tensions, global axes. [-]
     stretch : ndarray, shape (elements, order)
-        As for `coherence.galerkin`. [-]
+        |r'| at these points. [-]
+    kinks : ndarray, shape (elements,)
+        Place in each element on [0, 1] where it comes closest to the direction of the wind, 1 where there is none. [-]
     """
 
     cable: int
     mesh: Mesh
-    length: float
+    unstretched: float
     places: np.ndarray
     shapes: np.ndarray
-    drag: np.ndarray
-    inside: np.ndarray
+    offered: float
+    blowing: np.ndarray
+    direction: np.ndarray
     stretch: np.ndarray
+    kinks: np.ndarray
+
+    @cached_property
+    def _fine(self):
+        """The mesh of the rod, with more nodes near the ends of elements than the cable needs."""
+        order, elements = self.mesh.order, self.mesh.elements
+        return self.mesh if order == 1 else replace(self.mesh, order=max(order, ceil(ORDERS / sqrt(elements))))
 
     @cached_property
     def _rod(self):
-        return rod(self.mesh, self.stretch)
+        points, fine = basis(self.mesh.order).points, basis(self._fine.order).points
+        return rod(self._fine, self.stretch @ lagrange(points, fine).T)
+
+    @property
+    def length(self):
+        """Stretched. [m]"""
+        return self.unstretched * self._rod.length
+
+    @cached_property
+    def _quadrature(self):
+        """Places on [0, 1] and weights in each element of the rod's mesh, shape (e, q) both."""
+        return _both_sides(*gauss(self._fine.order), self.kinks)
 
     @cached_property
     def forces(self):
-        """Work on each of `shapes` by a turbulence along x, y, z of the form of each shape function, shape (3, p, k).
+        """Work on each of `shapes` by a turbulence along x, y, z of the form of each of the rod's P shape functions.
 
-        Of a unit speed everywhere it is the sum over the nodes.
+        Of shape (3, P, k). Of a unit speed everywhere it is the sum over the P nodes.
         """
-        points, order = self._rod.points[0], self.mesh.order
-        values, moved = lagrange(basis(order).nodes, points), at_points(self.mesh, self.shapes, points)
-        pushed = self.inside @ moved * (self.length * self._rod.shares[..., None, None])
-        found = np.zeros((len(self.places), 3, pushed.shape[-1]))
-        np.add.at(found, self.mesh.element_nodes, np.einsum("qi,eqam->eiam", values, pushed, optimize=True))
-        return np.moveaxis(found, 1, 0)
+        values = _between(basis(self._fine.order).nodes, self._quadrature[0])
+        found = np.zeros((3, self._fine.nodes, self.shapes.shape[-1]))
+        np.add.at(found, (slice(None), self._fine.element_nodes), _taken(values, self._pushed(*self._quadrature)))
+        return found
+
+    @property
+    def most(self):
+        """Bound of the force by a unit speed. [N s/m]"""
+        matrices = drag_matrices(self.direction, self.blowing)
+        return self.length * self.offered * float(np.abs(matrices).sum(axis=-1).max())
 
     @cached_property
     def points(self):
         """Places of the points, shape (q, 3), global axes. [m]"""
-        order = self.mesh.order
-        return self._at(gauss(1)[0] if order == 1 else _graded(min(order + MORE, MOST))[1], self.places)
+        nodes = basis(self.mesh.order).nodes
+        return (lagrange(nodes, self._points[1]) @ self.places[self.mesh.element_nodes]).reshape(-1, 3)
 
     @cached_property
     def point_forces(self):
         """As `forces` at each point, shape (3, q, k)."""
-        mesh, order = self.mesh, self.mesh.order
-        if order == 1:  # at the points of `inside`, where bars have a drag of their own
-            lengths = self.length * self._rod.shares.ravel()
-            forces = self.inside.reshape(-1, 3, 3) @ self._at(gauss(1)[0], self.shapes)
-            return np.moveaxis(forces * lengths[:, None, None], 1, 0)
-        fine, places, weights = _graded(order + MORE)
-        lengths = self.length * (mesh.sizes[:, None] * weights).ravel()
-        forces = self._at(places, self.drag) @ self._at(places, self.shapes) * lengths[:, None, None]
-        forces = lagrange(_graded(min(order + MORE, MOST))[0], fine).T @ forces.reshape(mesh.elements, len(places), -1)
-        return np.moveaxis(forces.reshape(-1, *self.shapes.shape[1:]), 1, 0)
+        order, points = self.mesh.order, self._points[0]
+        if order == 1:
+            t, weights = _both_sides(*gauss(1), self.kinks)
+            pushed = self._pushed(t, weights)
+        else:
+            t, weights = _both_sides(*_gauss(order + MORE), _graded_inverse(self.kinks))
+            pushed = self._pushed(_graded(t), weights * 6 * t * (1 - t))
+        return _taken(_between(points, t), pushed).reshape(3, -1, self.shapes.shape[-1])
 
-    def _at(self, places, values):
-        """Values of the nodes, shape (p, ...), at places of each element on [0, 1], one element after the other."""
-        mesh = self.mesh
-        found = np.tensordot(values[mesh.element_nodes], lagrange(basis(mesh.order).nodes, places), axes=(1, 1))
-        return np.moveaxis(found, -1, 1).reshape(-1, *values.shape[1:])
+    @property
+    def _points(self):
+        """Of an element: t and places of `points`, on [0, 1]; of bars those at which they have a drag of their own."""
+        order = self.mesh.order
+        t = _gauss(min(order + MORE, MOST))[0]
+        return (t, _graded(t)) if order > 1 else (gauss(1)[0],) * 2
+
+    def _pushed(self, places, weights):
+        """Work on each of `shapes` by a unit speed along x, y, z at places of each element, shape (e, q, 3, k).
+
+        Places on [0, 1] and their weights have the shape (e, q).
+        """
+        mesh, between = self.mesh, _between(basis(self.mesh.order).points, places)
+        tangent = between @ self.direction
+        tangent = tangent / np.sqrt((tangent**2).sum(axis=-1, keepdims=True))
+        lengths = self.unstretched * mesh.sizes[:, None] * weights * (between @ self.stretch[..., None])[..., 0]
+        forces = self.offered * drag_matrices(tangent, self.blowing) * lengths[..., None, None]
+        return forces @ self._displaced(places)
+
+    def _displaced(self, places):
+        """`shapes` at places of each element, shape (e, q, 3, k)."""
+        moved = self.shapes[self.mesh.element_nodes]
+        found = _between(basis(self.mesh.order).nodes, places) @ moved.reshape(*moved.shape[:2], -1)
+        return found.reshape(*places.shape, *self.shapes.shape[1:])
 
     @property
     def damping(self):
         """Aerodynamic damping of the coordinates, shape (k, k)."""
-        count = self.shapes.shape[-1]
-        return np.moveaxis(self.forces, 0, 1).reshape(-1, count).T @ self.shapes.reshape(-1, count)
+        parts = self._pushed(*self._quadrature), self._displaced(self._quadrature[0])
+        pushed, moved = (part.reshape(-1, part.shape[-1]) for part in parts)
+        return pushed.T @ moved
 
     def coherent(self, components, kappa):
         """Covariance of the works on `shapes` by components of turbulence with the coherence exp(-kappa r).
@@ -139,16 +190,17 @@ def strips(models, kept, equilibrium, drag):
     drag : Drag
         Of one case.
     """
+    if not (drag.cables > 0).any():
+        return []
     speed = float(np.sqrt((drag.velocity**2).sum()))
     begin = equilibrium.suspension.ends(equilibrium.position, equilibrium.rotation)[:, 0]
-    states, found = _states(models), []
+    states, blowing, found = _states(models), drag.velocity / speed, []
     for cable, mesh, places, shapes in nodal_shapes(models, kept, np.flatnonzero(drag.cables > 0)):
         mean = 1 + equilibrium.catenary.mean_tension[cable] / equilibrium.catenary.span.axial_stiffness[cable]
-        *course, stretch = _course(mesh, states.get(cable), equilibrium.catenary.span.frame[cable], float(mean))
-        size = float(drag.density) * drag.cables[cable] * speed
-        matrices = (size * drag_matrices(tangent, drag.velocity / speed) for tangent in course)
-        length = float(equilibrium.lengths[cable]) * galerkin(mesh, stretch, *gauss(mesh.order))[1]
-        found.append(Strip(cable, mesh, length, begin[cable] + places, shapes, *matrices, stretch))
+        course = _course(mesh, states.get(cable), equilibrium.catenary.span.frame[cable], float(mean), blowing)
+        offered = float(drag.density) * drag.cables[cable] * speed
+        length = float(equilibrium.lengths[cable])
+        found.append(Strip(cable, mesh, length, begin[cable] + places, shapes, offered, blowing, *course))
     return found
 
 
@@ -195,10 +247,8 @@ def midspan_shapes(models, kept, catenary):
     """
     found = []
     for cable, mesh, _, shapes in nodal_shapes(models, kept, np.arange(len(kept))):
-        place = catenary.middle[cable]
-        element = int(np.clip(np.searchsorted(mesh.edges, place) - 1, 0, mesh.elements - 1))
-        local = (place - mesh.edges[element]) / mesh.sizes[element]
-        weights = lagrange(basis(mesh.order).nodes, np.array([local]))[0]
+        (element,), local = mesh.located(catenary.middle[cable : cable + 1])
+        weights = lagrange(basis(mesh.order).nodes, local)[0]
         found.append(catenary.span.frame[cable] @ np.tensordot(weights, shapes[mesh.element_nodes[element]], axes=1))
     return found
 
@@ -229,6 +279,8 @@ def amplitudes(solution, layout, shapes, cables):
     list of ndarray, shape (k, m + 2 c)
         Of each of the c cables.
     """
+    if not cables:
+        return []
     ends, outwards = layout.ends(layout.bodies(shapes)), outward(layout.equilibrium)[0]
     owner, count, found = solution.coordinates.cable, shapes.shape[1], []
     for place, cable in enumerate(cables):
@@ -241,8 +293,8 @@ def amplitudes(solution, layout, shapes, cables):
     return found
 
 
-def _course(mesh, state, frame, mean):
-    """Unit tangents at the nodes, and at the points of the elements, global axes; and the stretch of the elements.
+def _course(mesh, state, frame, mean, blowing):
+    """`direction`, `stretch` and `kinks` of a `Strip`.
 
     Parameters
     ----------
@@ -253,24 +305,65 @@ def _course(mesh, state, frame, mean):
         Of the chord.
     mean : float
         Stretch of a straight cable.
-
-    Returns
-    -------
-    ndarray, shapes (nodes, 3), (elements, points, 3) and (elements, order)
+    blowing : ndarray, shape (3,)
+        Unit vector of the mean wind, global axes.
     """
-    points = gauss(mesh.order)[0]
+    none = np.ones(mesh.elements)
     if state is None:
-        inside = np.broadcast_to(frame[0], (mesh.elements, len(points), 3))
-        return np.broadcast_to(frame[0], (mesh.nodes, 3)), inside, np.full((mesh.elements, mesh.order), mean)
-    return nodal_tangent(state) @ frame, tangents(mesh, state.direction, points) @ frame, state.stretch
+        straight = np.broadcast_to(frame[0], (mesh.elements, mesh.order, 3))
+        return straight, np.full((mesh.elements, mesh.order), mean), none
+    bars = mesh.order == 1  # each has one direction
+    kinks = none if bars else _closest(state.mid_forces @ frame, state.half_changes @ frame, blowing)
+    return state.direction @ frame, state.stretch, kinks
+
+
+def _closest(middle, half, blowing):
+    """Place in each element on [0, 1] where its tangent comes closest to the direction of the wind, 1 where outside.
+
+    The tension vector is middle + x half, from x = -1 to 1: |T . blowing|/|T| is largest where its derivative vanishes.
+    """
+    along, rise = middle @ blowing, half @ blowing
+    squared, mixed, risen = ((one * other).sum(axis=-1) for one, other in ((middle,) * 2, (middle, half), (half,) * 2))
+    below = rise * mixed - along * risen
+    x = (along * mixed - rise * squared) / np.where(below != 0, below, 1.0)
+    return np.where((below != 0) & (np.abs(x) < 1), (1 + x) / 2, 1.0)
+
+
+def _both_sides(points, weights, kinks):
+    """Points and weights on [0, 1] of the two sides of a place in each element, shape (e, 2 q) both."""
+    if (kinks == 1).all():
+        return np.tile(points, (len(kinks), 1)), np.tile(weights, (len(kinks), 1))
+    kinks = kinks[:, None]
+    points = np.concatenate([kinks * points, kinks + (1 - kinks) * points], axis=1)
+    return points, np.concatenate([kinks * weights, (1 - kinks) * weights], axis=1)
+
+
+def _between(nodes, places):
+    """`lagrange` of nodes, shape (k,), at places of each element, shape (e, q): shape (e, q, k)."""
+    return lagrange(nodes, places.ravel()).reshape(*places.shape, -1)
+
+
+def _taken(values, pushed):
+    """Works at places, shape (e, q, 3, k), on functions of some values there, (e, q, i): shape (3, e, i, k)."""
+    found = np.swapaxes(values, 1, 2) @ pushed.reshape(*pushed.shape[:2], -1)
+    return np.moveaxis(found.reshape(*found.shape[:2], *pushed.shape[2:]), 2, 0)
 
 
 @cache
-def _graded(count):
-    """Points of an element: t, places 3 t^2 - 2 t^3 on [0, 1], and weights, shape (count,) all."""
+def _gauss(count):
+    """Gauss points and weights on [0, 1], shape (count,) both."""
     roots, weights = np.polynomial.legendre.leggauss(count)
-    t = (roots + 1) / 2
-    return t, t**2 * (3 - 2 * t), weights * 3 * t * (1 - t)
+    return (roots + 1) / 2, weights / 2
+
+
+def _graded(t):
+    """Place in an element that belongs to t."""
+    return t**2 * (3 - 2 * t)
+
+
+def _graded_inverse(places):
+    """t that belongs to a place in an element."""
+    return 0.5 - np.sin(np.arcsin(1 - 2 * places) / 3)
 
 
 def _states(models):

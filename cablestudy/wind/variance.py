@@ -14,11 +14,9 @@ A complex stiffness has a response for positive frequencies alone, and its poles
 """
 
 from dataclasses import dataclass
-from math import ceil, log10
 
 import numpy as np
 
-PER_DECADE, FLAT = 8, 1e-5  # panels, and range over the slowest below which all is flat
 STEP, TURNS = 2.0, 40  # of a delay in a panel [rad], and how many panels are made for it
 CLOSE = 1e-3  # least relative distance of their edges from others
 POINTS = 8  # of each panel
@@ -49,34 +47,6 @@ class Noise:
     matrices: np.ndarray
     parts: list
     functions: list
-
-
-def frequency_edges(slow, fast, high, marks=(), delay=0.0):
-    """Edges of panels on which the response to the wind is resolved, poles near the real axis left out.
-
-    Parameters
-    ----------
-    slow, fast : float
-        Range in which spectra bend and poles matter most. [Hz]
-    high : float
-        End of the range, at `fast` or above. [Hz]
-    marks : sequence of float
-        Further edges, where a function jumps. [Hz]
-    delay : float
-        Among the functions. [s]
-
-    Returns
-    -------
-    ndarray
-        Ascending, from FLAT times `slow`. [Hz]
-    """
-    parts = (FLAT * slow, slow, 1.0), (slow, fast, PER_DECADE), (fast, high, PER_DECADE / 2)
-    parts = [np.geomspace(low, end, 1 + ceil(count * log10(end / low))) for low, end, count in parts if end > low]
-    edges = np.unique(np.concatenate(parts))
-    marks = [mark for mark in marks if edges[0] < mark < edges[-1]]
-    inner = edges[1:-1]
-    near = np.abs(np.log(inner[:, None] / np.array(marks)[None])).min(axis=1, initial=np.inf) < CLOSE
-    return with_turns(np.sort(np.concatenate([edges[[0, -1]], inner[~near], marks])), delay)
 
 
 def with_turns(edges, delay):

@@ -10,13 +10,13 @@ from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.element import mesh_pieces, mesh_segments, pieces
 from cablestudy.errors import CablestudyError, ConvergenceError
-from cablestudy.scene.cable_table import Damping
+from cablestudy.scene.cable_table import DampingTable
 from cablestudy.study.case import Case
 from cablestudy.system.ends import Ends
 
 SEEDS = range(24)
 SCALES = [(2.0**-20, 1, 1), (2.0**20, 1, 1), (1, 2.0**-20, 1), (1, 2.0**20, 1), (1, 1, 2.0**-20), (1, 1, 2.0**20)]
-DAMPINGS = (Damping(model="modal", ratio=0.01), Damping(model="hysteretic", loss_factor=0.02))
+DAMPINGS = (DampingTable(model="modal", ratio=0.01), DampingTable(model="hysteretic", loss_factor=0.02))
 
 
 def scaled(span, length, mass, force):

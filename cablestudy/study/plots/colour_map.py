@@ -33,7 +33,7 @@ def colour_map(study, every, rows):
 
     Parameters
     ----------
-    study : Study
+    study : StudyFile
     every, rows : list of dict
         The rows of its table, and those with an answer.
     """

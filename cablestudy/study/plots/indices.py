@@ -22,7 +22,7 @@ def sensitivity_plot(study, table):
 
     Parameters
     ----------
-    study : Study
+    study : StudyFile
     table : Table
         From `Sensitivity.table`: rows with `column`, `parameter`, the indices and the ends of their intervals.
 

@@ -14,7 +14,7 @@ SI = (0.0, 1.0)  # scale of a quantity that is shown in the unit of its cells
 
 
 @dataclass(frozen=True)
-class Quantity:
+class DrawnQuantity:
     """A column or a varied key of a study's table.
 
     Attributes
@@ -74,21 +74,23 @@ class Quantity:
 
 
 def quantity_named(study, name, rows):
-    """The `Quantity` of a column or varied key, with or without its unit."""
+    """The `DrawnQuantity` of a column or varied key, with or without its unit."""
     known = varied_key(study, name)
     return _column(study, name) if known is None else _varied(study, known, rows)
 
 
 def quantities_varied(study, rows):
-    """The `Quantity` of each varied key, entry by entry of the study: list of lists."""
+    """The `DrawnQuantity` of each varied key, entry by entry of the study: list of lists."""
     return [[quantity_named(study, key, rows) for key in entry.keys] for entry in study.entries]
 
 
 def _column(study, name):
     column = column_named(study, name)
     if column.needs == "find":
-        return Quantity(column.header, key_words(column.name), *_shown(column.unit))
-    return Quantity(column.header, column_words(column.name), column.unit, printed=beside(column.header, "printed"))
+        return DrawnQuantity(column.header, key_words(column.name), *_shown(column.unit))
+    return DrawnQuantity(
+        column.header, column_words(column.name), column.unit, printed=beside(column.header, "printed")
+    )
 
 
 def _varied(study, known, rows):
@@ -98,12 +100,14 @@ def _varied(study, known, rows):
         shown = [column_named(study, name) for name in SHOWN_BY.get(key, ())]
         column = next((column for column in shown if column.header in rows[0]), None)
         if column:
-            return Quantity(column.header, key_words(key), column.unit, key=key)
+            return DrawnQuantity(column.header, key_words(key), column.unit, key=key)
     cells = [row[known.header] for row in rows if row.get(known.header) is not None]
     if any(isinstance(cell, str) for cell in cells) or (known.unit is None and quantity_of(key)):
-        return Quantity(known.header, key_words(key), "", categories=tuple(dict.fromkeys(map(str, cells))), key=key)
+        return DrawnQuantity(
+            known.header, key_words(key), "", categories=tuple(dict.fromkeys(map(str, cells))), key=key
+        )
     unit, scale = _written_unit(study, known)
-    return Quantity(known.header, key_words(key), unit_text(unit), scale, key=key)
+    return DrawnQuantity(known.header, key_words(key), unit_text(unit), scale, key=key)
 
 
 def _shown(unit):

@@ -79,7 +79,7 @@ def series_of(study, every, rows, *drawn):
 
     Parameters
     ----------
-    study : Study
+    study : StudyFile
     every, rows : list of dict
         The rows of its table, and those with an answer.
     drawn : Quantity

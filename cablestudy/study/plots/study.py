@@ -6,7 +6,7 @@ from matplotlib.lines import Line2D
 
 from cablestudy.study.all_columns import find
 from cablestudy.study.plots.colour_map import colour_map
-from cablestudy.study.plots.quantity import Quantity, quantities_varied, quantity_named
+from cablestudy.study.plots.quantity import DrawnQuantity, quantities_varied, quantity_named
 from cablestudy.study.plots.series import give_looks, series_of
 from cablestudy.study.plots.style import (
     RED,
@@ -49,7 +49,7 @@ def study_plot(study, table, chosen=()):
 
     Parameters
     ----------
-    study : Study
+    study : StudyFile
     table : Table
         All of its rows, or some.
     chosen : sequence of str
@@ -107,9 +107,9 @@ def _draw_panels(grid, along_x, along_y, series, joined, side):
     Parameters
     ----------
     grid : list of Axes
-    along_x : (Quantity, bool or None)
+    along_x : (DrawnQuantity, bool or None)
         And whether it is logarithmic, None where the values decide.
-    along_y : (list of Quantity, bool or None, bool)
+    along_y : (list of DrawnQuantity, bool or None, bool)
         The same, and whether values that span decades make it logarithmic whatever x is.
     series : list of Series
     joined : bool
@@ -175,7 +175,7 @@ def _first_varied(study, rows):
     apart = [quantity for entry in entries for quantity in _telling_apart(study, entry, rows)]
     numbers = [q for q in apart if q.categories is None and len({q.value(row) for row in rows}) > 1]
     repeated = [q for q in entries[0] if q.categories and len(q.categories) >= SELDOM * len(rows)]
-    return (numbers or apart or repeated or [Quantity(ROW, "row of the table", "")])[0]
+    return (numbers or apart or repeated or [DrawnQuantity(ROW, "row of the table", "")])[0]
 
 
 def _with_printed_values(study, quantity, rows, headers):

@@ -170,7 +170,7 @@ def nice(value):
     return float(max(m * power for m in (1, 2, 5) if m * power <= value * (1 + 1e-9)))
 
 
-class _Plain(Formatter):
+class _PlainTicks(Formatter):
     """Tick labels of at most four digits, without exponents where possible; numbers that need more are differences.
 
     From what they differ stands at the end of the axis, as `+ 1345`.
@@ -209,7 +209,7 @@ def plain(axes, along_x, along_y):
 def plain_axis(axis, count):
     """Sets at most so many ticks at round numbers, with plain labels, on one axis."""
     axis.set_major_locator(round_ticks(count))
-    axis.set_major_formatter(_Plain())
+    axis.set_major_formatter(_PlainTicks())
 
 
 def round_ticks(count):

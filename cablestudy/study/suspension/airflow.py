@@ -51,6 +51,13 @@ class Airflow:
         """Of coordinates by the drag on bodies, see `gusts.damping_of_bodies`; 0 without damping."""
         return damping_of_bodies(self.drag, layout, shapes) if self.damps else 0.0
 
+    def damped_system(self, modes):
+        """The `LinearSystem` of some `CoupledModes` with the aerodynamic damping of cables and bodies."""
+        layout, solution = modes.layout, modes.solution
+        kept = self.damped(solution.models, solution.kept, layout.equilibrium)
+        system = layout.system([one.element for one in kept])
+        return system.with_damped_bodies(self.damping_of_bodies(layout, np.eye(system.bodies)))
+
     def gusts(self, solution, layout, shapes):
         """`Gusts` on the coordinates.
 

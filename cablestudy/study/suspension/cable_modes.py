@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from cablestudy.study.case import Case
+from cablestudy.study.case_modes import solved_modes
 from cablestudy.study.closed_form import ColumnRequirements
 from cablestudy.study.models import solve_models
 from cablestudy.study.refinement import Refinement, needs_of, refine
@@ -77,6 +78,10 @@ class CableModes:
             self._cases[name]._closed.key = name  # what its results are shared by
         return self._cases[name]
 
+    def modes(self, name, count, upto):
+        """`Case` of a cable with the discretisation that was used, and its modes: `case_modes.solved_modes`."""
+        return solved_modes(self._case(name), None if upto else count, upto)[:2]
+
     def frequency(self, name, column):
         """Frequency of one mode [Hz], and its estimated relative error; not a number for an exact choice of elements.
 
@@ -94,7 +99,7 @@ class CableModes:
         case, required = self._case(name), ColumnRequirements([column])
         if self._scene.model.elements is not None:
             return case.frequency(*column.mode), np.nan
-        search = Refinement(case, required.sample, needs_of(case, required))
+        search = Refinement(case, required.sample, *needs_of(case, required))
         refine([search], solve_models)
         if column.header not in search.values:
             raise search.failures.get(column.header) or search.failures[None]

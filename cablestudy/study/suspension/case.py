@@ -6,28 +6,28 @@ from functools import cached_property, partial
 import numpy as np
 
 from cablestudy.cable.linear_range import linear_range
-from cablestudy.control.gondola import gondola_mode
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import merged_loads, places_of
+from cablestudy.study.status import MODAL
 from cablestudy.study.suspension.airflow import Airflow
+from cablestudy.study.suspension.body_mode import FIRST, MOST_MODES, BodyMode
 from cablestudy.study.suspension.cable_modes import CableModes
 from cablestudy.study.suspension.group import Group, HangingCable
 from cablestudy.study.suspension.in_wind import InWind, solve_modes
+from cablestudy.study.suspension.linear_motion import drag_of
 from cablestudy.study.suspension.numbers import CableValues, loads_of, topology_of
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.failure import explain
-from cablestudy.system.rigid import cross_matrix, to_angles
+from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.superelement import any_grows_with_modes
 from cablestudy.system.suspension import AXES, GROUND
 
-IN_MOTION = {"winches": {}, "actuators": {}, "control": None, "exposure": None, "correction": None}  # not on statics
+IN_MOTION = {"winches", "actuators", "control", "exposure", "correction"}  # keys that change nothing at rest
 STIFFNESS_ROUNDING = 1e-12  # of an entry over the geometric mean of those on the diagonal
-MOST_MODES = 400  # that are searched for the K-th mode of a body
-FIRST = 12  # modes computed at first for all up to a frequency
 MORE = 8  # modes beyond those asked for that are computed at first, for modes of a body
 
 
@@ -190,11 +190,6 @@ class SuspensionCase:
         """Tension at end 0 or 1 of a cable. [N]"""
         return np.linalg.norm(self.group.equilibrium.end_forces[self.place, self.cable(name), end])
 
-    @cached_property
-    def longest(self):
-        """Longest chord. [m]"""
-        return float(self.group.equilibrium.catenary.span.chord[self.place].max())
-
     def body_stiffness(self, name):
         """6x6 of a body, shape (6, 6), rounding shown as zero; see `Equilibrium.body_stiffness`."""
         matrix = self.group.equilibrium.body_stiffness[self.place, self.body(name)]
@@ -222,8 +217,9 @@ class SuspensionCase:
         cable, end = np.nonzero(suspension.owner == place)
         unit = np.broadcast_to(np.eye(3), (len(cable), 3, 3))
         moved = np.concatenate([unit, -cross_matrix(found.arms[cable, end])], axis=-1)
-        carried = 0.0 if suspension.load_masses is None else suspension.load_masses.sum(axis=-1)
-        third = (found.catenary.span.mass * found.lengths + carried)[cable, None, None] / 3
+        span = found.catenary.span
+        carried = 0.0 if span.load_masses is None else span.load_masses.sum(axis=-1)
+        third = (span.mass * found.lengths + carried)[cable, None, None] / 3
         mass = mass + (np.swapaxes(moved, -1, -2) @ moved * third).sum(axis=0)
         free = np.ix_(suspension.free[place], suspension.free[place])
         stiffness = self.body_stiffness(name)[free]
@@ -261,17 +257,7 @@ class SuspensionCase:
         axis : int
             0 to 2: x, y, z [m]; 3 to 5: roll, pitch, yaw [rad].
         """
-        place, rotation = self.at(name)
-        value = (place if axis < 3 else to_angles(rotation))[axis % 3]
-        unknown = self.group.rounding_movement(self.place)[self.body(name), axis]
-        if abs(value) <= max(unknown, ROUNDING * (self.longest if axis < 3 else 2 * np.pi)):
-            return 0.0, self.statics_error(None)
-        moved = self.group.drag_movement(self.place)[self.body(name)]
-        # the three angles change by about the rotation, whose axes are not theirs
-        unknown = unknown + (
-            moved[axis] if axis < 3 else moved[3:].sum() / np.sqrt(max(1 - rotation[2, 0] ** 2, ROUNDING))
-        )
-        return value, max(ROUNDING, unknown / abs(value))
+        return self.group.coordinates(self.body(name), axis)[self.place]
 
     def mean_displacement(self, name, axis):
         """Displacement of a body or marker by the mean wind along x, y or z (0, 1, 2) [m], and its relative error."""
@@ -376,47 +362,40 @@ class SuspensionCase:
             count = min(2 * count, MOST_MODES)
 
     def mode_along(self, name, axis):
-        """Modes, and place in them of that with the largest share in the static compliance of a motion of a body.
-
-        Parameters
-        ----------
-        name : str
-            Of a body or free point.
-        axis : int
-            Of `system.suspension.AXES`.
+        """`BodyMode` of a body or free point along an axis of `system.suspension.AXES`.
 
         Raises
         ------
         NoSolutionError
-            That motion is held, or none of the lowest MOST_MODES has more of its compliance than what they leave.
+            That motion is held, or its mode is not found.
         """
-        body, count = self.body(name), FIRST
+        body = self.body(name)
         if not self.equilibrium.suspension.free[body, axis]:
             raise NoSolutionError(f"{name} is held along {AXES[axis]}: it has no mode")
-        while True:
-            modes = self.modes(count)
-            if not len(modes):
-                raise NoSolutionError("the model has 0 modes")
-            share = modes.compliance_shares(body, axis)
-            mode = gondola_mode(share)
-            if share[mode] >= 1 - share.sum() or len(modes) < count:
-                return modes, mode
-            if count >= MOST_MODES:
-                raise NoSolutionError(
-                    f"the lowest {len(modes)} modes have {share.sum():.2g} of the static compliance of {name} along "
-                    f"{AXES[axis]}: none of them has the largest share for certain"
-                )
-            count = min(2 * count, MOST_MODES)
+        return BodyMode.search(self.modes, name, body, axis)
 
-    def compliance_share(self, name, axis):
-        """Share of that mode, by a finer model, and its estimated relative error: the change to that model. [-]
+    def damping_ratio_along(self, name, axis):
+        """Damping ratio of `mode_along`, the winches at rest, and its estimated relative error. [-]
 
-        Not a number for an exact choice of elements.
+        With the aerodynamic damping of what the wind of the scene acts on, about the equilibrium of the modes.
+
+        Raises
+        ------
+        NoSolutionError
+            As `mode_along`; or it grows with the number of modes, which an accuracy leaves open.
         """
-        modes, mode = self.mode_along(name, axis)
-        coarse, share = (found.compliance_shares(self.body(name), axis)[mode] for found in (modes, modes.damped))
-        error = max(ROUNDING, abs(share - coarse) / share) + self.group.drag_error(self.place)
-        return share, np.nan if self.model is not None else error
+        mode = self.mode_along(name, axis)
+        if self.model is None and mode.modes.solution.models.cables.modal.any():
+            raise NoSolutionError(MODAL)
+        return mode.damping_ratio(self._airflow)
+
+    @cached_property
+    def _airflow(self):
+        """`Airflow` about the equilibrium of the modes, which is not that in the mean wind; None without wind."""
+        if self.scene.wind is None:
+            return None
+        suspension = self.equilibrium.suspension
+        return Airflow(self.scene, drag_of([self.scene], suspension.body_names, suspension.cable_names).take(0))
 
     def cable_frequency(self, name, column):
         """Frequency of a mode of one cable, its ends fixed [Hz], and its estimated relative error.
@@ -433,6 +412,21 @@ class SuspensionCase:
         """
         frequency, error = self._cable_modes.frequency(name, column)
         return frequency, error + self.group.drag_error(self.place)
+
+    def modes_of_cable(self, name, count, upto=None):
+        """`Case` of one cable between its ends where they are, both held, and its modes.
+
+        Parameters
+        ----------
+        name : str
+        count, upto
+            As of `case_modes.modes`.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+        """
+        return self._cable_modes.modes(name, count, upto)
 
 
 def cases_of(scenes):
@@ -451,13 +445,13 @@ def cases_of(scenes):
         method = scene.tensions and scene.tensions.method
         kinds = scene.case is None, scene.load_case.wind is None, scene.wind and scene.wind.mean
         loads = [places_of(loads) for of_case in (True, False) for loads in loads_of(scene, of_case)]
-        key = (repr(topology_of(scene)), scene.solve_for, method, *kinds, *loads)
+        key = (*topology_of(scene).values(), scene.solve_for, method, *kinds, *loads)
         groups.setdefault(key, []).append(place)
     cases = [None] * len(scenes)
     for places in groups.values():
         different = {}  # those that differ at rest
         for place in places:
-            different.setdefault(repr(scenes[place].model_copy(update=IN_MOTION)), []).append(place)
+            different.setdefault(scenes[place].model_dump_json(exclude=IN_MOTION), []).append(place)
         solved = _solved([scenes[equal[0]] for equal in different.values()])
         for number, (equal, group) in enumerate(zip(different.values(), solved, strict=True)):
             alone = isinstance(group, Group) and len(group.problems) == 1

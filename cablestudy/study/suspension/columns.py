@@ -62,7 +62,9 @@ CABLE_MASS = next(column for column in OF_CABLES if column.name == "mass")
 ANGLES = ("roll", "pitch", "yaw")
 UNITS = {(False, False): "N/m", (False, True): "N/rad", (True, False): "N", (True, True): "N m/rad"}
 FORCES = "load_case.forces"
-OF_BODIES = ("stiffness_", "frequency_", "share_", "linear_range_", "force_displacement_")  # that stand for many
+OF_BODIES = (  # that stand for many
+    "stiffness_", "frequency_", "share_", "damping_ratio_", "linear_range_", "force_displacement_",
+)  # fmt: skip
 MODE = re.compile(r"((?:[^.]+\.)?)frequency_(\d{1,6})(?:_Hz)?")
 OF_CABLE_MODES = re.compile("|".join(family.name.replace("_K", r"_\w+") for family in FAMILIES))
 ROUNDING = 1e-12  # of an angle over a full turn: what is less is shown as zero
@@ -209,14 +211,18 @@ def _mode_along(name, axis):
     """Yield the columns of the mode that has most of the static compliance of a motion."""
     place = AXES.index(axis)
 
-    def frequency(case):
-        modes, mode = case.mode_along(name, place)
-        return modes.frequency[mode], case.mode_errors(modes)[mode]
+    def with_drag(case, found):
+        number, error = found
+        return number, error + case.group.drag_error(case.place)
 
     along = f"of its static compliance {f'about {axis[1]}' if place > 2 else f'along {axis}'}"
-    yield Column(f"{name}.frequency_{axis}", "Hz", f"coupled mode with the largest share {along}", "modes", frequency)
+    yield Column(f"{name}.frequency_{axis}", "Hz", f"coupled mode with the largest share {along}", "modes",
+                 lambda case: with_drag(case, case.mode_along(name, place).frequency))  # fmt: skip
     yield Column(f"{name}.share_{axis}", "", f"share {along} in that mode, phi^2/w^2 over 1/k", "modes",
-                 lambda case: case.compliance_share(name, place))  # fmt: skip
+                 lambda case: with_drag(case, case.mode_along(name, place).share))  # fmt: skip
+    yield Column(f"{name}.damping_ratio_{axis}", "", "damping ratio of that mode, winches at rest, with the air where "
+                 "the scene has wind", "modes",
+                 lambda case: with_drag(case, case.damping_ratio_along(name, place)))  # fmt: skip
 
 
 def _static_frequency(name, number):

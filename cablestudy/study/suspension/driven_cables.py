@@ -24,6 +24,7 @@ from cablestudy.control.motion import actuated
 from cablestudy.control.suspension import load_off_ends
 from cablestudy.errors import ConvergenceError
 from cablestudy.study.suspension.driven_waves import ACROSS, dense
+from cablestudy.system.cable_coordinates import residual_vectors
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
 from cablestudy.system.linear import LinearSystem
@@ -32,9 +33,12 @@ from cablestudy.system.linear import LinearSystem
 # and over that up to which waves are resolved; and share of it with which the error by the others is estimated, which
 # is BY_OTHERS at least (3e-7 in 100 random scenes)
 KEPT, FEWER, BY_OTHERS = np.array([4.0, 2.0]), 0.5, 1e-6
+ALONE = 1.5  # the same multiples, up to which errors of the mesh are those of single modes
 ALL_FROM = 1e-5  # accuracy from which on all modes are kept,
 VECTORS, WORTH = 6, 0.7  # and share of the modes from which on vectors for the others spare nothing
 MOST_WAVES, MOST_OF_CABLE = 300, 1600  # half-waves along a cable that are resolved, and its modes that are computed
+# gain over the largest one up to which a pole may be the first one in truth: coupling by damping moves it by 1e-3
+DECIDING = 1.01
 TRIALS, BEYOND = 5, 1.2  # of the frequency up to which waves across the cables are resolved, over that of the pole
 MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coincide, over that of one alone
 SAFETY = 2.0  # on the change of the largest gain
@@ -87,14 +91,21 @@ class DrivenCables:
     def __init__(self, movement, gain, others=()):
         self._movement, self._gain, self._effects = movement, gain, movement.effects
         self._base, self._elements = movement.modes.solution, movement.linear.model is not None
-        resolved_to = self._base.omega[-1]
+        resolved_to, coupled_to, lowest = self._base.omega[-1], self._base.omega[-1], np.inf
+        models = self._models(resolved_to)
         for _ in range(TRIALS):
-            self._resolve(self._models(resolved_to), resolved_to, others)
+            self._resolve(models, resolved_to, coupled_to, others)
             limit = self.gains.limit
             self.resolved = limit is None or self._elements or limit.omega <= resolved_to
             if self.resolved or resolved_to == self._farthest or limit.factor > gain:
-                break
-            resolved_to = min(BEYOND * limit.omega, self._farthest)
+                if coupled_to == resolved_to or self._deciding <= coupled_to:
+                    break
+                self.resolved, coupled_to = False, resolved_to
+                continue
+            # waves that are not resolved may seem to cross first: those above others that crossed are not coupled yet
+            lowest = min(lowest, limit.omega)
+            resolved_to, coupled_to = (min(BEYOND * omega, self._farthest) for omega in (limit.omega, lowest))
+            models = self._models(resolved_to)
 
     @property
     def _spoilt(self):
@@ -117,6 +128,12 @@ class DrivenCables:
     def highest_mode(self):
         """Highest frequency of the modes of single cables in the loop gain. [rad/s]"""
         return max(one.element.omega[: one.modes].max(initial=0.0) for one in self.kept)
+
+    @property
+    def _deciding(self):
+        """Highest frequency of the poles that cross with little more than the largest gain; 0 without. [rad/s]"""
+        limits = self.gains.limits
+        return max((one.omega for one in limits if one.factor < DECIDING * limits[0].factor), default=0.0)
 
     @property
     def _in_words(self):
@@ -160,14 +177,18 @@ class DrivenCables:
         linear, found = self._movement.linear, [np.ones(len(one.omega), dtype=bool) for one in models.elements]
         if self._elements or linear.accuracy <= ALL_FROM:
             return found
-        driven, resolved = KEPT * share
-        for cable, (element, (across, along)) in enumerate(zip(models.elements, self._highest.T, strict=True)):
-            kept = element.omega < max(driven * across, resolved * resolved_to)
-            kept |= self._effects.along(cable, element) & (element.omega < driven * along)
+        for cable, element in enumerate(models.elements):
+            kept = self._up_to(cable, element, resolved_to, *KEPT * share)
             coupled = linear.braked or element.strain is not None or element.uneven
             if coupled and np.count_nonzero(kept) + VECTORS < WORTH * len(kept):
                 found[cable] = kept
         return found
+
+    def _up_to(self, cable, element, resolved_to, driven, resolved):
+        """Modes of a cable up to multiples of what the gain could drive and of what is resolved, array of bool."""
+        across, along = driven * self._highest[:, cable]
+        kept = element.omega < max(across, resolved * resolved_to)
+        return kept | (self._effects.along(cable, element) & (element.omega < along))
 
     def _chosen(self):
         """Modes of each cable that the gain could drive, or that are needed: list of (ndarray of bool, shape (n,))."""
@@ -194,7 +215,7 @@ class DrivenCables:
         off = dense(layout.moved).T @ load_off_ends(movement.equilibrium, movement.winches)
         places = widened(effects.moved), effects.reeled, widened(off.T).T, widened(effects.measured)
         shares, controller = movement.allocation.shares, movement.given_loop.controller
-        found = LoopGain(bodies, elements, *places, shares, controller)
+        found = LoopGain(bodies, elements, *places, shares, controller, coupled_up_to=self._coupled_to)
         return movement.given_loop.unit_gain if found.spoilt else found
 
     def _poles(self):
@@ -214,11 +235,12 @@ class DrivenCables:
                 poles.append((moved.real[:, None] + 1j * (alone[:, None] + shift)).ravel())
         return np.concatenate(poles)
 
-    def _resolve(self, models, resolved_to, others):
+    def _resolve(self, models, resolved_to, coupled_to, others):
         """Take models, and what follows from them; of other `DrivenCables` what is equal is shared."""
         own = self._own_modes(models, resolved_to)
-        others = [one for one in others if one.models.equal(models) and all(map(np.array_equal, one._own, own))]
-        self._own, self._resolved_to = own, resolved_to
+        others = [one for one in others if one._coupled_to == coupled_to and one.models.equal(models)]
+        others = [one for one in others if all(map(np.array_equal, one._own, own))]
+        self._own, self._resolved_to, self._coupled_to = own, resolved_to, coupled_to
         if others:
             self.models, self.kept, self.loop_gain = others[0]._shared
         else:
@@ -251,19 +273,14 @@ class DrivenCables:
     def _perturbed(self):
         """Loop gains that differ by what the models leave open: list of `LoopGain`.
 
-        The frequencies of the modes are shifted by their own errors. Modal damping of half of the modes, the highest
-        ones, is left out: it has no limit as modes are added. Vectors stand for more modes.
+        The frequencies of the modes are shifted by errors of the mesh. Modal damping of half of the modes, the highest
+        ones, is left out: it has no limit as modes are added. Damping couples fewer modes, and vectors stand for more.
         """
         elements, found = self.loop_gain.elements, []
         wrong = [np.zeros(len(element.omega)) for element in elements]
         for group in self.models.groups:
             for cable in group.places.tolist():
-                shapes = self.kept[cable].shapes
-                energy = group.take(np.array([cable])).ends.highest_energy(
-                    shapes[None], np.zeros((1, 6, shapes.shape[1]))
-                )[0]
-                wrong[cable] = np.minimum(energy / elements[cable].omega ** 2 / 2, 0.5)
-
+                wrong[cable] = self._by_mesh(cable, group.take(np.array([cable])).ends)
         found.append([
             replace(one, omega=one.omega * (1 - own), participation=one.participation * (1 - own)[:, None] ** 2)
             for one, own in zip(elements, wrong, strict=True)
@@ -275,10 +292,31 @@ class DrivenCables:
                 for one, own in zip(elements, lower, strict=True)
             ])  # fmt: skip
         found = [replace(self.loop_gain, elements=elements, near=self.loop_gain) for elements in found]
+        if self.loop_gain.lacks_coupling:
+            found.append(replace(self.loop_gain, coupled_share=FEWER))
         if self.by_others:
             fewer = self._own_modes(self.models, self._resolved_to, FEWER)
             found.append(self._loop_gain(self.models.with_modes(fewer)))
         return found
+
+    def _by_mesh(self, cable, ends):
+        """Relative errors of the frequencies of what is kept of a cable, of which `ends` are the `Ends`, shape (n,).
+
+        Far above what decides on the loop errors of single modes cancel: the mesh has the response of all of them
+        together, six vectors, to the errors of these.
+        """
+        element, shapes = self.loop_gain.elements[cable], self.kept[cable].shapes
+        square = element.omega**2
+
+        def error(own):
+            energy = ends.highest_energy((shapes @ own)[None], np.zeros((1, 6, own.shape[1])))[0]
+            return np.minimum(energy / (square @ own**2) / 2, 0.5)
+
+        found, far = error(np.eye(len(square))), ~self._up_to(cable, element, self._resolved_to, ALONE, ALONE)
+        together = residual_vectors(element.omega[None], element.coupling[None], far[None])[0]
+        together = together[:, together.any(axis=0)]
+        share = together**2 + np.finfo(float).tiny
+        return np.where(far, np.minimum(found, share @ error(together) / share.sum(axis=1)), found)
 
     @property
     def by_others(self):

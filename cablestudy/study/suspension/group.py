@@ -23,6 +23,7 @@ from cablestudy.system import lengths, statics
 from cablestudy.system.coupled_modes import coupled_modes_of_cases
 from cablestudy.system.failure import explain
 from cablestudy.system.force_density import find_form
+from cablestudy.system.rigid import to_angles
 from cablestudy.wind.mean import equilibrium_in_wind
 
 HORIZONTAL = ("horizontal_tension", "lambda_squared")  # zero but for rounding where the load is along the chord
@@ -140,7 +141,7 @@ class Group:
     def __init__(self, scenes):
         numbers, self.problems = numbers_of(scenes), [""] * len(scenes)
         numbers = replace(numbers, **reference_loads(scenes))
-        self._scenes, self._modes = scenes, {}
+        self._scenes, self._modes, self._coordinates = scenes, {}, {}
         # linear models of each, and its coupled modes in the mean wind: see `InWind`
         self.known, self.windy_modes = ([{} for _ in scenes] for _ in range(2))
         if scenes[0].solve_for == "lengths":
@@ -229,15 +230,54 @@ class Group:
 
     def rounding_error(self, place):
         """Estimated relative error of tensions, places and attitudes of a case by rounding and its search. [-]"""
-        found = [float(self.reference.record.correction[place])] if None in self.reference.suspension.given else []
+        return self._rounding_errors[place]
+
+    @cached_property
+    def _rounding_errors(self):
+        """Those of all cases, a list."""
+        found = [self.reference.record.correction] if None in self.reference.suspension.given else []
         for state in {id(state): state for state in (self.reference, self.equilibrium)}.values():
             known = state.uncertainty
-            found += [known.tension[place].max(initial=0.0), known.relative[place].max(initial=0.0)]
-        return float(max(found))
+            found += [known.tension.max(axis=-1, initial=0.0), known.relative.max(axis=(-1, -2), initial=0.0)]
+        return np.max(found, axis=0).tolist()
 
-    def rounding_movement(self, place):
-        """Estimated error of places [m] and attitudes [rad] of bodies and points by rounding, shape (b, 6)."""
-        return np.maximum(self.reference.uncertainty.place[place], self.equilibrium.uncertainty.place[place])
+    @cached_property
+    def _rounding_movement(self):
+        """Estimated errors of places [m] and attitudes [rad] of bodies and points by rounding, shape (n, b, 6)."""
+        return np.maximum(self.reference.uncertainty.place, self.equilibrium.uncertainty.place)
+
+    def coordinates(self, body, axis):
+        """A coordinate of a body or free point in all cases, and its estimated relative error; rounding is zero.
+
+        Parameters
+        ----------
+        body : int
+            Its place among all.
+        axis : int
+            0 to 2: x, y, z [m]; 3 to 5: roll, pitch, yaw [rad].
+
+        Returns
+        -------
+        list of (float, float)
+        """
+        if (body, axis) not in self._coordinates:
+            with np.errstate(all="ignore"):  # of cases that have no equilibrium
+                self._coordinates[body, axis] = self._coordinate(body, axis)
+        return self._coordinates[body, axis]
+
+    def _coordinate(self, body, axis):
+        rotation, moved = self.equilibrium.rotation[:, body], self._drag_change[1][:, body]
+        unknown = self._rounding_movement[:, body, axis]
+        if axis < 3:
+            value, by_drag = self.equilibrium.position[:, body, axis], moved[:, axis]
+            least = ROUNDING * self.equilibrium.catenary.span.chord.max(axis=-1)
+        else:  # the three angles change by about the rotation, whose axes are not theirs
+            value, least = to_angles(rotation)[:, axis - 3], ROUNDING * 2 * np.pi
+            by_drag = moved[:, 3:].sum(axis=-1) / np.sqrt(np.maximum(1 - rotation[:, 2, 0] ** 2, ROUNDING))
+        zero = np.abs(value) <= np.maximum(unknown, least)
+        error = (unknown + by_drag) / np.where(zero, 1.0, np.abs(value))
+        error = np.where(zero, np.maximum(self._rounding_errors, self._drag_change[0]), error)
+        return list(zip(np.where(zero, 0.0, value).tolist(), np.maximum(ROUNDING, error).tolist(), strict=True))
 
     @cached_property
     def windy(self):

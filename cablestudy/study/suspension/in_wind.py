@@ -99,6 +99,16 @@ class InWind:
         """Number of modes, accuracy and planes of the motion of the cables of the model that is tried first."""
         return self._tried[0], self._accuracy, self._cables and self._cables.planes
 
+    def lowest_modes(self, count):
+        """At least so many `CoupledModes` where there are, those of the model that is tried first if it has them.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            As `movement_of`.
+        """
+        return self._modes_of(max(count, self._tried[0]))
+
     @cached_property
     def _counts(self):
         """Modes of the models that are tried: from the fewest on with which the frequencies of notches are known.
@@ -314,6 +324,14 @@ class InWind:
         """Estimated relative error of the largest gain; not a number for an exact choice of elements. [-]"""
         return self.controlled.driven.errors[0]
 
+    @property
+    def loop_doubt(self):
+        """Why the error of the largest gain is larger than asked for, in words; else empty; raises as `controlled`."""
+        error = self.loop_error
+        if self._model is not None or not error > self._accuracy:
+            return ""
+        return f"loop: estimated error of the largest gain {error:.1e}, asked for {self._accuracy:g}"
+
     def margin(self, name):
         """A number of `Margins` by its name, and its estimated relative error by what the cables' models leave open."""
         self.check_stable()
@@ -376,9 +394,13 @@ class InWind:
         total = found.weighted[variance][state, rows].sum()
         if not total > 0:
             return np.sqrt(total), 0.0 if self._model is None else np.nan
-        error, accuracy = found.error[variance][state, rows].sum() / (2 * total), self._accuracy
+        error, accuracy = found.error_of(variance, state, names) / (2 * total), self._accuracy
         error = max(error, min(BY_ONE_MODEL * error, accuracy), RESOLVED * accuracy)
         return np.sqrt(total), error if self._error_known else np.nan
+
+    def largest_rms(self, names, variance="value", open_loop=False):
+        """`rms` of the one of some outputs that has the largest."""
+        return max((self.rms([name], variance, open_loop) for name in names), key=lambda found: found[0])
 
     def peak(self, names, mean, crossings=0.0):
         """Mean and peak factor times RMS of the size of some outputs, and its estimated relative error.

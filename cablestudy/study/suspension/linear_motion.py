@@ -35,7 +35,7 @@ def drag_of(scenes, body_names, cable_names):
     scenes : sequence of SuspensionScene
         With wind.
     body_names, cable_names : sequence of str
-        Bodies and junctions, and cables, in the order of the `Suspension`.
+        Bodies and junctions, and cables, in the order of the `SuspendedSystem`.
     """
     winds = [scene.wind for scene in scenes]
     angle = np.array([wind.direction for wind in winds])

@@ -192,9 +192,9 @@ def _moves_of_bodies(scenes):
 
 
 def _forces(scenes, suspension):
-    """Dead loads with those of the load cases: fields of `Suspension`, those that change.
+    """Dead loads with those of the load cases: fields of `SuspendedSystem`, those that change.
 
-    A force on a marker is one on the reference point and an eccentric load, as of `Suspension.eccentric_loads`.
+    A force on a marker is one on the reference point and an eccentric load, as of `SuspendedSystem.eccentric_loads`.
     """
     if not any(scene.load_case.forces for scene in scenes):
         return {}
@@ -219,7 +219,7 @@ def _shrunk(values, names):
 
 
 def reference_loads(scenes):
-    """Point loads that are on cables in the reference state, as many for each: fields of `Suspension`.
+    """Point loads that are on cables in the reference state, as many for each: fields of `SuspendedSystem`.
 
     Parameters
     ----------
@@ -259,7 +259,7 @@ def too_long(reference):
 
 
 def _loads(values, names, lengths, warm):
-    """Point loads of all cables, as many for each: fields of `Suspension`, and for each case what is wrong with them.
+    """Point loads of all cables, as many for each: fields of `SuspendedSystem`, and what is wrong in each case.
 
     Parameters
     ----------

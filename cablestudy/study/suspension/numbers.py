@@ -9,7 +9,7 @@ from cablestudy.scene.suspension_tables import MOTIONS, Tensions
 from cablestudy.study.columns import attribute
 from cablestudy.study.scene_values import load_arrays
 from cablestudy.system import rigid
-from cablestudy.system.suspension import GROUND, Suspension
+from cablestudy.system.suspension import GROUND, SuspendedSystem
 
 ORIGIN = (0.0, 0.0, 0.0)
 OF_JUNCTION = (True, True, True, False, False, False)  # what of it is free
@@ -64,7 +64,7 @@ def loads_of(scene, of_case):
 
 
 def topology_of(scene):
-    """What scenes must share to be cases of one `Suspension`: names, connections, what is free and what is stated.
+    """What scenes must share to be cases of one `SuspendedSystem`: names, connections, what is free and what is stated.
 
     Parameters
     ----------
@@ -73,20 +73,20 @@ def topology_of(scene):
     Returns
     -------
     dict
-        The fields of `Suspension` that are no arrays of numbers.
+        The fields of `SuspendedSystem` that are no arrays of numbers, as tuples, which can be compared and hashed.
     """
     junctions = [name for name, point in scene.points.items() if point.free]
     names = (*scene.bodies, *junctions)
     index = {name: place for place, name in enumerate(names)}
     cables = scene.cables.values()
-    free = [[motion in body.free for motion in MOTIONS] for body in scene.bodies.values()]
+    free = (tuple([motion in body.free for motion in MOTIONS]) for body in scene.bodies.values())
     return {
         "body_names": names,
-        "free": [*free, *[OF_JUNCTION] * len(junctions)],
+        "free": (*free, *[OF_JUNCTION] * len(junctions)),
         "junctions": len(junctions),
         "cable_names": tuple(scene.cables),
-        "owner": [[index.get(scene.attachment(end)[0], GROUND) for end in cable.ends] for cable in cables],
-        "given": tuple(cable.stated for cable in cables),
+        "owner": tuple([tuple([index.get(scene.attachment(end)[0], GROUND) for end in c.ends]) for c in cables]),
+        "given": tuple([cable.stated for cable in cables]),
     }
 
 
@@ -125,7 +125,7 @@ def numbers_of(scenes, count=None):
         return found.reshape(n, *shape)
 
     density = array("force_density", c)
-    return Suspension(
+    return SuspendedSystem(
         gravity=array("gravity"),
         position=array("position", b, 3),
         rotation=rigid.from_angles(array("angles", b, 3)),
@@ -182,7 +182,7 @@ def _reference(tensions, cable):
 
 
 def _numbers(scene):
-    """Name -> nested lists of the numbers of one scene, in the order of `topology_of`."""
+    """Name -> nested lists of the numbers of one scene, in the order of `topology_of`; None where there is none."""
     bodies = list(scene.bodies.values())
     points = [point for point in scene.points.values() if point.free]
     holders, still = [*bodies, *points], [ORIGIN] * len(points)
@@ -202,11 +202,11 @@ def _numbers(scene):
 def _cable_numbers(scene):
     cables = scene.cables.values()
     return {
-        "place": [[scene.attachment(end)[1] for end in cable.ends] for cable in cables],
+        "place": [number for cable in cables for end in cable.ends for number in scene.attachment(end)[1]],
         "axial_stiffness": [cable.section_axial_stiffness for cable in cables],
         "cable_mass": [cable.section_mass for cable in cables],
-        "value": [np.nan if cable.stated is None else cable.stated_value for cable in cables],
-        "force_density": [np.nan if cable.force_density is None else cable.force_density for cable in cables],
+        "value": [cable.stated_value for cable in cables],
+        "force_density": [cable.force_density for cable in cables],
     }
 
 

@@ -1,12 +1,14 @@
 """Tables of the commands static and modes for a suspension."""
 
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError
-from cablestudy.study.columns import ROUNDING
+from cablestudy.study.columns import ROUNDING, find, relative
 from cablestudy.study.notes import of_comparison
+from cablestudy.study.report import modes_as_rows, shapes_table
 from cablestudy.study.suspension.columns import body_columns, cable_columns, has_key, point_columns
 from cablestudy.study.suspension.numbers import numbers_of
 from cablestudy.study.suspension.rows import value
@@ -201,6 +203,69 @@ def mode_table(case, modes, chosen):
             yield {name: error for name, error in stated.items() if not np.isnan(error)}
 
     return Table(fields, rows, errors=errors)
+
+
+def cable_mode_table(case, name, found):
+    """Modes of one cable between fixed ends as rows.
+
+    Parameters
+    ----------
+    case : SuspensionCase
+    name : str
+        Of the cable.
+    found : tuple
+        From `SuspensionCase.modes_of_cable`.
+
+    Returns
+    -------
+    Table
+        Number, type, symmetry and frequency.
+    """
+    cable, modes = found
+    table = modes_as_rows(cable, modes, range(len(modes)), {})
+    return replace(table, errors=lambda: _errors_of_cable_modes(case, name, modes))
+
+
+def _errors_of_cable_modes(case, name, modes):
+    """Yield the estimated error of each frequency, of exact elements against the finer model: header -> number."""
+    seen = Counter()
+    for kind, frequency, error in zip(modes.kind, modes.frequency.tolist(), modes.errors.tolist(), strict=True):
+        seen[kind] += 1
+        if case.model is None:
+            yield {"frequency_Hz": error + case.group.drag_error(case.place)}
+            continue
+        try:
+            column = find(f"{kind.replace('-', '')}_frequency_{seen[kind]}")
+            truth, unknown = case.finer.cable_frequency(name, column)
+            yield {"frequency_Hz": relative(frequency, truth) + unknown}
+        except CablestudyError as failure:
+            case.reason = str(failure)
+            yield {}
+
+
+def shape_table(case, failures):
+    """Static shapes of all cables as rows, one cable after the other: Table.
+
+    Parameters
+    ----------
+    case : SuspensionCase
+    failures : list
+        Takes why a cable has no definite form.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        There is no stable equilibrium.
+    """
+    found, cables = case.equilibrium, {}
+    ends = found.suspension.ends(found.position, found.rotation)
+    for place, name in enumerate(found.suspension.cable_names):
+        catenary = found.catenary.take(place)
+        if catenary.slack:
+            failures.append(f"{name} is slack and without weight: it has no definite form")
+            continue
+        cables[name] = catenary, ends[place, 0]
+    return shapes_table(cables)
 
 
 def mode_errors(case, modes, count):

@@ -5,6 +5,7 @@ forces by all places together, its spectrum is Y S Y^H. Its integral follows fro
 loop closed and with the winches at rest.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -39,13 +40,28 @@ class Variances:
         Name of each output -> its place.
     weighted : dict
         "value", "rate" (of the derivative) and names of `seen_weights` -> variances, shape (2, o).
-    error : dict
+    but_by_waves : dict
         The same names -> estimated errors, by interpolation and by the model, shape (2, o).
+    by_waves : callable, optional
+        -> what waves add to the errors of tensions, shape (w, o): for each of these names.
     """
 
     rows: dict
     weighted: dict
-    error: dict
+    but_by_waves: dict
+    by_waves: Callable | None = None
+
+    @cached_property
+    def error(self):
+        """Estimated errors by the same names, that of tensions by waves included: dict of ndarray, shape (2, o)."""
+        if self.by_waves is None:
+            return self.but_by_waves
+        return {name: own + more for (name, own), more in zip(self.but_by_waves.items(), self.by_waves(), strict=True)}
+
+    def error_of(self, name, state, outputs):
+        """Sum of the estimated errors of some outputs, by their names, with the loop (CLOSED) or without it (OPEN)."""
+        errors = self.error if any(".tension_" in output for output in outputs) else self.but_by_waves
+        return errors[name][state, [self.rows[output] for output in outputs]].sum()
 
 
 class Response:
@@ -214,14 +230,15 @@ class Response:
         value = np.where(energy > ROUNDING * largest, value, 0.0)
         tension = np.array([".tension_" in name for name in self.names])
         added = np.where(tension, TENSION * _of_tensions(value, added, tension) + self._by_ends * value, added)
-        if weights is OWN:  # a telescope sees no tension
-            added = added + self.movement.linear.change_by_waves[:, None]
         error, both_states = added + self.integration_error * value + late, (2, len(self.names))
         values, errors = (
             {name: np.broadcast_to(part, both_states) for name, part in zip(weights, parts, strict=True)}
             for parts in (value, error)
         )
-        return Variances({name: row for row, name in enumerate(self.names)}, values, errors)
+        waves = (
+            (lambda: self.movement.linear.change_by_waves) if weights is OWN else None
+        )  # a telescope sees no tension
+        return Variances({name: row for row, name in enumerate(self.names)}, values, errors, waves)
 
     @property
     def _by_ends(self):

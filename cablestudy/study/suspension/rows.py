@@ -1,6 +1,7 @@
 """Rows of a table of suspensions: the columns of cases, with the reason where one cannot be had."""
 
 import time
+from math import isfinite, isnan
 
 import numpy as np
 
@@ -9,8 +10,8 @@ from cablestudy.scene.words import first_of
 from cablestudy.study.closed_form import DISCRETE, SYSTEM
 from cablestudy.study.columns import ROUNDING, most_modes_first, not_finite, relative
 from cablestudy.study.refinement import reference_scene
-from cablestudy.study.row import MODAL, Row
-from cablestudy.study.status import OVER_STRENGTH, SLACK, status_of
+from cablestudy.study.row import Row
+from cablestudy.study.status import MODAL, OVER_STRENGTH, SLACK, status_of
 from cablestudy.study.suspension.case import SuspensionCase, cases_of, prepare
 from cablestudy.study.suspension.columns import WHOLE
 from cablestudy.study.suspension.group import TOGETHER
@@ -18,7 +19,8 @@ from cablestudy.study.suspension.notes import LISTED, notes_of, strength_warning
 from cablestudy.study.suspension.wind_columns import exceeded_limits, slackened
 
 OF_THE_WHOLE = {column.name: column for column in WHOLE}
-AT_ONCE = 200  # cases whose equilibria are solved together: bounds the memory
+# cases whose equilibria are solved together, and more of them up to so many cables: bounds the memory
+AT_ONCE, CABLES_AT_ONCE = 200, 6000
 
 
 def evaluate_suspensions(scenes, columns, estimate=False):
@@ -38,8 +40,10 @@ def evaluate_suspensions(scenes, columns, estimate=False):
     """
     columns = [OF_THE_WHOLE.get(column.name, column) for column in columns]
     rows, needed = [], any(column.needs in ("statics", "stiffness", "modes", "loop", "wind") for column in columns)
-    for first in range(0, len(scenes), AT_ONCE):
-        some = scenes[first : first + AT_ONCE]
+    most = max((len(scene.cables) for scene in scenes), default=1)
+    at_once = max(AT_ONCE, CABLES_AT_ONCE // most)
+    for first in range(0, len(scenes), at_once):
+        some = scenes[first : first + at_once]
         begin = time.perf_counter()
         cases = cases_of(some) if needed else [SuspensionCase(scene) for scene in some]
         if estimate or "error_estimate" in [column.name for column in columns]:
@@ -128,13 +132,13 @@ def value(case, column):
     if case.estimate and column.needs in DISCRETE:
         error = _difference(case, column, number)
     if number is None:  # a limit that there is not
-        return None, None if np.isnan(error) else float(error)
-    number = np.asarray(number).item()
-    if not np.isfinite(number):
+        return None, None if isnan(error) else float(error)
+    number = number if isinstance(number, float) else np.asarray(number).item()
+    if not isfinite(number):
         if column.key:
             raise NoSolutionError(f"{column.name} needs the key {column.key}, which this case does not have")
         raise not_finite(column)
-    return number + 0.0, None if np.isnan(error) else max(float(error), ROUNDING if error else 0.0)
+    return float(number) + 0.0, None if isnan(error) else max(float(error), ROUNDING if error else 0.0)
 
 
 def _difference(case, column, number):

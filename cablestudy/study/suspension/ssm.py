@@ -1,6 +1,6 @@
 """A suspension as a state space: which coupled modes are kept, between which inputs and outputs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -10,8 +10,10 @@ from cablestudy.control.suspension import labels, second_order
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.study.ssm import DEFAULT_MODES, fewest_modes
 from cablestudy.study.ssm_tables import Curve
-from cablestudy.study.suspension.case import MOST_MODES, SuspensionCase
+from cablestudy.study.suspension.body_mode import MOST_MODES
+from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.linear_motion import markers_of, winches_of
+from cablestudy.study.suspension.node_forces import with_node_forces
 from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning
 from cablestudy.study.suspension.report import mode_notes
 from cablestudy.study.suspension.report import mode_table as coupled_mode_table
@@ -38,6 +40,8 @@ class SuspensionChoice:
         Numbers of each output and input that a response refers to; errors refer to the first.
     highest : float or None
         Highest frequency of the response asked for. [Hz]
+    residual : bool
+        Whether the static part of the other modes is kept.
     """
 
     case: SuspensionCase
@@ -46,6 +50,7 @@ class SuspensionChoice:
     chosen: np.ndarray
     pairs: list
     highest: float | None = None
+    residual: bool = True
 
     @property
     def modes(self):
@@ -79,7 +84,7 @@ class SuspensionChoice:
     @cached_property
     def kept(self):
         """`LinearSystem` of the chosen modes."""
-        return self.whole.keep(self.chosen)
+        return self.whole.keep(self.chosen) if self.residual else self.whole.truncate(self.chosen)
 
     def system(self):
         """The `StateSpace`; NoSolutionError where it overflows."""
@@ -91,11 +96,12 @@ class SuspensionChoice:
         omitted = float(np.delete(self.whole.inertia_share(*self.pair), self.chosen).sum())
         output, input_ = self.pair
         names = f"{self.whole.inputs[input_][0]} and {self.whole.outputs[output][0]}"
+        static = "kept in D" if self.residual else "left out too"
         return [
             *notes_of(self.case),
             *mode_notes(self.case, self.found, int(max(self.chosen, default=-1)) + 1),
             f"left out: {len(self.modes) - len(self.chosen)} modes, which carry {omitted:.3g} of the inertia between "
-            f"{names}; their static part is kept in D",
+            f"{names}; their static part is {static}",
             "not in A, B, C, D: what velocity and acceleration of winches and forces add to tensions at once"
             " (D1 and D2 of the file)",
             *_no_winches(self.case.scene),
@@ -105,14 +111,25 @@ class SuspensionChoice:
     @property
     def warnings(self):
         """A stress above the strength, a response beyond the modes kept: list of str."""
-        kept, found = self.found.frequency[self.chosen], [*strength_warning(self.case)]
+        kept, found = self.found.frequency[self.chosen], [*strength_warning(self.case), *self._truncated()]
         if self.highest is None or kept.max(initial=0.0) >= self.highest or len(self.chosen) == len(self.modes):
             return found
         last = f"the highest mode kept is at {kept.max():.4g} Hz" if len(kept) else "no mode is kept"
-        return [
-            *found,
-            f"warning: {last}: of those above only the static part is in the response; see --modes and --upto",
-        ]
+        part = "only the static part" if self.residual else "nothing"
+        return [*found, f"warning: {last}: of those above {part} is in the response; see --modes and --upto"]
+
+    def _truncated(self):
+        """What a truncation makes of the static response of the first pair: at most one line."""
+        if self.residual:
+            return
+        (output, input_), still = self.pair, np.zeros(1)
+        wrong, right = (float(one.response(output, input_, still)[0].real) for one in (self.kept, self.whole))
+        names = f"{self.outputs[output][0]} to {self.inputs[input_][0]}"
+        unit = response_unit(self.outputs[output][1], self.inputs[input_][1])
+        yield (
+            "warning: --no-residual leaves out the static part of the omitted modes: static response of "
+            f"{names} {wrong:.5g} {unit} instead of {right:.5g} {unit}".replace("  ", " ").rstrip()
+        )
 
 
 def _no_winches(scene):
@@ -128,7 +145,7 @@ def choose(document, scene, options, highest=None):
     document : Document
         Of the scene, for the places of mistakes.
     scene : SuspensionScene
-    options : Options
+    options : StateSpaceOptions
         Those that have no meaning for a suspension are not looked at.
     highest : float, optional
         Of a response [Hz]: without other choice the modes up to it are kept, at least DEFAULT_MODES and not many more
@@ -147,19 +164,25 @@ def choose(document, scene, options, highest=None):
         There is no stable equilibrium, there are no such modes, or not to the accuracy.
     """
     if options.attached:
+        if options.wind:
+            raise SceneError("--wind: of a suspension without actuators and loop only")
         return choose_controlled(document, scene, options, highest)
+    return replace(_choose(scene, options, highest), residual=options.residual)
+
+
+def _choose(scene, options, highest):
+    """`choose` of a suspension without actuators and loop."""
     case = SuspensionCase(scene)
     inputs, outputs = labels(Layout(case.equilibrium), *_winches_and_markers(case))
-    if not inputs:
+    if not inputs and not options.wind:
         raise NoSolutionError("a state space needs an input: one of the winches, or a body or point that is free")
-    pairs = pairs_of(options, inputs, outputs)
+    if not options.wind:
+        pairs_of(options, inputs, outputs)  # raises SceneError before anything is computed
     if options.error is not None:
-        return _fewest(case, options.error, pairs[0], highest)
+        return _fewest(case, options, highest)
     if options.upto:
         found = case.modes_up_to(options.limit)
-        return SuspensionChoice(
-            case, found, linear_model(case, found.damped), found.up_to(options.limit), pairs, highest
-        )
+        return _choice(case, options, found, found.up_to(options.limit), highest)
     size = MOST_MODES if scene.model.elements is not None else options.count or DEFAULT_MODES
     found = case.modes(size)
     if options.count is not None and len(found) < options.count:
@@ -167,12 +190,16 @@ def choose(document, scene, options, highest=None):
     while options.count is None and highest and len(found) == size < RESPONSE_MODES and found.frequency[-1] < highest:
         size *= 2
         found = case.modes(size)
-    return SuspensionChoice(
-        case, found, linear_model(case, found.damped), np.arange(len(found))[: options.count], pairs, highest
-    )
+    return _choice(case, options, found, np.arange(len(found))[: options.count], highest)
 
 
-def _fewest(case, error, pair, highest):
+def _choice(case, options, found, chosen, highest):
+    """The `SuspensionChoice` of some of the modes found."""
+    whole = linear_model(case, found.damped, options.wind)
+    return SuspensionChoice(case, found, whole, chosen, pairs_of(options, whole.inputs, whole.outputs), highest)
+
+
+def _fewest(case, options, highest):
     """The `SuspensionChoice` of the fewest modes that leave out a share of the inertia; of equal ones all or none."""
     size, before = MOST_MODES if case.scene.model.elements is not None else DEFAULT_MODES, ""
     while True:
@@ -180,11 +207,12 @@ def _fewest(case, error, pair, highest):
             found = case.modes(size)
         except ConvergenceError as failure:
             raise ConvergenceError(f"{before}{failure}") from None
-        whole = linear_model(case, found.damped)
-        names = whole.inputs[pair[1]][0], whole.outputs[pair[0]][0]
-        share, allowed = whole.inertia_share(*pair), np.arange(len(found))
+        every = np.arange(len(found))
+        choice = _choice(case, options, found, every, highest)
+        (output, _), (input_, _) = choice.outputs[choice.pair[0]], choice.inputs[choice.pair[1]]
+        share = choice.whole.inertia_share(*choice.pair)
         try:
-            chosen = fewest_modes(share, allowed, error, f"the {len(found)}", names)
+            chosen = fewest_modes(share, every, options.error, f"the {len(found)}", (input_, output))
         except NoSolutionError as lacking:
             if len(found) < size or size == MOST_MODES:
                 raise
@@ -195,7 +223,7 @@ def _fewest(case, error, pair, highest):
             run = np.arange(first - 1, last)
             if np.isin(run, chosen).any():
                 chosen = np.union1d(chosen, run)
-        return SuspensionChoice(case, found, whole, chosen, [pair], highest)
+        return replace(choice, chosen=chosen)
 
 
 def _winches_and_markers(case):
@@ -203,7 +231,7 @@ def _winches_and_markers(case):
     return winches_of(case.scene, list(case.scene.cables)), markers_of(case.scene)
 
 
-def linear_model(case, found):
+def linear_model(case, found, nodes=False):
     """`LinearSystem` from the winches of the scene and forces on its bodies to displacements and tensions.
 
     Hysteretic damping is viscous in it, as a state space needs.
@@ -213,8 +241,17 @@ def linear_model(case, found):
     case : SuspensionCase
     found : CoupledModes
         Of which it has the coordinates.
+    nodes : bool
+        Whether forces on the nodes of the cables are inputs too.
     """
-    return second_order(found.layout, found.solution.kept, *_winches_and_markers(case)).viscous()
+    kept = found.solution.kept
+    system = second_order(found.layout, kept, *_winches_and_markers(case)).viscous()
+    return with_node_forces(system, found.layout, found.solution.models, kept) if nodes else system
+
+
+def response_unit(above, below):
+    """Unit of an output over an input, from theirs; empty where they are equal."""
+    return "" if above == below else f"{above}/{f'({below})' if ' ' in below else below}"
 
 
 def mode_table(choice):
@@ -227,8 +264,7 @@ def curves(choice):
     found = []
     for output, input_ in choice.pairs:
         (above, above_unit), (below, below_unit) = choice.outputs[output], choice.inputs[input_]
-        below_unit = f"({below_unit})" if " " in below_unit else below_unit
-        unit = "" if above_unit == below_unit else f"{above_unit}/{below_unit}"
+        unit = response_unit(above_unit, below_unit)
         name = f"{above}_over_{below}" if len(choice.pairs) > 1 else ""
         value = partial(choice.response, (output, input_))
         found.append(Curve(name, f"response of {above} to {below}", unit, value))

@@ -172,7 +172,7 @@ def choose_controlled(document, scene, options, highest=None):
     ----------
     document : Document
     scene : SuspensionScene
-    options : Options
+    options : StateSpaceOptions
         Without `error`.
     highest : float, optional
         Of a response. [Hz]

@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.wind.integrals import Integrals
-from cablestudy.wind.variance import smooth_on
 
 TURN = 2 * np.pi
 # on the changes by waves along the cables and across them: waves along a cable that sags are driven across it too.
@@ -29,12 +28,14 @@ def change_by_waves(linear, weights):
     ----------
     linear : LinearMotion
     weights : dict
-        Those of `Turbulence.variances`.
+        Those of `Turbulence.variances`: powers of frequency, which the panels of the gusts resolve.
 
     Returns
     -------
     ndarray
-        0 of all but tensions.
+        0 of all but tensions. For their rates it is up to five times too small: nearly all of the change is the
+        resonance of the first wave along a cable that sags, which is excited more than the force left to its ends says.
+        No column shows such a rate; the largest tension depends on its logarithm, see `wind_columns.CROSSINGS`.
     """
     gusts, state, found = linear.gusts, linear.at_rest, linear.at_rest.variances[0]
     change, residues = np.zeros(found.shape), state.residues
@@ -53,7 +54,7 @@ def change_by_waves(linear, weights):
     )
     low, high = state.range
     edges = gusts.edges(low, max(high, WIDE * np.abs(poles).max() / TURN))
-    integrals = Integrals.on(smooth_on(edges, weights.values()), gusts, weights, state.least)
+    integrals = Integrals.on(edges, gusts, weights, state.least)
     factor = np.repeat([ALONG, ACROSS], len(rows) // len(kinds))
     np.add.at(change.T, rows, (factor * np.abs(integrals.variances(following) - found[:, rows])).T)
     return change

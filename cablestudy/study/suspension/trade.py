@@ -9,6 +9,7 @@ from cablestudy.study.closed_form import DISCRETE
 from cablestudy.study.columns import most_modes_first
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import MODE, find
+from cablestudy.study.suspension.notes import strength_warning as strength_warning
 from cablestudy.study.suspension.rows import OF_THE_WHOLE, value
 from cablestudy.study.trade_models import (
     ACCURACIES,
@@ -17,7 +18,7 @@ from cablestudy.study.trade_models import (
     MASSES,
     ORDERS,
     SEVERAL,
-    Model,
+    ComparedModel,
     power,
     with_accuracy,
     with_elements,
@@ -67,8 +68,23 @@ def exact_value(column, case):
     return number, error or 0.0
 
 
+def cables_of(scene):
+    """What each cable of a scene states: list."""
+    return list(scene.cables.values())
+
+
+def missing_key(scene, column):
+    """An empty text: what a column lacks `columns.why_not` says."""
+    return ""
+
+
+def comparable(_, column):
+    """A column that is compared: itself."""
+    return column
+
+
 def models_of(scene, columns):
-    """List of every `Model` on which the value of some column depends, without those that are too large.
+    """List of every `ComparedModel` on which the value of some column depends, without those that are too large.
 
     Raises
     ------
@@ -76,14 +92,16 @@ def models_of(scene, columns):
         There is no stable equilibrium.
     """
     found = [
-        Model("closed form", "catenary", _case, ("statics", "stiffness"), _static_value, lambda _: 0, _stated_error),
-        Model("closed form", "static stiffness", _case, ("modes",), _static_frequency, _free_displacements),
+        ComparedModel(
+            "closed form", "catenary", _case, ("statics", "stiffness"), _static_value, lambda _: 0, _stated_error
+        ),
+        ComparedModel("closed form", "static stiffness", _case, ("modes",), _static_frequency, _free_displacements),
     ]
 
     def add(family, name, change):
         build = partial(_case, change=change)
         own = DISCRETE, _number, lambda case: case.size, _stated_error, most_modes_first
-        found.append(Model(family, name, build, *own))
+        found.append(ComparedModel(family, name, build, *own))
 
     for accuracy in ACCURACIES:
         add("error control", f"accuracy {power(accuracy)}", partial(with_accuracy, accuracy=accuracy))

@@ -39,7 +39,7 @@ class Turbulence:
     def _residues_with_fewer_modes(self, speeds=False):
         """`LinearMotion.residues_of` the motion with fewer modes."""
         linear, loop = self.linear, self.loop
-        loop = loop and replace(loop.within(linear.fewer), motion=linear.fewer_motion)
+        loop = loop and loop.within(linear.fewer, linear.fewer_motion)
         return linear.residues_of(linear.fewer_motion, loop, linear.fewer, speeds)
 
     @cached_property
@@ -60,7 +60,8 @@ class Turbulence:
         gusts, (low, high) = self.linear.gusts, self.range
         edges = with_turns(gusts.edges(low, high), self.loop.law.delay if self.loop else 0.0)
         edges = np.union1d(edges, [jump for jump in jumps if low < jump < high])
-        return Integrals.on(smooth_on(edges, weights.values()), gusts, weights, self.least)
+        edges = edges if weights is OWN else smooth_on(edges, weights.values())  # panels resolve any power of frequency
+        return Integrals.on(edges, gusts, weights, self.least)
 
     @property
     def least(self):

@@ -191,9 +191,16 @@ def remarks_of(case, tables):
         found.append(f"warning: {SLACK}: {first_of(slack, LISTED)}: the linear numbers do not hold")
     if doubt := case.in_wind.doubt:
         found.append(f"note: {doubt}")
+    found += loop_remarks(case, tables)
     if "motion" in tables:
         found += beyond_linear(_peaks_and_ranges(case))
     if "motion" in tables and "open_loop" in tables:
         pairs = zip(tables["motion"].rows, tables["open_loop"].rows, strict=True)
         found += larger_by_loop((row["name"], row["rms_mm"], at_rest["rms_mm"]) for row, at_rest in pairs)
     return found
+
+
+def loop_remarks(case, tables):
+    """A note on a largest gain whose error is above the accuracy, where the `tables` show it; at most one: list."""
+    doubt = case.in_wind.loop_doubt if "loop" in tables else ""
+    return [f"note: {doubt}"] if doubt else []

@@ -16,7 +16,7 @@ the cable gives along it: all entries are of order one.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from cablestudy.errors import NoSolutionError
 FOLLOWED = 200  # steps at most in which a mode is followed from no damping to all of it
 REFINED = 12  # steps of Newton at most, each of them
 CLOSER = 0.3  # of the one before
+CLOSE = 1e-2  # of its distance from zero that the pole of nearly the same cable is away at most
 FARTHEST = 0.3  # of its distance from zero that a pole goes in one step
 NEAR = 1e-7  # of that distance: taken for the same pole
 SETTLED = 1e-8  # relative step of Newton after which nothing is left but rounding
@@ -53,6 +54,18 @@ def _integration(order, mass):
     integral[0], integral[-1] = 0.0, element.weights
     weighted = integral.T / element.weights[:, None] @ mass_matrix(order, mass)
     return integral, weighted @ integral, weighted.sum(axis=1), element.shares @ integral
+
+
+@lru_cache(maxsize=64)
+def _band(n, d):
+    """Which entries of the blocks of n elements of d axes are in the band of `_Plane._between`: rows, columns there."""
+    rows = np.broadcast_to(np.arange(2 * d * n).reshape(n, 2 * d, 1), (n, 2 * d, 4 * d))
+    columns = np.broadcast_to(2 * d * np.arange(n)[:, None, None] + np.arange(4 * d) - d, rows.shape).copy()
+    columns[-1, :, 3 * d :] -= d
+    keep = np.ones(rows.shape, dtype=bool)
+    keep[0, :, :d] = keep[-1, :, 2 * d : 3 * d] = False  # u at the ends is given
+    rows, columns = rows[keep], columns[keep]
+    return keep, 3 * d - 1 + rows - columns, columns
 
 
 @dataclass(frozen=True)
@@ -220,14 +233,9 @@ class _Plane:
         blocks[:, d:, d : 2 * d] = blocks[:, :d, 2 * d : 3 * d] = -np.eye(d)
         inertia = square * np.multiply.outer(self._carried, self._scale**2)
         blocks[:, d + np.arange(d), np.arange(d)] -= inertia[:-1]
-        rows = np.broadcast_to(np.arange(size).reshape(n, 2 * d, 1), blocks.shape)
-        columns = np.broadcast_to(2 * d * np.arange(n)[:, None, None] + np.arange(4 * d) - d, blocks.shape).copy()
-        columns[-1, :, 3 * d :] -= d
-        keep = np.ones(blocks.shape, dtype=bool)
-        keep[0, :, :d] = keep[-1, :, 2 * d : 3 * d] = False  # u at the ends is given
-        rows, columns = rows[keep], columns[keep]
+        keep, rows, columns = _band(n, d)
         band = np.zeros((2 * width + 1, size), dtype=complex)
-        band[width + rows - columns, columns] = blocks[keep]
+        band[rows, columns] = blocks[keep]
         right = np.zeros(size, dtype=complex)
         right[size - 2 * d : size - d] = self._direction
         answer = solve_banded((width, width), band, right, overwrite_ab=True, overwrite_b=True, check_finite=False)
@@ -237,8 +245,8 @@ class _Plane:
         return np.concatenate([near, far], axis=1), pull
 
 
-def damping_ratio(stiffness, mass, omega, law, amount, viscous=0.0):
-    """Of the mode of a mass on the cable's end 2 that oscillates at `omega` without damping.
+def damped_mode(stiffness, mass, omega, law, amount, viscous=0.0, near=None):
+    """Damping ratio and pole of the mode of a mass on the cable's end 2 that oscillates at `omega` without damping.
 
     Parameters
     ----------
@@ -253,11 +261,15 @@ def damping_ratio(stiffness, mass, omega, law, amount, viscous=0.0):
         Loss factor [-], or time [s].
     viscous : float
         Damping of the mass by the air. [N s/m]
+    near : complex, optional
+        Its pole on nearly the same cable. [rad/s]
 
     Returns
     -------
-    float
+    ratio : float
         1 where it does not oscillate. [-]
+    pole : complex
+        [rad/s]
 
     Raises
     ------
@@ -272,7 +284,10 @@ def damping_ratio(stiffness, mass, omega, law, amount, viscous=0.0):
     path = _Path(stiffness, mass, law, amount, viscous)
     try:
         with np.errstate(all="ignore"):  # what is not finite is not settled
-            here = path.largest_share(path.follow(1j * omega), omega)
+            here = near and path.settled(near, 1.0, CLOSE * abs(near))
+            if here is None:
+                here = path.directly(1j * omega) or path.follow(1j * omega)
+                here = path.largest_share(here, omega)
             moved = path.at(here, 1.0)[0]
     except (np.linalg.LinAlgError, ZeroDivisionError, OverflowError):
         raise NoSolutionError(NO_OSCILLATION) from None
@@ -280,9 +295,9 @@ def damping_ratio(stiffness, mass, omega, law, amount, viscous=0.0):
     if strain <= NO_STRAIN * whole:
         strain = 0.0
     if not strain and not drag:
-        return 0.0
+        return 0.0, here
     if not here.imag:
-        return 1.0
+        return 1.0, here
     total = mass + moved.moving_mass + moved.carried_mass
     if law == "hysteretic":
         # the root of total s^2 + drag s + whole + i loss strain, its real part a sum of positive numbers
@@ -292,7 +307,7 @@ def damping_ratio(stiffness, mass, omega, law, amount, viscous=0.0):
         ratio = (amount * strain + drag) / (2 * np.sqrt(total * whole))
     if not abs(ratio + here.real / abs(here)) < TRUSTED:
         raise NoSolutionError(f"the gondola's damping ratio, about {ratio:.3g}, is spoilt by rounding")
-    return float(ratio)
+    return float(ratio), here
 
 
 class _Path:
@@ -300,11 +315,19 @@ class _Path:
 
     def __init__(self, stiffness, mass, law, amount, viscous):
         self._stiffness, self._mass, self._amount, self._rate = stiffness, mass, amount, law == "kelvin_voigt"
-        self._viscous = viscous
-        self._static = abs(stiffness(0j, 0.0).stiffness)
+        self._viscous, self._last = viscous, (None, None)
+
+    @cached_property
+    def _static(self):
+        return abs(self._stiffness(0j, 0.0).stiffness)
 
     def at(self, s, share):
         """The cable, what is left of the balance, and its slopes with respect to s and to the share."""
+        if self._last[0] != (s, share):
+            self._last = (s, share), self._at(s, share)
+        return self._last[1]
+
+    def _at(self, s, share):
         rate = self._amount * (s if self._rate else 1j)
         moved = self._stiffness(s, share * rate)
         slope = 2 * s * (self._mass + moved.inertia + moved.carried_inertia)
@@ -351,6 +374,14 @@ class _Path:
         found.append(here)
         return max((one for one in found if one is not None and one.imag > 0), key=self.share, default=s)
 
+    def directly(self, s):
+        """The pole at all of the damping, which moves it little; None where it moves it far, s as for `follow`."""
+        _, rest, slope, push = self.at(s, 0.0)
+        change = -(rest + push) / slope
+        size = abs(change)
+        found = self.settled(s + change, 1.0, CLOSER * size + NEAR * abs(s)) if size < CLOSE * abs(s) else None
+        return found if found is not None and found.imag > 0 else None
+
     def follow(self, s):
         """The pole at all of the damping, from a place near the one without any.
 
@@ -361,8 +392,6 @@ class _Path:
         share, step = 0.0, 1.0
         s = self.settled(s, share, CLOSER * abs(s))
         for _ in range(FOLLOWED):
-            if share == 1.0:
-                s = self.settled(s, share, abs(s))
             if share == 1.0 or s is None:
                 break
             _, _, slope, push = self.at(s, share)
@@ -391,3 +420,8 @@ class _Path:
             return None
         found = self.settled(complex(s.real + s.imag), beyond, s.imag)
         return None if found is None or found.imag else found
+
+
+def excited(case):
+    """The free vibration of a `Case` that moving end 2 along x excites: `Dynamics`."""
+    return case.dynamics if case.results.across_x[case.index] else case.in_plane

@@ -1,0 +1,63 @@
+"""A gondola on its cable as a case of a suspension, for numbers that a scene of one cable has no function for."""
+
+import numpy as np
+
+from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
+from cablestudy.study.one_cable_system import equilibria_of
+from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.study.suspension.group import Group
+from cablestudy.system.coupled_modes import coupled_modes
+
+
+class OneCableGroup(Group):
+    """A `Group` of one case whose body is held where end 2 of its cable is.
+
+    Its errors are those of the cable; that by a drag that changes along the cable is in `rounding_error`, since rows of
+    one cable add it to those of motion. The place of end 2 has none.
+
+    Parameters
+    ----------
+    case : Case
+        With an equilibrium.
+    """
+
+    def __init__(self, case):
+        self._case, self.reference, self._loaded, self._coordinates = case, equilibria_of([case]), None, {}
+        self.cable_places, self.body_places = {CABLE: 0}, {GONDOLA: 0}
+        results, index = case.results, case.index
+        self._rounding_errors = [float(max(results.statics_rounding[index], results.drag_error[index]))]
+        self._rounding_movement = np.zeros((1, 1, 6))
+        self._drag_change = self._drag_change_in_wind = np.zeros(1), self._rounding_movement
+
+    def failure(self, _):
+        """None: it has an equilibrium."""
+
+    def modes(self, _, count):
+        """The lowest `CoupledModes`, those across the plane of the cable too; raises as `coupled_modes`."""
+        scene = self._case.scene
+        return coupled_modes(self.take(0), count, scene.model.accuracy, [scene.cable.damping])
+
+    def steady_drag(self, _):
+        """Drag of the steady wind on the cable, as `FixedModel.drag`."""
+        return tuple(part[[self._case.index]] for part in self._case.results.pressed)
+
+
+class GondolaOnCable(SuspensionCase):
+    """A `SuspensionCase` of a `Case` with a gondola: for columns that it has no other function for."""
+
+    def __init__(self, case):
+        case.results.check(case.index)
+        super().__init__(as_suspension(case.scene), OneCableGroup(case))
+        self._case = case
+
+    @property
+    def in_wind(self):
+        """`InWind` of the gondola with its winch loop, and in the wind on it."""
+        return self._case.in_wind
+
+
+def gondola_on_cable(case):
+    """The `GondolaOnCable` of a case, made once."""
+    if "gondola_on_cable" not in case.known:
+        case.known["gondola_on_cable"] = GondolaOnCable(case)
+    return case.known["gondola_on_cable"]

@@ -1,0 +1,92 @@
+"""Columns of suspensions for a scene of one cable: its own by another name, or of gondola and cable as a suspension."""
+
+from dataclasses import replace
+from functools import cache
+
+from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
+from cablestudy.study.columns import attribute, is_own, lacks
+from cablestudy.study.columns import find as find_of_one
+from cablestudy.study.gondola_on_cable import gondola_on_cable
+from cablestudy.study.suspension import columns as of_suspensions
+
+# name in a suspension -> own name of a scene of one cable
+ALIASES = {
+    "cable_mass": "mass",
+    "max_utilisation": "utilisation",
+    **{f"{CABLE}.{theirs}": own for own, theirs in of_suspensions.INSTEAD.items()},
+    **{f"{CABLE}.{column.name}": column.name for column in (*of_suspensions.OF_CABLES, *of_suspensions.MORE.values())},
+    f"{CABLE}.clearance": "clearance",
+    **{f"{GONDOLA}.stiffness_{axes}": f"end_stiffness{end}" for axes, end in {
+        "xx": "", "yy": "_yy", "zz": "_zz", "xz": "_xz", "zx": "_xz"}.items()},
+    f"{GONDOLA}.frequency_x": "gondola_frequency",
+    f"{GONDOLA}.share_x": "gondola_share",
+    f"{GONDOLA}.damping_ratio_x": "gondola_damping_ratio",
+    f"{GONDOLA}.mean_x": "mean_displacement",
+    **{f"{GONDOLA}.{name}_x": name for name in ("linear_range", "force_displacement")},
+    **{f"{GONDOLA}.{name}": name for name in ("peak", "exposure", "corrected", "corrected_exposure")},
+}  # fmt: skip
+# the same of a cable with fixed ends
+OF_BARE_CABLE = {f"{CABLE}.rms_tension": "tension_rms", f"{CABLE}.midspan_rms": "midspan_rms"}
+# keys of a suspension -> those of a scene of one cable
+KEYS = {"control": "winch.controller", f"cables.{CABLE}.section_breaking_force": "cable.section_breaking_force"}
+
+
+@cache
+def own_name(name, bare):
+    """The name that a column of suspensions has in a scene of one cable, `bare` without a gondola; empty for none."""
+    owner, _, quantity = name.partition(".")
+    if owner == CABLE and of_suspensions.OF_CABLE_MODES.fullmatch(quantity):
+        return quantity
+    return ALIASES.get(name, OF_BARE_CABLE.get(name, "") if bare else "")
+
+
+def column_of_one_cable(column, bare):
+    """The `Column` that gives the number of any column in a scene of one cable, which has its own header.
+
+    Itself; its own of another name; or one that takes the gondola on its cable as a suspension.
+
+    Parameters
+    ----------
+    column : Column
+    bare : bool
+        Whether the scene has no gondola.
+    """
+    if is_own(column):
+        return column
+    if name := own_name(column.name, bare):
+        return find_of_one(name)
+    needs = {"modes": "gondola", "scene": "statics"}.get(column.needs, column.needs)
+    closed_loop = column.needs == "wind" and "_open_loop" not in column.name
+
+    def compute(case):
+        if closed_loop:
+            case.check_winch_speed()
+        suspension = gondola_on_cable(case)
+        found = column.compute(suspension)
+        return found if isinstance(found, tuple) else (found, suspension.statics_error(column))
+
+    return replace(column, needs=needs, compute=compute, each=True, mode=(), key=_keys(column))
+
+
+def _keys(column):
+    """Keys of a scene of one cable that a column of suspensions needs."""
+    keys = [f"{GONDOLA}.mass", *(KEYS.get(key, key) for key in column.keys)]
+    return ", ".join([*keys, f"{GONDOLA}.area", f"{GONDOLA}.drag_coefficient"] if column.needs == "wind" else keys)
+
+
+def why_not_of_one_cable(scene, column):
+    """Why a scene of one cable cannot have a column, or an empty text."""
+    bare = scene.gondola is None
+    own, there = column_of_one_cable(column, bare), {CABLE, "", *([] if bare else [GONDOLA])}
+    owner = "" if is_own(column) else column.name.rpartition(".")[0]
+    if owner in scene.cases:
+        name = column.name.partition(".")[2]
+        return f"{owner} is a load case: --case {owner}, or vary: [{{case: [{owner}]}}], has the column {name}"
+    if owner in there:
+        if own.without and attribute(scene, own.without) is not None:
+            return f"{column.name} is of a cable with fixed ends: the scene must not have the key {own.without}"
+        if key := lacks(scene, own):
+            return f"{column.name} needs the key {key}, which the scene does not have"
+        if is_own(column) or own_name(column.name, bare):
+            return ""
+    return of_suspensions.why_not(as_suspension(scene), column)

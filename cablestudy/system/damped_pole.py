@@ -1,0 +1,112 @@
+"""The pole of one mode of a suspension with damping, no mode of its cables left out.
+
+    D(s) u = 0,    D(s) = s^2 M_b + s C_b + K_b + sum of G_i^T D_i(s) G_i,
+
+u being the free displacements of the bodies, M_b, C_b and K_b their own matrices, and G_i u the displacements of the
+six ends of cable i, whose dynamic stiffness is D_i(s), all its other coordinates condensed. With v all displacements of
+the pole s = r + i w, the imaginary part of v^H (s^2 M + s C + K) v = 0 says what is lost in each cycle,
+
+    r (2 w v^H M v + Im v^H C v) + w Re v^H C v + v^H Im K v = 0,
+
+whose last two terms do not cancel, however small the damping. C need not be symmetric: drag is not.
+"""
+
+import numpy as np
+
+from cablestudy.errors import ConvergenceError
+
+MOST = 30  # iterations
+CONVERGED = 1e-12  # relative change of a pole, of the size of its rounding
+
+
+def damped_pole(layout, elements, near, moved, damping, far):
+    """The pole next to a place, by inverse iteration with a Newton step along each vector.
+
+    Parameters
+    ----------
+    layout : Layout
+        Of one equilibrium, with d free displacements.
+    elements : list of Superelement
+        Of the cables.
+    near : complex
+        Above the real axis. [rad/s]
+    moved : ndarray, shape (d,)
+        About the free displacements of the pole.
+    damping : ndarray, shape (d, d), or 0
+        C_b. [N s/m]
+    far : float
+        Relative distance from `near`, from which on it is another pole. [-]
+
+    Returns
+    -------
+    complex
+        [rad/s]
+
+    Raises
+    ------
+    ConvergenceError
+        No pole is found there.
+    """
+    cables = [element.matrices() for element in elements]
+    pole, vector = near, moved.astype(complex)
+    for _ in range(MOST):
+        stiffness, slope = _dynamic(layout, cables, pole, damping)
+        try:
+            vector = _solved(stiffness, slope @ vector)
+        except (np.linalg.LinAlgError, RuntimeError):  # singular: it is a pole to the last digit
+            return _with_its_losses(layout, cables, pole, vector, damping)
+        vector = vector / np.linalg.norm(vector)
+        step = (vector @ (stiffness @ vector)) / (vector @ (slope @ vector))
+        pole = pole - step
+        if not (abs(pole - near) < far * abs(near) and pole.imag > 0):
+            break
+        if abs(step) <= CONVERGED * abs(pole):
+            return _with_its_losses(layout, cables, pole, vector, damping)
+    raise ConvergenceError(
+        f"no damped mode is found for certain near {abs(near) / (2 * np.pi):.4g} Hz: the damping there is too strong"
+    )
+
+
+def _dynamic(layout, cables, s, damping):
+    """D(s) and its derivative, shape (d, d), sparse where the layout's are."""
+    own_stiffness, own_mass = layout.own
+    condensed = [_condensed(matrices, s) for matrices in cables]
+    ends, slopes = (np.stack(part) for part in zip(*((one, slope) for one, slope, _ in condensed), strict=True))
+    stiffness = layout.of_cables(ends) + own_stiffness + s * damping + s**2 * own_mass
+    return stiffness, layout.of_cables(slopes) + damping + 2 * s * own_mass
+
+
+def _condensed(matrices, s):
+    """Dynamic stiffness of the ends of a cable and its derivative, shape (6, 6), and all its displacements by these."""
+    mass, damping, stiffness = matrices
+    whole, inner = stiffness + s * damping + s**2 * mass, len(mass) - 6
+    moved = np.concatenate([-np.linalg.solve(whole[:inner, :inner], whole[:inner, inner:]), np.eye(6)])
+    ends = whole[inner:] @ moved
+    return ends, moved.T @ ((damping + 2 * s * mass) @ moved), moved
+
+
+def _with_its_losses(layout, cables, pole, vector, damping):
+    """The pole with the real part that its losses have: the equation of the module's docstring."""
+    omega, inertia = pole.imag, _quadratic(layout.own[1], vector)
+    viscous, lost = _quadratic(damping, vector) if np.ndim(damping) else 0j, 0j
+    for matrices, ends in zip(cables, layout.ends(vector[:, None]), strict=True):
+        moved = (_condensed(matrices, pole)[2] @ ends)[:, 0]
+        inertia += _quadratic(matrices[0], moved)
+        viscous += _quadratic(matrices[1], moved)
+        lost += _quadratic(matrices[2].imag, moved)
+    return complex(-(omega * viscous + lost).real / (2 * omega * inertia + viscous.imag).real, omega)
+
+
+def _quadratic(matrix, vector):
+    """v^H A v of a real matrix."""
+    return complex(vector.conj() @ (matrix @ vector))
+
+
+def _solved(matrix, right):
+    """A linear system, sparse or not."""
+    if isinstance(matrix, np.ndarray):
+        return np.linalg.solve(matrix, right)
+    from scipy.sparse import csc_array
+    from scipy.sparse.linalg import splu
+
+    return splu(csc_array(matrix)).solve(right)
