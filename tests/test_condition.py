@@ -168,7 +168,7 @@ def test_a_text_is_not_compared_with_a_number():
         ("sag < 5 parsecz", "7: not a unit: "),
         ("gondola.mass < 5 m", '16: "m" (length) and "kg" (mass) do not fit each other'),
         ("cable.preload < sag", '1: "N" (force) and "m" (length) do not fit each other'),
-        ("cable.sag < 5", "1: the study does not vary 'cable.sag' (did you mean "),
+        ("cable.sagg < 5", "1: the study does not vary 'cable.sagg' (did you mean "),
         ("wind.speed < 5", "1: the study does not vary 'wind.speed' ("),
         ("1 < 2", "1: compares no column"),
         ("'a' == 'a'", "1: compares no column"),

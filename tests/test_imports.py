@@ -122,3 +122,15 @@ def test_what_pip_installs_is_the_whole_program():
     folders = {path.parent for path in ROOT.rglob("*.py")}
     assert len(folders) > 9
     assert all((folder / "__init__.py").exists() for folder in folders)
+
+
+def test_a_class_name_has_one_meaning():
+    """But for the classes of the Python interface, which have the names that users know: none is defined twice."""
+    places = {}
+    for path in MODULES:
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ClassDef):
+                places.setdefault(node.name, []).append(str(path.relative_to(ROOT)))
+    assert len(places) > 200
+    assert {name: paths for name, paths in places.items() if len(paths) > 1} == {}

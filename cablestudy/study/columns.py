@@ -288,7 +288,7 @@ def loop_columns(keys):
     }  # fmt: skip
     margins = {
         "phase_margin": ("deg", "least angle to instability where the loop gain is one: of several coordinates where "
-                         "an eigenvalue of it has the size 1"),
+                         "one of its eigenvalues has the size 1"),
         "gain_crossover": ("Hz", "frequency at which the loop gain is one: that of the phase margin"),
         "delay_margin": ("s", "least further delay in the loop of all winches that makes it unstable"),
         **SENSITIVITY,

@@ -117,7 +117,7 @@ def ask_columns(study, names):
 
 
 def _refuse_unknown(name, study):
-    """Raise ValueError for a name with a dot that is no column of the study's suspension."""
+    """Raise ValueError for a name with a dot that is no column of the scene of the study's first row."""
     scene = study.case(0)[1]
     try:
         reason = why_not(scene, find(name))

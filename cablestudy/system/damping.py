@@ -4,6 +4,7 @@ import numpy as np
 
 DEPENDENT = 1e-10  # size of a vector over the largest, below which rounding determines it
 COUPLED = 40  # modes above those asked for that damping may couple to them
+OWN = 0.5  # part of a mode in the motion of a pole, below which a mode damped above critical does not oscillate
 
 
 def damping_ratios(system, omega, shapes, coupled=COUPLED):
@@ -52,8 +53,11 @@ def damped_poles(system, omega, shapes, coupled=COUPLED):
     poles, vectors = np.linalg.eig(np.block([[np.zeros((modes, modes)), np.diag(omega)], [-stiffness, -damping]]))
     above = poles.imag > 0
     poles, part = poles[above], np.abs(vectors[:modes, above]) ** 2
-    mode, pole = _assigned((part / part.sum(axis=0))[:count])
+    part = (part / part.sum(axis=0))[:count]
+    mode, pole = _assigned(part)
     ratio = (np.diagonal(damping) / (2 * omega) + np.diagonal(loss) / (2 * omega**2))[:count]
+    own = (part[mode, pole] >= OWN) | (ratio[mode] <= 1)
+    mode, pole = mode[own], pole[own]
     ratio[mode] = np.maximum(-poles.real[pole], 0.0) / np.abs(poles[pole])  # what is below zero is rounding
     found = np.full(count, complex(np.nan, np.nan))
     found[mode] = poles[pole]
