@@ -110,3 +110,10 @@ def result_of(found):
     if isinstance(found, Exception):
         raise found
     return found
+
+
+def refuse_options(options: dict[str, Any], reason: str) -> None:
+    """Refuse options (name -> value) that are given and would have no effect: SceneError."""
+    given = [name for name, value in options.items() if value]
+    if given:
+        raise SceneError(f"{', '.join(given)}: no effect: {reason}")

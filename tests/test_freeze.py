@@ -7,7 +7,7 @@ from command import CONFIGS, refused_in_one_line, run, table_of
 import cablestudy as cs
 from cablestudy.scene.strict_yaml import compose
 from cablestudy.scene.write_yaml import write_yaml
-from cablestudy.study.freeze import frozen
+from cablestudy.study.scene_kind import kind_of
 
 ROUNDING = 1e-12  # of the largest number of a column
 SCENES = {
@@ -75,7 +75,7 @@ def test_lengths_are_those_of_the_reference_state_in_full(tmp_path):
 
 def test_what_is_stated_stays_and_places_are_those_found():
     scene = cs.load(CONFIGS / "suspensions" / "mast-guys.yaml", set={"cables.guy2.unstretched_length": "70.5 m"})
-    value = frozen(scene.document, scene.model)
+    value = kind_of(scene.model).freeze(scene.document, scene.model)
     assert value["cables"]["guy2"]["unstretched_length"] == "70.5 m"
     assert value["cable"] == {
         "material": "paper/steel",
@@ -86,7 +86,7 @@ def test_what_is_stated_stays_and_places_are_those_found():
     assert value["points"]["top"]["at"] == [found["x_m"], found["y_m"], found["z_m"]]
     assert value["points"]["top"]["force"] == [0, 0, "46.6 kN"]
     stated = cs.load(CONFIGS / "carlina.yaml")
-    assert frozen(stated.document, stated.model)["cable"]["unstretched_length"] == "184.4883 m"
+    assert kind_of(stated.model).freeze(stated.document, stated.model)["cable"]["unstretched_length"] == "184.4883 m"
 
 
 def test_standard_output_and_python_have_the_same_text():

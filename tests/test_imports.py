@@ -134,3 +134,24 @@ def test_a_class_name_has_one_meaning():
                 places.setdefault(node.name, []).append(str(path.relative_to(ROOT)))
     assert len(places) > 200
     assert {name: paths for name, paths in places.items() if len(paths) > 1} == {}
+
+
+KNOW_BOTH_KINDS = {  # who reads a scene, and the two tables of what is particular to each kind
+    "scene/scene.py", "scene/suspension.py", "scene/one_cable.py", "scene/study.py", "study/scene_kind.py",
+    "interface/__init__.py",
+}  # fmt: skip
+
+
+def test_only_who_reads_a_scene_asks_whether_it_has_one_cable_or_many():
+    """All others take what `study.scene_kind`, or the class of the interface, has for such a scene."""
+    asking = {}
+    for path in MODULES:
+        known, place = [], path.relative_to(ROOT).as_posix()
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.module.startswith("cablestudy.scene"):
+                known += [alias.name for alias in node.names]
+            if isinstance(node, ast.Name | ast.Attribute):
+                known.append(node.id if isinstance(node, ast.Name) else node.attr)
+        if {"SuspensionScene", "is_suspension"} & set(known):
+            asking[place] = known
+    assert asking.keys() == KNOW_BOTH_KINDS

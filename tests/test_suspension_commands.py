@@ -634,7 +634,7 @@ def test_the_exact_search_begins_at_the_form():
     ("scene", "options", "message"),
     [
         ("knot", (), "knot.yaml: no cable has a force density"),
-        ("form", ("--table", "bodies"), "--table bodies: --form-finding has the tables points, cables"),
+        ("form", ("--table", "bodies"), "--table bodies: there are the tables points, cables"),
         ("form", ("--format", "csv"), "--format csv: one table at a time: give --table points, cables"),
     ],
 )

@@ -488,8 +488,6 @@ def test_all_cases_go_on_beside_one_without_an_answer(tmp_path):
     done = run("static", path, *sets, "--case", "all", "--table", "bodies", "--format", "jsonl", code=3)
     assert [json.loads(line)["case"] for line in done.out.splitlines()] == [day for day in DAYS if day != "cold"]
     assert any(re.match(rf"{path}: case cold: b: at the temperature of the case", line) for line in done.lines)
-    refused = run("static", path, "--case", "all", "--plot", tmp_path / "x.png", code=2)
-    assert refused.lines == ["--plot: no effect: of a suspension it is that of one case"]
     bare = BODY.replace("STATED", "unstretched_length: 77 m").replace(CASES, "")
     path.write_text(bare, encoding="utf-8")
     assert "has no cases" in run("static", path, "--case", "all", code=2).err

@@ -196,3 +196,61 @@ def test_the_command_draws_the_loop(tmp_path, monkeypatch):
     assert "gondola z" in done.out
     run("ssm", "scene.yaml", "--with", "loop", "--response", "0.1Hz:1Hz:9", "--plot", "bode.png", "--quiet")
     assert (tmp_path / "bode.png").read_bytes().startswith(b"\x89PNG")
+
+
+# A section of three spans of a line, whose strings hang from fixed points.
+SECTION = """
+cable: {diameter: 28 mm, elastic_modulus: 70 GPa, density: 3400 kg/m^3, expansion: 19e-6}
+points:
+  {a: [0, 0, 30], b: {at: [350, 0, 25], free: true, mass: 60}, top1: [350, 0, 28],
+   c: {at: [700, 0, 26], free: true, mass: 60}, top2: [700, 0, 29], d: [1050, 0, 30]}
+cables:
+  s1: {from: a, to: b, unstretched_length: 351}
+  s2: {from: b, to: c, unstretched_length: 351}
+  s3: {from: c, to: d, unstretched_length: 351}
+  i1: {from: top1, to: b, unstretched_length: 3}
+  i2: {from: top2, to: c, unstretched_length: 3}
+ground: [[-10, 2], [500, 5], [1100, 0]]
+cases: {everyday: {temperature: 15 degC}, hot: {temperature: 70 degC}}
+"""
+
+
+def cases_of(folder, text, *names):
+    return {name: case_of(folder, text, f"case={name}") for name in names}
+
+
+def test_load_cases_are_drawn_together_over_the_ground(tmp_path):
+    cases = cases_of(tmp_path, SECTION, "everyday", "hot")
+    figure = whole(plots.suspension_case_views(cases))
+    (axes,) = figure.axes  # all in one plane
+    assert axes.get_aspect() == 5.0
+    assert axes.get_title(loc="left") == "From the front, vertical scale enlarged 5 times"
+    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    largest = [np.linalg.norm(case.equilibrium.end_forces, axis=-1).max() for case in cases.values()]
+    assert words == [*(f"{name}: up to {round(most, -1):.0f} N" for name, most in zip(cases, largest, strict=True)), "ground"]
+    assert lines(axes)["ground"].get_xydata().tolist() == [[-10, 2], [500, 5], [1100, 0]]
+    for case, drawn in zip(cases.values(), axes.collections, strict=False):
+        cable = drawn.get_segments()[1]  # from b to c
+        assert cable[[0, -1]] == pytest.approx(case.equilibrium.position[:, [0, 2]], rel=1e-12)
+        slope = np.gradient(cable[:, 1], cable[:, 0])
+        # a parabola of weight per horizontal length over horizontal tension, nearly
+        force = abs(case.equilibrium.end_forces[1, 0])
+        weight = 3400 * 9.81 * np.pi * 0.014**2 * 351 / 350
+        assert np.gradient(slope, cable[:, 0])[30] == pytest.approx(weight / force[0], rel=0.01)
+
+
+def test_load_cases_in_space_are_drawn_from_three_sides(tmp_path):
+    text = f"base: {CONFIGS / 'suspensions' / 'mast-guys.yaml'}\nground: 0\n"
+    text += "cases: {lean: {forces: {top: [10 kN, 0, 0]}}, settled: {moves: {ground1: [0, 0, -0.1]}}}\n"
+    figure = whole(plots.suspension_case_views(cases_of(tmp_path, text, "lean", "settled")))
+    assert [axes.get_title(loc="left").partition(",")[0] for axes in figure.axes] == [
+        "From the front", "From the side", "From above"]  # fmt: skip
+    assert ["ground" in lines(axes) for axes in figure.axes] == [True, True, False]
+
+
+def test_the_command_draws_all_load_cases(tmp_path):
+    path, picture = tmp_path / "section.yaml", tmp_path / "cases.svg"
+    path.write_text(SECTION, encoding="utf-8")
+    done = run("static", path, "--case", "all", "--table", "points", "--plot", picture)
+    assert done.lines == [f"written: {picture}"]
+    assert "vertical scale enlarged" in picture.read_text(encoding="utf-8")

@@ -8,7 +8,7 @@ from functools import wraps
 import click
 
 from cablestudy.activity import Shown, end_shown
-from cablestudy.cli.tables import show, show_tables
+from cablestudy.cli.tables import ONE_TABLE, show, show_tables
 from cablestudy.errors import CablestudyError, SceneError
 
 FAILED_CHECK, WRONG_USE, NO_ANSWER, INTERRUPTED = 1, 2, 3, 130
@@ -93,6 +93,10 @@ def finish(scene, answer, style, plot=None, explain=False, quiet=False):
     end_shown()
     if style.top and answer.table is not None and answer.table.single:
         raise SceneError("--top: no effect: the table has one row (--columns A,B,... chooses what is shown of it)")
+    if answer.tables is not None and style in ONE_TABLE:
+        raise SceneError(f"--format {style}: one table at a time: give --table {', '.join(answer.tables)}")
+    if plot and answer.draw is None and not answer.failures:
+        raise SceneError("--plot: no effect: there is no picture of this")
     echo_notes((*(answer.explain() if explain else ()), *answer.warnings), quiet)
     for failure in answer.failures:
         click.echo(f"{scene}: {failure}", err=True)

@@ -4,8 +4,8 @@ import click
 
 from cablestudy.cli.cases import one_case
 from cablestudy.cli.error_handling import finish
-from cablestudy.cli.options import exclude, refuse, scene_command
-from cablestudy.cli.scene import check_one_table
+from cablestudy.cli.options import exclude, scene_command
+from cablestudy.errors import refuse_options
 
 TABLES = ("loop", "coordinates")
 
@@ -33,15 +33,10 @@ def loop(scene, sets, case, span, duration, input_, output, size, length, name, 
     exclude({"response": span, "time": duration}, [(("--response",), ("--time",))])
     timed = {"input": input_, "output": output, "size": size, "length": length}
     if duration is None:
-        refuse({f"--{option}": value for option, value in timed.items()}, "for --time only")
+        refuse_options({f"--{option}": value for option, value in timed.items()}, "for --time only")
+    if span or duration:
+        refuse_options({"--table": name}, "--response and --time have one table")
     one_case(case, "a loop is that of one case: give --case NAME")
     read_scene, options = read(scene, sets, case), {"response": span, "time": duration} | (timed if duration else {})
-    if not read_scene.is_suspension:
-        refuse({"--table": name}, "the scene has one cable")
-    elif span or duration:
-        refuse({"--table": name}, "--response and --time have one table")
-    else:
-        check_one_table(name, style, TABLES)
-        options["table"] = name
-    found = read_scene.compute("loop", estimate=explain or style == "json", **options)
+    found = read_scene.compute("loop", estimate=explain or style == "json", table=name, **options)
     return finish(scene, found, style, plot, explain, quiet)

@@ -117,10 +117,3 @@ def exclude(parameters, pairs):
             wrong.setdefault(frozenset((one, other)), f"{one} and {other} exclude each other")
     if wrong:
         raise SceneError(*wrong.values())
-
-
-def refuse(options, reason):
-    """Refuse options (name -> value) that would have no effect."""
-    given = [name for name, value in options.items() if value]
-    if given:
-        raise SceneError(f"{', '.join(given)}: no effect: {reason}")

@@ -4,8 +4,8 @@ import click
 
 from cablestudy.cli.cases import one_case
 from cablestudy.cli.error_handling import finish
-from cablestudy.cli.options import refuse, scene_command
-from cablestudy.errors import SceneError
+from cablestudy.cli.options import scene_command
+from cablestudy.errors import SceneError, refuse_options
 
 
 def joined(context, parameter, texts):
@@ -56,51 +56,7 @@ def ssm(scene, sets, case, out, count, upto, error, kinds, no_residual, attached
         "count": count, "upto": upto, "error": error, "kinds": kinds, "residual": not no_residual,
         "attached": attached, "wind": wind, "input": input_, "output": output, "proper": proper,
     }  # fmt: skip
-    check(options, read_scene.is_suspension, bool(span), plot, out)
-    return finish(scene, read_scene.compute("ssm", out=out, response=span, **options), style, plot, explain, quiet)
-
-
-# input and output of the response of one cable with a gondola
-SHOWN = {"gondola": ("winch", "gondola_position"), "loop": ("force_gondola", "gondola_position")}
-
-
-def check(options, several, responds, plot, out):
-    """Refuse options that have no effect, or that need others.
-
-    Parameters
-    ----------
-    options : dict
-        Name -> value, as of the state space.
-    several : bool
-        Whether the scene is a suspension.
-    responds : bool
-        Whether a response is asked for.
-    plot, out : str or None
-    """
-    attached = options["attached"]
-    if plot and not responds and not (several and attached == "loop"):
+    if plot and not span and attached != "loop":
         raise SceneError("--plot: needs --response, which it draws")
-    if several:
-        refuse({"--with gondola": attached == "gondola"}, "the bodies of a suspension are always attached")
-        kinds = "in a coupled mode cables and bodies move in several planes: it is of no kind"
-        refuse({"--kinds": options["kinds"]}, kinds)
-        shapes = "actuators and loop act on static shapes beside the modes that are kept"
-        refuse({"--no-residual": attached and not options["residual"]}, shapes)
-        lowest = "with actuators or loop the lowest modes are kept, see --modes and --upto"
-        refuse({"--error": options["error"] if attached else None}, lowest)
-    else:
-        refuse({"--with actuators": attached == "actuators"}, "the scene has one cable")
-    refuse({"--proper": options["proper"] and not out}, "it changes the file of --out")
-    if not out and options["error"] is None and (not responds or (attached and not several)):
-        refuse_channel(options, responds)
-
-
-def refuse_channel(options, responds):
-    """Refuse an input or output that is not what the response of a gondola shows; without a response, any."""
-    attached, shown = options["attached"], (None, None)
-    use = "for --response, --error and --out only"
-    if responds:
-        shown = SHOWN[attached]
-        use = f"--with {attached} shows the response from {shown[0]} to {shown[1]}"
-    named = zip(("input", "output"), shown, strict=True)
-    refuse({f"--{name}": options[name] if options[name] != default else None for name, default in named}, use)
+    refuse_options({"--proper": proper and not out}, "it changes the file of --out")
+    return finish(scene, read_scene.compute("ssm", out=out, response=span, **options), style, plot, explain, quiet)

@@ -10,10 +10,10 @@ from cablestudy.cli.options import (
     JOBS,
     SELECTION,
     exclude,
-    refuse,
     selection_options,
     study_command,
 )
+from cablestudy.errors import refuse_options
 
 MOST_DIFFERENCES = 1000  # that a check shows one by one
 WRITES_NOTHING = ("--check", "--no-write", "--row")
@@ -60,7 +60,7 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
     """
     context = click.get_current_context()
     exclude(context.params, EXCLUSIVE)
-    refuse({"--rtol": rtols and not check}, "for --check only")
+    refuse_options({"--rtol": rtols and not check}, "for --check only")
     keep, typed, work = not (check or no_write or how["row"]), context.obj["words"], None
 
     def interrupted():

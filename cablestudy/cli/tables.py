@@ -12,6 +12,7 @@ import click
 from cablestudy.errors import NoSolutionError, SceneError
 
 STYLES = ("md", "csv", "json", "jsonl", "parquet")
+ONE_TABLE = ("csv", "jsonl", "parquet")  # those that hold one table
 
 
 class Style(str):

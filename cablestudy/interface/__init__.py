@@ -20,8 +20,8 @@ from cablestudy.interface.scene import Scene, with_likely_mistakes
 from cablestudy.interface.search import find_value
 from cablestudy.interface.study import sweep
 from cablestudy.interface.suspension import Suspension
-from cablestudy.scene.document import apply_sets, read_document
-from cablestudy.scene.scene import load_scene
+from cablestudy.scene.document import Document, apply_sets, read_document
+from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.suspension import SuspensionScene
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
     from cablestudy.interface.answer import Answer
 
+INTERFACES = {CableScene: Scene, SuspensionScene: Suspension}
 __all__ = ["Scene", "Suspension", "find", "load", "sweep", "trade"]
 
 
@@ -66,8 +67,13 @@ def read(path: Any, set: Sequence[str] = (), case: str | None = None) -> Scene:
     """The scene as `load`, of changes as texts; errors name the options of the commands, which call it."""
     changes = tuple(set)
     document, model = load_scene(path, changes, case)
-    kind = Suspension if isinstance(model, SuspensionScene) else Scene
-    return kind(document.name if isinstance(path, Mapping) else str(path), changes + case_text(case), document, model)
+    name = document.name if isinstance(path, Mapping) else str(path)
+    return scene_of(name, changes + case_text(case), document, model)
+
+
+def scene_of(name: str, changes: tuple[str, ...], document: Document, model: CableScene | SuspensionScene) -> Scene:
+    """The scene of what was read from a file or mapping: `Scene`, or `Suspension`."""
+    return INTERFACES[type(model)](name, changes, document, model)
 
 
 @checked

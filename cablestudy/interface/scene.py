@@ -31,7 +31,7 @@ from cablestudy.interface.kinds import (
 from cablestudy.interface.one_cable import ANSWERS
 from cablestudy.interface.plain import shown
 from cablestudy.interface.search import find
-from cablestudy.interface.state_space import choose, ssm
+from cablestudy.interface.state_space import ssm
 from cablestudy.scene.document import Document
 from cablestudy.scene.fields import KeyTable
 from cablestudy.scene.likely_mistakes import likely_mistakes
@@ -47,7 +47,11 @@ if TYPE_CHECKING:
 
 TABLES = ("cable", "gondola", "winch", "wind", "cases")
 NAMED = 120  # characters of path and changes in a representation
-OF_COMMANDS = {"answers", "attachable", "compute", "compute_cases", "document", "is_suspension", "loop_key"}
+OF_COMMANDS = {
+    "absent", "answers", "attachable", "check_state_space", "compute", "compute_cases", "document", "heading",
+    "kept_modes", "loop_key",
+}  # fmt: skip
+ONE_CABLE = "no effect: the scene has one cable"
 
 
 class Scene:
@@ -63,9 +67,15 @@ class Scene:
         What was written, in SI.
     """
 
-    is_suspension: ClassVar[bool] = False
     loop_key: ClassVar[str] = "winch.controller"
     attachable: ClassVar[tuple[str, ...]] = ("gondola", "loop")
+    # option, command or attachment that such a scene does not have -> why
+    absent: ClassVar[Mapping[str, str]] = {
+        "table": f"--table: {ONE_CABLE}",
+        "cable": f"--cable: {ONE_CABLE}",
+        "form": f"--form-finding: {ONE_CABLE}",
+        "actuators": f"--with actuators: {ONE_CABLE}",
+    }
     hidden: ClassVar[Set[str]] = OF_COMMANDS | {"hidden"}  # public names that no user needs
     # name of a command -> function of a `Scene` and options that computes its `Answer`
     answers: ClassVar[Mapping[str, Callable[..., Answer]]] = {
@@ -89,9 +99,44 @@ class Scene:
         return f"{type(self).__name__}({shorten(listed, NAMED)}: {self._contents})"
 
     @property
+    def heading(self) -> str:
+        """What the scene is of, as a heading."""
+        return "One cable" + (" with a gondola" if self.model.gondola is not None else "")
+
+    @property
     def _contents(self) -> str:
         """The tables of the scene, for its representation."""
         return ", ".join(name for name in TABLES if getattr(self.model, name))
+
+    def kept_modes(self, options, highest=None):
+        """The modes of a state space, and the module with their tables and curves.
+
+        Parameters
+        ----------
+        options : study.ssm.StateSpaceOptions
+        highest : float, optional
+            Frequency up to which a response is shown. [Hz]
+        """
+        from cablestudy.study import ssm, ssm_tables
+
+        return ssm.choose(self.document, self.model, options), ssm_tables
+
+    @staticmethod
+    def check_state_space(options, responds, out):
+        """Refuse options of a state space that have no effect: SceneError.
+
+        Parameters
+        ----------
+        options : study.ssm.StateSpaceOptions
+        responds : bool
+            Whether its response is shown.
+        out : str or None
+            The file that it is written to.
+        """
+        from cablestudy.study.ssm import check_channel
+
+        if not out and options.error is None and (options.attached or not responds):
+            check_channel(options, responds)
 
     @property
     def cases(self) -> dict[str, Self]:
@@ -114,7 +159,11 @@ class Scene:
     def _compute(self, what, **options):
         """As `compute`, without what is to be said about the file."""
         if not isinstance(what, str) or what not in self.answers:
-            raise SceneError(f"compute: what: unknown {shown(what)} (allowed: {', '.join(self.answers)})")
+            known = self.absent.get(what) if isinstance(what, str) else None
+            raise SceneError(known or f"compute: what: unknown {shown(what)} (allowed: {', '.join(self.answers)})")
+        if given := [name for name, value in options.items() if value is not None and name in self.absent]:
+            raise SceneError(self.absent[given[0]])
+        options = {name: value for name, value in options.items() if name not in self.absent}
         try:
             answer = call(self.answers[what], self, **options)
         except NoSolutionError as error:
@@ -284,7 +333,7 @@ class Scene:
             raise SceneError(f"with_: unknown {with_!r} (allowed: {', '.join(self.attachable)})")
         names = {"input": input, "output": output, "proper": proper}
         options = StateSpaceOptions(count=modes, upto=upto, error=error, attached=with_, wind=wind, **names)
-        choice, _ = choose(self, options)
+        choice, _ = self.kept_modes(options)
         for line in choice.warnings:
             warnings.warn(
                 line.removeprefix("warning: "), stacklevel=4
@@ -335,9 +384,9 @@ class Scene:
         They take the place of preloads, tensions and sags; `base` and changes are resolved, and comments lost.
         """
         from cablestudy.scene.write_yaml import write_yaml
-        from cablestudy.study.freeze import frozen
+        from cablestudy.study.scene_kind import kind_of
 
-        return write_yaml(frozen(self.document, self.model))
+        return write_yaml(kind_of(self.model).freeze(self.document, self.model))
 
     @checked
     def plot(self, kind: Picture = "static") -> Figure:

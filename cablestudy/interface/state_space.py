@@ -8,25 +8,6 @@ from cablestudy.interface.answer import Answer
 from cablestudy.interface.kinds import File, Frequencies
 
 
-def choose(scene, options, highest=None):
-    """The modes to keep, of a response up to the frequency `highest` [Hz]; and the module with their tables and curves.
-
-    Parameters
-    ----------
-    scene : Scene
-    options : study.ssm.StateSpaceOptions
-    highest : float, optional
-    """
-    if scene.is_suspension:
-        from cablestudy.study.suspension import ssm as of_suspension
-
-        return of_suspension.choose(scene.document, scene.model, options, highest), of_suspension
-    from cablestudy.study import ssm as of_cable
-    from cablestudy.study import ssm_tables
-
-    return of_cable.choose(scene.document, scene.model, options), ssm_tables
-
-
 def _bode(plots, curves, numbers, attached):
     """The picture of responses; SceneError where they have several units."""
     units = dict.fromkeys(curve.unit or "-" for curve in curves)
@@ -53,13 +34,15 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
 
     check_file(out)
     asked, span = StateSpaceOptions(**options), read_span(response) if response else None
-    choice, tables = choose(scene, asked, span and span[1])
+    if asked.attached in scene.absent:
+        raise SceneError(scene.absent[asked.attached])
+    scene.check_state_space(asked, bool(span), out)
+    choice, tables = scene.kept_modes(asked, span and span[1])
     lines = [*reference_without_loads(scene.model), *choice.warnings]
     if out:
         system = exported(choice.system(), asked)
         write(system, out)
-        cables = scene.model.cables.values() if scene.is_suspension else [scene.model.cable]
-        notes = [*improper_note(system), *viscous_note([cable.damping for cable in cables])]
+        notes = [*improper_note(system), *viscous_note([cable.damping for cable in scene.model.cables.values()])]
         lines += [size_line(choice, system), *notes, f"written: {out}"]
     elif not span:
         lines.append(size_line(choice, choice.system()))
@@ -73,5 +56,5 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
             table=response_table(span, curves),
             draw=lambda plots: _bode(plots, curves, drawn(span, curves), asked.attached),
         )
-    loop = (lambda plots: plots.loop_margins(choice.whole)) if scene.is_suspension else None
+    loop = (lambda plots: plots.loop_margins(choice.whole)) if asked.attached == "loop" else None
     return replace(answer, table=None if out else tables.mode_table(choice), draw=loop)

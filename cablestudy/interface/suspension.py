@@ -13,6 +13,7 @@ from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Duration, Frequencies, Frequency, Modes, Size, Text, WindOn
 from cablestudy.interface.one_cable import DEFAULT_MODES, fewer_modes, frequency_limit, loop_options, with_loop
 from cablestudy.interface.scene import Scene
+from cablestudy.scene.words import counted
 
 if TYPE_CHECKING:
     import pandas
@@ -53,9 +54,9 @@ def shape(scene, estimate: bool = False):
 
 def form(scene, table: Text | None = None):
     """The form of a net by force densities."""
-    from cablestudy.study.suspension.report import form_tables
+    from cablestudy.study.suspension.report import chosen_tables, form_tables
 
-    return _of_tables(table, form_tables(scene.model))
+    return _of_tables(table, chosen_tables(form_tables(scene.model), table))
 
 
 def modes(
@@ -151,7 +152,10 @@ def _of_tables(name, tables, case=None, explain=tuple, warnings=(), draw=None):
 class Suspension(Scene):
     """A scene of several cables, bodies and points; its tables are mappings of name -> pandas.DataFrame."""
 
-    is_suspension: ClassVar[bool] = True
+    absent: ClassVar[Mapping[str, str]] = {
+        "on": "--on: no effect: the scene is a suspension, whose key wind.on says so",
+        "gondola": "--with gondola: no effect: the bodies of a suspension are always attached",
+    }
     loop_key: ClassVar[str] = "control"
     attachable: ClassVar[tuple[str, ...]] = ("loop", "actuators")
     hidden: ClassVar[Set[str]] = Scene.hidden | {"case", "estimated"}
@@ -164,6 +168,11 @@ class Suspension(Scene):
         "loop": loop,
         **{name: Scene.answers[name] for name in ("ssm", "trade", "find")},
     }
+
+    @property
+    def heading(self) -> str:
+        """As of one cable."""
+        return f"Suspension of {counted(len(self.model.cables), 'cable')}"
 
     @property
     def _contents(self) -> str:
@@ -191,9 +200,26 @@ class Suspension(Scene):
         except (NoSolutionError, ConvergenceError) as error:
             return Answer(failures=(str(error),))
 
+    def kept_modes(self, options, highest=None):
+        """As of one cable."""
+        from cablestudy.study.suspension import ssm
+
+        return ssm.choose(self.document, self.model, options, highest), ssm
+
+    @staticmethod
+    def check_state_space(options, responds, out):
+        """As of one cable."""
+        from cablestudy.study.ssm import check_channel
+        from cablestudy.study.suspension.ssm import check_options
+
+        check_options(options)
+        if not out and options.error is None and not responds:
+            check_channel(options, responds)
+
     @staticmethod
     def _draw_cases(what, solved):
-        """None: a suspension has a picture of one case."""
+        """As of one cable."""
+        return (lambda plots: plots.suspension_case_views(solved)) if what == "static" and solved else None
 
     @checked
     def static(self) -> Tables:  # type: ignore[override]
@@ -218,9 +244,7 @@ class Suspension(Scene):
     @checked
     def windrms(self, on: WindOn | None = None) -> Tables:  # type: ignore[override]
         """Its tables, motion, cables, loop and others: `Tables`, a dict of name -> pandas.DataFrame."""
-        if on is not None:
-            raise SceneError("on: the scene is a suspension, whose key wind.on says so")
-        return self.compute("windrms").frames()
+        return self.compute("windrms", on=on).frames()
 
     @checked
     def loop(self) -> Tables:  # type: ignore[override]

@@ -128,7 +128,9 @@ def _inside(mapping):
 
 
 def cables_table(scene, document):
-    """Where each cable of a suspension is and what it says itself, as HTML."""
+    """Where each cable of a suspension is and what it says itself, as HTML; nothing of a scene of one cable."""
+    if "cables" not in document.value:
+        return ""
     rows = []
     for name, cable in document.value["cables"].items():
         own = {key: value for key, value in cable.items() if key not in ("from", "to")}
@@ -161,8 +163,13 @@ def resolved_file(document):
 
 def varied_list(study):
     """What varies in a study, key by key, as HTML."""
-    columns = [column for entry in study.entries for column in entry.columns]
-    return listed(f"{key}: {_values(study, key, values)}" for key, values, _ in columns)
+    lines = []
+    for entry in study.entries:
+        lines += [f"{key}: {_values(study, key, values)}" for key, values, _ in entry.columns]
+        for name, settings in entry.alternatives.items():
+            made = ", ".join(f"{key}: {written(value)}" for key, value, _ in settings)
+            lines.append(f"alternative {name}: {made or 'nothing is changed'}")
+    return listed(lines)
 
 
 def _values(study, key, values):

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from cablestudy.errors import SceneError
+from cablestudy.interface import scene_of
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Changes, File, Processes, Source, Text, Variations, case_text
-from cablestudy.interface.scene import Scene
-from cablestudy.interface.suspension import Suspension
 from cablestudy.pages import given
 from cablestudy.pages.markup import paragraph
 from cablestudy.pages.page import Page
@@ -21,7 +20,6 @@ from cablestudy.pages.results import sections
 from cablestudy.scene.document import MAPPING, STDIN, apply_sets, read_base, read_file, resolve_base
 from cablestudy.scene.scene import is_study, read_scene
 from cablestudy.scene.study import study_of
-from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.scene.words import counted
 from cablestudy.study.table import TableFiles, write_whole
 from cablestudy.sweeps.fingerprint import versions
@@ -150,19 +148,15 @@ def _scene_page(source, sets, case, title, provenance):
     plain = resolve_base(source)
     document = apply_sets(plain, sets, case)
     model = read_scene(document)
-    if isinstance(model, SuspensionScene):
-        kind, scene = f"Suspension of {counted(len(model.cables), 'cable')}", Suspension
-    else:
-        kind, scene = "One cable" + (" with a gondola" if model.gondola is not None else ""), Scene
+    scene = scene_of(source.name, sets + case_text(case), document, model)
     shown = f" in the load case {model.case}" if model.case is not None else ""
-    page = Page(title or _stem(source.name), f"{kind}{shown}. Scene {source.name}.")
+    page = Page(title or _stem(source.name), f"{scene.heading}{shown}. Scene {source.name}.")
     page.heading("Scene")
     page.add(given.numbers_table(document))
     page.add(given.cases_table(document))
-    if isinstance(model, SuspensionScene):
-        page.add(given.cables_table(model, document))
+    page.add(given.cables_table(model, document))
     _file(page, plain, document)
-    sections(page, scene(source.name, sets + case_text(case), document, model))
+    sections(page, scene)
     page.models_and_errors(STATEMENT)
     _provenance(page, provenance, {"versions": versions(), "scene": document.value}, [document])
     return page

@@ -1,7 +1,7 @@
 """What varies in a study, as entries whose steps multiply: of `vary`, of `sample`, of the options `--vary`."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -12,6 +12,7 @@ from cablestudy.scene.sampling import Sampled
 from cablestudy.scene.units import show
 
 ALL = "all"  # in the place of a list: every load case
+ALTERNATIVE = "alternative"  # in the place of a key: names of several changes, one of which is made in each case
 _FEW = 50
 
 
@@ -20,6 +21,8 @@ class Entry:
     """One entry of `vary`: keys that go together."""
 
     columns: tuple[tuple[str, Any, Any], ...]  # dotted key, its values, and index -> place, called only on a mistake
+    # name of an alternative -> what it sets: dotted key, value, and place as above
+    alternatives: dict[str, tuple[tuple[str, Any, Any], ...]] = field(default_factory=dict)
 
     def __post_init__(self):
         if not self.columns:
@@ -33,12 +36,33 @@ class Entry:
 
     @property
     def keys(self):
-        """Tuple of its dotted keys."""
+        """Tuple of its dotted keys, of which ALTERNATIVE is none of a scene: each is a column of the table."""
         return tuple(key for key, _, _ in self.columns)
+
+    @property
+    def set_keys(self):
+        """Dotted keys that are set at some step: tuple."""
+        named = (key for settings in self.alternatives.values() for key, _, _ in settings)
+        return tuple(dict.fromkeys((*(key for key in self.keys if key != ALTERNATIVE), *named)))
+
+    def always_set(self, key):
+        """Whether one of `set_keys` is set at every step."""
+        chosen = ([name for name, _, _ in settings] for settings in self.alternatives.values())
+        return key in self.keys or all(key in names for names in chosen)
+
+    def shown(self, index):
+        """Key -> value of one step as the table has it: dict."""
+        return {key: values[index] for key, values, _ in self.columns}
 
     def settings(self, index):
         """List of (key, value, place) of one step."""
-        return [(key, values[index], partial(place, index)) for key, values, place in self.columns]
+        found = []
+        for key, values, place in self.columns:
+            if key == ALTERNATIVE:
+                found += self.alternatives[values[index]]
+            else:
+                found.append((key, values[index], partial(place, index)))
+        return found
 
     def steps(self):
         """The steps worth checking: all, but of ranges and samples only some."""
@@ -68,24 +92,56 @@ def entries_of(table, source, cases):
     if table.sample:
         groups.append((("sample", "over"), table.sample.over, partial(_sampled, table.sample)))
     for path, mapping, read in groups:
-        columns = []
+        columns, alternatives = [], {}
         for key, written in mapping.items():
             try:
-                split_key(key)
-                if key in seen:
-                    raise ValueError("varies in an entry above already")
+                _check_unseen(key, seen)
                 seen.add(key)
+                if key == ALTERNATIVE and path[0] == "vary":
+                    alternatives, wrong = _alternatives(source, (*path, key), written, seen)
+                    seen |= {other for settings in alternatives.values() for other, _, _ in settings}
+                    found, written = found + wrong, list(alternatives)
                 columns.append((key, read(key, written), partial(_value_place, source, (*path, key))))
             except ValueError as error:
                 found.append(((*path, key), str(error)))
         try:
-            entries += [Entry(tuple(columns))] if columns or not mapping else []
+            entries += [Entry(tuple(columns), alternatives)] if columns or not mapping else []
         except ValueError as error:
             found.append((path, str(error)))
     count = math.prod(map(len, entries))
     if count > MAX_COUNT:
         found.append((("vary" if table.vary else "sample",), f"{count} cases (at most {MAX_COUNT})"))
     return tuple(entries), found
+
+
+def _check_unseen(key, seen):
+    """Refuse what is no dotted key, and a key that varies already: ValueError."""
+    split_key(key)
+    if key in seen:
+        raise ValueError("varies in an entry above already")
+
+
+def _alternatives(source, path, written, seen):
+    """The `Entry.alternatives` of a mapping, and what is wrong with them: list of (tuple, str).
+
+    `seen` are the keys that vary otherwise; ValueError where it is no mapping of names.
+    """
+    if not isinstance(written, dict) or not written:
+        raise ValueError(f"expected name: {{key: value, ...}} for each alternative, got {show(written)}")
+    alternatives, found = {}, []
+    for name, changes in written.items():
+        if not isinstance(changes, dict):
+            found.append(((*path, name), f"expected {{key: value, ...}}, got {show(changes)}"))
+            continue
+        settings = []
+        for key, value in changes.items():
+            try:
+                _check_unseen(key, seen)
+                settings.append((key, value, partial(source.place, (*path, name, key))))
+            except ValueError as error:
+                found.append(((*path, name, key), str(error)))
+        alternatives[name] = tuple(settings)
+    return alternatives, found
 
 
 def _value_place(source, path, index, of_key=False):
@@ -137,7 +193,7 @@ def entries_of_options(texts, entries, cases):
             mistakes.append(Mistake(f"--vary {text}", "", str(error)))
             continue
         option = f"--vary {key}"
-        taken = [other for entry in (*entries, *added) for other in entry.keys]
+        taken = [other for entry in (*entries, *added) for other in entry.set_keys]
         reason = next(filter(None, (clash(key, other) for other in taken)), None)
         if reason:
             mistakes.append(Mistake(option, "", reason))

@@ -86,6 +86,8 @@ def _ranges():
     count = {"count": (NO_UNIT, REQUIRED, f"1 to {MAX_COUNT}")}
     spacing = {"spacing": ("", SPACINGS[0], ", ".join(SPACINGS))}
     yield Key("vary.N.KEY", "", "", "Values of a dotted key of the scene: a list, or a range of the keys below", "")
+    changes = "Name of an alternative, and the changes that it makes: dotted key -> value; a column has the names"
+    yield Key("vary.N.alternative.NAME", "", "", changes, "")
     for place, inside in (("vary.N.KEY", ends | count | spacing), ("sample.over.KEY", ends | spacing)):
         for name, (unit, default, allowed) in inside.items():
             yield Key(f"{place}.{name}", unit, default, MEANINGS[name], allowed)

@@ -16,6 +16,7 @@ from cablestudy.scene.load_tables import EndForces, EndMoves, Ice, Load, LoadCas
 from cablestudy.scene.materials import Material, Materials
 from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import ModelTable
+from cablestudy.scene.one_cable import CABLE
 from cablestudy.scene.section import limited
 from cablestudy.scene.strict_yaml import refuse
 from cablestudy.scene.suspension import SUSPENSION_TABLES, WHEEL_TABLES, is_suspension, read_suspension
@@ -62,6 +63,11 @@ class CableScene(KeyTable):
     correction: Correction | None = Field(None, description="The mirror that corrects the image")
     materials: Materials = Field({}, description="Name -> material or rope, over the built-in ones; or their file")
     model: ModelTable = Field(ModelTable(), description="How finely the cable is computed")
+
+    @property
+    def cables(self):
+        """The cable by its name, as those of a suspension: dict."""
+        return {CABLE: self.cable}
 
     @property
     def load_case(self):

@@ -4,7 +4,7 @@ from itertools import combinations
 
 from pydantic.json_schema import GenerateJsonSchema, models_json_schema
 
-from cablestudy.scene.entries import ALL
+from cablestudy.scene.entries import ALL, ALTERNATIVE
 from cablestudy.scene.layers import ALTERNATIVES, OF_SECTION, prune
 from cablestudy.scene.materials import materials
 from cablestudy.scene.ranges import MAX_COUNT, MEANINGS, SPACINGS
@@ -107,7 +107,15 @@ def study_schema():
         "minProperties": 1,
         "propertyNames": dotted,
         "additionalProperties": {"$ref": "#/$defs/Values"},
-        "patternProperties": {"^case$": {"anyOf": [{"$ref": "#/$defs/Values"}, {"const": ALL}]}},
+        "patternProperties": {
+            "^case$": {"anyOf": [{"$ref": "#/$defs/Values"}, {"const": ALL}]},
+            f"^{ALTERNATIVE}$": {
+                "type": "object",
+                "minProperties": 1,
+                "additionalProperties": {"type": "object", "propertyNames": dotted},
+                "description": "Name -> changes that are made together: dotted key -> value",
+            },
+        },
     }
     properties["columns"]["uniqueItems"] = True
     y = definitions["Plot"]["properties"]["y"]

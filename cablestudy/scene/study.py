@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, StrictBool, StrictStr, ValidationEr
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.document import MAPPING, STDIN, apply_sets, read_base, read_file
-from cablestudy.scene.entries import clash, entries_of, entries_of_options
+from cablestudy.scene.entries import ALTERNATIVE, clash, entries_of, entries_of_options
 from cablestudy.scene.fields import Either, KeyTable, Name, Quantity, wrong
 from cablestudy.scene.layers import replaced_by, split_key
 from cablestudy.scene.likely_mistakes import likely_mistakes
@@ -133,7 +133,7 @@ class StudyFile:
         if table.reference and options:
             self.notes += (f"{table.reference} left out: its rows are those of the study without --vary",)
         self.notes += self._idle_cases()
-        if table.find and "case" in self.varied and not table.find.by.startswith("cases"):
+        if table.find and "case" in self.set_keys and not table.find.by.startswith("cases"):
             alone = f"{table.find.by} is solved for in each load case alone, so that each row is another cable"
             one = "one cable in all load cases states what it has at its reference state (set:)"
             self.notes += (f"{source.where(('find', 'by'))}: {alone}; {one}",)
@@ -149,10 +149,10 @@ class StudyFile:
 
     def _idle_cases(self):
         """Notes on varied keys of load cases that no row is in: tuple of str."""
-        if "case" in self.varied:
+        if "case" in self.set_keys:
             return ()
         chosen = self.document.value.get("case")
-        named = {key: split_key(key)[1] for key in self.varied if key.startswith("cases.")}
+        named = {key: split_key(key)[1] for key in self.set_keys if key.startswith("cases.")}
         return tuple(
             f"{key} varies, and no row is in the load case {name}: set: {{case: {name}}} chooses it"
             for key, name in named.items()
@@ -171,8 +171,13 @@ class StudyFile:
 
     @property
     def varied(self):
-        """Tuple of the dotted keys that vary, in order."""
+        """Tuple of the dotted keys that vary, in order, and perhaps `alternative`: the columns of the table."""
         return tuple(key for entry in self.entries for key in entry.keys)
+
+    @property
+    def set_keys(self):
+        """Tuple of the dotted keys that are set in some case, those of alternatives too."""
+        return tuple(key for entry in self.entries for key in entry.set_keys)
 
     def resolved(self):
         """The study as plain values: `scene` with its base files and `--set` merged, `vary`, `columns`, and `find`
@@ -180,13 +185,17 @@ class StudyFile:
 
         Two studies that resolve alike have the same cases.
         """
-        vary = [{key: getattr(values, "written", values) for key, values, _ in entry.columns} for entry in self.entries]
+        vary = [
+            {key: getattr(values, "written", values) for key, values, _ in entry.columns} | _alternatives(entry)
+            for entry in self.entries
+        ]
         solved = {"find": self.find.model_dump(mode="json")} if self.find else {}
         return {"scene": self.document.value, "vary": vary, "columns": list(self.columns), **solved}
 
     def overrides(self, index):
         """Dotted key -> value as written of what varies in a case, from 0; the last entry runs fastest."""
-        return {key: value for key, value, _ in self._settings(self._steps(index))}
+        steps = zip(self.entries, self._steps(index), strict=True)
+        return {key: value for entry, step in steps for key, value in entry.shown(step).items()}
 
     def case(self, index):
         """Overrides and scene of one case, from 0, what `find` solves for as it is in the scene. `study.scene_values`
@@ -248,6 +257,12 @@ class StudyFile:
     def _settings(self, steps):
         """(key, value, place) of all that varies at these steps."""
         return [one for entry, step in zip(self.entries, steps, strict=True) for one in entry.settings(step)]
+
+
+def _alternatives(entry):
+    """What each alternative of an `Entry` sets, as plain values; nothing where it has none."""
+    named = {name: {key: value for key, value, _ in one} for name, one in entry.alternatives.items()}
+    return {ALTERNATIVE: named} if named else {}
 
 
 def read_study(path, sets=(), vary=()):
@@ -320,7 +335,7 @@ def _refuse_solved(study):
     """Refuse varied keys that exclude the key for which `find` solves."""
     try:
         split_key(study.find.by)
-        reason = next(filter(None, (clash(study.find.by, other) for other in study.varied)), None)
+        reason = next(filter(None, (clash(study.find.by, other) for other in study.set_keys)), None)
     except ValueError as error:
         reason = str(error)
     if reason:
@@ -348,7 +363,7 @@ def _refuse_idle(study, entries, sets):
     found = []
     for key, place, varying in written:
         path = split_key(key)
-        varied = [other for entry in varying for other in entry.keys]
+        varied = [other for entry in varying for other in entry.set_keys if entry.always_set(other)]
         void = [split_key(other) for other in varied] + [path for other in varied for path in replaced_by(other)]
         if any(path[: len(other)] == other for other in void):
             found += refuse(place, "has no effect: the study varies this key, or one that replaces it", key).mistakes

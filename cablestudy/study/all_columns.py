@@ -2,10 +2,9 @@
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import quantity_of
-from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study import columns as of_one_cable
 from cablestudy.study.columns import Column
-from cablestudy.study.one_cable_columns import why_not_of_one_cable
+from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.suspension import columns as of_suspensions
 from cablestudy.study.table import Field, Table
 
@@ -43,9 +42,7 @@ def find_header(header):
 
 def why_not(scene, column):
     """Why a scene cannot have a column, or an empty text."""
-    if isinstance(scene, SuspensionScene):
-        return of_suspensions.why_not(scene, column)
-    return why_not_of_one_cable(scene, column)
+    return kind_of(scene).why_not(scene, column)
 
 
 def columns_table(text=""):

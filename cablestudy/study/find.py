@@ -9,7 +9,6 @@ from cablestudy.errors import CablestudyError, Mistake, NoSolutionError, SceneEr
 from cablestudy.scene.entries import Entry
 from cablestudy.scene.layers import split_key
 from cablestudy.scene.scene import quantity_of, read_scene
-from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.scene.units import common_factor
 from cablestudy.scene.words import counted
 from cablestudy.study.all_columns import find, key_column, why_not
@@ -17,14 +16,13 @@ from cablestudy.study.closed_form import CLOSED
 from cablestudy.study.columns import STATUS
 from cablestudy.study.goal import goal_of_study
 from cablestudy.study.roots import Effort, places_between, ranges_about, zeros
+from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.scene_values import CaseTable, tables_of
 from cablestudy.study.status import has_answer
 from cablestudy.study.study_rows import evaluate, evaluate_tables
 from cablestudy.study.table import Field, Table
 
 # columns that are shown beside what was found, where the scene has them: of one cable, of a suspension
-USUAL = ("preload", "max_tension", "sag", "unstretched_length", "utilisation")
-USUAL_OF_SUSPENSIONS = ("min_tension", "max_tension", "max_utilisation")
 TRIED_FIRST = 25  # places over the range of a key that the scene does not state, until one gives a valid scene
 CLOSE = 1e-9  # relative error of the statics of suspensions, and of a model of fixed elements: rounding of its search
 COSTLY_REACH = 1e3  # factor up to which a column that is no closed form of one cable is searched about the start
@@ -171,7 +169,7 @@ def _valid_scene(goal, document, start):
 def _effort(goal, scene):
     """How finely the column is searched: closed forms of one cable cost little."""
     model, size = scene.model, abs(goal.value)
-    if isinstance(scene, SuspensionScene) or goal.column.needs not in CLOSED or goal.column.each:
+    if not kind_of(scene).is_cheap(goal.column):
         noise = CLOSE if model.elements is not None or goal.column.needs in CLOSED else model.accuracy
         return Effort(8, 10, 1e-3 * noise, COSTLY_REACH, noise * size, size, parts=8, costly=True)
     if model.elements is not None:
@@ -241,9 +239,9 @@ def shown_columns(goal, document, names=None):
     """
     _, scene = check_goal(goal, document)
     if names is None:
-        usual = USUAL_OF_SUSPENSIONS if isinstance(scene, SuspensionScene) else USUAL
         own = (goal.column.name, goal.key.name.rpartition(".")[2])
-        beside = [column for column in map(find, usual) if column.name not in own and not why_not(scene, column)]
+        usual = map(find, kind_of(scene).usual_columns)
+        beside = [column for column in usual if column.name not in own and not why_not(scene, column)]
         return [goal.column, *beside]
     columns, mistakes = [goal.column], []
     for name in filter(None, (part.strip() for part in names.split(","))):

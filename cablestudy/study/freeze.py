@@ -11,15 +11,13 @@ DUST = 1e-15  # of a coordinate over the longest chord: what rounding leaves of 
 OF_LENGTHS = ("solve_for", "tensions")  # keys of a suspension whose lengths are found where its bodies stand
 
 
-def frozen(document, scene):
-    """What the file of a scene would say with its lengths in the reference state, base and changes resolved.
-
-    Free points, and bodies as far as they move, stand where that state has them, so that a search begins there.
+def freeze_cable(document, scene):
+    """What the file of a scene of one cable would say with its length in the reference state, all of it resolved.
 
     Parameters
     ----------
     document : Document
-    scene : CableScene or SuspensionScene
+    scene : CableScene
         The same in SI.
 
     Returns
@@ -32,13 +30,17 @@ def frozen(document, scene):
     NoSolutionError, ConvergenceError
         There is no reference state.
     """
-    value = document.given
-    reference = scene.model_copy(update={"case": None})
-    if not hasattr(scene, "cables"):
-        case, stated = Case(reference), scene.cable.unstretched_length
-        case.results.check(case.index)
-        return {**value, "cable": _with_length(value["cable"], case.reference_length if stated is None else stated)}
-    found = SuspensionCase(reference).group.reference
+    value, case, stated = document.given, Case(_without_case(scene)), scene.cable.unstretched_length
+    case.results.check(case.index)
+    return {**value, "cable": _with_length(value["cable"], case.reference_length if stated is None else stated)}
+
+
+def freeze_suspension(document, scene):
+    """The same of a `SuspensionScene`, with the lengths of all its cables.
+
+    Free points, and bodies as far as they move, stand where the reference state has them: there a search begins.
+    """
+    value, found = document.given, SuspensionCase(_without_case(scene)).group.reference
     lengths = dict(zip(scene.cables, found.lengths[0].tolist(), strict=True))
     lengths |= {name: cable.unstretched_length for name, cable in scene.cables.items() if cable.unstretched_length}
     changed = {"cables": {name: _with_length(cable, lengths[name]) for name, cable in value["cables"].items()}}
@@ -46,6 +48,11 @@ def frozen(document, scene):
         changed["cable"] = _unstated(value["cable"])
     kept = {key: own for key, own in value.items() if key not in OF_LENGTHS}
     return kept | changed | _places(value, scene, found)
+
+
+def _without_case(scene):
+    """A scene in its reference state with its loads, in none of its load cases."""
+    return scene.model_copy(update={"case": None})
 
 
 def _unstated(cable):

@@ -171,8 +171,8 @@ def _share_of(share, value, column, document):
         scene = read_scene(document)
     except SceneError:  # it may lack what is to be found
         scene = None
-    name = column.name.partition(".")[0]
-    cable = getattr(scene, "cables", {}).get(name) if hasattr(scene, "cables") else getattr(scene, "cable", None)
+    cables, owner = scene.cables if scene else {}, column.name.rpartition(".")[0]
+    cable = cables.get(owner) if owner or len(cables) > 1 else next(iter(cables.values()), None)
     force = getattr(cable, "section_breaking_force", None)
     known = (
         force

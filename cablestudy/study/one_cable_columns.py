@@ -7,6 +7,7 @@ from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
 from cablestudy.study.columns import attribute, is_own, lacks
 from cablestudy.study.columns import find as find_of_one
 from cablestudy.study.gondola_on_cable import gondola_on_cable
+from cablestudy.study.row import evaluate_cases
 from cablestudy.study.suspension import columns as of_suspensions
 
 # name in a suspension -> own name of a scene of one cable
@@ -74,7 +75,7 @@ def _keys(column):
     return ", ".join([*keys, f"{GONDOLA}.area", f"{GONDOLA}.drag_coefficient"] if column.needs == "wind" else keys)
 
 
-def why_not_of_one_cable(scene, column):
+def why_not(scene, column):
     """Why a scene of one cable cannot have a column, or an empty text."""
     bare = scene.gondola is None
     own, there = column_of_one_cable(column, bare), {CABLE, "", *([] if bare else [GONDOLA])}
@@ -90,3 +91,20 @@ def why_not_of_one_cable(scene, column):
         if is_own(column) or own_name(column.name, bare):
             return ""
     return of_suspensions.why_not(as_suspension(scene), column)
+
+
+def evaluate(scenes, columns, estimate=False):
+    """As `row.evaluate_cases`, of columns of suspensions too, in whose headers the cells are."""
+    bare = all(scene.gondola is None for scene in scenes)
+    own = {column.header: column_of_one_cable(column, bare) for column in columns}
+    rows = evaluate_cases(scenes, list({column.header: column for column in own.values()}.values()), estimate)
+    if all(header == column.header for header, column in own.items()):
+        return rows
+    return [_renamed(row, own) for row in rows]
+
+
+def _renamed(row, own):
+    """A row of own columns with the headers that were asked for: `own` has the column of each."""
+    cells = {header: row.cells[column.header] for header, column in own.items()}
+    errors = {header: row.errors[column.header] for header, column in own.items() if column.header in row.errors}
+    return replace(row, cells={**cells, "status": row.cells["status"]}, errors=errors)

@@ -180,7 +180,7 @@ def _is_loaded(study):
         _, scene = study.case(0)
     except SceneError:
         return False
-    return "case" in study.varied or bool(getattr(scene, "loads", ()) or getattr(scene, "case", None))
+    return "case" in study.set_keys or bool(getattr(scene, "loads", ()) or getattr(scene, "case", None))
 
 
 def fields_of(study, columns, referenced):

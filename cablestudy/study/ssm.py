@@ -9,7 +9,7 @@ import numpy as np
 
 from cablestudy.control import export, statespace
 from cablestudy.control.proper import channels, proper
-from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
+from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, refuse_options
 from cablestudy.scene.fields import suggestion
 from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_frequency
@@ -35,6 +35,9 @@ DAMPING_NOTES = {
     ),
     "kelvin_voigt": ("damping: Kelvin-Voigt, exact",),
 }
+
+# input and output of the response of one cable with a gondola
+SHOWN = {"gondola": ("winch", "gondola_position"), "loop": ("force_gondola", "gondola_position")}
 
 
 @dataclass(frozen=True)
@@ -201,14 +204,14 @@ class Choice:
         return statespace.cable(case.end_model, **kept)
 
     @property
-    def movement(self):
+    def whole(self):
         """The `Movement` that has the loop, stable or not; raises as `InWind.controlled`."""
         return self.case.in_wind.controlled
 
     @property
     def loop(self):
-        """The `WinchLoop` of all modes of `case.end_model`; raises as `movement`, and where no gain can be had."""
-        scene, loop = self.case.scene, self.movement.loop
+        """The `WinchLoop` of all modes of `case.end_model`; raises as `whole`, and where no gain can be had."""
+        scene, loop = self.case.scene, self.whole.loop
         return statespace.WinchLoop(
             self.case.end_model,
             scene.gondola.mass,
@@ -222,7 +225,7 @@ class Choice:
     @property
     def right_up_to(self):
         """Frequency up to which the delay of the loop is right; 0 without one. [rad/s]"""
-        law = self.movement.loop.law
+        law = self.whole.loop.law
         if not law.delay:
             return 0.0
         highest = self.case.end_model.omega[self.chosen].max(initial=0.0)
@@ -308,6 +311,20 @@ def viscous_note(dampings):
             "note: hysteretic damping is viscous in A, B, C, D, with the same loss of each mode at its frequency: "
             "margins and RMS of this model differ a little from those of 'cablestudy loop' and 'windrms'"
         )
+
+
+def check_channel(options, responds):
+    """Refuse an input or output of `StateSpaceOptions` that is not what the response of a gondola shows.
+
+    Without a response any.
+    """
+    attached, shown = options.attached, (None, None)
+    use = "for --response, --error and --out only"
+    if responds:
+        shown = SHOWN[attached]
+        use = f"--with {attached} shows the response from {shown[0]} to {shown[1]}"
+    for name, given, default in zip(("input", "output"), (options.input, options.output), shown, strict=True):
+        refuse_options({f"--{name}": given != default and given}, use)
 
 
 def choose(document, scene, options):

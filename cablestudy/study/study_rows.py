@@ -1,16 +1,7 @@
 """Rows of the cases of a study, of one cable or of a suspension."""
 
-from dataclasses import replace
-
-from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.study.closed_form import evaluate_table
 from cablestudy.study.columns import ROUNDING
-from cablestudy.study.notes import reference_without_loads
-from cablestudy.study.one_cable_columns import column_of_one_cable
-from cablestudy.study.row import evaluate_cases
-from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.notes import moved_note
-from cablestudy.study.suspension.rows import evaluate_suspensions
+from cablestudy.study.scene_kind import kind_of
 
 
 def evaluate(scenes, columns, estimate=False):
@@ -23,21 +14,7 @@ def evaluate(scenes, columns, estimate=False):
     estimate : bool
         Whether to estimate the errors of fixed elements though they are no column, and to write notes.
     """
-    if bool(scenes) and isinstance(scenes[0], SuspensionScene):
-        return evaluate_suspensions(scenes, columns, estimate)
-    bare = all(scene.gondola is None for scene in scenes)
-    own = {column.header: column_of_one_cable(column, bare) for column in columns}
-    rows = evaluate_cases(scenes, list({column.header: column for column in own.values()}.values()), estimate)
-    if all(header == column.header for header, column in own.items()):
-        return rows
-    return [_renamed(row, own) for row in rows]
-
-
-def _renamed(row, own):
-    """A row of own columns with the headers that were asked for: `own` has the column of each."""
-    cells = {header: row.cells[column.header] for header, column in own.items()}
-    errors = {header: row.errors[column.header] for header, column in own.items() if column.header in row.errors}
-    return replace(row, cells={**cells, "status": row.cells["status"]}, errors=errors)
+    return kind_of(scenes[0]).evaluate(scenes, columns, estimate) if scenes else []
 
 
 def evaluate_tables(tables, columns, explain=False, estimate=False):
@@ -74,23 +51,10 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
 
 
 def _by_arrays(table, columns):
-    """As `evaluate_table`; None of a suspension, and of a case alone, whose object costs less than arrays."""
-    if len(table.cases) == 1 or isinstance(table.scene, SuspensionScene):
-        return None
-    return evaluate_table(table, columns)
+    """As `SceneKind.evaluate_table`; None too of a case alone, whose object costs less than arrays."""
+    return None if len(table.cases) == 1 else kind_of(table.scene).evaluate_table(table, columns)
 
 
 def _beyond_rounding(errors):
     """Those estimated errors that are above rounding, or not known."""
     return {name: error for name, error in errors.items() if error is None or error > ROUNDING}
-
-
-def notes_on_stated(scene):
-    """Notes, at most one, on what the tensions and sags that a scene states mean: a tuple of str.
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
-        A suspension has no stable equilibrium.
-    """
-    return moved_note(SuspensionCase(scene)) if isinstance(scene, SuspensionScene) else reference_without_loads(scene)

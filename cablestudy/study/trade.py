@@ -17,13 +17,11 @@ import numpy as np
 from cablestudy.activity import doing
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
-from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.study import trade_models as of_one_cable
 from cablestudy.study.all_columns import find, why_not
 from cablestudy.study.closed_form import DISCRETE
 from cablestudy.study.columns import ROUNDING, STATUS, relative
+from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.status import MODAL
-from cablestudy.study.suspension import trade as of_suspensions
 from cablestudy.study.table import Field, Table, short
 from cablestudy.study.trade_models import AGREED, one_line
 from cablestudy.system.superelement import any_grows_with_modes
@@ -39,12 +37,7 @@ CONTINUOUS = "continuous cable"
 
 def models_of(scene, columns):
     """List of every `Model` of a scene on which the value of some column depends."""
-    return _particular(scene).models_of(scene, columns)
-
-
-def _particular(scene):
-    """The module of what is particular to such a scene."""
-    return of_suspensions if isinstance(scene, SuspensionScene) else of_one_cable
+    return kind_of(scene).trade.models_of(scene, columns)
 
 
 # ------------------------------------------------------------------------------------------------------------ columns
@@ -67,15 +60,15 @@ def columns_to_compare(document, scene, names=None):
         Unknown or repeated columns, or one that needs a key which the scene lacks.
     """
     if names is None:
-        reasons = {column: _why_left_out(scene, column) for column in _particular(scene).default_columns(scene)}
+        reasons = {column: _why_left_out(scene, column) for column in kind_of(scene).trade.default_columns(scene)}
         notes = [f"left out: {column.name}: {reason}" for column, reason in reasons.items() if reason]
         return [column for column, reason in reasons.items() if not reason], notes
     columns = []
     for name in names.split(","):
-        column = _particular(scene).comparable(scene, _named(name.strip()))
+        column = kind_of(scene).trade.comparable(scene, _named(name.strip()))
         if column.name in [other.name for other in columns]:
             raise SceneError(f"--columns: {column.name} is listed twice")
-        reason, key = why_not(scene, column), _particular(scene).missing_key(scene, column)
+        reason, key = why_not(scene, column), kind_of(scene).trade.missing_key(scene, column)
         if reason and key:
             raise missing(document, key, "trade")
         if reason:
@@ -86,7 +79,7 @@ def columns_to_compare(document, scene, names=None):
 
 def _why_left_out(scene, column):
     """Why a default column is left out, or an empty text."""
-    key = _particular(scene).missing_key(scene, column)
+    key = kind_of(scene).trade.missing_key(scene, column)
     return f"needs the key {key}" if key else _why_no_reference(scene, column)
 
 
@@ -128,7 +121,7 @@ def reference_of(scene, columns):
     NoSolutionError, ConvergenceError
         There is no equilibrium.
     """
-    particular = _particular(scene)
+    particular = kind_of(scene).trade
     case = particular.reference_case(scene)
     levels = particular.reference_levels(case)
     reference = Reference(warnings=particular.strength_warning(case))
@@ -152,7 +145,7 @@ def reference_of(scene, columns):
 
 def _why_no_reference(scene, column):
     """Why a column has no value for the continuous cable, or an empty text."""
-    modal = column.needs in ("loop", "wind") and any_grows_with_modes(_particular(scene).cables_of(scene))
+    modal = column.needs in ("loop", "wind") and any_grows_with_modes(scene.cables.values())
     return MODAL.partition(", or fixed")[0] if modal else ""
 
 

@@ -112,11 +112,6 @@ def exact_value(column, case):
     return number, max(float(error or 0.0), 0.0 if column.needs in DISCRETE else ROUNDING)
 
 
-def cables_of(scene):
-    """What each cable of a scene states: list."""
-    return [scene.cable]
-
-
 def missing_key(scene, column):
     """The key that a column needs and a scene lacks, or an empty text."""
     return lacks(scene, column)

@@ -16,8 +16,8 @@ from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.interrupts import Interrupts
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.prepare import prepare
+from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.status import OVER_STRENGTH, SLACK
-from cablestudy.study.study_rows import notes_on_stated
 from cablestudy.study.table import write_whole
 from cablestudy.sweeps.chunks import Chunks
 from cablestudy.sweeps.driver import compute_here
@@ -232,7 +232,8 @@ class Run:
         """List of lines: what a stated tension means in the first case, the rows whose numbers are doubtful."""
         found = []
         with suppress(CablestudyError):
-            found += notes_on_stated(self.study.case(0)[1])
+            scene = self.study.case(0)[1]
+            found += kind_of(scene).notes_on_stated(scene)
         for doubt, words in DOUBTS:
             rows = [str(case + 1) for case in self.store.doubtful(doubt)]
             if rows:
@@ -253,7 +254,7 @@ class Run:
 def has_fixed_elements(study):
     """Whether errors of rows are estimated only where they are asked for."""
     model = getattr(study.case(0)[1], "model", None)
-    return getattr(model, "elements", None) is not None or any(key.startswith("model") for key in study.varied)
+    return getattr(model, "elements", None) is not None or any(key.startswith("model") for key in study.set_keys)
 
 
 def command(words, *more):

@@ -8,7 +8,6 @@ from pandas.api.types import is_numeric_dtype
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import quantity_of
-from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.scene.units import common_factor, to_si
 from cablestudy.study.all_columns import find, why_not
 from cablestudy.study.find import column_named
@@ -126,5 +125,5 @@ def _refuse_unknown(name, study):
     if reason:
         near = get_close_matches(name, study.varied, 1)
         listed = f"did you mean {near[0]}?" if near else f"varied: {', '.join(study.varied) or 'nothing'}"
-        more = f", and it is no column: {reason}" if isinstance(scene, SuspensionScene) else ""
+        more = f", and it is no column: {reason}"
         raise ValueError(f"the study does not vary {name!r} ({listed}){more}")

@@ -9,6 +9,7 @@ from cablestudy.study.plots.modes import mode_shapes
 from cablestudy.study.plots.study import not_drawn, study_plot
 from cablestudy.study.plots.style import save
 from cablestudy.study.plots.suspension import suspension_views
+from cablestudy.study.plots.suspension_cases import suspension_case_views
 from cablestudy.study.plots.suspension_modes import suspension_modes
 from cablestudy.study.plots.trade import trade_plot
 from cablestudy.study.plots.wind import wind_response
@@ -24,6 +25,7 @@ __all__ = [
     "sensitivity_plot",
     "static_form",
     "study_plot",
+    "suspension_case_views",
     "suspension_modes",
     "suspension_views",
     "trade_plot",

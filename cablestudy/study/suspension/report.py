@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cablestudy.errors import CablestudyError, NoSolutionError
+from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.study.columns import ROUNDING, find, relative
 from cablestudy.study.notes import of_comparison
 from cablestudy.study.report import modes_as_rows, shapes_table
@@ -56,7 +56,20 @@ def static_tables(case, only=None, failures=None):
         "cables": lambda: _first_things(of_cables()),
         "stiffness": lambda: _stiffness_table(case),
     }
-    return {name: make() for name, make in makers.items() if only in (None, name)}
+    return {name: make() for name, make in chosen_tables(makers, only).items()}
+
+
+def chosen_tables(known, only):
+    """All of some tables, or what makes them, by their names, or the one of a name: dict.
+
+    Raises
+    ------
+    SceneError
+        There is none of that name.
+    """
+    if only not in (None, *known):
+        raise SceneError(f"--table {only}: there are the tables {', '.join(known)}")
+    return {name: one for name, one in known.items() if only in (None, name)}
 
 
 def _first_things(table):

@@ -7,7 +7,7 @@ import numpy as np
 
 from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import labels, second_order
-from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
+from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, refuse_options
 from cablestudy.study.ssm import DEFAULT_MODES, fewest_modes
 from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.suspension.body_mode import MOST_MODES
@@ -135,6 +135,16 @@ class SuspensionChoice:
 def _no_winches(scene):
     if not scene.winches:
         yield "winches: the scene names none, and no cable is reeled in"
+
+
+def check_options(options):
+    """Refuse `StateSpaceOptions` that have no effect: SceneError."""
+    kinds = "in a coupled mode cables and bodies move in several planes: it is of no kind"
+    refuse_options({"--kinds": options.kinds}, kinds)
+    shapes = "actuators and loop act on static shapes beside the modes that are kept"
+    refuse_options({"--no-residual": options.attached and not options.residual}, shapes)
+    lowest = "with actuators or loop the lowest modes are kept, see --modes and --upto"
+    refuse_options({"--error": options.attached and options.error}, lowest)
 
 
 def choose(document, scene, options, highest=None):

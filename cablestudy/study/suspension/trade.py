@@ -68,11 +68,6 @@ def exact_value(column, case):
     return number, error or 0.0
 
 
-def cables_of(scene):
-    """What each cable of a scene states: list."""
-    return list(scene.cables.values())
-
-
 def missing_key(scene, column):
     """An empty text: what a column lacks `columns.why_not` says."""
     return ""

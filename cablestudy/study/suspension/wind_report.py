@@ -13,7 +13,7 @@ from cablestudy.study.notes import beyond_linear, larger_by_loop
 from cablestudy.study.status import SLACK
 from cablestudy.study.suspension.columns import cable_columns, has_key, linear_ranges
 from cablestudy.study.suspension.notes import LISTED, warnings_of
-from cablestudy.study.suspension.report import listed, tried
+from cablestudy.study.suspension.report import chosen_tables, listed, tried
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
     WINCHES,
@@ -58,17 +58,16 @@ def wind_tables(document, case, only=None):
     scene = case.scene
     if scene.wind is None:
         raise missing(document, "wind", "windrms")
-    if only and not getattr(scene, TABLES[only][0]):
-        raise SceneError(f"--table {only}: the scene has no {TABLES[only][0]}")
-    return made(
-        case, {name: make for name, (key, make) in TABLES.items() if getattr(scene, key) and only in (None, name)}
-    )
+    chosen = chosen_tables(TABLES, only)
+    if only and not getattr(scene, chosen[only][0]):
+        raise SceneError(f"--table {only}: the scene has no {chosen[only][0]}")
+    return made(case, {name: make for name, (key, make) in chosen.items() if getattr(scene, key)})
 
 
 def loop_tables(case, only=None):
     """The tables `loop`, and `coordinates` with the margin of each alone, or one of them; see `wind_tables`."""
     makers = {"loop": loop_table, "coordinates": coordinate_table}
-    return made(case, {name: make for name, make in makers.items() if only in (None, name)})
+    return made(case, chosen_tables(makers, only))
 
 
 def made(case, makers):

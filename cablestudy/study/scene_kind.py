@@ -1,0 +1,90 @@
+"""What differs between scenes of one cable and suspensions: the one place of studies that knows both."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+
+from cablestudy.scene.scene import CableScene
+from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.study import one_cable_columns
+from cablestudy.study.closed_form import CLOSED, evaluate_table
+from cablestudy.study.freeze import freeze_cable, freeze_suspension
+from cablestudy.study.notes import reference_without_loads
+from cablestudy.study.suspension import columns as of_suspensions
+from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.study.suspension.notes import moved_note
+from cablestudy.study.suspension.rows import evaluate_suspensions
+
+
+@dataclass(frozen=True)
+class SceneKind:
+    """How scenes of one kind are computed.
+
+    Attributes
+    ----------
+    evaluate : callable
+        Scenes, columns, and whether to estimate the errors of fixed elements -> list of Row, see `row.evaluate_cases`.
+    evaluate_table : callable
+        `CaseTable`, columns -> as `closed_form.evaluate_table`; None where each case takes its own scene.
+    why_not : callable
+        Scene, column -> why the scene cannot have it, or an empty text.
+    is_cheap : callable
+        Column -> whether it costs so little that `find` may try many values.
+    usual_columns : tuple of str
+        What `find` shows beside the column that it solves.
+    notes_on_stated : callable
+        Scene -> notes, at most one, on what the tensions and sags that it states mean; raises NoSolutionError and
+        ConvergenceError where a suspension has no stable equilibrium.
+    notes_on_found : callable
+        Case that was found -> the same.
+    freeze : callable
+        Document, scene -> what its file would say with unstretched lengths, see `freeze.freeze_cable`.
+    compared_models : str
+        Module of what `trade` compares.
+    """
+
+    evaluate: Callable
+    evaluate_table: Callable
+    why_not: Callable
+    is_cheap: Callable
+    usual_columns: tuple
+    notes_on_stated: Callable
+    notes_on_found: Callable
+    freeze: Callable
+    compared_models: str
+
+    @property
+    def trade(self):
+        """The module of what `trade` compares: imported when first used."""
+        return import_module(self.compared_models)
+
+
+KINDS = {
+    CableScene: SceneKind(
+        evaluate=one_cable_columns.evaluate,
+        evaluate_table=evaluate_table,
+        why_not=one_cable_columns.why_not,
+        is_cheap=lambda column: column.needs in CLOSED and not column.each,
+        usual_columns=("preload", "max_tension", "sag", "unstretched_length", "utilisation"),
+        notes_on_stated=reference_without_loads,
+        notes_on_found=lambda case: (),
+        freeze=freeze_cable,
+        compared_models="cablestudy.study.trade_models",
+    ),
+    SuspensionScene: SceneKind(
+        evaluate=evaluate_suspensions,
+        evaluate_table=lambda table, columns: None,
+        why_not=of_suspensions.why_not,
+        is_cheap=lambda column: False,
+        usual_columns=("min_tension", "max_tension", "max_utilisation"),
+        notes_on_stated=lambda scene: moved_note(SuspensionCase(scene)),
+        notes_on_found=moved_note,
+        freeze=freeze_suspension,
+        compared_models="cablestudy.study.suspension.trade",
+    ),
+}
+
+
+def kind_of(scene):
+    """The `SceneKind` of a scene."""
+    return KINDS[type(scene)]
