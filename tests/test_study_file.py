@@ -69,6 +69,37 @@ def test_values_may_be_mappings_and_null_removes():
     assert study.case(0)[1].model.accuracy == 1e-4
 
 
+def test_alternatives_are_named_changes_that_multiply_with_other_entries():
+    study = study_of(
+        HEAD + "set: {gravity: 5}\nvary:\n- alternative:\n    as it is: {}\n"
+        "    light: {cable.density: 700 kg/m^3, gravity: 1}\n    heavy: {cable.density: 2000 kg/m^3}\n"
+        "- {gondola.mass: [1, 2]}\n"
+    )
+    names, densities = ("as it is", "light", "heavy"), (None, "700 kg/m^3", "2000 kg/m^3")
+    cases = [(overrides, study.document_of(place).value) for place, (overrides, _) in enumerate(study.cases())]
+    assert [overrides for overrides, _ in cases] == [
+        {"alternative": name, "gondola.mass": mass} for name in names for mass in (1, 2)
+    ]
+    assert [value["cable"].get("density") for _, value in cases] == [one for one in densities for _ in range(2)]
+    assert [value["gravity"] for _, value in cases] == [5, 5, 1, 1, 5, 5]
+    assert study.varied == ("alternative", "gondola.mass")
+    assert study.set_keys == ("cable.density", "gravity", "gondola.mass")
+    same = study_of(HEAD + "vary: [{alternative: {a: {gravity: 1}}}]\n")
+    other = study_of(HEAD + "vary: [{alternative: {a: {gravity: 2}}}]\n")
+    assert same.resolved() != other.resolved()
+
+
+def test_an_alternative_may_choose_the_load_case_and_go_with_other_keys():
+    cases = study_of(
+        HEAD + "set: {cases: {wet: {loads: [{at: 10 m, mass: 1 kg}]}}}\n"
+        "vary: [{alternative: {dry: {}, wet: {case: wet}}, gondola.mass: [1, 2]}]\n"
+    ).cases()
+    assert [(overrides, scene.case, scene.gondola.mass) for overrides, scene in cases] == [
+        ({"alternative": "dry", "gondola.mass": 1}, None, 1.0),
+        ({"alternative": "wet", "gondola.mass": 2}, "wet", 2.0),
+    ]
+
+
 def test_layers_lie_upon_each_other():
     study = study_of(HEAD + "set: {cable.diameter: 1 mm}\nvary:\n- {cable.preload: [1 kN, 2 kN]}\n", "gravity=1")
     scenes = [scene for _, scene in study.cases()]
@@ -153,6 +184,26 @@ def test_names_in_a_study_are_relative_to_the_study(folder):
         (HEAD + "vary: [{case: all}]", "3:15: vary.0.case: all: the scene has no cases"),
         (HEAD + "vary: [{cable.sag: all}]",
          "3:20: vary.0.cable.sag: expected a list of values, or a range {from, to, count}, got \"all\""),
+        (HEAD + "vary: [{alternative: [a, b]}]",
+         "3:22: vary.0.alternative: expected name: {key: value, ...} for each alternative, got a list"),
+        (HEAD + "vary: [{alternative: {}}]",
+         "3:22: vary.0.alternative: expected name: {key: value, ...} for each alternative, got a mapping"),
+        (HEAD + "vary: [{alternative: {a: 3, b: {}}}]",
+         "3:26: vary.0.alternative.a: expected {key: value, ...}, got 3"),
+        (HEAD + "vary: [{alternative: {a: {gravity: 1}}, gravity: [2]}]",
+         "3:50: vary.0.gravity: varies in an entry above already"),
+        (HEAD + "vary: [{gravity: [2]}, {alternative: {a: {gravity: 1}}}]",
+         "3:52: vary.1.alternative.a.gravity: varies in an entry above already"),
+        (HEAD + "vary: [{alternative: {a: {}}}, {alternative: {b: {}}}]",
+         "3:46: vary.1.alternative: varies in an entry above already"),
+        (HEAD + "vary: [{alternative: {a: {}, b: {}}, gravity: [1, 2, 3]}]",
+         "3:8: vary.0: keys of one entry go together and need equally many values: alternative 2, gravity 3"),
+        (HEAD + "vary: [{alternative: {a: {cable.densty: 1}}}]",
+         "3:27: cable.densty: unknown key (did you mean density?)"),
+        (HEAD + "vary: [{alternative: {a: {gravity: 1}, b: {gravity: -1}}}]",
+         "3:53: gravity: must not be negative, got -1"),
+        (HEAD + "set: {gravity: 1}\nvary: [{alternative: {a: {gravity: 1}, b: {gravity: 2}}}]",
+         "3:16: gravity: has no effect: the study varies this key, or one that replaces it"),
         (HEAD + "gondola: {mass: 5}", "3:1: gondola: unknown key of a study: it is one of a scene, which set changes "
          "by dotted keys, as set: {gravity: 9.8}"),
         (HEAD + "vary: [{gravity.x: [1]}]", f"3:21: gravity: {ACCELERATION}, got a mapping"),

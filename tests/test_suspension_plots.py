@@ -227,7 +227,10 @@ def test_load_cases_are_drawn_together_over_the_ground(tmp_path):
     assert axes.get_title(loc="left") == "From the front, vertical scale enlarged 5 times"
     words = [text.get_text() for text in figure.legends[0].get_texts()]
     largest = [np.linalg.norm(case.equilibrium.end_forces, axis=-1).max() for case in cases.values()]
-    assert words == [*(f"{name}: up to {round(most, -1):.0f} N" for name, most in zip(cases, largest, strict=True)), "ground"]
+    assert words == [
+        *(f"{name}: up to {round(most, -1):.0f} N" for name, most in zip(cases, largest, strict=True)),
+        "ground",
+    ]
     assert lines(axes)["ground"].get_xydata().tolist() == [[-10, 2], [500, 5], [1100, 0]]
     for case, drawn in zip(cases.values(), axes.collections, strict=False):
         cable = drawn.get_segments()[1]  # from b to c

@@ -42,8 +42,9 @@ class Entry:
     @property
     def set_keys(self):
         """Dotted keys that are set at some step: tuple."""
-        named = (key for settings in self.alternatives.values() for key, _, _ in settings)
-        return tuple(dict.fromkeys((*(key for key in self.keys if key != ALTERNATIVE), *named)))
+        own = [key for key in self.keys if key != ALTERNATIVE or not self.alternatives]
+        named = [key for settings in self.alternatives.values() for key, _, _ in settings]
+        return tuple(dict.fromkeys([*own, *named]))
 
     def always_set(self, key):
         """Whether one of `set_keys` is set at every step."""
@@ -58,7 +59,7 @@ class Entry:
         """List of (key, value, place) of one step."""
         found = []
         for key, values, place in self.columns:
-            if key == ALTERNATIVE:
+            if key == ALTERNATIVE and self.alternatives:
                 found += self.alternatives[values[index]]
             else:
                 found.append((key, values[index], partial(place, index)))
