@@ -21,7 +21,7 @@ GROUPS = {
         "modes": (
             "scene",
             "Frequencies and shapes of the modes.",
-            ("modes guy.yaml -n 6 --case ice", "modes suspension.yaml --plot modes.svg"),
+            ("modes guy.yaml -n 6 --case ice", "modes suspension.yaml -n 6 --plot modes.svg --animate modes.gif"),
         ),
         "windrms": (
             "scene",

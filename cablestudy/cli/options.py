@@ -67,15 +67,15 @@ def selection_options(command):
     return command
 
 
-def check_picture(path):
+def check_picture(path, option="--plot", kinds=PICTURES):
     """Refuse a picture of unknown kind, or in a folder that is not writable."""
     if path is None:
         return
-    if not path.lower().endswith(PICTURES):
-        raise SceneError(f"--plot {path}: unknown kind of picture (allowed: {', '.join(PICTURES)})")
+    if not path.lower().endswith(kinds):
+        raise SceneError(f"{option} {path}: unknown kind of picture (allowed: {', '.join(kinds)})")
     folder = os.path.dirname(path) or "."
     if not os.access(folder, os.W_OK) or os.path.isdir(path):
-        raise SceneError(f"--plot {path}: cannot be written")
+        raise SceneError(f"{option} {path}: cannot be written")
 
 
 def _command(*shared):

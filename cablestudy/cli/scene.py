@@ -3,8 +3,8 @@
 import click
 
 from cablestudy.cli.cases import ALL
-from cablestudy.cli.error_handling import finish
-from cablestudy.cli.options import scene_command
+from cablestudy.cli.error_handling import echo_notes, finish
+from cablestudy.cli.options import check_picture, scene_command
 from cablestudy.errors import SceneError, refuse_options
 
 TABLES = ("bodies", "points", "cables", "stiffness")
@@ -47,14 +47,21 @@ def static(scene, sets, case, shape, name, form, style, plot, explain, quiet):
 @click.option("-n", "count", type=click.IntRange(1, 100_000), help="How many, from the lowest. Default: 12.")
 @click.option("--upto", metavar="FREQ", help="All up to a frequency instead, e.g. 20 Hz.")
 @click.option("--cable", metavar="NAME", help="Of a suspension: modes of this cable, its ends held.")
-def modes(scene, sets, case, count, upto, cable, style, plot, explain, quiet):
+@click.option("--animate", metavar="FILE", help="Draw the modes in motion too: .gif, or .html of one file.")
+def modes(scene, sets, case, count, upto, cable, animate, style, plot, explain, quiet):
     """Frequencies, kinds and participation factors of the cable with fixed ends; of a suspension its coupled modes."""
     if count is not None and upto is not None:
         raise SceneError("-n and --upto exclude each other")
     if case == ALL:
-        refuse_options({"--plot": plot}, f"--case {ALL} has the modes of each case")
+        refuse_options({"--plot": plot, "--animate": animate}, f"--case {ALL} has the modes of each case")
+    check_picture(animate, "--animate", (".gif", ".html"))
     options = {"count": count, "upto": upto, "cable": cable, "estimate": explain}
-    return finish(scene, compute(read(scene, sets, case), case, "modes", **options), style, plot, explain, quiet)
+    answer = compute(read(scene, sets, case), case, "modes", **options)
+    code = finish(scene, answer, style, plot, explain, quiet)
+    if animate:
+        answer.save_animation(animate)
+        echo_notes([f"written: {animate}"], quiet)
+    return code
 
 
 @scene_command

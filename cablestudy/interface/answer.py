@@ -153,6 +153,14 @@ class Answer:
 
         plots.save(self.figure(), path)
 
+    def save_animation(self, path: str) -> None:
+        """Write the picture of modes in motion as .gif or .html, whole or not at all."""
+        from cablestudy.study import plots
+
+        if self.draw is None:
+            self.figure()  # raises why there is none
+        plots.save_animation(lambda share: self.draw(plots, share=share), path)
+
     def render(self, style: str) -> str:
         """All tables of a suspension as one text.
 

@@ -45,7 +45,7 @@ def modes(scene, count: Modes | None = None, upto: Frequency | None = None, esti
             *warnings,
             *fewer_modes(found, asked, limit),
         ),
-        draw=lambda plots: plots.mode_shapes(case, found),
+        draw=lambda plots, share=None: plots.mode_shapes(case, found, share),
         case=case,
     )
 

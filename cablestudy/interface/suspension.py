@@ -79,7 +79,7 @@ def modes(
         table=mode_table(case, found, asked),
         explain=lambda: (*notes_of(case), *mode_notes(case, found, len(asked))),
         warnings=(*warnings_of(case), *fewer_modes(found, size, limit)),
-        draw=lambda plots: plots.suspension_modes(case, found, len(asked)),
+        draw=lambda plots, share=None: plots.suspension_modes(case, found, len(asked), share),
         case=case,
     )
 
@@ -97,7 +97,7 @@ def _modes_of_cable(case, name, size, limit):
         table=cable_mode_table(case, name, found),
         explain=lambda: notes_of(case),
         warnings=(*warnings_of(case), *fewer_modes(found[1], size, limit)),
-        draw=lambda plots: plots.mode_shapes(*found),
+        draw=lambda plots, share=None: plots.mode_shapes(*found, share),
         case=case,
     )
 

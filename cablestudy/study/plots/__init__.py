@@ -1,5 +1,6 @@
 """Pictures, each in a file of its own; `style` has the common look. Only this package imports matplotlib."""
 
+from cablestudy.study.plots.animation import save_animation
 from cablestudy.study.plots.bode import bode
 from cablestudy.study.plots.cases import case_forms
 from cablestudy.study.plots.form import static_form
@@ -22,6 +23,7 @@ __all__ = [
     "mode_shapes",
     "not_drawn",
     "save",
+    "save_animation",
     "sensitivity_plot",
     "static_form",
     "study_plot",

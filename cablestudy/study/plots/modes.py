@@ -24,19 +24,21 @@ from cablestudy.study.plots.words import quantity_text
 COLOUR = {"in-plane": BLUE, "out-of-plane": RED, "axial": GREEN}
 WORDS = {"in-plane": "distance above the chord", "out-of-plane": "sideways", "axial": "movement along the cable"}
 PEAK = 0.1  # of a drawn mode shape, as in the paper's Fig. 5 [m]
-PANELS = 12  # mode shapes in one picture
+PANELS = 48  # mode shapes in one picture, at most
 LAYOUT = {1: 0.6, 2: 0.45, 3: 0.5}  # columns: height over width of a panel
 
 
 @styled
-def mode_shapes(case, modes):
-    """Figure of the first 12 mode shapes on the static form, one panel each, as the paper's Fig. 5.
+def mode_shapes(case, modes, share=None):
+    """Figure of mode shapes on the static form, one panel each, as the paper's Fig. 5.
 
     Parameters
     ----------
     case : Case
         With the discretisation of the modes.
     modes : Modes
+    share : float, optional
+        Displacement over the largest one, from -1 to 1, of a picture in a row of them that are of equal size.
     """
     count = min(len(modes), PANELS)
     if not count:
@@ -48,7 +50,9 @@ def mode_shapes(case, modes):
     drawn = _lines(form, modes, count, peak)
     columns = 1 if count == 1 else 2 if count < 5 else 3
     width, ratio = WIDTH / columns, LAYOUT[columns]
-    x, y = (np.concatenate([line for lines in drawn for line in lines[axis::2]]) for axis in (0, 1))
+    reached = [drawn] if share is None else [_at(drawn, 1.0), _at(drawn, -1.0)]
+    x, y = (np.concatenate([line for all_ in reached for lines in all_ for line in lines[axis::2]]) for axis in (0, 1))
+    drawn = drawn if share is None else _at(drawn, share)
     window = Window(x, y, ratio)
     rows = -(-count // columns)
     size = (columns * width, rows * (window.ratio * (width - 0.45) + 0.55) + 0.6)
@@ -89,6 +93,11 @@ def _lines(form, modes, count, peak):
         else:
             lines.append((along, sideways, along, sideways + _peaked(shape[:, 2], peak)))
     return lines
+
+
+def _at(drawn, share):
+    """What `_lines` has found, with the displacements times a share."""
+    return [(x, y, x + share * (x_mode - x), y + share * (y_mode - y)) for x, y, x_mode, y_mode in drawn]
 
 
 def _peaked(movement, peak):

@@ -13,7 +13,7 @@ from cablestudy.study.plots.style import BLUE, GREEN, GREY, RED, WIDTH, bold, he
 from cablestudy.study.plots.suspension import draw_arms, drawing_of, scale_bar
 from cablestudy.study.plots.words import quantity_text, shortened
 
-PANELS = 6  # modes in one picture
+PANELS = 48  # modes in one picture, at most
 COLOURS = {"bodies": RED, "points": GREEN, "cables": BLUE}
 STILL = "#b4b4b4"
 PEAK = 0.08  # largest displacement drawn over the size of the suspension
@@ -100,7 +100,7 @@ def displaced(case, modes, drawing, number):
 
 
 @styled
-def suspension_modes(case, modes, listed=None):
+def suspension_modes(case, modes, listed=None, share=None):
     """Draws the first modes of a suspension, each displaced beside the static form, in perspective.
 
     Parameters
@@ -110,6 +110,8 @@ def suspension_modes(case, modes, listed=None):
     modes : CoupledModes
     listed : int, optional
         How many of them are asked for. Default: all.
+    share : float, optional
+        Displacement over the largest one, from -1 to 1, of a picture in a row of them that are of equal size.
 
     Returns
     -------
@@ -125,7 +127,10 @@ def suspension_modes(case, modes, listed=None):
     size, view = drawing.size, drawing.perspective
     peak = nice(PEAK * size)
     shown = [displaced(case, modes, drawing, k) for k in range(count)]
-    flat = np.concatenate([view(drawing.places), *(_outline(view, one, one.factor(peak)) for one in shown)])
+    flat = [view(drawing.places), *(_outline(view, one, one.factor(peak)) for one in shown)]
+    if share is not None:
+        flat += [_outline(view, one, -one.factor(peak)) for one in shown]
+    flat = np.concatenate(flat)
     low, high = flat.min(axis=0), flat.max(axis=0)
     enlarged = [one.body and np.ptp(drawing.bodies[one.body], axis=0).max() < SMALL * size for one in shown]
     across, up = high - low
@@ -146,12 +151,12 @@ def suspension_modes(case, modes, listed=None):
         one = shown[k]
         axes.set(xlim=middle[0] + half[0] * np.array([-1, 1]), ylim=middle[1] + half[1] * np.array([-1, 1]))
         axes.set_aspect("equal", adjustable="box")
-        factor = one.factor(peak)
-        _draw(axes, drawing, view, one, factor)
+        factor, reached = one.factor(peak), 1.0 if share is None else share
+        _draw(axes, drawing, view, one, reached * factor)
         _name(axes, modes, k, one, factor)
         scale_bar(axes, size)
         if enlarged[k]:
-            _enlarge(axes, view, one, factor, side)
+            _enlarge(axes, view, one, factor, side, reached)
     which = f"First {count} of {listed} modes" if count < listed else f"{count} mode{'s' if count > 1 else ''}"
     heading(figure, f"{which} beside the static form (grey), displacements enlarged")
     return figure
@@ -202,17 +207,19 @@ def _body(axes, flat, colour, zorder):
     axes.plot(*flat[-1], "s", color=colour, ms=4, zorder=zorder)
 
 
-def _enlarge(axes, view, one, factor, side):
+def _enlarge(axes, view, one, factor, side, share):
     """A body that turns, enlarged in a square below the suspension, with the ends of its cables.
 
     Parameters
     ----------
     side : float
         Of the square. [m]
+    share : float
+        Displacement over the largest one, which `factor` enlarges.
     """
     places, moved = one.bodies[one.body]
     radius = float(np.linalg.norm(places - places[-1], axis=-1).max())
-    factor = min(factor, radius / float(np.linalg.norm(moved, axis=-1).max()))
+    factor = share * min(factor, radius / float(np.linalg.norm(moved, axis=-1).max()))
     inset = axes.inset_axes((axes.get_xlim()[0], axes.get_ylim()[0], side, side), transform=axes.transData)
     centre = view(places[-1])
     inset.set(xlim=centre[0] + 1.7 * radius * np.array([-1, 1]), ylim=centre[1] + 1.7 * radius * np.array([-1, 1]))

@@ -1,0 +1,81 @@
+"""Modes in motion: each frame is the shape times the cosine of its phase, in a picture of the same size and scale."""
+
+import base64
+import io
+import re
+
+import numpy as np
+import pytest
+from command import CONFIGS, run
+from PIL import Image
+
+import cablestudy as cs
+from cablestudy.study import plots
+
+SCENES = {"one cable": CONFIGS / "guy.yaml", "suspension": CONFIGS / "suspensions" / "fast.yaml"}
+GIF = ("modes", CONFIGS / "guy.yaml", "-n", "2", "--animate")
+
+
+def answer_of(kind):
+    return cs.load(SCENES[kind]).compute("modes", count=3)
+
+
+@pytest.mark.parametrize("kind", SCENES)
+def test_frames_have_one_scale(kind):
+    answer = answer_of(kind)
+    limits = [
+        [(*axes.get_xlim(), *axes.get_ylim()) for axes in answer.draw(plots, share=share).axes]
+        for share in (1.0, 0.3, -1.0)
+    ]
+    assert limits[0] == limits[1] == limits[2]
+
+
+def test_a_frame_is_the_shape_times_its_share():
+    """Of the lines of one cable the first is the static form, the second the mode on it."""
+    answer = answer_of("one cable")
+    panels = [answer.draw(plots, share=share).axes[:3] for share in (1.0, 0.25, -1.0)]
+    for axes in zip(*panels, strict=True):
+        still, full, quarter, negative = (
+            one.get_xydata() for one in (axes[0].lines[0], *(each.lines[1] for each in axes))
+        )
+        assert quarter - still == pytest.approx(0.25 * (full - still), abs=1e-12)
+        assert negative - still == pytest.approx(still - full, abs=1e-12)
+        moved = np.linalg.norm(full - still, axis=1)
+        assert moved.max() == pytest.approx(0.1, rel=1e-3)  # the peak that the title states
+
+
+def frames_of(data):
+    with Image.open(io.BytesIO(data)) as picture:
+        found = []
+        for number in range(picture.n_frames):
+            picture.seek(number)
+            found.append(np.asarray(picture.convert("RGB"), dtype=int))
+        return found
+
+
+def test_the_file_has_one_period(tmp_path):
+    path = tmp_path / "modes.gif"
+    assert run(*GIF, path).lines == [f"written: {path}"]
+    frames = frames_of(path.read_bytes())
+    assert len(frames) == 20
+    for number in range(1, 10):
+        assert (frames[number] == frames[20 - number]).all()
+        assert (frames[number] != frames[number - 1]).any()
+
+
+def test_a_page_has_the_same_picture_in_it(tmp_path):
+    picture, page = tmp_path / "modes.gif", tmp_path / "modes.html"
+    run(*GIF, picture)
+    run(*GIF, page)
+    inside = re.search('src="data:image/gif;base64,([^"]+)"', page.read_text(encoding="utf-8"))[1]
+    assert base64.b64decode(inside) == picture.read_bytes()
+    assert "http" not in page.read_text(encoding="utf-8")
+
+
+def test_what_cannot_be_drawn_is_refused(tmp_path):
+    message = "--animate x.mp4: unknown kind of picture (allowed: .gif, .html)"
+    assert run(*GIF, "x.mp4", code=2).lines == [message]
+    absent = tmp_path / "absent" / "x.gif"
+    assert run(*GIF, absent, code=2).lines == [f"--animate {absent}: cannot be written"]
+    done = run(*GIF, "x.gif", "--case", "all", code=2)
+    assert done.lines == ["--animate: no effect: --case all has the modes of each case"]
