@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from command import CONFIGS, run, study_file, table_of
 from scenes import computed
+from scipy.interpolate import RegularGridInterpolator
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
@@ -365,6 +366,27 @@ def test_two_varied_numbers_are_a_heat_map_of_the_third(tmp_path):
     np.testing.assert_allclose(mesh.get_coordinates()[:, 0, 1], [250, 750, 1250])
     assert {float(text.get_text()) for text in axes.texts} == {float(f"{sag:.3g}") for sag in sags}
     assert bar.get_ylabel() == "sag [m]"
+
+
+def test_a_fine_heat_map_has_lines_of_equal_values(tmp_path):
+    """At round values, where the numbers of the table, interpolated between neighbours, have them."""
+    preloads, masses = (
+        "{cable.preload: {from: 1 kN, to: 2 kN, count: 12}}",
+        "{gondola.mass: {from: 10, to: 60, count: 5}}",
+    )
+    drawn = "{x: cable.preload, y: gondola.mass, color: gondola_frequency_static}"
+    text = f"vary: [{preloads}, {masses}]\ncolumns: [gondola_frequency_static]\nplot: {drawn}\n"
+    table, figure = drawn_study(tmp_path, text)
+    axes = figure.axes[0]
+    mesh, lines = axes.collections
+    cells = np.array([row["gondola_frequency_static_Hz"] for row in table.rows]).reshape(12, 5)
+    np.testing.assert_allclose(mesh.get_array(), cells.T)
+    value = RegularGridInterpolator((np.linspace(1, 2, 12), np.linspace(10, 60, 5)), cells)
+    assert len(lines.levels) >= 4
+    for level, path in zip(lines.levels, lines.get_paths(), strict=True):
+        assert float(f"{level:.2g}") == pytest.approx(level, rel=1e-12)
+        np.testing.assert_allclose(value(path.vertices), level, rtol=1e-6)
+    assert {text.get_text() for text in axes.texts} <= {f"{level:.2g}" for level in lines.levels}
 
 
 def test_samples_are_coloured_points(tmp_path):

@@ -1,7 +1,10 @@
 """A column as colour over two others: a heat map over two varied keys, else coloured points."""
 
 import numpy as np
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import LogLocator, MaxNLocator
 
 from cablestudy.study.plots.quantity import quantity_named
 from cablestudy.study.plots.series import series_of
@@ -21,6 +24,7 @@ from cablestudy.study.plots.words import number, panels_left_out, shortened
 PANELS = 6  # in one picture
 SPARSE = 4  # places of a grid over rows, above which it is no grid
 CELLS = 9  # along a side, up to which each cell has its number
+SMOOTH, LINES = 4, 7  # least cells along a side with lines of equal values; how many of these, about
 MANY = 3000  # cells or points from which they are drawn as an image in a file of lines, else far larger
 EMPTY = "#f0f0f0"  # cells without a value
 
@@ -29,7 +33,7 @@ def colour_map(study, every, rows):
     """Figure of `plot.color` as colour over `plot.x` and each of `plot.y`; one panel for each series of the study.
 
     Where each place of the grid of two varied keys has one row it is a heat map, with the numbers in the cells where
-    there are few; a grey cell has no answer.
+    there are few, else with lines of equal values; a grey cell has no answer.
 
     Parameters
     ----------
@@ -76,7 +80,8 @@ def _panel(axes, quantities, rows, mappable, plot, alone):
     _axis(axes, "x", quantities[0], across, plot.logx, room)
     _axis(axes, "y", quantities[1], up, plot.logy, room)
     if gridded:
-        _heat(axes, (across, up), (x, y, c), mappable, alone)
+        contoured = all(quantity.categories is None for quantity in quantities)
+        _heat(axes, (across, up), (x, y, c), mappable, alone, contoured)
         return
     known = np.isfinite(c)
     axes.scatter(x[known], y[known], c=mappable.to_rgba(c[known]), s=22, lw=0.4, ec="white", rasterized=len(x) > MANY)
@@ -94,7 +99,7 @@ def _axis(axes, which, quantity, values, logarithmic, room):
         plain_axis(axis, 7)
 
 
-def _heat(axes, sides, places, mappable, numbered):
+def _heat(axes, sides, places, mappable, numbered, contoured):
     across, up = sides
     x, y, c = places
     cells = np.full((len(up), len(across)), np.nan)
@@ -105,12 +110,27 @@ def _heat(axes, sides, places, mappable, numbered):
     look = {"norm": mappable.norm, "cmap": mappable.cmap, "rasterized": cells.size > MANY}
     axes.pcolormesh(*edges, np.ma.masked_invalid(cells), **look)
     axes.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
+    if max(cells.shape) > CELLS and min(cells.shape) >= SMOOTH and contoured:
+        _contours(axes, sides, np.ma.masked_invalid(cells), mappable)
     if numbered and max(cells.shape) <= CELLS:
         for (row, column), value in np.ndenumerate(cells):
             if np.isfinite(value):
                 dark = np.dot(mappable.to_rgba(value)[:3], (0.3, 0.6, 0.1)) < 0.5
                 look = {"ha": "center", "va": "center", "fontsize": 7.5, "color": "white" if dark else "black"}
                 axes.text(across[column], up[row], number(float(f"{value:.3g}")), **look)
+
+
+def _contours(axes, sides, cells, mappable):
+    """Lines of equal values through the middles of the cells, at round values, which stand on them."""
+    low, high = mappable.norm.vmin, mappable.norm.vmax
+    logarithmic = isinstance(mappable.norm, LogNorm) and high > 10 * low
+    levels = LogLocator(subs=(1, 2, 5)) if logarithmic else MaxNLocator(LINES)
+    levels = [level for level in levels.tick_values(low, high) if cells.min() < level < cells.max()]
+    if levels:
+        lines = axes.contour(*sides, cells, levels, colors="black", linewidths=0.8)
+        outlined = [withStroke(linewidth=2, foreground="white")]
+        for text in axes.clabel(lines, fontsize=7.5, fmt=lambda level: number(float(f"{level:.6g}"))):
+            text.set_path_effects(outlined)
 
 
 def _edges(values, axes, which):
