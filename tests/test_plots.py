@@ -384,9 +384,9 @@ def test_a_fine_heat_map_has_lines_of_equal_values(tmp_path):
     value = RegularGridInterpolator((np.linspace(1, 2, 12), np.linspace(10, 60, 5)), cells)
     assert len(lines.levels) >= 4
     for level, path in zip(lines.levels, lines.get_paths(), strict=True):
-        assert float(f"{level:.2g}") == pytest.approx(level, rel=1e-12)
+        assert float(f"{level:.3g}") == pytest.approx(level, rel=1e-12)
         np.testing.assert_allclose(value(path.vertices), level, rtol=1e-6)
-    assert {text.get_text() for text in axes.texts} <= {f"{level:.2g}" for level in lines.levels}
+    assert {text.get_text() for text in axes.texts} <= {f"{level:.3g}" for level in lines.levels}
 
 
 def test_samples_are_coloured_points(tmp_path):
