@@ -287,6 +287,11 @@ class Equilibrium:
         """How far rounding moves it: `uncertainty.Uncertainty`."""
         return uncertainty.judge(self)
 
+    @cached_property
+    def stands(self):
+        """Whether it was found, is stable, and its places are determined, shape (...)."""
+        return self.record.converged & self.stability.stable & self.uncertainty.determined
+
 
 def outward(equilibrium):
     """Unit tangents at the ends of the cables that point out of them, and the tensions there.

@@ -55,12 +55,16 @@ class Uncertainty:
         lengths[..., :3] = self.longest[..., None]
         return self.place / lengths[..., None, :]
 
+    @cached_property
+    def determined(self):
+        """Whether the places are answers, shape (...)."""
+        return self.relative.max(axis=(-1, -2), initial=0.0) <= UNDETERMINED
+
     def reason(self, case=()):
         """Why the place of one case is no answer; an empty string where it is one."""
-        relative = self.relative[case]
-        if not relative.size or relative.max() <= UNDETERMINED:
+        if self.determined[case]:
             return ""
-        body, motion = divmod(int(relative.argmax()), 6)
+        body, motion = divmod(int(self.relative[case].argmax()), 6)
         return (
             f"nothing determines {self.body_names[body]} {MOTIONS[motion]}: with what the cables state the forces "
             "balance in other places too, but for rounding; state an unstretched_length of a cable that leads there"

@@ -17,7 +17,7 @@ from cablestudy.study.suspension.cable_modes import CableModes
 from cablestudy.study.suspension.group import Group, HangingCable
 from cablestudy.study.suspension.in_wind import InWind, solve_modes
 from cablestudy.study.suspension.linear_motion import drag_of
-from cablestudy.study.suspension.numbers import CableValues, loads_of, topology_of
+from cablestudy.study.suspension.numbers import CableValues, each_with, loads_of, topology_of
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
@@ -441,23 +441,39 @@ def cases_of(scenes):
     list of SuspensionCase
     """
     groups = {}
-    for place, scene in enumerate(scenes):
+    for place, (scene, connected) in enumerate(zip(scenes, each_with(_connections, scenes), strict=True)):
         method = scene.tensions and scene.tensions.method
         kinds = scene.case is None, scene.load_case.wind is None, scene.wind and scene.wind.mean
-        loads = [places_of(loads) for of_case in (True, False) for loads in loads_of(scene, of_case)]
-        key = (*topology_of(scene).values(), scene.solve_for, method, *kinds, *loads)
-        groups.setdefault(key, []).append(place)
+        of_case = scene.load_case.loads and [places_of(loads) for loads in loads_of(scene, True)]
+        groups.setdefault((connected, scene.solve_for, method, *kinds, *of_case), []).append(place)
     cases = [None] * len(scenes)
     for places in groups.values():
-        different = {}  # those that differ at rest
-        for place in places:
-            different.setdefault(scenes[place].model_dump_json(exclude=IN_MOTION), []).append(place)
-        solved = _solved([scenes[equal[0]] for equal in different.values()])
-        for number, (equal, group) in enumerate(zip(different.values(), solved, strict=True)):
+        different = _different_at_rest(scenes, places)
+        solved = _solved([scenes[equal[0]] for equal in different])
+        for number, (equal, group) in enumerate(zip(different, solved, strict=True)):
             alone = isinstance(group, Group) and len(group.problems) == 1
             for place in equal:
                 cases[place] = SuspensionCase(scenes[place], group, 0 if alone else number)
     return cases
+
+
+def _different_at_rest(scenes, places):
+    """Places of some scenes, those together that differ in keys IN_MOTION alone: list of lists.
+
+    Scenes that share the very values of these keys vary others: none of them is like another one.
+    """
+    first, found = scenes[places[0]], {}
+    if all(getattr(scenes[place], key) is getattr(first, key) for place in places for key in IN_MOTION):
+        return [[place] for place in places]
+    for place in places:
+        found.setdefault(scenes[place].model_dump_json(exclude=IN_MOTION), []).append(place)
+    return list(found.values())
+
+
+def _connections(scene):
+    """What cases of one `Group` must share of their connections, and at how many places their cables carry loads."""
+    alone = [places_of(cable.loads) for cable in scene.cables.values()]
+    return (*topology_of(scene).values(), *alone, *[places_of(loads) for loads in loads_of(scene, False)])
 
 
 def prepare(cases):

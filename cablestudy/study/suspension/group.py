@@ -337,6 +337,8 @@ class Group:
 
 def _failure(found, place, state=""):
     """The error of a case without a stable equilibrium, which names the state, or None."""
+    if found.stands[place]:
+        return None
     if not found.record.converged[place]:
         return ConvergenceError(f"{state}no equilibrium: {explain(found.take(place))}")
     reason = found.stability.reason(place) or found.uncertainty.reason(place)

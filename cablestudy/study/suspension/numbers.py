@@ -90,6 +90,24 @@ def topology_of(scene):
     }
 
 
+def connected_alike(scene, other):
+    """Whether two scenes share the very tables of what is connected with what, as rows do that vary other numbers."""
+    shared = scene.cables is other.cables and scene.points is other.points and len(scene.bodies) == len(other.bodies)
+    return shared and all(
+        name == other_name and body.free is known.free and body.attachments is known.attachments
+        for (name, body), (other_name, known) in zip(scene.bodies.items(), other.bodies.items(), strict=True)
+    )
+
+
+def each_with(compute, scenes):
+    """What is computed from the connections of each scene, once for neighbours that share them: list."""
+    found = []
+    for place, scene in enumerate(scenes):
+        known = place and connected_alike(scene, scenes[place - 1])
+        found.append(found[-1] if known else compute(scene))
+    return found
+
+
 def numbers_of(scenes, count=None):
     """The numeric description of one or more scenes.
 
@@ -110,10 +128,11 @@ def numbers_of(scenes, count=None):
     ValueError
         The scenes differ in more than numbers.
     """
-    topology = topology_of(scenes[0])
-    if any(topology_of(scene) != topology for scene in scenes[1:]):
+    topology, *others = each_with(topology_of, scenes)
+    if any(other is not topology and other != topology for other in others):
         raise ValueError("the scenes differ in their names, connections, free motions, or in what their cables state")
-    listed = [_numbers(scene) for scene in scenes]
+    of_cables = each_with(_cable_numbers, scenes)
+    listed = [_numbers(scene) | numbers for scene, numbers in zip(scenes, of_cables, strict=True)]
     n, b, c = count or len(scenes), len(topology["body_names"]), len(topology["cable_names"])
 
     def array(name, *shape):
@@ -182,7 +201,7 @@ def _reference(tensions, cable):
 
 
 def _numbers(scene):
-    """Name -> nested lists of the numbers of one scene, in the order of `topology_of`; None where there is none."""
+    """Name -> nested lists of the numbers of one scene but its cables, in the order of `topology_of`; None for none."""
     bodies = list(scene.bodies.values())
     points = [point for point in scene.points.values() if point.free]
     holders, still = [*bodies, *points], [ORIGIN] * len(points)
@@ -195,11 +214,11 @@ def _numbers(scene):
         "inertia": [*(body.inertia_tensor for body in bodies), *[(0.0,) * 6] * len(points)],
         "force": [holder.force for holder in holders],
         "moment": [*(body.moment for body in bodies), *still],
-        **_cable_numbers(scene),
     }
 
 
 def _cable_numbers(scene):
+    """The same of its cables, and where they end."""
     cables = scene.cables.values()
     return {
         "place": [number for cable in cables for end in cable.ends for number in scene.attachment(end)[1]],
