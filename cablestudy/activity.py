@@ -1,4 +1,4 @@
-"""What a command is computing, said on standard error where it takes long.
+"""Progress of a command, told on standard error where it takes long.
 
 A thread writes: a line after DELAY, then after twice that time, and so on; on a terminal one line that changes. Whoever
 computes says by `doing` what it is at. With the environment variable CABLESTUDY_PROGRESS set to `off` nothing is

@@ -95,7 +95,7 @@ class ConvergenceError(CablestudyError):
 
 
 def outcome_of(compute):
-    """What a function without arguments gives, or the error that says why there is nothing, to be kept for `result_of`.
+    """Result of a function without arguments, or the error that says why there is nothing, to be kept for `result_of`.
 
     The errors are NoSolutionError and ConvergenceError.
     """
@@ -106,7 +106,7 @@ def outcome_of(compute):
 
 
 def result_of(found):
-    """What `outcome_of` gave, or its error raised."""
+    """Result that `outcome_of` has found; its error is raised."""
     if isinstance(found, Exception):
         raise found
     return found

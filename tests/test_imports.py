@@ -2,6 +2,7 @@
 
 import ast
 import graphlib
+import re
 import sys
 from pathlib import Path
 
@@ -155,3 +156,15 @@ def test_only_who_reads_a_scene_asks_whether_it_has_one_cable_or_many():
         if {"SuspensionScene", "is_suspension"} & set(known):
             asking[place] = known
     assert asking.keys() == KNOW_BOTH_KINDS
+
+
+@pytest.mark.parametrize("path", MODULES, ids=str)
+def test_a_public_docstring_says_what_comes_out(path):
+    """It begins with a noun or a verb, not with "What ...", "Whether ...", "The same ...", "See ..." or "As ..."."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            name = getattr(node, "name", "module")
+            private = name.startswith("_") and not name.endswith("__")
+            first = (ast.get_docstring(node) or "").partition("\n")[0]
+            assert private or not re.match(r"(What|Whether|The same|See|As)\b", first), (name, first)

@@ -273,7 +273,7 @@ class System:
         return sparse_product(self.full_mass(), joined(movements)).reshape(movements.shape)
 
     def bare_inertia(self, movements):
-        """The same without point masses."""
+        """Inertia without point masses."""
         bare = masses(self.state.mesh.bare, len(self.axes))[0]
         return sparse_product(bare, joined(movements)).reshape(movements.shape)
 

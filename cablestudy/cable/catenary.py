@@ -94,7 +94,7 @@ class Catenary(SegmentedCable):
 
     @property
     def slack(self):
-        """Whether a segment without weight has no tension, and no definite form, shape (...)."""
+        """True where a segment without weight has no tension, and no definite form, shape (...)."""
         return (~self.mid_forces.any(axis=-1) & (self.segments.weight == 0)).any(axis=-1)
 
     @property
@@ -172,7 +172,7 @@ class Catenary(SegmentedCable):
 
     @property
     def folded(self):
-        """Whether a cable has next to no tension somewhere, shape (...): it has no stiffness about this form."""
+        """True where a cable has next to no tension somewhere, shape (...): it has no stiffness about this form."""
         return self.min_tension <= FOLDED * self.max_tension
 
     def at(self, position):

@@ -77,7 +77,7 @@ class Dynamics:
 
     @property
     def small(self):
-        """Whether the modes of a batch of such models are computed together."""
+        """True if the modes of a batch of such models are computed together."""
         return self.dof <= ALL_AT_ONCE
 
     @cached_property

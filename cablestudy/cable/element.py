@@ -119,7 +119,7 @@ class Mesh:
 
     @cached_property
     def mirror_symmetric(self):
-        """Whether the mesh is its own mirror image at mid-length, and carries nothing."""
+        """True if the mesh is its own mirror image at mid-length, and carries nothing."""
         return not self.point_masses and bool(np.abs(self.edges + self.edges[::-1] - 1).max() < 1e-15)
 
     @cached_property
@@ -152,7 +152,7 @@ class Mesh:
 
     @cached_property
     def bare(self):
-        """The same mesh without point masses."""
+        """Copy of the mesh without point masses."""
         return replace(self, point_masses=()) if self.point_masses else self
 
     @cached_property

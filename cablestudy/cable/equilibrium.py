@@ -114,7 +114,7 @@ class ElementResidual:
         return np.moveaxis((inverse(flexibility) @ np.moveaxis(gap, 0, -1)[..., None])[..., 0], -1, 0)
 
     def relative(self, step, _, point):
-        """As of `EquilibriumResidual`, by the largest tension and the largest transverse one, shape (...). [-]"""
+        """Size of a step over the largest tension and the largest transverse one, shape (...). [-]"""
         force, size, _, _ = point
         largest = size.max(axis=-1)
         aside = np.sqrt((force[..., 1:] ** 2).sum(axis=-1)).max(axis=-1)
@@ -126,7 +126,7 @@ class ElementResidual:
         return 1e-15 * np.abs(self.chord[..., 0] * step[0]) + 1e-16 * np.abs(step).max(axis=0)
 
     def slack(self, point):
-        """Whether the complementary energy is least at its kink where the smallest tension vanishes, shape (...)."""
+        """True where the complementary energy is least at its kink where the smallest tension vanishes, shape (...)."""
         force, size, _, _ = point
         least = np.argmin(size, axis=-1)
         there = np.take_along_axis(np.broadcast_to(self.transferred, force.shape), least[..., None, None], axis=-2)

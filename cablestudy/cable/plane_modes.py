@@ -113,7 +113,7 @@ def unresolved_share(order):
 
 
 def ascends(values):
-    """Whether no value is below the one before."""
+    """True if no value is below the one before."""
     return bool((values[..., 1:] >= values[..., :-1]).all())
 
 

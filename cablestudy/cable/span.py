@@ -151,7 +151,7 @@ class Span:
 
     @property
     def point_masses(self):
-        """What one cable carries: (share of the unstretched length, mass over that of the cable) of each, a tuple."""
+        """Point masses of one cable: (share of the unstretched length, mass over the cable's) of each, a tuple."""
         if self.load_masses is None:
             return ()
         length = float(self.unstretched_length)
@@ -171,7 +171,7 @@ class Span:
 
     @property
     def mirror_symmetric(self):
-        """Whether the cable is its own mirror image at mid-length: no loads, no weight along the chord, shape (...)."""
+        """True where it is its own mirror image at mid-length: no loads, no weight along the chord, shape (...)."""
         return (np.asarray(self.sine * self.gravity) == 0) & (self.load_positions.shape[-1] == 0)
 
     @property
@@ -228,7 +228,7 @@ class Span:
         return {name: np.asarray(array) for name, array in found if array is not None}
 
     def broadcast(self):
-        """The same batch with all fields in its full shape."""
+        """Copy of the batch with all fields in its full shape."""
         arrays = self._arrays()
         shape = np.broadcast_shapes(*(array.shape[: array.ndim - CORES[name]] for name, array in arrays.items()))
         if not shape:
@@ -242,7 +242,7 @@ class Span:
         )
 
     def with_chord_strain(self, chord_strain):
-        """The same cable with another unstretched length; loads at a share of it move along."""
+        """Copy of the cable with another unstretched length; loads at a share of it move along."""
         other = replace(self, chord_strain=chord_strain)
         if self.load_fractions is None:
             return other
@@ -263,14 +263,14 @@ class Span:
         )
 
     def with_some_loads(self, chosen):
-        """The same cable with some of its point loads, a mask of shape (k,)."""
+        """Copy of the cable with some of its point loads, a mask of shape (k,)."""
         parts = {"load_positions": self.load_positions[chosen], "load_forces": self.load_forces[chosen]}
         for name in ("load_masses", "load_fractions"):
             parts[name] = None if getattr(self, name) is None else getattr(self, name)[chosen]
         return replace(self, **parts)
 
     def without_loads(self):
-        """The same cable without its point loads."""
+        """Copy of the cable without its point loads."""
         nothing = {"load_masses": None, "load_fractions": None}
         return replace(self, load_positions=np.zeros(0), load_forces=np.zeros((0, 3)), **nothing)
 

@@ -32,13 +32,13 @@ class State(SegmentedCable):
 
     @property
     def half_changes(self):
-        """See `SegmentedCable.half_changes`."""
+        """Half of the changes of tension over each segment, see `SegmentedCable.half_changes`."""
         changes = super().half_changes
         return changes if self.uneven is None else changes - self.uneven / 2
 
     @cached_property
     def edge_tensions(self):
-        """See `SegmentedCable.edge_tensions`."""
+        """Tensions at the ends of each segment, see `SegmentedCable.edge_tensions`."""
         if self.uneven is None:
             return super().edge_tensions
         middle, half = self.mid_forces, self.half_changes
@@ -74,7 +74,7 @@ class State(SegmentedCable):
         return self.mesh.edges
 
     def at(self, positions):
-        """As `Catenary.at`, of one cable; see `interpolate`."""
+        """Displacements and tensions along one cable, as `Catenary.at` has them; see `interpolate`."""
         return interpolate(self, positions)
 
 

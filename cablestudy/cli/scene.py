@@ -19,7 +19,7 @@ def read(scene, sets, case):
 
 
 def compute(scene, case, what, **options):
-    """What a command computes of a scene, or of all its load cases: Answer."""
+    """Answer of a command for a scene, or for all its load cases: `Answer`."""
     return (scene.compute_cases if case == ALL else scene.compute)(what, **options)
 
 

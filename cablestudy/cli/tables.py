@@ -29,7 +29,7 @@ class Style(str):
     """
 
     def __new__(cls, style, columns=(), top=None, digits=None):
-        """See the class."""
+        """Make the text of a format that carries which part of the table is shown."""
         made = super().__new__(cls, style)
         made.columns, made.top, made.digits = tuple(columns), top, digits
         return made

@@ -64,11 +64,11 @@ class Limit:
 
     @property
     def undamped(self):
-        """Whether that mode is as good as undamped."""
+        """True if that mode is as good as undamped."""
         return self.rate < UNDAMPED
 
     def of(self, loop_gain):
-        """The same of a similar loop gain; of a mode as good as undamped where it grows by NEGLIGIBLE, if it ever does.
+        """Limit of a similar loop gain; of a mode as good as undamped where it grows by NEGLIGIBLE, if it ever does.
 
         Its factor is infinite where it does not.
         """

@@ -51,7 +51,7 @@ class Law:
 
     @property
     def integrates_only(self):
-        """Whether there is neither a proportional nor a derivative part."""
+        """True if there is neither a proportional nor a derivative part."""
         return not (self.proportional or self.derivative)
 
     @property
@@ -95,7 +95,7 @@ class Law:
         return self.state_space_of(self.approximants(highest))
 
     def state_space_of(self, count):
-        """The same with as many approximants of the delay; without it for 0."""
+        """State space of the law with as many approximants of the delay; without it for 0."""
         parts, names = [], []
         if count:
             parts += [_pade(self.delay / count)] * count

@@ -96,7 +96,7 @@ class Loop:
     gains: object = field(default=None, repr=False, compare=False)
 
     def within(self, space, motion):
-        """The same in a space of its coordinates; `motion` is `LinearSystem.within` it."""
+        """The loop in a space of its coordinates; `motion` is `LinearSystem.within` it."""
         return replace(
             self, motion=motion, allocation=replace(self.allocation, measured=self.allocation.measured @ space)
         )
@@ -179,7 +179,7 @@ class Loop:
 
     @property
     def slight_delay(self):
-        """Whether there is a delay that is left out of poles and state space."""
+        """True if there is a delay that is left out of poles and state space."""
         return self.law.delay > 0 and not self._approximants(self._highest)
 
     @property

@@ -89,12 +89,12 @@ class LoopGain:
 
     @property
     def lacks_coupling(self):
-        """Whether damping may couple modes of which it is left out."""
+        """True if damping may couple modes of which it is left out."""
         return any(part.element.coupled and not part.coupled.all() for part in self._parts)
 
     @property
     def spoilt(self):
-        """Whether so much strain is damped that rounding spoils the response of a cable."""
+        """True if so much strain is damped that rounding spoils the response of a cable."""
         return any(part.element.spoilt for part in self._parts)
 
     def _at(self, s):
@@ -256,7 +256,7 @@ class _Uncoupled:
 
     @property
     def pole_sum(self):
-        """What they add as `PoleSum`: its value and slope at s = 0, and what is left over s^2."""
+        """Their stiffness as `PoleSum`: its value and slope at s = 0, and what is left over s^2."""
         half = self.first / 2
         poles = -half + np.sqrt(half**2 - self.last + 0j) * np.array([[1], [-1]])
         first, last = self.first[:, None, None], self.last[:, None, None]
@@ -271,7 +271,7 @@ class _Uncoupled:
         return PoleSum(polynomial, poles.ravel(), residues.reshape(-1, *residues.shape[2:]))
 
     def stiffness(self, s):
-        """What they add, shape (f, e, e)."""
+        """Stiffness that they add, shape (f, e, e)."""
         s, (count, ends) = s[:, None], self.products.shape[1:3]
         weight = 1 / (self.last + s * (self.first + s))
         value = s[..., None] * self.lost

@@ -9,7 +9,7 @@ from cablestudy.control.time_response import respond
 
 @dataclass(frozen=True)
 class TimeResponse:
-    """What one measured coordinate and the winches do.
+    """Response of one measured coordinate and of the winches.
 
     Attributes
     ----------

@@ -63,7 +63,7 @@ class Crossings:
 
     @property
     def outward(self):
-        """Whether the pole crosses to the right with more gain, shape (c,)."""
+        """True where the pole crosses to the right with more gain, shape (c,)."""
         return self.slope.imag > 0
 
     def sorted(self):

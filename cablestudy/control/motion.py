@@ -56,7 +56,7 @@ class Actuator:
 
 @dataclass(frozen=True)
 class ActuatorFeedback:
-    """What an actuator does with the movement that it measures.
+    """Feedback of an actuator from the movement that it measures.
 
     Attributes
     ----------

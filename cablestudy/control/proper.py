@@ -26,7 +26,7 @@ def channels(system, inputs=(), outputs=()):
 
 
 def proper(system):
-    """The same `StateSpace` without D1 and D2, exactly.
+    """`StateSpace` without D1 and D2 that has the same response, exactly.
 
     An input whose acceleration acts on an output is replaced by this acceleration, with its displacement and velocity
     as two more states; one whose velocity alone does by its velocity, with one more state. So y = C x + D u + D1 u' +

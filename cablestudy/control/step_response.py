@@ -40,11 +40,11 @@ class StepResponse:
 
     @property
     def taken_back(self):
-        """Whether it ends near zero, as the response to a disturbance does."""
+        """True if it ends near zero, as the response to a disturbance does."""
         return self.overshoot is None
 
     def agrees(self, other):
-        """Whether the numbers of another one are the same to CLOSE."""
+        """True if the numbers of another one are the same to CLOSE."""
         pairs = [(getattr(self, name), getattr(other, name)) for name in ("rise_time", "settling_time")]
         if any((one is None) != (two is None) for one, two in pairs):
             return False

@@ -179,7 +179,7 @@ def _coordinates(layout, kept):
 
 
 def outputs(layout, kept, imposed, lifted, markers, midspans=()):
-    """What the outputs are of z, z', z'' and of v, v', v''.
+    """Output matrices C0, C1, C2 of z, z', z'' and D0, D1, D2 of v, v', v''.
 
     Parameters
     ----------

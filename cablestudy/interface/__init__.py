@@ -100,6 +100,6 @@ def find(
 
 
 def compute_find(path: Any, set: Sequence[str] = (), case: str | None = None, **asked: str | None) -> Answer:
-    """As `find`, of changes as texts, with warnings and failures: `Answer`; other parameters of it are `asked`."""
+    """`Answer` of `find`, of changes as texts, with warnings and failures; its other parameters are `asked`."""
     document = apply_sets(read_document(path), tuple(set), case)
     return with_likely_mistakes(find_value(document, **asked), document)

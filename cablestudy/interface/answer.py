@@ -1,4 +1,4 @@
-"""What a command computes: tables, what is to be said about them, and a picture."""
+"""Answer of a command: its tables, what is to be said about them, and a picture."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class Tables(dict[str, "pandas.DataFrame"]):
 
 @dataclass(frozen=True)
 class Answer:
-    """What a command computes.
+    """Answer of a command.
 
     Attributes
     ----------

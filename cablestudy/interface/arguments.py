@@ -21,7 +21,7 @@ _COMMAND_OR_OPTION = re.compile(r"'cablestudy[^']*'|(?<![\w-])--([a-z]+(?:-[a-z]
 
 @dataclass(frozen=True)
 class Kind:
-    """What an argument takes, as part of its annotation: `Annotated[int, Kind(...)]`.
+    """Values that an argument takes, as part of its annotation: `Annotated[int, Kind(...)]`.
 
     Attributes
     ----------

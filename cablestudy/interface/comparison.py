@@ -1,4 +1,4 @@
-"""What the command trade computes of one cable or of a suspension, error against time of its models: an `Answer`."""
+"""Command trade: error against time of the models of one cable or of a suspension, as an `Answer`."""
 
 import shlex
 

@@ -1,4 +1,4 @@
-"""What is known of files, columns and materials: the commands that compute nothing."""
+"""Files, columns and materials: the commands that compute nothing."""
 
 
 def validate(files, set=()):
@@ -75,7 +75,7 @@ def materials(files=()):
 
 
 def is_column(name):
-    """Whether a study could have a column of this name, with or without its unit: bool."""
+    """True if a study could have a column of this name, with or without its unit: bool."""
     from cablestudy.study.all_columns import find
 
     try:

@@ -94,7 +94,7 @@ def read_changes(value: object) -> tuple[str, ...]:
 
 
 def read_variations(value: object) -> tuple[str, ...]:
-    """What varies as texts KEY=VALUES: of a mapping of key -> values, or these texts themselves."""
+    """Texts KEY=VALUES of what varies: from a mapping of key -> values, or these texts themselves."""
     return texts_of(value, values_text)
 
 

@@ -1,4 +1,4 @@
-"""What the commands static, modes, windrms and loop compute of a scene of one cable: an `Answer` each."""
+"""Commands static, modes, windrms and loop of a scene of one cable: an `Answer` each."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What Python gives, numbers of numpy, arrays, Series and paths among it, as the plain values of a file."""
+"""Values that Python gives, numbers of numpy, arrays, Series and paths among them, as the plain values of a file."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def unwrapped(value: Any) -> Any:
 
 
 def is_array(value: Any) -> bool:
-    """Whether a value is an array, or a number of numpy, or a Series, of numbers or text."""
+    """True if a value is an array, or a number of numpy, or a Series, of numbers or text."""
     kind = getattr(getattr(value, "dtype", None), "kind", None)
     return isinstance(kind, str) and kind in NUMBERS_AND_TEXT and hasattr(value, "tolist")
 

@@ -90,7 +90,7 @@ class Scene:
         self.path, self.changes, self.document, self.model = path, changes, document, model
 
     def __dir__(self) -> list[str]:
-        """What a user calls and reads."""
+        """Names that a user calls and reads: list of str."""
         names = {*vars(self), *(name for kind in type(self).__mro__[:-1] for name in vars(kind))}
         return sorted(name for name in names - self.hidden if not name.startswith("_"))
 
@@ -100,7 +100,7 @@ class Scene:
 
     @property
     def heading(self) -> str:
-        """What the scene is of, as a heading."""
+        """Heading that says what the scene is of."""
         return "One cable" + (" with a gondola" if self.model.gondola is not None else "")
 
     @property
@@ -145,7 +145,7 @@ class Scene:
         return {name: type(self)(self.path, self.changes, *of_case) for name, *of_case in of_each}
 
     def compute(self, what: str, **options: Any) -> Answer:
-        """What a command computes, with notes, warnings and its picture: `Answer`.
+        """Answer of a command, with notes, warnings and its picture: `Answer`.
 
         Parameters
         ----------
@@ -187,7 +187,7 @@ class Scene:
         return share_hint(self.document, self.model, failure)
 
     def compute_cases(self, what: str, **options: Any) -> Answer:
-        """As `compute`, of every load case: one table, or one of each kind, whose rows begin with the name of the case.
+        """Answer for every load case: one table, or one of each kind, whose rows begin with the name of the case.
 
         Raises
         ------
@@ -276,7 +276,7 @@ class Scene:
         length: Duration | None = None,
         output: Text | None = None,
     ) -> pandas.DataFrame:
-        """What the loop does in time: pandas.DataFrame.
+        """Response of the loop in time: pandas.DataFrame.
 
         Parameters
         ----------

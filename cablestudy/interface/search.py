@@ -1,4 +1,4 @@
-"""What the command find computes of a scene, which may lack the key that is solved for: an `Answer`."""
+"""Command find on a scene, which may lack the key that is solved for: an `Answer`."""
 
 from cablestudy.interface.answer import Answer
 from cablestudy.interface.kinds import Between, Columns, Goal, Text

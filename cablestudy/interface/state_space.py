@@ -1,4 +1,4 @@
-"""What the command ssm computes of one cable or of a suspension: an `Answer`."""
+"""Command ssm on one cable or a suspension: an `Answer`."""
 
 from contextlib import suppress
 from dataclasses import replace

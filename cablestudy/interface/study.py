@@ -115,7 +115,7 @@ class Study:
     def selection(
         self, columns: Sequence[str] = (), sensitivity: bool = False, **options: str | None
     ) -> Callable[[Table], tuple[Table, list[str]]] | None:
-        """What is shown of the table: Table -> Table and notes; None for all of it.
+        """Part of the table that is shown: Table -> Table and notes; None for all of it.
 
         Parameters
         ----------
@@ -182,7 +182,7 @@ class Study:
         return MergedRun(self.request, files, self.words, quiet)
 
     def stored(self, folder: str = "results") -> AbstractContextManager[Stored]:
-        """What is stored of the study, nothing computed: a context manager.
+        """Rows that are stored of the study, nothing computed: a context manager.
 
         Raises
         ------

@@ -171,7 +171,7 @@ class Suspension(Scene):
 
     @property
     def heading(self) -> str:
-        """As of one cable."""
+        """Heading that says how many cables the suspension has."""
         return f"Suspension of {counted(len(self.model.cables), 'cable')}"
 
     @property
@@ -188,7 +188,7 @@ class Suspension(Scene):
 
     @cached_property
     def estimated(self) -> Any:
-        """The same with the errors of fixed elements estimated."""
+        """`case` with the errors of fixed elements estimated."""
         from cablestudy.study.suspension.case import SuspensionCase
 
         return self.case if self.model.model.elements is None else SuspensionCase(self.model, estimate=True)
@@ -201,14 +201,14 @@ class Suspension(Scene):
             return Answer(failures=(str(error),))
 
     def kept_modes(self, options, highest=None):
-        """As of one cable."""
+        """Coupled modes of a state space, and the module with their tables and curves; see `Scene.kept_modes`."""
         from cablestudy.study.suspension import ssm
 
         return ssm.choose(self.document, self.model, options, highest), ssm
 
     @staticmethod
     def check_state_space(options, responds, out):
-        """As of one cable."""
+        """Refuse options of a state space that have no effect; see `Scene.check_state_space`."""
         from cablestudy.study.ssm import check_channel
         from cablestudy.study.suspension.ssm import check_options
 

@@ -1,4 +1,4 @@
-"""What the user gave, as a section of a page: main numbers, what options changed, the resolved file."""
+"""Input of the user, as a section of a page: main numbers, what options changed, the resolved file."""
 
 import json
 from dataclasses import dataclass
@@ -162,7 +162,7 @@ def resolved_file(document):
 
 
 def varied_list(study):
-    """What varies in a study, key by key, as HTML."""
+    """List of what varies in a study, key by key, as HTML."""
     lines = []
     for entry in study.entries:
         lines += [f"{key}: {_values(study, key, values)}" for key, values, _ in entry.columns]

@@ -54,7 +54,7 @@ class Page:
 
     @contextmanager
     def part(self, what):
-        """As `section`, without a heading; `what` names it in the list of what has no answer."""
+        """A section without a heading, see `section`; `what` names it in the list of what has no answer."""
         try:
             yield
         except SceneError as error:
@@ -70,7 +70,7 @@ class Page:
 
     @property
     def failures(self):
-        """What has no answer, and why: list of str, one for each reason."""
+        """Parts without an answer, and why: list of str, one for each reason."""
         return [f"{', '.join(names)}: {reason}" for reason, names in self._failed.items()]
 
     def table(self, table, caption, where_all=""):

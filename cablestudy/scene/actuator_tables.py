@@ -65,7 +65,7 @@ class ReactionWheel(_Actuator):
 
 
 def is_wheel(value):
-    """Whether a mapping of the file is to be read as a reaction wheel."""
+    """True if a mapping of the file is to be read as a reaction wheel."""
     return isinstance(value, dict) and "inertia" in value
 
 

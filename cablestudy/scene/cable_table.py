@@ -64,7 +64,7 @@ class DampingTable(KeyTable):
 
 
 class CableProperties(Section):
-    """What a cable is made of and how it loses energy, wherever it hangs."""
+    """Material, cross-section and damping of a cable, wherever it hangs."""
 
     damping: DampingTable = Field(DampingTable(), description="How the cable loses energy")
 

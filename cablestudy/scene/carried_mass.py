@@ -1,4 +1,4 @@
-"""Whether the actuators of a body can be a part of it: what remains of the body without them has mass and inertia."""
+"""Check that actuators can be a part of their body: what remains of it without them has mass and inertia."""
 
 from cablestudy.scene.actuator_tables import ReactionMass
 
@@ -55,7 +55,7 @@ class _Rest:
         self.tensor = _less(self.tensor, actuator.inertia / square, (x * x, y * y, z * z, x * y, x * z, y * z))
 
     def has_inertia(self):
-        """Whether the tensor about the rest's own center of mass, times its mass, is positive definite."""
+        """True if the tensor about the rest's own center of mass, times its mass, is positive definite."""
         entries = tuple(self.mass * entry for entry in self.tensor)
         xx, yy, zz, xy, xz, yz = _less(entries, 1.0, _about_origin(*self.moment))
         minor = xx * yy - xy * xy

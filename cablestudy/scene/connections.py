@@ -68,7 +68,7 @@ def _name_mistakes(tables):
 
 
 def wrong_name(name):
-    """What is wrong with a name, a list of at most one message."""
+    """Mistakes of a name, a list of at most one message."""
     if "." in name:
         return ["a name must not contain a dot: BODY.ATTACHMENT is an end, and columns are named NAME.COLUMN"]
     if name.startswith("-") or not name.replace("-", "_").isidentifier():
@@ -110,7 +110,7 @@ def _wrong_end(end, points, bodies, suggest):
 
 
 def attachment_of(points, bodies, end):
-    """What holds an end that exists, and where; parameters as tables of `SuspensionScene`, see its `attachment`."""
+    """Holder of an end that exists, and its place there; tables as of `SuspensionScene`, see its `attachment`."""
     if not isinstance(end, str):
         return None, end
     if end in points:

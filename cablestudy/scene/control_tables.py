@@ -11,7 +11,7 @@ _MARGIN = ("dB", 1e-6, 300)
 
 
 class Margin(KeyTable):
-    """What an automatic gain is chosen for: it is the largest one that satisfies both."""
+    """Margins that an automatic gain keeps: it is the largest one that satisfies both."""
 
     gain_margin: Annotated[float, Quantity(*_MARGIN)] = Field(description="Least gain margin")
     sensitivity: Annotated[float, Quantity("", 1.001, 1e9)] = Field(
@@ -72,7 +72,7 @@ class Controller(KeyTable):
 
     @property
     def integrates_only(self):
-        """Whether there is neither a proportional nor a derivative part."""
+        """True if there is neither a proportional nor a derivative part."""
         return (self.proportional_gain == 0) & (self.derivative_gain == 0)
 
     def relations(self):
@@ -91,7 +91,7 @@ class Controller(KeyTable):
 
 
 class Drive(KeyTable):
-    """What a winch does with what its controller asks for."""
+    """Drive of a winch: how it follows its controller."""
 
     delay: Annotated[float, Quantity("s", 0, 1e6, LEAST)] = Field(
         0.0, description="From the measurement to the movement of the winch, in the loop"

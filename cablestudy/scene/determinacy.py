@@ -1,4 +1,4 @@
-"""Whether the cables of a suspension state as much as its statics need: equations and unknowns, counted and named."""
+"""Check that cables state as much as the statics of their suspension need: equations and unknowns are counted."""
 
 from cablestudy.scene.words import counted, first_of
 
@@ -8,7 +8,7 @@ LISTED = 8  # names in a message
 
 
 def determinacy_mistakes(scene):
-    """What is stated too little, or to no purpose.
+    """Mistakes where too little is stated, or something to no purpose.
 
     Parameters
     ----------

@@ -126,7 +126,7 @@ class Document:
         return found
 
     def is_override(self, path):
-        """Whether an upper layer has set exactly what is at a path."""
+        """True if an upper layer has set exactly what is at a path."""
         return any(path == key for key, _ in self._overrides)
 
     def place(self, path, of_key=False):

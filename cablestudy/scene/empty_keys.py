@@ -17,7 +17,7 @@ def unknown_key(name, known):
 
 
 def add_blank(name):
-    """What to write instead of a key with a colon in it."""
+    """Text to write instead of a key with a colon in it."""
     key, _, value = name.partition(":")
     return f"write {key}: {value.strip()}, with a blank after the colon"
 

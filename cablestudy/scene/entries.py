@@ -1,4 +1,4 @@
-"""What varies in a study, as entries whose steps multiply: of `vary`, of `sample`, of the options `--vary`."""
+"""Variations of a study, as entries whose steps multiply: of `vary`, of `sample`, of the options `--vary`."""
 
 import math
 from dataclasses import dataclass, field
@@ -47,7 +47,7 @@ class Entry:
         return tuple(dict.fromkeys([*own, *named]))
 
     def always_set(self, key):
-        """Whether one of `set_keys` is set at every step."""
+        """True if one of `set_keys` is set at every step."""
         chosen = ([name for name, _, _ in settings] for settings in self.alternatives.values())
         return key in self.keys or all(key in names for names in chosen)
 

@@ -273,7 +273,7 @@ class KeyTable(BaseModel):
         return self.model_copy(update={path[0]: with_value(getattr(self, path[0]), path[1:], value)})
 
     def relations(self):
-        """What must hold between keys that are right alone.
+        """Relations that must hold between keys that are right alone.
 
         Yields
         ------

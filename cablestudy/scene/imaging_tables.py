@@ -1,4 +1,4 @@
-"""What a telescope makes of the motion: the time of one exposure, and a mirror that corrects the image."""
+"""Tables of what a telescope makes of the motion: the time of one exposure, and a mirror that corrects the image."""
 
 from typing import Annotated
 

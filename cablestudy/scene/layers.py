@@ -87,7 +87,7 @@ REPLACES = _replaces()
 
 
 def matches(pattern, path):
-    """Whether a path is one of a pattern, in which "*" stands for any name or index."""
+    """True if a path is one of a pattern, in which "*" stands for any name or index."""
     return len(pattern) == len(path) and all(name in ("*", part) for name, part in zip(pattern, path, strict=True))
 
 
@@ -250,7 +250,7 @@ def _merged(lower, upper):
 
 
 def is_set(value, path):
-    """Whether there is a value, other than null, at a path."""
+    """True if there is a value, other than null, at a path."""
     return value_at(value, path) is not None
 
 

@@ -1,4 +1,4 @@
-"""What a file may say and is likely to mean otherwise: numbers without a unit, ropes at another size than their own."""
+"""Likely mistakes, which a file may say and hardly means: numbers without a unit, ropes of another size."""
 
 import math
 from fnmatch import fnmatchcase

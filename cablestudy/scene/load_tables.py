@@ -1,4 +1,4 @@
-"""What acts on a cable beside its weight, and the state in which its length is stated: tables of the file, in SI."""
+"""Tables of the file, in SI: loads on a cable beside its weight, and the state in which its length is stated."""
 
 import math
 from functools import partial
@@ -87,7 +87,7 @@ class SteadyWind(KeyTable):
 
 
 class CommonLoadCase(KeyTable):
-    """What a day does to every cable; unstretched lengths are those of the reference state."""
+    """Effects of a day on every cable; unstretched lengths are those of the reference state."""
 
     temperature: Temperature | None = Field(
         None, description="Temperature of the cable; by default that of the reference state"
@@ -170,7 +170,7 @@ class DeadLoad(KeyTable):
     moment: tuple[Moment, Moment, Moment] = Field(NONE, description="Moment about x, y, z; of a body only")
 
     def value_at(self, path):
-        """See `KeyTable.value_at`; a component alone is one of the force, as where the file has a bare vector."""
+        """Value at a path; a component alone is one of the force, as where the file has a bare vector."""
         return super().value_at(("force", *path) if path[0].isdigit() else path)
 
 

@@ -1,4 +1,4 @@
-"""What a cross-section and a material state, in SI, and the table of materials and ropes, built-in and of the user."""
+"""Tables of a cross-section and a material, in SI, and the materials and ropes, built-in and of the user."""
 
 import math
 import os
@@ -26,7 +26,7 @@ def _root(value):
 
 
 class Properties(KeyTable):
-    """What a cross-section is made of. Of alternatives that are not given the values are None."""
+    """Properties of a cross-section. Of alternatives that are not given the values are None."""
 
     axial_stiffness: Annotated[float, Quantity("N", *STIFFNESS_RANGE)] | None = Field(
         None, description="Force per strain, EA (instead of elastic_modulus)"
@@ -57,7 +57,7 @@ class Properties(KeyTable):
 
     @classmethod
     def key_mistakes(cls, given):
-        """See `KeyTable.key_mistakes`: also a size that is stated twice."""
+        """Mistakes of the keys, see `KeyTable.key_mistakes`: also a size that is stated twice."""
         found = super().key_mistakes(given)
         if {"area", "diameter", "fill_factor"} <= set(given):
             found.append((("fill_factor",), "has no effect: area and diameter are given"))
@@ -144,7 +144,7 @@ class Material(Properties):
 
     @classmethod
     def key_mistakes(cls, given):
-        """See `KeyTable.key_mistakes`: also a stiffness or mass that is missing."""
+        """Mistakes of the keys, see `KeyTable.key_mistakes`: also a stiffness or mass that is missing."""
         found, given = super().key_mistakes(given), set(given)
         for (whole,), (per_area,) in OF_SECTION[:2]:
             if given.isdisjoint((whole, per_area)):
@@ -152,11 +152,11 @@ class Material(Properties):
         return found
 
     def relations(self):
-        """See `size_relations`."""
+        """Relations of its sizes, see `size_relations`."""
         yield self.size_relations()
 
     def beside(self, given):
-        """What a cable of this material has beside the keys that it gives itself.
+        """Properties that a cable of this material has beside the keys that it gives itself.
 
         Parameters
         ----------

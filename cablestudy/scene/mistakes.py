@@ -1,4 +1,4 @@
-"""What pydantic found wrong -> one sentence each, with dotted key and place in the file, all at once."""
+"""Mistakes that pydantic found -> one sentence each, with dotted key and place in the file, all at once."""
 
 import re
 
@@ -31,7 +31,7 @@ def collect(error, document, tables):
 
 
 def findings(error, value, tables):
-    """What `collect` reports, as (path, message) pairs; `value` is what was read, as plain values."""
+    """Mistakes that `collect` reports, as (path, message) pairs; `value` is what was read, as plain values."""
     found = [item for detail in error.errors(include_url=False) for item in _plain(detail, tables)]
     return found + _groups(value, tables)
 

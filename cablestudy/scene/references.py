@@ -1,4 +1,4 @@
-"""What control, actuators, correction and wind of a suspension refer to, and what they need of it."""
+"""References of control, actuators, correction and wind of a suspension: to what exists, and what they need of it."""
 
 from cablestudy.scene.fields import suggestion
 from cablestudy.scene.units import show

@@ -86,12 +86,12 @@ class CableScene(KeyTable):
 
     @property
     def elongation(self):
-        """See `LoadCase.elongation`. [-]"""
+        """Elongation of the cable by its load case, see `LoadCase.elongation`. [-]"""
         return self.load_case.elongation(self.cable)
 
     @property
     def wind_diameter(self):
-        """See `LoadCase.wind_diameter`. [m]"""
+        """Diameter of the cable that the wind sees, see `LoadCase.wind_diameter`. [m]"""
         return self.load_case.wind_diameter(self.cable)
 
     def relations(self):
@@ -186,7 +186,7 @@ def _quantity_in(field):
 
 
 def is_study(document):
-    """Whether a file is a study rather than a scene."""
+    """True if a file is a study rather than a scene."""
     return any(key in document.given for key in STUDY_KEYS)
 
 

@@ -37,7 +37,7 @@ def _known_material(name, info: ValidationInfo):
 
 
 def within(value, limits):
-    """Whether a number, or each of an array, is between two limits, both allowed."""
+    """True if a number, or each of an array, is between two limits, both allowed."""
     return (limits[0] <= value) & (value <= limits[1])
 
 
@@ -96,7 +96,7 @@ class Section(Properties):
 
     @classmethod
     def key_mistakes(cls, given):
-        """See `Table.key_mistakes`: also what is missing of a complete section."""
+        """Mistakes of the keys, see `KeyTable.key_mistakes`: also what is missing of a complete section."""
         found, given = super().key_mistakes(given), set(given)
         if not cls.complete:
             return found

@@ -33,7 +33,7 @@ def _listed(value):
 
 
 class Plot(KeyTable):
-    """What `--plot` draws."""
+    """Picture that `--plot` draws."""
 
     x: Name = Field(description="Column or varied key along x")
     y: Annotated[tuple[Name, ...], BeforeValidator(_listed)] = Field(
@@ -140,7 +140,7 @@ class StudyFile:
         self._options = {}
 
     def likely_mistakes(self):
-        """See `likely_mistakes.likely_mistakes`: of the first cases, so far as they can be set; each once."""
+        """Likely mistakes of the first cases, so far as they can be set, each once; see `likely_mistakes`."""
         found = {}
         for steps in islice(self._steps_to_check(), LOOKED_AT):
             with suppress(SceneError):

@@ -91,7 +91,7 @@ class SuspensionScene(KeyTable):
         return _with_shared(data)
 
     def with_value(self, path, value):
-        """See `KeyTable.with_value`; a key of `cable` is set in the cables that have it from there too."""
+        """Copy with another value at a path; a key of `cable` is set in the cables that have it from there too."""
         scene = super().with_value(path, value)
         if path[0] != "cable":
             return scene
@@ -300,7 +300,7 @@ WHEEL_TABLES = {("actuators", "*"): ReactionWheel}
 
 
 def is_suspension(document):
-    """Whether a scene describes several cables."""
+    """True if a scene describes several cables."""
     return any(key in document.given for key in ("cables", "bodies", "points"))
 
 

@@ -66,11 +66,11 @@ class PointTable(KeyTable):
     force: ForceVector = Field((0.0, 0.0, 0.0), description="Dead load on a free point")
 
     def value_at(self, path):
-        """See `KeyTable.value_at`; a component alone is one of the place, as where the file has a bare place."""
+        """Value at a path; a component alone is one of the place, as where the file has a bare place."""
         return super().value_at(("at", *path) if path[0].isdigit() else path)
 
     def with_value(self, path, value):
-        """See `KeyTable.with_value`, and `value_at`."""
+        """Copy with another value at a path, see `KeyTable.with_value` and `value_at`."""
         return super().with_value(("at", *path) if path[0].isdigit() else path, value)
 
     def relations(self):
@@ -227,13 +227,13 @@ class SuspendedCable(_Stated):
 
     @property
     def stated(self):
-        """What the cable states: one of `system.suspension.GIVEN`, or None."""
+        """Kind of what the cable states: one of `system.suspension.GIVEN`, or None."""
         key = next((key for key in STATED if getattr(self, key) is not None), None)
         return TENSION_KINDS[self.tension.at] if key == "tension" else key
 
     @property
     def stated_value(self):
-        """What it gives, tensions that are shares of the breaking force in newtons; or None. [m] or [N]"""
+        """Value that it states, tensions that are shares of the breaking force in newtons; or None. [m] or [N]"""
         if self.tension is not None:
             return self.force_of(self.tension.value)
         return self.force_of(getattr(self, self.stated)) if self.stated else None
@@ -244,7 +244,7 @@ class SuspendedCable(_Stated):
         return self.from_, self.to
 
     def relations(self):
-        """See `section_relations`."""
+        """Relations of its cross-section, see `section_relations`."""
         tensions = {("preload",): self.preload, ("tension_to",): self.tension_to}
         tensions["tension", "value"] = self.tension and self.tension.value
         yield [*self.section_relations(), *self.tension_relations(tensions)]

@@ -98,7 +98,7 @@ def article(noun):
 
 
 def expected(unit):
-    """What a value in a unit of DIMENSIONS looks like, for messages."""
+    """Description of a value in a unit of DIMENSIONS, for messages."""
     noun, example = DIMENSIONS[unit]
     return f'{article(noun)}{f" in {unit}" if unit else ""} (a number, or text such as "{example}")'
 

@@ -31,7 +31,7 @@ def one_or_three(quantity, components):
 
 
 class WindTable(KeyTable):
-    """What the wind on one cable and on a suspension have in common."""
+    """Keys that the wind on one cable and that on a suspension have in common."""
 
     table: ClassVar[str] = "wind"
 
@@ -129,7 +129,7 @@ Area = one_or_three(Quantity("m^2", 0, 1e12), "[along x, along y, along z]")
 
 
 class BodyWind(KeyTable):
-    """What a body offers to the wind."""
+    """Areas and drag of a body in the wind."""
 
     area: Area = Field(description="Areas seen along the body axes x, y, z; one number is the area from all sides")
     drag_coefficient: Coefficient = Field(description="Drag coefficient of these areas")

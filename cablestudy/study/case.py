@@ -55,7 +55,7 @@ class Case:
         return _ClosedForm(self.scene, self.results, self.index)
 
     def refined(self, elements, order):
-        """The same case with spectral elements about the closed form, so many along the piece with most waves."""
+        """Copy of the case with spectral elements about the closed form, so many along the piece with most waves."""
         finer = Case(self.scene, self.results, self.index, (elements, order), self.cache)
         finer._closed = self._closed
         return finer
@@ -72,7 +72,7 @@ class Case:
 
     @cached_property
     def damping_key(self):
-        """What the cable's damping depends on."""
+        """All that the cable's damping depends on."""
         return frozen(self.scene.cable.damping)
 
     @property
@@ -91,7 +91,7 @@ class Case:
 
     @property
     def exact_statics(self):
-        """Whether statics and end stiffness are those of the closed form, not of a fixed number of elements."""
+        """True if statics and end stiffness are those of the closed form, not of a fixed number of elements."""
         return self.scene.model.elements is None
 
     @property
@@ -149,7 +149,7 @@ class Case:
 
     @property
     def limp(self):
-        """See `Results.limp`."""
+        """True if the cable is longer than its chord without any load, see `Results.limp`."""
         return bool(self.results.limp[self.index])
 
     @property
@@ -164,13 +164,13 @@ class Case:
 
     @property
     def pushed(self):
-        """See `Results.pushed`: displacement of end 2 [m], and its relative error."""
+        """Displacement of end 2 along x by the force of the load case [m], and its relative error."""
         shift, error = self.results.pushed
         return shift[self.index], error[self.index]
 
     @property
     def planar(self):
-        """Whether no load leaves the cable's plane: in-plane and out-of-plane motion decouple."""
+        """True if no load leaves the cable's plane: in-plane and out-of-plane motion decouple."""
         return bool(self.results.planar[self.index])
 
     def waves(self, frequency):
@@ -310,7 +310,7 @@ class Case:
 
     @cached_property
     def in_wind_that_damps(self):
-        """The same in a wind that damps the cable too."""
+        """`in_wind` in a wind that damps the cable too."""
         from cablestudy.study.one_cable_system import in_wind_of
 
         return in_wind_of(self, self.cable_air_damping) if self.cable_air_damping else self.in_wind
@@ -351,12 +351,12 @@ class Case:
 
     @property
     def moves_in_wind(self):
-        """Whether the motion of gondola or bare cable was computed, in wind."""
+        """True if the motion of gondola or bare cable was computed, in wind."""
         return self.scene.wind is not None and self.moves
 
     @property
     def moves(self):
-        """Whether the motion of gondola or bare cable was computed."""
+        """True if the motion of gondola or bare cable was computed."""
         return bool(self.solved_winds)
 
     @property
@@ -368,7 +368,7 @@ class Case:
 
     @property
     def body_key(self):
-        """What is known of the gondola."""
+        """All that the scene states of the gondola."""
         return frozen(self.scene.gondola)
 
     @property
@@ -391,7 +391,7 @@ class Case:
 
     @property
     def cable_air_rate(self):
-        """The same per mass. [1/s]"""
+        """Viscous damping of the cable by the air, per mass. [1/s]"""
         return self.cable_air_damping / float(self.span.mass)
 
     @cached_property

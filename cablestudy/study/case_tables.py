@@ -6,7 +6,7 @@ from cablestudy.study.table import Field, Table
 
 
 def joined_by_name(tables):
-    """As `joined`, of cases that have several tables: name of a case -> name -> Table; returns name -> Table."""
+    """Tables by their names, each joined as by `joined`, from those of cases: name of a case -> name -> Table."""
     names = dict.fromkeys(name for of_case in tables.values() for name in of_case)
     return {
         name: joined({case: of_case[name] for case, of_case in tables.items() if name in of_case}) for name in names

@@ -1,4 +1,4 @@
-"""What the columns of a study need, and the columns in closed form of many cases at once."""
+"""Stages that columns need, and the columns in closed form of many cases at once."""
 
 from dataclasses import dataclass, field
 
@@ -54,7 +54,7 @@ class ColumnRequirements:
 
     @property
     def of_models(self):
-        """Whether there is any that a closed form of many cases does not give."""
+        """True if there is any that a closed form of many cases does not give."""
         return bool(self.modes or self.single or self.system)
 
     def sample(self, case, refused=()):

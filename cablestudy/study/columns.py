@@ -110,7 +110,7 @@ def utilisation_of(results):
 
 
 def over_strength(results):
-    """Whether the largest tension of each cable is above its breaking force; False where none is stated."""
+    """True if the largest tension of each cable is above its breaking force; False where none is stated."""
     return utilisation_of(results) > 1
 
 
@@ -236,7 +236,7 @@ def tensions_at_peak(case):
 
 
 def goes_slack(case):
-    """Whether the least tension of a `Case` in the wind is below zero; False where its RMS is not known, or void."""
+    """True if the least tension of a `Case` in the wind is below zero; False where its RMS is not known, or void."""
     known = case.moves_in_wind and (case.scene.gondola is None or case.__dict__.get("in_wind") in case.solved_winds)
     try:
         return known and tensions_at_peak(case)[0] < 0
@@ -539,12 +539,12 @@ OWN = {column.name for column in COLUMNS}
 
 
 def is_own(column):
-    """Whether a column is one of a scene of one cable, of it alone; or a key that a study solves for."""
+    """True if a column is one of a scene of one cable, of it alone; or a key that a study solves for."""
     return column.name in OWN or column.needs == "find" or (len(column.mode) == 3 and "." not in column.name)
 
 
 def most_modes_first(columns):
-    """The same columns, those of modes of high number first: their models have the modes of the others."""
+    """Columns in another order, those of modes of high number first: their models have the modes of the others."""
     return sorted(columns, key=lambda column: -column.mode[0] if column.mode else 0)
 
 

@@ -12,7 +12,7 @@ OF_LENGTHS = ("solve_for", "tensions")  # keys of a suspension whose lengths are
 
 
 def freeze_cable(document, scene):
-    """What the file of a scene of one cable would say with its length in the reference state, all of it resolved.
+    """Contents of the file of a scene of one cable with its length in the reference state, all of it resolved.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def freeze_cable(document, scene):
 
 
 def freeze_suspension(document, scene):
-    """The same of a `SuspensionScene`, with the lengths of all its cables.
+    """Contents of the file of a `SuspensionScene` with the lengths of all its cables.
 
     Free points, and bodies as far as they move, stand where the reference state has them: there a search begins.
     """

@@ -1,4 +1,4 @@
-"""What is to be found: a column, the value that it is to take, and the key that is solved for."""
+"""Goal of a search: a column, the value that it is to take, and the key that is solved for."""
 
 import re
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ _GOAL = "expected COLUMN = VALUE, for example 'sag = 2 m'"
 
 @dataclass(frozen=True)
 class Goal:
-    """What is to be found.
+    """Goal of a search.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Goal:
 
     @property
     def elsewhere(self):
-        """What to write to search another range, for messages."""
+        """Text to write to search another range, for messages."""
         return f"{self.places['between'][1] or '--between LOW:HIGH'} searches elsewhere"
 
     def of_key(self, *values):

@@ -1,4 +1,4 @@
-"""What a load case does to cables: from the cable in its reference state to the cable of the day.
+"""Effect of a load case on cables: from the cable in its reference state to the cable of the day.
 
 Temperature changes the unstretched length, L (1 + alpha dT), and leaves the mass of the cable as it is. Ice adds to the
 mass per length, and so to the weight and to the inertia. A steady wind adds a uniform force per unstretched length,
@@ -176,7 +176,7 @@ def drag_width(values):
 
 
 def uneven_drag_errors(pressed, direction, catenary, stretched=False):
-    """What cables with fixed ends change by, since their drag is taken as uniform along them.
+    """Changes of cables with fixed ends, since their drag is taken as uniform along them.
 
     Parameters
     ----------

@@ -64,7 +64,7 @@ class TimeOptions:
         return end, int(count) if colon else COUNT
 
     def size_or(self, default, unit):
-        """What --size says in a unit, or a default."""
+        """Size that --size states in a unit, or a default."""
         if self.size is None:
             return default
         option = f"--size {self.size}"
@@ -107,7 +107,7 @@ def within(option, value, bounds, unit):
 
 @dataclass(frozen=True)
 class Input:
-    """What drives a loop.
+    """Input that drives a loop.
 
     Attributes
     ----------
@@ -137,7 +137,7 @@ class Input:
 
 @dataclass(frozen=True)
 class TimeCase:
-    """What a loop does in time.
+    """Response of a loop in time.
 
     Attributes
     ----------
@@ -181,7 +181,7 @@ class TimeCase:
 
     @property
     def notes(self):
-        """What happens, and the error: list of str."""
+        """Notes on what happens, and on the error: list of str."""
         found, winch = self.found, self.busiest
         moved = f"{self.name}: at most {self._largest(found.measured)}"
         if found.open_loop is not None:

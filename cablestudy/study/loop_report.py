@@ -56,7 +56,7 @@ def loop_table(document, scene, estimate=False):
 
 
 def has_loop(case):
-    """Whether the loop gain of a case can be had, of an unstable loop too."""
+    """True if the loop gain of a case can be had, of an unstable loop too."""
     if not case.moves:  # refused before anything was computed
         return False
     try:
@@ -117,7 +117,7 @@ def frequencies_of(movement, span):
 
 
 def drawn_frequencies(movement, span):
-    """The same for a picture: as close as the margins are looked for, and in even steps around the circle that L
+    """Frequencies of a picture: as close as the margins are looked for, and in even steps around the circle that L
     describes near each pole. [Hz]"""
     low, high, _ = span
     around = around_poles(resonances(movement))

@@ -137,22 +137,22 @@ class CableElements:
         return self._models.ends(planes).model(damping, self._place)
 
     def end_stiffness_along(self, planes, axis):
-        """See `BatchElements`. [N/m]"""
+        """Static stiffness of end 2 along x, y or z, see `BatchElements`. [N/m]"""
         return self._models.end_stiffness_along(planes, axis)[self._place]
 
     @property
     def statics(self):
-        """See `BatchElements`."""
+        """Tensions [N], stretched length [m] and Newton steps, see `BatchElements`."""
         return self._models.statics[self._place]
 
     @property
     def wave_time(self):
-        """See `BatchElements`. [s]"""
+        """Travel time of a transverse wave along the longest smooth piece, see `BatchElements`. [s]"""
         return self._models.wave_time[self._place]
 
     @property
     def turn(self):
-        """See `BatchElements`. [rad]"""
+        """Largest angle between the tangent at end 1 and another one, see `BatchElements`. [rad]"""
         return self._models.turn[self._place]
 
 

@@ -214,7 +214,7 @@ def long_cable(case):
 
 
 def share_hint(document, scene, failure):
-    """What to write where a tension is refused as too small, and a share of the breaking force is likely to be meant.
+    """Hint where a tension is refused as too small, and a share of the breaking force is likely to be meant.
 
     Parameters
     ----------

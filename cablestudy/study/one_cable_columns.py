@@ -94,7 +94,7 @@ def why_not(scene, column):
 
 
 def evaluate(scenes, columns, estimate=False):
-    """As `row.evaluate_cases`, of columns of suspensions too, in whose headers the cells are."""
+    """Rows as of `row.evaluate_cases`, with columns of suspensions too: cells have the headers asked for."""
     bare = all(scene.gondola is None for scene in scenes)
     own = {column.header: column_of_one_cable(column, bare) for column in columns}
     rows = evaluate_cases(scenes, list({column.header: column for column in own.values()}.values()), estimate)

@@ -88,7 +88,7 @@ class InCableWind:
         return self._largest(self.sides, names, variance, open_loop)[0]
 
     def rms_to(self, accuracy, names):
-        """The same of displacements or tensions of a bare cable, with more modes until its error is an accuracy."""
+        """`rms` of displacements or tensions of a bare cable, with more modes until its error is an accuracy."""
         found, side = self._largest(self.sides, names, "value", True)
         while found[1] > accuracy and side.finer is not None:
             found, side = self._largest([side.finer], names, "value", True)
@@ -230,7 +230,7 @@ def equilibrium_of(case):
 
 
 def equilibria_of(cases):
-    """The same of n cases of one batch that have one, all with a gondola or none: `Equilibrium` of shape (n,)."""
+    """`Equilibrium` of n cases of one batch that have one, all with a gondola or none, shape (n,)."""
     catenary = cases[0].results.catenary.take(np.array([[case.index] for case in cases]))
     span, end_1 = catenary.span, np.stack([case.end_1 for case in cases])[:, None]
     end_2 = end_1 + span.chord[..., None] * span.frame[..., 0, :]

@@ -312,6 +312,6 @@ def refine(searches, prepare):
 
 
 def reference_scene(scene):
-    """The same scene, of one cable or of a suspension, with a model to an accuracy of REFERENCE."""
+    """Copy of a scene, of one cable or of a suspension, with a model to an accuracy of REFERENCE."""
     model = scene.model.model_copy(update={"elements": None, "order": 1, "mass": "lumped", "accuracy": REFERENCE})
     return scene.model_copy(update={"model": model})

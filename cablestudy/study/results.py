@@ -152,17 +152,17 @@ class Results:
 
     @cached_property
     def planar(self):
-        """Whether no load leaves the cable's plane: in-plane and out-of-plane motion decouple, shape (n,)."""
+        """True where no load leaves the cable's plane: in-plane and out-of-plane motion decouple, shape (n,)."""
         return ~self.span.load_forces[..., 2].any(axis=-1) & ~self._uneven
 
     @cached_property
     def across_x(self):
-        """Whether a movement along x leaves the cable's plane, shape (n,)."""
+        """True where a movement along x leaves the cable's plane, shape (n,)."""
         return self.span.frame[:, 2, 0] != 0
 
     @cached_property
     def mirror_symmetric(self):
-        """Whether a cable is its own mirror image at mid-length, shape (n,)."""
+        """True where a cable is its own mirror image at mid-length, shape (n,)."""
         return self.span.mirror_symmetric & ~self._uneven
 
     @cached_property
@@ -249,7 +249,7 @@ class Results:
 
     @cached_property
     def folded(self):
-        """Whether a cable has next to no tension somewhere, shape (n,)."""
+        """True where a cable has next to no tension somewhere, shape (n,)."""
         return self.catenary.folded
 
     @cached_property
@@ -273,7 +273,7 @@ class Results:
         return pieces(fraction[case], self.catenary.singularities[case])
 
     def travel_shares(self, case, edges):
-        """See `catenary.travel_shares`."""
+        """Travel time of a transverse wave along each piece over the longest one, see `catenary.travel_shares`."""
         return travel_shares(self.catenary.take(case), edges)
 
 

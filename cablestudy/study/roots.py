@@ -51,13 +51,13 @@ class Effort:
     costly: bool = False
 
     def equal(self, values):
-        """Whether values of the function are equal but for rounding; of fewer than two nothing is known."""
+        """True if values of the function are equal but for rounding; of fewer than two nothing is known."""
         return len(values) > 1 and np.ptp(values) <= CONSTANT * (np.abs(values).max() + self.scale)
 
 
 @dataclass(frozen=True)
 class Zeros:
-    """What a search has found.
+    """Zeros that a search has found.
 
     Attributes
     ----------

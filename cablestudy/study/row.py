@@ -60,7 +60,7 @@ class Row:
 
     @property
     def failed(self):
-        """Whether some column cannot be had."""
+        """True if some column cannot be had."""
         return not has_answer(self.cells["status"])
 
 

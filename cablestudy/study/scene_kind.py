@@ -1,4 +1,4 @@
-"""What differs between scenes of one cable and suspensions: the one place of studies that knows both."""
+"""Differences between scenes of one cable and suspensions: the one place of studies that knows both."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -137,35 +137,35 @@ class CaseTable:
         return len(self.cases)
 
     def given(self, path):
-        """See `SceneValues.given`."""
+        """A number of each case in SI, see `SceneValues.given`."""
         return self._array(attribute(self.scene, path))
 
     def words(self, path):
-        """See `SceneValues.words`."""
+        """A word of each case, see `SceneValues.words`."""
         return np.array([attribute(self.scene, path) or ""] * len(self))
 
     def lacking(self, column):
-        """See `SceneValues.lacking`."""
+        """Cases that lack a key which a column needs, see `SceneValues.lacking`."""
         return dict.fromkeys(range(len(self)), without(self.scene, column)) if lacks(self.scene, column) else {}
 
     @property
     def ends(self):
-        """See `SceneValues.ends`."""
+        """Places of both ends, see `SceneValues.ends`."""
         cable = self.scene.cable
         return tuple(np.stack([self._array(place) for place in end], axis=-1) for end in (cable.end_1, cable.end_2))
 
     @property
     def moves(self):
-        """See `SceneValues.moves`."""
+        """Displacements of both ends by the load cases, see `SceneValues.moves`."""
         return np.repeat(SceneValues([self.scene]).moves, len(self), axis=0)
 
     @property
     def push(self):
-        """See `SceneValues.push`."""
+        """Forces of the load cases on end 2 along x, see `SceneValues.push`."""
         return np.repeat(SceneValues([self.scene]).push, len(self))
 
     def loads(self, of_case):
-        """See `SceneValues.loads`."""
+        """Point loads, see `SceneValues.loads`."""
         return tuple(np.repeat(part, len(self), axis=0) for part in SceneValues([self.scene]).loads(of_case))
 
     def _array(self, value):

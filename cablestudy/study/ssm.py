@@ -100,7 +100,7 @@ class StateSpaceOptions:
 
     @property
     def all_ends(self):
-        """The same of each pair of an output and an input: list of (str, str)."""
+        """Names of each pair of an output and an input: list of (str, str)."""
         if self.attached:  # names are those of the state space, for the file
             return [(END, END)]
         outputs = [name.removeprefix("force_") for name in self.outputs or (END,)]
@@ -113,7 +113,7 @@ class StateSpaceOptions:
 
     @property
     def pairs(self):
-        """The same of each pair of an output and an input: list of (int, int); SceneError."""
+        """Numbers of each pair of an output and an input: list of (int, int); SceneError."""
         return [
             (number_of("--output", end, NAMES), number_of("--input", displaced, NAMES))
             for displaced, end in self.all_ends
@@ -245,7 +245,7 @@ class Choice:
 
     @property
     def notes(self):
-        """What is modelled and what is left out: list of str."""
+        """Notes on what is modelled and what is left out: list of str."""
         case, options = self.case, self.options
         share = case.end_model.inertia_share(*options.pair)
         omitted = float(np.delete(share, self.chosen).sum())
@@ -294,7 +294,7 @@ class Choice:
 
 
 def has_loss_factor(dampings):
-    """Whether any of some `Damping` is hysteretic."""
+    """True if any of some `Damping` is hysteretic."""
     return any(damping.model == "hysteretic" and damping.loss_factor for damping in dampings)
 
 
@@ -476,7 +476,7 @@ def exported(system, options):
 
 
 def improper_note(system):
-    """What a program that takes A, B, C, D alone does not have: list of str, at most one."""
+    """Note on what a program that takes A, B, C, D alone does not have: list of str, at most one."""
     names = system.improper
     if not names:
         return []

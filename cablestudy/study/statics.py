@@ -63,5 +63,5 @@ class DiscreteStatics:
         return sag(case.state, case.results.catenary.middle[case.index])
 
     def shape(self, positions):
-        """As `ClosedStatics.shape`."""
+        """Static form at some places, see `ClosedStatics.shape`."""
         return interpolate(self._case.state, positions)

@@ -27,5 +27,5 @@ def status_of(failures, *doubts):
 
 
 def has_answer(status):
-    """Whether a row of this status is an answer: one with DOUBTS is."""
+    """True if a row of this status is an answer: one with DOUBTS is."""
     return status == OK or status.startswith(DOUBTS)

@@ -315,7 +315,7 @@ def read_csv(path):
 
 
 def stream_csv(path):
-    """As `read_csv`, with an iterator of rows, each with the number of its line."""
+    """Contents of a CSV file, see `read_csv`, with an iterator of rows, each with the number of its line."""
     lines = _cells(path)
     names = [name.strip() for name in next(lines, (1, ()))[1]]
     if not names:

@@ -1,4 +1,4 @@
-"""What `trade` compares of one cable: closed forms, bars, high orders, accuracies, reduced modes, frequency grids."""
+"""Models that `trade` compares of one cable: closed forms, bars, high orders, accuracies, fewer modes, grids."""
 
 import re
 from collections.abc import Callable
@@ -177,12 +177,12 @@ def fixed(elements, order, mass, scene, _=()):
 
 
 def with_elements(scene, elements, order, mass):
-    """The same scene with exactly these elements."""
+    """Copy of a scene with exactly these elements."""
     return _modelled(scene, accuracy=None, elements=elements, order=order, mass=mass)
 
 
 def with_accuracy(scene, accuracy):
-    """The same scene with error control."""
+    """Copy of a scene with error control."""
     return _modelled(scene, accuracy=accuracy, elements=None, order=1, mass="lumped")
 
 
@@ -289,7 +289,7 @@ def _of_modes(column, case):
 
 
 class ModeOfSystem:
-    """As `GondolaMode`, of a linear system of gondola and cable, without errors.
+    """Mode of the gondola, as `GondolaMode`, of a linear system of gondola and cable, without errors.
 
     Parameters
     ----------
@@ -327,7 +327,7 @@ class OfSystem(InWind):
         self._system, self._weights = system, OWN | seen_weights(self.scene.exposure, self.scene.correction)
 
     def rms(self, names, variance, open_loop):
-        """As `InWind.rms`; the error is not a number.
+        """RMS of some outputs, as `InWind.rms`; the error is not a number.
 
         Raises
         ------
@@ -391,7 +391,7 @@ class OnGrid(InWind):
         self._weights = OWN | seen_weights(self.scene.exposure, self.scene.correction)
 
     def rms(self, names, variance, open_loop):
-        """As `InWind.rms`; the error is not a number."""
+        """RMS of some outputs, as `InWind.rms`; the error is not a number."""
         response, state = self.response_of_state(open_loop)
         rows = [row for row, name in enumerate(response.names) if name in names]
         spectrum = response.spectra(self._frequency, state)[rows].sum(axis=0)

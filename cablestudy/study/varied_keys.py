@@ -1,4 +1,4 @@
-"""What a study varies as columns of its table: numbers in SI where every value is one, else text as it is written."""
+"""Columns of the keys that a study varies: numbers in SI where every value is one, else text as it is written."""
 
 import json
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ class VariedKey:
 
     @property
     def name(self):
-        """As of a column: without unit."""
+        """Name of its column, without unit."""
         return self.key
 
     @property

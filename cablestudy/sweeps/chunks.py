@@ -26,7 +26,7 @@ MAX_GROWTH = 4  # of the size from one chunk to the next: the first cases may be
 
 @dataclass(frozen=True)
 class Chunk:
-    """What a worker receives."""
+    """Work that a worker receives."""
 
     study: bytes  # pickled: a few kilobytes whatever the number of its cases
     versions: dict  # that the rows must be computed with
@@ -38,7 +38,7 @@ class Chunk:
 
 @dataclass(frozen=True)
 class Done:
-    """What a worker returns."""
+    """Result that a worker returns."""
 
     headers: list  # of the cells that were computed
     records: list  # one for each case, from `record.pack`

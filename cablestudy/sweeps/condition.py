@@ -226,7 +226,7 @@ class _Translator:
 
 
 def is_text(operand):
-    """Whether an operand is text, and never a number."""
+    """True if an operand is text, and never a number."""
     return isinstance(operand, str) or (isinstance(operand, Variable) and operand.is_text)
 
 

@@ -1,4 +1,4 @@
-"""What the rows of a study depend on: the version of the results, the scene, what varies, the columns."""
+"""Fingerprint of what rows of a study depend on: version of the results, scene, what varies, columns."""
 
 import json
 from functools import cache
@@ -20,7 +20,7 @@ def versions():
 
 
 def identity(study, columns):
-    """What the rows of a study depend on, as plain values: dict of `versions`, `scene`, `vary`, `find` (or not),
+    """All that the rows of a study depend on, as plain values: dict of `versions`, `scene`, `vary`, `find` (or not),
     `columns`."""
     headers = [column.header for column in columns]
     plain = {"versions": versions(), **study.resolved(), "columns": headers}

@@ -132,7 +132,7 @@ def cases_table(study):
 
 
 def varied_cells(varied, overrides):
-    """What varies in a case, from `Study.overrides`, as cells; `varied` are the VariedKeys by their keys."""
+    """Cells of what varies in a case, from `StudyFile.overrides`; `varied` are the VariedKeys by their keys."""
     return {varied[key].header: varied[key].cell(value) for key, value in overrides.items()}
 
 

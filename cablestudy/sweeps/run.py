@@ -37,7 +37,7 @@ NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 
 @dataclass(frozen=True)
 class SweepOptions:
-    """What is to be done with a study: the options of `cablestudy sweep`; `keep` the rows on disk as they are done."""
+    """Options of `cablestudy sweep`; `keep` the rows on disk as they are done."""
 
     keep: bool = False
     resume: bool = False
@@ -252,7 +252,7 @@ class Run:
 
 
 def has_fixed_elements(study):
-    """Whether errors of rows are estimated only where they are asked for."""
+    """True if errors of rows are estimated only where they are asked for."""
     model = getattr(study.case(0)[1], "model", None)
     return getattr(model, "elements", None) is not None or any(key.startswith("model") for key in study.set_keys)
 

@@ -338,7 +338,7 @@ def _check_finished(database):
 
 
 def stored_description(database):
-    """What the rows of a database depend on.
+    """Description of what the rows of a database depend on.
 
     Returns
     -------

@@ -26,7 +26,7 @@ WHOLE = re.compile("-?[0-9]+")
 
 @dataclass(frozen=True)
 class Stored:
-    """What is stored of a study."""
+    """Rows that are stored of a study."""
 
     table: Table
     path: str  # of the file that it is from
@@ -54,7 +54,7 @@ class PlainRows(list):
 
 @contextmanager
 def stored_table(study, files, again):
-    """What is stored of a study: all its rows as they were computed, else its CSV, else the rows that are done.
+    """Table from what is stored of a study: all its rows as computed, else its CSV, else the rows that are done.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def stored_table(study, files, again):
 
 
 def has_all_rows(path, current, count):
-    """Whether a file has all rows of a study as it is now, whose `fingerprint.identity` is `current`."""
+    """True if a file has all rows of a study as it is now, whose `fingerprint.identity` is `current`."""
     if not os.path.exists(path):
         return False
     try:

@@ -1,4 +1,4 @@
-"""What an option names in the rows of a study: a column or a varied key, and its values in a unit."""
+"""Variables that an option names in the rows of a study: a column or a varied key, and its values in a unit."""
 
 import re
 from dataclasses import dataclass

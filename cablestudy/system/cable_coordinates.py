@@ -93,7 +93,7 @@ class MeshGroup:
         return self.placed(self.ends.motion(amplitudes, ends))
 
     def placed(self, moved):
-        """As `nodes`, of displacements of the nodes in the chord frame, shape (g, nodes, 3, r)."""
+        """Places and displacements of the nodes, as `nodes`, from those in the chord frame, shape (g, nodes, 3, r)."""
         state, frame = self.ends.state, self.ends.state.span.frame
         moved = np.einsum("gnir,gij->gnjr", moved, frame)
         straight = state.mesh.node_positions[:, None] * np.array([1.0, 0.0, 0.0])

@@ -107,7 +107,7 @@ class Cables:
         return np.zeros(self.count, dtype=bool) if self._drag is None else self.heavy & (self._drag[0] > 0)
 
     def uneven_drag(self, places):
-        """See `steady_drag.uneven_drag`, of some cables; None where none of them is blown."""
+        """Uneven drag of some cables, see `steady_drag.uneven_drag`; None where none of them is blown."""
         return uneven_drag(*(part[places] for part in self._drag)) if self.blown[places].any() else None
 
     @cached_property
@@ -133,7 +133,7 @@ class Cables:
 
     @cached_property
     def point_masses(self):
-        """What each cable carries, see `Span.point_masses`: list of tuple."""
+        """Point masses of each cable, see `Span.point_masses`: list of tuple."""
         span = self.catenary.span
         if span.load_masses is None:
             return [()] * self.count
@@ -215,7 +215,7 @@ class Models:
         self.cables, self.meshes, self._fixed, self._most = cables, meshes, fixed, most
 
     def equal(self, other):
-        """Whether these are superelements of the same cables on the same meshes."""
+        """True if these are superelements of the same cables on the same meshes."""
         own, others = ((one.cables, one.meshes, one._fixed, one._most) for one in (self, other))
         return own == others
 
@@ -254,7 +254,7 @@ class Models:
 
     @property
     def complete(self):
-        """Whether all modes of all cables are computed."""
+        """True if all modes of all cables are computed."""
         return not any(mesh is not None and self._large(mesh) for mesh in self.meshes)
 
     def _large(self, mesh):
@@ -302,7 +302,7 @@ class Models:
         return self._coordinates(kept, limits)
 
     def with_modes(self, chosen):
-        """What is kept of each cable: some of its modes, and vectors for the others: list of Kept.
+        """Coordinates kept of each cable: some of its modes, and vectors for the others: list of Kept.
 
         Parameters
         ----------
@@ -387,7 +387,7 @@ class Models:
         return found
 
     def shapes_of_modes(self):
-        """As `nodes`, of the n modes of each cable with fixed ends and of the static shapes of its six ends.
+        """Places of the nodes, and displacements in modes with fixed ends and in static shapes of the six ends.
 
         Returns
         -------
@@ -434,7 +434,7 @@ class Models:
 
 
 def fixed_meshes(cables, model):
-    """The same mesh for each cable with mass.
+    """One mesh for each cable with mass.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ LARGE = 300_000  # entries of G from which it is kept sparse
 
 @dataclass(frozen=True)
 class Layout:
-    """What of the linear model does not depend on the cables' models.
+    """Part of the linear model that does not depend on the cables' models.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Layout:
 
     @cached_property
     def large(self):
-        """Whether matrices are sparse."""
+        """True if matrices are sparse."""
         return 6 * len(self.equilibrium.suspension.cable_names) * len(self.free) > LARGE
 
     @cached_property

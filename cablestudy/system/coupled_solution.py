@@ -18,7 +18,7 @@ NOISE = 1e-12  # error of a frequency by rounding
 
 @dataclass(frozen=True)
 class CableRecord:
-    """What one cable was given, and why.
+    """Mesh and modes that one cable was given, and why.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ class Trial:
             self._bodies[rows, :, :found] = shapes[..., modal:, :]
 
     def some(self, chosen):
-        """The same with some of its modes, an array of bool."""
+        """Some of its modes, chosen by an array of bool."""
         other = copy(self)
         other.omega, other._modal, other._bodies = (
             self.omega[:, chosen],
@@ -383,7 +383,7 @@ class CoupledModes:
 
     @cached_property
     def cables(self):
-        """What each cable was given: tuple of `CableRecord`."""
+        """Mesh and modes that each cable was given: tuple of `CableRecord`."""
         return tuple(_record(self.solution, place, name) for place, name in enumerate(self._cable_names))
 
     @property
@@ -397,7 +397,7 @@ class CoupledModes:
 
     @cached_property
     def moves(self):
-        """What has the largest share of the kinetic energy in each mode, such as "gondola x" or "n1 in-plane".
+        """Name of what has the largest share of the kinetic energy in each mode, such as "gondola x" or "n1 in-plane".
 
         A body, the junctions together or the cables together; of these one by its name where it has more than half.
         """

@@ -73,7 +73,7 @@ class PoleSum:
         return PoleSum(polynomial, poles, residues)
 
     def in_s(self, viscous):
-        """The same of s, for x = s^2 + viscous s; None where two poles of s coincide nearly.
+        """Sum over poles of s, for x = s^2 + viscous s; None where two poles of s coincide nearly.
 
         x/(x - X) = -viscous s/X - s^2 sum of q/(p (p - q))/(s - p), for both orders of the two poles p and q.
         """
@@ -123,7 +123,7 @@ class Strain:
             )
 
     def spoils(self, omega):
-        """Whether so much strain is damped that rounding spoils what is left."""
+        """True if so much strain is damped that rounding spoils what is left."""
         return len(omega) > 0 and bool(np.abs(self.factor(1j * omega.min())) > MOST_DAMPED)
 
     @property
@@ -151,7 +151,7 @@ class CouplingDamping:
         self.matrices = (stiffness, mass) if self._squared else (stiffness, damping, mass)
 
     def dynamic_stiffness(self, s, rows, columns):
-        """See `Superelement.dynamic_stiffness`."""
+        """Dynamic stiffness at some of the ends, see `Superelement.dynamic_stiffness`."""
         below = np.imag(s) < 0
         x = self._variable(np.where(below, np.conj(s), s))
         few = len(s) <= FEW and self._near is None and "_found" not in self.__dict__  # of which poles cost more

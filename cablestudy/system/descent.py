@@ -137,7 +137,7 @@ def some(record, index):
 
 
 def copied(record):
-    """The same cases in arrays of their own."""
+    """Copy of the cases in arrays of their own."""
     return replace(record, **{f.name: np.array(getattr(record, f.name)) for f in fields(record)})
 
 

@@ -117,17 +117,17 @@ class Ends:
 
     @property
     def coupling(self):
-        """See `Superelement`, shape (..., n, 6). [sqrt(kg)]"""
+        """Coupling of the modes and the ends, see `Superelement`, shape (..., n, 6). [sqrt(kg)]"""
         return self._undamped[1]
 
     @property
     def stiffness(self):
-        """See `Superelement`, shape (..., 6, 6). [N/m]"""
+        """Static stiffness of the ends, see `Superelement`, shape (..., 6, 6). [N/m]"""
         return self._undamped[2]
 
     @property
     def inertia(self):
-        """See `Superelement`, shape (..., 6, 6). [kg]"""
+        """Inertia of the ends in static shapes, see `Superelement`, shape (..., 6, 6). [kg]"""
         return self._undamped[3]
 
     @cached_property
@@ -216,7 +216,7 @@ class EndsOfLarge(Ends):
     """
 
     def take(self, rows):
-        """The same: it is one cable."""
+        """Itself: it is one cable."""
         return self
 
     @cached_property

@@ -18,7 +18,7 @@ DEPENDENT = 1e-3  # singular value of the static gain over the largest, below wh
 
 @dataclass(frozen=True)
 class Allocation:
-    """What is measured, and how an error is shared among the winches.
+    """Measured coordinates, and how an error is shared among the winches.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class Allocation:
 
 @dataclass(frozen=True)
 class LinearControl:
-    """What closes the loop, as `Loop` has it too.
+    """Control law that closes the loop, as `Loop` has it too.
 
     Attributes
     ----------

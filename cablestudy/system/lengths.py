@@ -460,7 +460,7 @@ def damped(damping, least, diverging, slow):
 
 
 def near_least(suspension, state, which, high):
-    """Whether a cable has less tension than its weight, and none needs more by its weight than is allowed, shape (n,).
+    """True where a cable has less tension than its weight, and none needs more by it than is allowed, shape (n,).
 
     Only then the bounds of `possible_tensions` decide on an answer.
     """

@@ -194,15 +194,15 @@ class Residues:
         return self, None
 
     def combined(self, space):
-        """The same with combinations of the outputs, of shape (o, r)."""
+        """Residues of combinations of the outputs, of shape (o, r)."""
         return replace(self, outputs=space.T @ self.outputs, direct=space.T @ self.direct)
 
     def some(self, chosen):
-        """The same with some of its poles, an array of bool."""
+        """Residues of some of its poles, chosen by an array of bool."""
         return replace(self, poles=self.poles[chosen], inputs=self.inputs[chosen], outputs=self.outputs[:, chosen])
 
     def statically(self, fast):
-        """The same with some poles, an array of bool, replaced by their static response -c_a b_a/l_a."""
+        """Residues with some poles, an array of bool, replaced by their static response -c_a b_a/l_a."""
         follow = (self.outputs[:, fast] / -self.poles[fast]) @ self.inputs[fast]
         return replace(self.some(~fast), direct=self.direct + (follow if self.one_sided else follow.real))
 
@@ -228,7 +228,7 @@ class DelayedResponse:
         return sharp, lambda s: self.response(s) - sharp.response(s)
 
     def combined(self, space):
-        """See `Residues.combined`."""
+        """Response of combinations of the outputs, see `Residues.combined`."""
         return DelayedResponse(lambda s: space.T @ self.response(s), self.sharp.combined(space))
 
 

@@ -1,4 +1,4 @@
-"""What a cable may state instead of its unstretched length (tensions, sag), and how it depends on it.
+"""Values that a cable may state instead of its unstretched length (tensions, sag), and how they depend on it.
 
 With N the tension vector at mid-length, P_1, P_2 the tension vectors at the ends, T_1, T_2 their sizes, d the vector
 from end 1 to end 2 and K the stiffness, at ends that do not move

@@ -129,7 +129,7 @@ def search_all(suspension, state):
 
 
 def by_softer_cables(suspension):
-    """The same by way of softer cables where something else than a length is stated.
+    """State in which a search begins, by way of softer cables where something else than a length is stated.
 
     Given tensions, the pose hardly depends on the stiffness; the path to it does: between stiff cables a small movement
     makes large tensions.

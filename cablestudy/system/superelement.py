@@ -55,7 +55,7 @@ class Damping:
 
 
 def grows_with_modes(damping):
-    """Whether damping of other motions grows with the number of modes, without limit: modal damping, if any.
+    """True if damping of other motions grows with the number of modes, without limit: modal damping, if any.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def grows_with_modes(damping):
 
 
 def any_grows_with_modes(cables):
-    """Whether the damping of one of some cables, which have the attribute `damping`, grows with the number of modes."""
+    """True if the damping of one of some cables, which have the attribute `damping`, grows with the number of modes."""
     return any(grows_with_modes(cable.damping) for cable in cables)
 
 
@@ -128,7 +128,7 @@ class Superelement:
 
     @cached_property
     def residual_inertia(self):
-        """What the modes leave of `inertia`: the ends' own mass and the omitted modes', shape (6, 6). [kg]"""
+        """Inertia that the modes leave of `inertia`: the ends' own mass and the omitted modes', shape (6, 6). [kg]"""
         return self.inertia - self.coupling.T @ self.coupling
 
     @cached_property
@@ -141,12 +141,12 @@ class Superelement:
 
     @property
     def uneven(self):
-        """Whether viscous damping couples modes: it is of the cable and not of what that carries, or of the wind."""
+        """True if viscous damping couples modes: it is of the cable and not of what that carries, or of the wind."""
         return (self.carried is not None and self.viscous != 0) or self.air is not None
 
     @property
     def coupled(self):
-        """Whether damping couples modes."""
+        """True if damping couples modes."""
         return self.strain is not None or self.uneven
 
     @property
@@ -159,7 +159,7 @@ class Superelement:
         return connected(*self.matrices(), np.arange(n + size.shape[1]) >= n)[:n]
 
     def select(self, chosen):
-        """The same cable with only some modes; its static stiffness stays exact.
+        """Copy of the cable with only some modes; its static stiffness stays exact.
 
         Parameters
         ----------
@@ -183,7 +183,7 @@ class Superelement:
         )
 
     def at_ends(self, shapes):
-        """The same cable for movements of its ends in some shapes alone, which take the place of the six ends.
+        """Copy of the cable for movements of its ends in some shapes alone, which take the place of the six ends.
 
         Parameters
         ----------
@@ -224,7 +224,7 @@ class Superelement:
         return np.concatenate([new(self.carried[:, :n]), self.carried[:, n:]], axis=1)
 
     def combine(self, shapes):
-        """The same cable with combinations of its modes as coordinates; its static stiffness stays exact.
+        """Copy of the cable with combinations of its modes as coordinates; its static stiffness stays exact.
 
         Parameters
         ----------
@@ -312,7 +312,7 @@ class Superelement:
         return shares(mass[:, force] * mass[:, displacement])
 
     def condense(self, chosen):
-        """As `select`, but with the modal damping of the omitted modes as slow movements of the ends meet it."""
+        """Copy with only some modes, and the modal damping of the others as slow movements of the ends meet it."""
         kept = self.select(chosen)
         if self.strain is not None:
             return kept
@@ -382,7 +382,7 @@ class Superelement:
 
     @property
     def spoilt(self):
-        """Whether so much strain is damped that rounding spoils the response: `dynamic_stiffness` refuses it."""
+        """True if so much strain is damped that rounding spoils the response: `dynamic_stiffness` refuses it."""
         return self.strain is not None and self.strain.spoils(self.omega)
 
     @cached_property

@@ -143,7 +143,7 @@ class SuspendedSystem:
         return len(self.body_names) - self.junctions
 
     def broadcast(self, shape=None):
-        """The same cases with all arrays in the full shape of cases, or in another `shape` of the same size."""
+        """Copy of the cases with all arrays in the full shape of cases, or in another `shape` of the same size."""
         full = self.shape
         shape = full if shape is None else shape
         arrays = {}
@@ -279,7 +279,7 @@ class Equilibrium:
 
     @cached_property
     def stability(self):
-        """Whether the equilibrium is stable, and which motion is not: `stability.Stability`."""
+        """Stability of the equilibrium, and which motion is not stable: `stability.Stability`."""
         return stability.judge(self)
 
     @cached_property
@@ -289,7 +289,7 @@ class Equilibrium:
 
     @cached_property
     def stands(self):
-        """Whether it was found, is stable, and its places are determined, shape (...)."""
+        """True where it was found, is stable, and its places are determined, shape (...)."""
         return self.record.converged & self.stability.stable & self.uncertainty.determined
 
 

@@ -30,7 +30,7 @@ UNKNOWN = 1e30  # in place of what is not finite
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """What rounding changes; all of it UNKNOWN where there is no equilibrium.
+    """Changes by rounding; all of them UNKNOWN where there is no equilibrium.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Uncertainty:
 
     @cached_property
     def determined(self):
-        """Whether the places are answers, shape (...)."""
+        """True where the places are answers, shape (...)."""
         return self.relative.max(axis=(-1, -2), initial=0.0) <= UNDETERMINED
 
     def reason(self, case=()):

@@ -51,7 +51,7 @@ class Coherence:
 
     @property
     def constant(self):
-        """Whether it is the same at all frequencies."""
+        """True if it is the same at all frequencies."""
         return bool(self.kappa(np.ones(1))[0] == self.least)
 
 

@@ -76,7 +76,7 @@ class Gusts:
         return self.input_spectra(frequency, np.swapaxes(self.into, -1, -2) @ response)
 
     def input_spectra(self, frequency, response):
-        """The same by the response to each of the inputs of `into`, shape (f, m + t + 3 b, o)."""
+        """Spectra by the response to each of the inputs of `into`, shape (f, m + t + 3 b, o)."""
         pushed = self.matrix_times(frequency, response)
         return (pushed.real * response.real + pushed.imag * response.imag).sum(axis=1)
 

@@ -1,4 +1,4 @@
-"""What an exposure and a correcting mirror leave of a motion: factors of its spectrum.
+"""Motion that an exposure and a correcting mirror leave: factors of its spectrum.
 
 Both are factors of the variance at each frequency, so their product holds for exposures behind a mirror.
 """

@@ -118,7 +118,7 @@ class Strip:
 
     @cached_property
     def point_forces(self):
-        """As `forces` at each point, shape (3, q, k)."""
+        """Forces at each point, as `forces` of strips, shape (3, q, k)."""
         order, points = self.mesh.order, self._points[0]
         if order == 1:
             t, weights = _both_sides(*gauss(1), self.kinks)

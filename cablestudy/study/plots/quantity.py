@@ -1,4 +1,4 @@
-"""What a study can draw along an axis or as a colour: a column, or a varied key."""
+"""Quantities that a study can draw along an axis or as a colour: a column, or a varied key."""
 
 from dataclasses import dataclass
 

@@ -41,7 +41,7 @@ class Series:
 
 @dataclass
 class Bar:
-    """What a colour bar shows: a mappable, its label, and places and names of ticks where they are no numbers."""
+    """Contents of a colour bar: a mappable, its label, and places and names of ticks where they are no numbers."""
 
     mappable: ScalarMappable
     label: str
@@ -58,7 +58,7 @@ class Factor:
 
     @property
     def words(self):
-        """What varies."""
+        """Words for what varies."""
         return ", ".join(quantity.words for quantity in self.quantities)
 
     def text(self, level):

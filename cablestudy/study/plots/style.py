@@ -263,12 +263,12 @@ def colours_over(values, logarithmic=None):
 
 
 def spans_decades(values):
-    """Whether ascending values are better drawn on a logarithmic scale, if that is one for them."""
+    """True if ascending values are better drawn on a logarithmic scale, if that is one for them."""
     return len(values) > 0 and bool(0 < 30 * values[0] < values[-1])
 
 
 def spaced_logarithmically(values):
-    """Whether distinct, ascending values are spaced by ratios rather than by differences.
+    """True if distinct, ascending values are spaced by ratios rather than by differences.
 
     Their median is then nearer to the geometric mean of the smallest and the largest than to the arithmetic one; that
     holds of ranges, of lists as 1, 2, 5, 10, and of samples.

@@ -28,7 +28,7 @@ KINDS = (PLACES, MM, "displacement", "mm"), (TURNS, 1e6, "rotation", "µrad")  #
 
 @dataclass(frozen=True)
 class DrawnState:
-    """What is drawn of one state of control.
+    """Curves that are drawn of one state of control.
 
     Attributes
     ----------

@@ -52,7 +52,7 @@ def unit_text(unit):
 
 
 def panels_left_out(count, total):
-    """What the heading of a picture says of panels that are not in it."""
+    """Words in the heading of a picture on panels that are not in it."""
     return f" (first {count} of {total} panels)" if count < total else ""
 
 
@@ -74,14 +74,14 @@ def shortened(text, most=LONGEST):
 
 
 def column_words(name):
-    """What a column shows: its owner in a suspension, and its name with spaces."""
+    """Words for a column: its owner in a suspension, and its name with spaces."""
     owner, _, own = name.rpartition(".")
     own = re.sub(r"\brms\b", "RMS", own.replace("_", " "))
     return shortened(f"{owner.replace('.', ' ')} {own}".strip(), 2 * LONGEST)
 
 
 def key_words(key):
-    """What a dotted key of a scene is, with the table that it belongs to: `wind.speed` is "wind speed"."""
+    """Words for a dotted key of a scene, with the table that it belongs to: `wind.speed` is "wind speed"."""
     if key in SPECIAL:
         return SPECIAL[key]
     parts, words = list(split_key(key)), []

@@ -32,16 +32,16 @@ class Airflow:
 
     @property
     def on_cables(self):
-        """Whether gusts act on cables."""
+        """True if gusts act on cables."""
         return bool(self.drag.cables.any())
 
     @property
     def damps(self):
-        """Whether the air damps what moves."""
+        """True if the air damps what moves."""
         return self.scene.wind.aerodynamic_damping
 
     def damped(self, models, kept, equilibrium):
-        """What is `Kept` of the cables of some `Models`, with their aerodynamic damping: list of Kept."""
+        """Superelements of the cables of some `Models` with their aerodynamic damping: list of Kept."""
         found = list(kept)
         for one in strips(models, kept, equilibrium, self.drag) if self.damps else []:
             found[one.cable] = replace(found[one.cable], element=replace(found[one.cable].element, air=one.damping))
@@ -74,7 +74,7 @@ class Airflow:
         return gusts(wind, self.drag, layout, shapes, *along, areas, davenport(wind))
 
     def areas(self, equilibrium):
-        """What each body and junction shows to the mean wind, for its admittance, shape (b,). [m^2]"""
+        """Area of each body and junction across the mean wind, for its admittance, shape (b,). [m^2]"""
         along = self.drag.velocity / np.sqrt((self.drag.velocity**2).sum())
         own = (np.swapaxes(equilibrium.rotation, -1, -2) @ along[:, None])[..., 0]
         areas = np.zeros(len(own))

@@ -58,12 +58,12 @@ class SuspensionCase:
 
     @cached_property
     def finer(self):
-        """The same suspension with a model to an accuracy of `refinement.REFERENCE`."""
+        """Copy of the case with a model to an accuracy of `refinement.REFERENCE`."""
         return SuspensionCase(reference_scene(self.scene))
 
     @property
     def damped_by_modes(self):
-        """Whether some cable has modal damping, whose effect grows with the number of modes."""
+        """True if some cable has modal damping, whose effect grows with the number of modes."""
         return any_grows_with_modes(self.scene.cables.values())
 
     @cached_property
@@ -95,7 +95,7 @@ class SuspensionCase:
 
     @property
     def calm(self):
-        """The same without the steady wind of the load case; raises as `group`."""
+        """`Equilibrium` without the steady wind of the load case; raises as `group`."""
         return self.group.calm.take(self.place)
 
     @cached_property
@@ -120,12 +120,12 @@ class SuspensionCase:
 
     @property
     def moves(self):
-        """Whether its motion in the wind or under control was computed."""
+        """True if its motion in the wind or under control was computed."""
         return "in_wind" in self.__dict__ and self.in_wind.solved
 
     @property
     def solved(self):
-        """Whether its equilibrium was computed, and is one."""
+        """True if its equilibrium was computed, and is one."""
         return "group" in self.__dict__
 
     @property

@@ -417,7 +417,7 @@ def why_not(scene, column):
 
 
 def has_key(scene, cable, column):
-    """Whether the cable of a name has what one of its columns needs."""
+    """True if the cable of a name has what one of its columns needs."""
     return not _missing_key(scene, cable, column)
 
 

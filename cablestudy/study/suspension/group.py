@@ -115,7 +115,7 @@ class HangingCable:
 
     @property
     def form(self):
-        """What `cable.geometry` takes."""
+        """Form of the cables, as `cable.geometry` takes it."""
         return self.catenary
 
     @property
@@ -167,7 +167,7 @@ class Group:
 
     @property
     def calm(self):
-        """The same without the steady wind of the load cases."""
+        """`Equilibrium` without the steady wind of the load cases."""
         return self.reference if self._loaded is None else self._loaded.calm
 
     @cached_property

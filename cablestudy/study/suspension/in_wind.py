@@ -221,7 +221,7 @@ class InWind:
 
     @property
     def solved(self):
-        """Whether the motion was computed, that of an unstable loop with its winches at rest too."""
+        """True if the motion was computed, that of an unstable loop with its winches at rest too."""
         known = [self.__dict__[name] for name in ("_outcome", "_judged") if name in self.__dict__]
         at_rest = self.__dict__.get("_at_rest")
         return any(not isinstance(one, Exception) for one in known) or (at_rest is not None and at_rest.solved)

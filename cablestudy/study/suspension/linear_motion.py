@@ -58,7 +58,7 @@ def wind_diameters(scene):
 
 
 def offered_by_bodies(scene, body_names):
-    """What bodies and junctions offer to the wind.
+    """Areas of bodies and junctions in the wind, and their centres of pressure.
 
     Returns
     -------
@@ -168,14 +168,14 @@ class LinearMotion:
         self.actuators = actuators_of(scene)
 
     def with_modes(self, modes, driven):
-        """The same with other `CoupledModes`, so many of which, the last ones, the loop could drive."""
+        """Copy with other `CoupledModes`, so many of which, the last ones, the loop could drive."""
         known = self.scene, self.equilibrium, self.airflow
         found = modes, self.accuracy, self.model, driven, self.loops, self.responses
         return LinearMotion(*known, *found, midspans=self.midspans)
 
     @cached_property
     def with_all_modes(self):
-        """The same with the modes that no output depends on: for a state space."""
+        """Copy with the modes that no output depends on: for a state space."""
         if len(self.kept) == len(self.modes):
             return self
         known = self.scene, self.equilibrium, self.airflow, self.modes, self.accuracy, self.model, self.driven
@@ -328,7 +328,7 @@ class LinearMotion:
         return self.airflow and self.airflow.gusts(self.modes.solution, self.layout, self._basis[1])
 
     def blown_by(self, airflow):
-        """The same motion in the gusts of an `Airflow` that damps it as much as its own, or as none."""
+        """Copy in the gusts of an `Airflow` that damps it as much as its own, or as none."""
         if airflow is None or airflow.side == self.airflow.side:
             return self
         _ = self.motion  # which both have
@@ -340,11 +340,11 @@ class LinearMotion:
 
     @property
     def braked(self):
-        """Whether the air damps what moves."""
+        """True if the air damps what moves."""
         return self.airflow is not None and self.airflow.damps
 
     def in_air(self, models, kept):
-        """What is `Kept` of the cables of some `Models`, with their aerodynamic damping: list of Kept."""
+        """Superelements of the cables of some `Models` with their aerodynamic damping: list of Kept."""
         return self.airflow.damped(models, kept, self.equilibrium) if self.airflow else kept
 
     def air_on_bodies(self, shapes):

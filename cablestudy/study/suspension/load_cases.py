@@ -1,4 +1,4 @@
-"""What a load case does to suspensions: from the reference state to that of the day.
+"""Effect of a load case on suspensions: from the reference state to that of the day.
 
 Unstretched lengths are those of the reference state, which are stated or found there. Temperature changes them, ice
 adds to the mass per length, point loads act on cables and a steady wind on bodies and cables, and the pose is found
@@ -76,7 +76,7 @@ def pressed_cables(drag, mass):
 
 
 def drag_change(found, drag):
-    """What an equilibrium changes by, since drag is taken as uniform along each cable, to first order.
+    """Change of an equilibrium, since drag is taken as uniform along each cable, to first order.
 
     Parameters
     ----------

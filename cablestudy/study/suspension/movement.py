@@ -155,7 +155,7 @@ class Movement:
 
     @property
     def knows_notches(self):
-        """Whether no mode that the model lacks may have a larger share than the one that a notch `coupled` is of."""
+        """True if no mode that the model lacks may have a larger share than the one that a notch `coupled` is of."""
         table = self.scene.control and self.scene.control.notch
         if not table or table.frequency != "coupled":
             return True
@@ -323,19 +323,19 @@ class Movement:
 
     @cached_property
     def with_critical_modes(self):
-        """The same movement, with the modes that would grow first where its gain is nearly the largest one."""
+        """Copy with the modes that would grow first where its gain is nearly the largest one."""
         linear = self.driven.with_critical_modes(self.linear, self.loop.gain)
         return self if linear is self.linear else Movement(self.scene, linear)
 
     @cached_property
     def with_all_modes(self):
-        """The same movement with the modes that no output depends on: for a state space."""
+        """Copy with the modes that no output depends on: for a state space."""
         linear = self.linear.with_all_modes
         return self if linear is self.linear else Movement(self.scene, linear)
 
     @cached_property
     def stable(self):
-        """Whether no motion grows, with the winches at rest and with the loop."""
+        """True if no motion grows, with the winches at rest and with the loop."""
         if unstable_pole(self.open_poles) is not None:
             return False
         return self.loop is None or not self.gains.unstable(self.loop.gain)

@@ -19,7 +19,7 @@ TENSOR = [[0, 3, 4], [3, 1, 5], [4, 5, 2]]
 
 
 class CableValues:
-    """What scenes state of their cables, as `SceneValues` with a second axis of c cables.
+    """Numbers that scenes state of their cables, as `SceneValues` with a second axis of c cables.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def loads_of(scene, of_case):
 
 
 def topology_of(scene):
-    """What scenes must share to be cases of one `SuspendedSystem`: names, connections, what is free and what is stated.
+    """Names, connections, what is free and what is stated: cases of one `SuspendedSystem` share them.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def topology_of(scene):
 
 
 def connected_alike(scene, other):
-    """Whether two scenes share the very tables of what is connected with what, as rows do that vary other numbers."""
+    """True if two scenes share the very tables of what is connected with what, as rows do that vary other numbers."""
     shared = scene.cables is other.cables and scene.points is other.points and len(scene.bodies) == len(other.bodies)
     return shared and all(
         name == other_name and body.free is known.free and body.attachments is known.attachments
@@ -100,7 +100,7 @@ def connected_alike(scene, other):
 
 
 def each_with(compute, scenes):
-    """What is computed from the connections of each scene, once for neighbours that share them: list."""
+    """Results from the connections of each scene, computed once for neighbours that share them: list."""
     found = []
     for place, scene in enumerate(scenes):
         known = place and connected_alike(scene, scenes[place - 1])
@@ -167,7 +167,7 @@ def numbers_of(scenes, count=None):
 
 
 def distribution_of(scenes):
-    """What `system.lengths.solve` needs beside the numbers, as its keyword arguments.
+    """Keyword arguments that `system.lengths.solve` needs beside the numbers.
 
     Parameters
     ----------

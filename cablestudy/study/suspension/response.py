@@ -185,7 +185,7 @@ class Response:
         return max(self._moving_error(state) for state in self._states)
 
     def errs_more_than(self, allowed):
-        """Whether that is more than a value; the winches at rest, which cost less, are looked at first."""
+        """True if `moving_error` is more than a value; the winches at rest, which cost less, are looked at first."""
         return not all(self._moving_error(state) <= allowed for state in reversed(self._states))
 
     def _variances(self, state, weights=None):

@@ -92,7 +92,7 @@ class SuspensionChoice:
 
     @property
     def notes(self):
-        """What is modelled and what is left out: list of str."""
+        """Notes on what is modelled and what is left out: list of str."""
         omitted = float(np.delete(self.whole.inertia_share(*self.pair), self.chosen).sum())
         output, input_ = self.pair
         names = f"{self.whole.inputs[input_][0]} and {self.whole.outputs[output][0]}"

@@ -107,7 +107,7 @@ class ControlledChoice:
 
     @property
     def notes(self):
-        """What is modelled and what is left out: list of str."""
+        """Notes on what is modelled and what is left out: list of str."""
         scene, kept = self.case.scene, len(self.found)
         others = self.movement.motion.shapes.shape[1] - kept
         about = "without wind" if scene.wind is None else "in the mean wind"

@@ -1,4 +1,4 @@
-"""What waves along and across cables, faster than the modes of a model, change in the variances of tensions.
+"""Changes of the variances of tensions by waves along and across cables that are faster than the modes of a model.
 
 Of the force of the gusts on a cable, what no mode of the model takes up reaches its ends at once. In truth it comes
 with waves, most of it with the first ones above the highest mode, and each follows its share as a mass on a spring

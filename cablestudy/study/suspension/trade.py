@@ -1,4 +1,4 @@
-"""What `trade` compares of a suspension: closed forms, bars, high orders and error control, the same for each cable."""
+"""Models that `trade` compares of a suspension: closed forms, bars, high orders and error control, for all cables."""
 
 from functools import partial
 

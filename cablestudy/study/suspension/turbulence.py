@@ -127,5 +127,5 @@ class Turbulence:
         return whole, np.abs(whole - coarse), self._integrals.undamped(found, whole[0], np.ones(whole.shape[1]))
 
     def undamped(self, stiffness):
-        """See `Integrals.undamped`, of the displacements."""
+        """Poles of the displacements that nothing damps, see `Integrals.undamped`."""
         return self._integrals.undamped(self.residues, self.variances[0][0], stiffness)

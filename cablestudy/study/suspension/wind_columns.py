@@ -194,7 +194,7 @@ def actuator_columns(name, wheel=None):
 
 
 def exceeded_limits(case):
-    """What passes a limit: actuator and quantity, or key of the winches -> text."""
+    """Limits that are exceeded: actuator and quantity, or key of the winches -> text."""
     found, control = {}, case.scene.control
     if control is not None and control.max_speed is not None:
         _, peak, fastest, _ = case.in_wind.winch_speeds
