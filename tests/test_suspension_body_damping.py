@@ -249,3 +249,15 @@ def test_a_motion_that_is_held_has_no_mode():
 def test_an_axis_that_does_not_exist_is_named():
     with pytest.raises(ValueError, match=r"'disc.damping_ratio_q' \(did you mean disc.damping_ratio_"):
         find("disc.damping_ratio_q")
+
+
+@pytest.mark.parametrize("law", ["hysteretic", "kelvin_voigt"])
+def test_numbers_of_a_body_mode_are_to_the_accuracy_asked_for(law):
+    """As those of one cable; against a model of a hundredth of that accuracy they err no more than stated."""
+    names = [name.format(quantity) for name in motions() for quantity in ("share", "damping_ratio")]
+    accuracy, fine = 1e-7, solve(scene(law, {"accuracy": 1e-9}), *names)
+    found = solve(scene(law, {"accuracy": accuracy}), *names)
+    for name in names:
+        assert found.errors[name] <= accuracy, name
+        apart = abs(found.values[name] / fine.values[name] - 1)
+        assert apart <= found.errors[name] + fine.errors[name], name

@@ -7,10 +7,8 @@ import numpy as np
 
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.one_cable_system import GONDOLA, cables_of, equilibrium_of
-from cablestudy.study.suspension.body_mode import BodyMode
+from cablestudy.study.suspension.body_mode import SHARPER, BodyMode, to_accuracy
 from cablestudy.system.coupled_modes import coupled_modes
-
-SHARPER = (1.0, 1e-2, 1e-4)  # accuracies of the modes that are tried, over that asked for
 
 
 class GondolaMode:
@@ -61,7 +59,7 @@ class GondolaMode:
         """Share of the gondola's static compliance. [-]"""
         if not self._accuracy:
             return self.mode.share
-        return self._to_accuracy(lambda mode: mode.share, map(self._sharper_mode, SHARPER))
+        return self._known(lambda mode: mode.share, map(self._sharper_mode, SHARPER))
 
     @cached_property
     def damping_ratio(self):
@@ -74,12 +72,9 @@ class GondolaMode:
         """
         airflow = self._case.in_wind.airflow
         modes = chain([self.mode], map(self._sharper_mode, SHARPER[1:]))
-        return self._to_accuracy(lambda mode: mode.damping_ratio(airflow), modes)
+        return self._known(lambda mode: mode.damping_ratio(airflow), modes)
 
-    def _to_accuracy(self, number_of, modes):
-        """The first number within the accuracy, or the last one; `number_of` a `BodyMode` gives it with its error."""
-        for mode in modes:
-            value, error = number_of(mode)
-            if np.isnan(error) or error <= self._accuracy:
-                break
+    def _known(self, number_of, modes):
+        """A number to the accuracy, whose error is not below rounding; see `to_accuracy`."""
+        value, error = to_accuracy(number_of, modes, self._accuracy)
         return value, np.maximum(error, self._rounding)

@@ -20,6 +20,7 @@ FAR = 0.1  # relative distance from a known pole, from which on it is another on
 UNDAMPED = 1e-24  # damping ratio up to which it is rounding of a mode that nothing damps
 MOST_OF_CABLE = 1200  # displacements of a cable all of whose modes are computed for a damped pole: half a second
 SAFETY = 3.0  # on the change from coarser meshes, where it falls slowly
+SHARPER = (1.0, 1e-2, 1e-4)  # accuracies of the modes that are tried for a number, over that asked for
 TIE = 1e-6  # relative difference of two shares that are one: the lower mode is taken
 
 
@@ -130,6 +131,25 @@ class BodyMode:
         if run is None:
             return self.number
         return run[0] - 1 + largest_share(modes.compliance_shares(self.body, self.axis)[run[0] - 1 : run[1]])
+
+
+def to_accuracy(number_of, modes, accuracy):
+    """The first number of some modes whose error is within an accuracy, or the last one, with its error.
+
+    Parameters
+    ----------
+    number_of : callable
+        `BodyMode` -> number and its estimated relative error, not a number for an exact choice of elements.
+    modes : iterable of BodyMode
+        Of ever higher accuracies, each computed when it is needed.
+    accuracy : float or None
+        None for an exact choice of elements.
+    """
+    for mode in modes:
+        value, error = number_of(mode)
+        if np.isnan(error) or error <= accuracy:
+            break
+    return value, error
 
 
 def largest_share(share):

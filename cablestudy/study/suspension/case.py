@@ -12,7 +12,7 @@ from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import merged_loads, places_of
 from cablestudy.study.status import MODAL
 from cablestudy.study.suspension.airflow import Airflow
-from cablestudy.study.suspension.body_mode import FIRST, MOST_MODES, BodyMode
+from cablestudy.study.suspension.body_mode import FIRST, MOST_MODES, SHARPER, BodyMode, to_accuracy
 from cablestudy.study.suspension.cable_modes import CableModes
 from cablestudy.study.suspension.group import Group, HangingCable
 from cablestudy.study.suspension.in_wind import InWind, solve_modes
@@ -384,10 +384,23 @@ class SuspensionCase:
         NoSolutionError
             As `mode_along`; or it grows with the number of modes, which an accuracy leaves open.
         """
-        mode = self.mode_along(name, axis)
-        if self.model is None and mode.modes.solution.models.cables.modal.any():
+        if self.model is None and self.mode_along(name, axis).modes.solution.models.cables.modal.any():
             raise NoSolutionError(MODAL)
-        return mode.damping_ratio(self._airflow)
+        modes, airflow = self._modes_along(name, axis), self._airflow
+        return to_accuracy(lambda mode: mode.damping_ratio(airflow), modes, self.scene.model.accuracy)
+
+    def share_along(self, name, axis):
+        """Share of `mode_along` in the static compliance, and its estimated relative error; raises as that. [-]"""
+        return to_accuracy(lambda mode: mode.share, self._modes_along(name, axis), self.scene.model.accuracy)
+
+    def _modes_along(self, name, axis):
+        """Yield `mode_along`, then of modes of higher accuracies; only the first of an exact choice of elements."""
+        yield self.mode_along(name, axis)
+        damping = [cable.damping for cable in self.scene.cables.values()]
+        for sharper in SHARPER[1:] if self.model is None else ():
+            about = {"accuracy": sharper * self.scene.model.accuracy, "damping": damping}
+            modes_of = partial(coupled_modes, self.equilibrium, **about)
+            yield BodyMode.search(modes_of, name, self.body(name), axis)
 
     @cached_property
     def _airflow(self):

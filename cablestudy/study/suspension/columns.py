@@ -219,7 +219,7 @@ def _mode_along(name, axis):
     yield Column(f"{name}.frequency_{axis}", "Hz", f"coupled mode with the largest share {along}", "modes",
                  lambda case: with_drag(case, case.mode_along(name, place).frequency))  # fmt: skip
     yield Column(f"{name}.share_{axis}", "", f"share {along} in that mode, phi^2/w^2 over 1/k", "modes",
-                 lambda case: with_drag(case, case.mode_along(name, place).share))  # fmt: skip
+                 lambda case: with_drag(case, case.share_along(name, place)))  # fmt: skip
     yield Column(f"{name}.damping_ratio_{axis}", "", "damping ratio of that mode, winches at rest, with the air where "
                  "the scene has wind", "modes",
                  lambda case: with_drag(case, case.damping_ratio_along(name, place)))  # fmt: skip
