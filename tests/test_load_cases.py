@@ -404,3 +404,18 @@ def test_a_material_whose_name_is_a_formula_is_refused(folder):
     refused = study_file(folder, "materials: {=1+1: {density: 1440, elastic_modulus: 70 GPa}}\n")
     message = 'materials.=1+1: a name of a material begins with a letter or a digit, got "=1+1"'
     assert run("static", refused, code=2).lines == [f"{refused}:2:13: {message}"]
+
+
+def test_a_line_on_several_load_cases_is_told_once(tmp_path):
+    path = tmp_path / "loaded.yaml"
+    path.write_text(
+        "cable: {ends: [[0, 0, 0], [50, 0, 0]], diameter: 10 mm, elastic_modulus: 100 GPa, density: 7850 kg/m^3,\n"
+        "  preload: 5 kN, loads: [{at: 20 m, mass: 10 kg}]}\n"
+        "cases: {dry: {}, wet: {loads: [{at: 30 m, mass: 5 kg}]}, storm: {loads: [{at: 10 m, mass: 50 kg}]}}\n",
+        encoding="utf-8",
+    )
+    alone = [run("static", path, "--case", case).lines for case in ("dry", "wet", "storm")]
+    (note,) = alone[0]
+    assert note.startswith("note: cable.preload is that of the cable without its point loads")
+    assert alone == [[note]] * 3
+    assert run("static", path, "--case", "all").lines == [f"cases dry, wet, storm: {note}"]

@@ -166,6 +166,39 @@ def test_a_suspension_has_its_load_cases_too(folder):
     assert float(shown["largest tension"][0]) < float(shown["largest tension"][1])
 
 
+SPANS = """
+cable: {diameter: 28 mm, elastic_modulus: 70 GPa, density: 3400 kg/m^3, expansion: 19e-6, breaking_force: 30 kN}
+points: {a: [0, 0, 30], b: {at: [350, 0, 25], free: true, mass: 60}, top: [350, 0, 28], c: [700, 0, 30]}
+cables:
+  s1: {from: a, to: b, unstretched_length: 351}
+  s2: {from: b, to: c, unstretched_length: 351}
+  string: {from: top, to: b, unstretched_length: 3}
+ground: 2
+cases:
+  {everyday: {temperature: 15 degC}, hot: {temperature: 70 degC}, ice: {temperature: 0 degC, ice: {thickness: 15 mm}}}
+"""
+
+
+def test_key_figures_are_of_the_load_case_that_governs_and_each_span_has_its_sag(folder):
+    (folder / "spans.yaml").write_text(SPANS, encoding="utf-8")
+    page, _ = report(folder, "spans.yaml")
+    cases = {}
+    for row in table_of("static", "spans.yaml", "--case", "all", "--table", "cables"):
+        cases.setdefault(row["case"], {})[row["name"]] = row
+    largest = {case: max(row["max_tension_N"] for row in rows.values()) for case, rows in cases.items()}
+    lowest = {case: min(row["clearance_m"] for row in rows.values()) for case, rows in cases.items()}
+    figures = dict(re.findall(r"<dt>([^<]*)</dt><dd>([0-9.]+)", page.html))
+    assert max(largest, key=largest.get) == "ice"
+    assert float(figures["largest tension, ice"]) == pytest.approx(largest["ice"], rel=5e-4)
+    assert min(lowest, key=lowest.get) == "hot"
+    assert float(figures["clearance, hot"]) == pytest.approx(lowest["hot"], rel=5e-4)
+    for column, title in (("sag_m", "Sag of each cable [m]"), ("clearance_m", "Clearance of each cable [m]")):
+        head, *lines = page.tables[title]
+        assert head == ["cable", "everyday", "hot", "ice"]
+        for name, *numbers in lines[:3]:
+            assert list(map(float, numbers)) == pytest.approx([cases[case][name][column] for case in cases], rel=5e-4)
+
+
 def test_what_options_change_is_told(folder):
     page, _ = report(folder, ZIPLINE, "--set", "cable.preload=12 kN", "--set", "ground=null", "--set", "gravity=9.8")
     preload, ground, gravity = page.tables["Changed"][1:]

@@ -202,7 +202,11 @@ class Scene:
         answers = {name: scene._compute_case(what, **options) for name, scene in cases.items()}
 
         def lines(of: Callable[[Answer], tuple[str, ...]]) -> tuple[str, ...]:
-            return tuple(f"case {name}: {line}" for name, answer in answers.items() for line in of(answer))
+            told: dict[str, list[str]] = {}
+            for name, answer in answers.items():
+                for line in of(answer):
+                    told.setdefault(line, []).append(name)
+            return tuple(f"case{'s' * (len(names) > 1)} {', '.join(names)}: {line}" for line, names in told.items())
 
         solved = {name: answer.case for name, answer in answers.items() if not answer.failures}
         tables = {name: answer.table for name, answer in answers.items() if answer.table is not None}

@@ -140,11 +140,11 @@ def cables_table(scene, document):
     if any(row["own"] for row in rows):
         fields.append(Field("own", "of its own"))
     fixed = sum(not point.free for point in scene.points.values())
-    bodies = "1 body" if len(scene.bodies) == 1 else f"{len(scene.bodies)} bodies"
+    bodies = ["1 body" if len(scene.bodies) == 1 else f"{len(scene.bodies)} bodies"] if scene.bodies else []
     things = {"cable": len(scene.cables), "winch": len(scene.winches), "fixed point": fixed}
     things["free point"] = len(scene.points) - fixed
     named = [counted(number, noun).replace("chs", "ches") for noun, number in things.items() if number]
-    line = ", ".join([bodies, *named])
+    line = ", ".join([*bodies, *named])
     return paragraph(f"{line}.") + table_html(Table(tuple(fields), rows), "Connections", "the file has them all")
 
 

@@ -78,11 +78,16 @@ class Page:
         self.add(table_html(table, caption, where_all))
 
     def key_figure(self, table, column, title, pick):
-        """Show one number of a table, picked by `min` or `max` among its rows, above all sections."""
+        """Show one number of a table, picked by `min` or `max` among its rows, above all sections.
+
+        Where the rows are of load cases its title names the one that governs.
+        """
         known = [(row[column], place) for place, row in enumerate(table.rows) if row.get(column) is not None]
         if not known:
             return
         value, place = pick(known)
+        case = table.rows[place].get("case")
+        title = title if case is None else f"{title}, {case}"
         unit = next(field.unit for field in table.fields if field.name == column)
         errors = list(table.errors()) if table.errors else []
         error = error_text(errors[place].get(column)) if place < len(errors) else ""

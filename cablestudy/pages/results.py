@@ -34,7 +34,7 @@ KEY_FIGURES = {
         ("", "max_tension_N", "largest tension", max), ("", "utilisation", "utilisation", max),
         ("", "sag_m", "sag", max), ("", "clearance_m", "clearance", min),
         ("cables", "max_tension_N", "largest tension", max), ("cables", "min_tension_N", "smallest tension", min),
-        ("cables", "utilisation", "largest utilisation", max),
+        ("cables", "utilisation", "largest utilisation", max), ("cables", "clearance_m", "clearance", min),
     ),
     "modes": (("", "frequency_Hz", "lowest frequency", min),),
     "loop": tuple(
@@ -64,9 +64,10 @@ def sections(page, scene):
     scene : interface.scene.CableScene
     """
     model, known = scene.model, {}
+    several = bool(model.cases) and model.case is None
     with page.section("Statics"):
-        _answer(page, scene, "static")
-    if model.cases and model.case is None:
+        _answer(page, scene, "static", headed=not several)
+    if several:
         with page.section("Load cases"):
             _cases(page, scene)
     elif not model.cases:
@@ -90,10 +91,10 @@ def _by_name(answer):
     return {"": answer.table} if answer.table is not None else answer.tables or {}
 
 
-def _answer(page, scene, what, known=None):
+def _answer(page, scene, what, known=None, headed=True):
     """What a command computes: tables without the columns that are known, picture, notes; returns the `Answer`.
 
-    `known` has the names of columns by the name of their table.
+    `known` has the names of columns by the name of their table; `headed`: whether numbers of it are key figures.
     """
     answer, tables = scene.compute(what, estimate=True), {}
     _told(page, what, answer)
@@ -102,16 +103,17 @@ def _answer(page, scene, what, known=None):
         if any(not field.label for field in new):
             status = tuple(field for field in table.fields if field.name == "status" and field not in new)
             tables[name] = replace(table, fields=new + status)
-    _tables(page, scene, what, tables)
+    for name, table in tables.items():
+        page.table(table, _caption(scene, what, name))
+    if headed:
+        _key_figures(page, what, tables)
     if answer.draw is not None:
         page.draw(answer.draw, PICTURES[what] + _of_case(scene))
     return answer
 
 
-def _tables(page, scene, what, tables):
-    """Tables with their captions; the numbers among them that a reader looks for first."""
-    for name, table in tables.items():
-        page.table(table, _caption(scene, what, name))
+def _key_figures(page, what, tables):
+    """The numbers of tables that a reader looks for first."""
     for name, column, title, pick in KEY_FIGURES[what]:
         if name in tables:
             page.key_figure(tables[name], column, title, pick)
@@ -135,7 +137,10 @@ def _of_case(scene):
 
 
 def _cases(page, scene):
-    """Statics in each load case: of several cables the extremes of all."""
+    """Statics in each load case: of several cables the extremes of all, and sag and clearance of each.
+
+    The key figures are those of the case that governs.
+    """
     answer = scene.compute_cases("static", estimate=True)
     page.warn(answer.warnings)
     for reason in answer.failures:
@@ -143,7 +148,12 @@ def _cases(page, scene):
     if answer.tables is None:
         page.table(answer.table, "Statics in each load case")
     else:
-        page.table(_extremes(answer.tables["cables"], list(scene.cases)), "Extremes of all cables")
+        cables = answer.tables["cables"]
+        page.table(_extremes(cables, list(scene.cases)), "Extremes of all cables")
+        for column, title in (("sag_m", "Sag"), ("clearance_m", "Clearance")):
+            if any(row.get(column) is not None for row in cables.rows):
+                page.table(_of_each_cable(cables, column, list(scene.cases)), f"{title} of each cable [m]")
+    _key_figures(page, "static", _by_name(answer))
     if answer.draw is not None:
         page.draw(answer.draw, "Static forms in the load cases")
 
@@ -159,3 +169,13 @@ def _extremes(cables, cases):
                 worst[column] = max(worst.get(column, 0.0), own.get(column, 0.0))
     fields = (Field("case", "case"), *(Field(column, title, unit) for column, title, unit, _ in OF_CASES))
     return Table(fields, list(rows.values()), across="case", errors=lambda: iter(errors.values()))
+
+
+def _of_each_cable(cables, column, cases):
+    """Table of one number of each cable, a row each, in each of some load cases."""
+    rows, errors = {}, {}
+    for row, own in zip(cables.rows, cables.errors(), strict=True):
+        rows.setdefault(row["name"], {"name": row["name"]})[row["case"]] = row.get(column)
+        errors.setdefault(row["name"], {})[row["case"]] = own.get(column)
+    fields = Field("name", "cable", label=True), *(Field(case, case) for case in cases)
+    return Table(fields, list(rows.values()), errors=lambda: iter(errors.values()))
