@@ -584,3 +584,19 @@ def test_fonts_that_are_not_found_are_no_warning(caplog):
     assert not caplog.records
     fonts.warning("findfont: not found")
     assert len(caplog.records) == 1
+
+
+def test_in_the_legend_a_rider_hangs_below_the_chord(tmp_path):
+    """Where the load is, and not at mid-span: the cable at its place, with the chord between the ends."""
+    rides = "cases={start: {loads: [{fraction: 0.2, mass: 80 kg}]}, arrival: {loads: [{fraction: 0.9, mass: 80 kg}]}}"
+    cases = {}
+    for name in ("start", "arrival"):
+        sets = ["cable.loads=[]", rides, f"case={name}"]
+        cases[name] = Case(load_scene(str(CONFIGS / "zipline.yaml"), sets)[1])
+    figure = draw(plots.case_forms(cases))
+    for name, case in cases.items():
+        cable = next(line for line in figure.axes[0].lines if line.get_label().startswith(f"{name}: "))
+        x, z = cable.get_xydata().T
+        kink = int(np.argmax(np.abs(np.diff(np.diff(z) / np.diff(x))))) + 1  # where the slope jumps
+        below = np.interp(x[kink], [x[0], x[-1]], [z[0], z[-1]]) - z[kink]
+        assert cable.get_label() == f"{name}: load {below:.4g} m below the chord", case

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 from matplotlib.figure import Figure
 
-from cablestudy.cable.geometry import clearance, places
+from cablestudy.cable.geometry import clearance, load_sag, places
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.plots.style import (
     DASHES,
@@ -149,7 +149,10 @@ def _draw(axes, views, looks, height):
 
 
 def _label(name, view):
-    return f"{shortened(name) if name else 'cable'}: sag {quantity_text(view.sag, 'm')}"
+    sag = f"sag {quantity_text(view.sag, 'm')}"
+    if name and len(view.loads[0]):  # a rider, for example, whose place differs from case to case
+        sag = f"load {quantity_text(float(load_sag(view.case.form)), 'm')} below the chord"
+    return f"{shortened(name) if name else 'cable'}: {sag}"
 
 
 def _side(axes, views, looks, ground, window):
