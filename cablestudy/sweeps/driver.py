@@ -86,7 +86,7 @@ def submit_all(chunks, executor, workers=lambda: 1):
         while True:
             most = AHEAD * workers() if workers() > 1 else 1
             while len(flying) < most and (chunk := chunks.next(workers())):
-                flying[executor.submit(compute, chunk)] = chunk
+                flying[_submit(chunk, executor, chunks)] = chunk
             if not flying:
                 return
             # not for ever: what is in flight may be lost with a scheduler, and asking for its workers tells
@@ -98,6 +98,15 @@ def submit_all(chunks, executor, workers=lambda: 1):
     finally:
         for chunk in flying.values():
             chunks.put_back(chunk)
+
+
+def _submit(chunk, executor, chunks):
+    """The future of a chunk, which is put back where the executor takes nothing any more."""
+    try:
+        return executor.submit(compute, chunk)
+    except BrokenProcessPool:
+        chunks.put_back(chunk)
+        raise
 
 
 class SerialExecutor(Executor):
