@@ -1,5 +1,7 @@
 """Sphinx configuration of the site; `docs/build_site.py` writes its pages to build/source and calls Sphinx."""
 
+from docutils.nodes import SkipNode
+from latex2mathml.converter import convert
 from pygments.lexer import RegexLexer, bygroups
 from pygments.token import Generic, Keyword
 
@@ -17,6 +19,8 @@ nitpicky = True
 nitpick_ignore_regex = [("py:.*", ".*")]
 
 smartquotes = False  # two hyphens are an option
+myst_fence_as_directive = ["math"]  # as code hosts write equations
+html_math_renderer = "mathml"  # which browsers show without a font or script from elsewhere
 myst_heading_anchors = 4  # links to headings as code hosts make them
 myst_links_external_new_tab = False
 suppress_warnings = ["myst.xref_ambiguous"]
@@ -60,7 +64,14 @@ def show_examples(app, context, lines):
     lines[:] = [".. code-block:: bash", "", *(f"   {line}" for line in examples(context.command.name))]
 
 
+def typeset(translator, node):
+    """Write an equation as MathML."""
+    translator.body.append(f'<div class="equation">{convert(node.astext(), display="block")}</div>')
+    raise SkipNode
+
+
 def setup(app):
     """Called by Sphinx."""
+    app.add_html_math_renderer("mathml", inline_renderers=(typeset, None), block_renderers=(typeset, None))
     app.add_lexer("console", Console)
     app.connect("sphinx-click-process-epilog", show_examples)
