@@ -1,7 +1,10 @@
 """Pages of the reference, generated from the code: keys of files, columns, commands, Python."""
 
+import ast
 import re
+from pathlib import Path
 
+import cablestudy
 from cablestudy.cli import main as program
 from cablestudy.cli.help import GROUPS
 from cablestudy.scene.keys import keys_of
@@ -9,6 +12,7 @@ from cablestudy.study.all_columns import columns_table
 from cablestudy.study.markdown import short
 from cablestudy.study.materials import materials_table
 
+PACKAGE = Path(cablestudy.__file__).parent
 FILES = {
     "scene": ("Keys of a scene", "a scene of one cable", "`ends` or `chord` under `cable`"),
     "suspension": ("Keys of a suspension", "a scene of several cables", "`cables`"),
@@ -45,6 +49,7 @@ def pages():
         "materials.md": materials_page(),
         "options.rst": commands_page(),
         "interface.rst": PYTHON,
+        "modules.md": modules_page(),
     }
 
 
@@ -106,6 +111,23 @@ def materials_page():
         "[Files](files.md#materials-and-ropes) says how to add your own.\n\n"
         f"{table_of(heads, cells)}\n## Sources\n\n{table_of(('material', 'source'), sources)}"
     )
+
+
+def modules_page():
+    """Every module of the program, by package, with the first line of its docstring."""
+    parts = [
+        "# Modules\n\nEvery file of the program with what is in it; [Architecture](architecture.md) is the overview.\n"
+    ]
+    packages = {}
+    for path in sorted(PACKAGE.rglob("*.py")):
+        if text := ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))):
+            folder = path.parent.relative_to(PACKAGE.parent).as_posix()
+            packages.setdefault(folder, []).append((path.name, text.partition("\n\n")[0].replace("\n", " ")))
+    for folder, files in packages.items():
+        parts.append(
+            f"\n## `{folder}/`\n\n{table_of(('file', 'what is in it'), [[f'`{name}`', text] for name, text in files])}"
+        )
+    return "".join(parts)
 
 
 def commands_page():

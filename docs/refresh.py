@@ -14,6 +14,7 @@ import tempfile
 from pathlib import Path
 
 import gallery
+import layers
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAMS = Path(sys.executable).parent
@@ -71,6 +72,7 @@ def main(*names):
         for picture in Path(folder).glob("*.svg"):  # drawn where the command was typed
             shutil.copy(picture, ROOT / PICTURES)
     gallery.write()
+    layers.write()
 
 
 if __name__ == "__main__":

@@ -1,0 +1,1 @@
+"""One cable, or arrays of cables: closed-form catenary, elements of any order, their stiffness, mass and modes."""

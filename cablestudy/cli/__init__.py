@@ -1,4 +1,7 @@
-"""The command line: parse, call, print, exit code. The commands are those of `help.GROUPS`."""
+"""The command line: parse, call, print, exit code.
+
+The commands are those of `help.GROUPS`.
+"""
 
 import os
 import sys

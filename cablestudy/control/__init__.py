@@ -1,0 +1,1 @@
+"""Winch loops: control law, loop gain, margins, responses in time, state space and its export."""

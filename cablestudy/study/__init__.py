@@ -1,0 +1,1 @@
+"""Results of scenes, computed when a column or command asks: columns, accuracy, reports, tables."""
