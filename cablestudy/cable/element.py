@@ -68,14 +68,14 @@ def highest(order):
 
 
 def lagrange(nodes, x):
-    """Lagrange polynomials of nodes, shape (k,), at places x, shape (j,): barycentric form, shape (j, k). [-]"""
+    """Lagrange polynomials of nodes, shape (k,), at places x, shape (...): barycentric form, shape (..., k). [-]"""
     difference = nodes[:, None] - nodes[None, :] + np.eye(len(nodes))
     weights = 1 / difference.prod(axis=1)
-    gap = x[:, None] - nodes
+    gap = x[..., None] - nodes
     hit = gap == 0
     terms = weights / np.where(hit, 1.0, gap)
-    on_node = hit.any(axis=1, keepdims=True)
-    return np.where(on_node, hit, terms / np.where(on_node, 1.0, terms.sum(axis=1, keepdims=True)))
+    on_node = hit.any(axis=-1, keepdims=True)
+    return np.where(on_node, hit, terms / np.where(on_node, 1.0, terms.sum(axis=-1, keepdims=True)))
 
 
 @lru_cache(maxsize=128)
@@ -133,7 +133,7 @@ class Mesh:
         return np.diff(self.edges)
 
     def located(self, positions):
-        """Element of each position, at an edge the one before it, and the place in it on [0, 1]: two of shape (j,)."""
+        """Element of each position, at an edge the one before it, and the place in it on [0, 1]: two of shape (...)."""
         which = np.clip(np.searchsorted(self.edges, positions, side="left") - 1, 0, self.elements - 1)
         return which, (positions - self.edges[which]) / self.sizes[which]
 

@@ -79,53 +79,70 @@ class State(SegmentedCable):
 
 
 def interpolate(state, positions):
-    """Displacement and tension of one cable between the nodes.
+    """Displacement and tension of cables between the nodes.
 
     Parameters
     ----------
     state : State
-        In equilibrium.
-    positions : ndarray, shape (j,)
+        In equilibrium, fields of shape (...).
+    positions : ndarray, shape (..., j)
         Unstretched arc length over unstretched length; at a load, the side of end 1. [-]
 
     Returns
     -------
-    displacement : ndarray, shape (j, 3)
+    displacement : ndarray, shape (..., j, 3)
         From the chord, in unstretched lengths, chord frame. [-]
-    tension : ndarray, shape (j,)
+    tension : ndarray, shape (..., j)
         Of the tension vector, linear along each element. [N]
     """
-    mesh = state.mesh
-    which, local = mesh.located(np.asarray(positions, dtype=float))
-    nodal = state.displacement[mesh.element_nodes[which]]
-    displacement = (lagrange(basis(mesh.order).nodes, local)[..., None] * nodal).sum(axis=-2)
-    force = state.mid_forces[which] + ((local - 0.5) * state.segment_weights[which])[:, None] * state.span.up
-    return displacement, np.sqrt((force**2).sum(axis=-1))
+    positions = np.broadcast_to(positions, (*np.shape(state.force), np.shape(positions)[-1]))
+    which, local = state.mesh.located(positions)
+    middle = np.take_along_axis(state.mid_forces, which[..., None], axis=-2)
+    weight = np.take_along_axis(state.segment_weights, which, axis=-1)
+    force = middle + ((local - 0.5) * weight)[..., None] * np.asarray(state.span.up)[..., None, :]
+    return _displacement(state.mesh, state.displacement, which, local), np.sqrt((force**2).sum(axis=-1))
+
+
+def _displacement(mesh, displacement, which, local):
+    """Displacements, shape (..., j, 3), from those of the nodes at places in elements as of `Mesh.located`."""
+    nodes = mesh.element_nodes[which]  # shape (..., j, p + 1)
+    nodal = np.take_along_axis(displacement, nodes.reshape(*nodes.shape[:-2], -1, 1), axis=-2)
+    return (lagrange(basis(mesh.order).nodes, local)[..., None] * nodal.reshape(*nodes.shape, 3)).sum(axis=-2)
 
 
 def sag(state, start):
-    """Vertical distance from the chord down to one cable at mid-span.
+    """Vertical distance from the chord down to each cable at mid-span.
 
     Parameters
     ----------
     state : State
-    start : float
+        Fields of shape (n,), or of one cable.
+    start : ndarray, shape (n,) or ()
         Arc length at mid-span of the continuous cable, over unstretched length; used as it is for a vertical cable. [-]
 
     Returns
     -------
-    float
+    ndarray, shape (n,) or ()
         [m]
     """
+    if not np.shape(state.force):
+        return sag(state.take(None), np.array([start]))[0]
     span = state.span
-    up, stretch = np.asarray(span.up), 1 + float(span.chord_strain)
+    stretch, cosine, sine = (np.asarray(part) for part in (1 + span.chord_strain, span.cosine, span.sine))
 
-    def vertical_and_horizontal(position):
-        place = interpolate(state, np.array([position]))[0][0]
-        place[0] += stretch * (position - 0.5)
-        return place @ up, place[0] * span.cosine - place[1] * span.sine
+    def place(position, index):
+        """Displacement from the middle of the chord of the cables of an index, chord frame, shape (m, 3)."""
+        located = state.mesh.located(position[:, None])
+        found = _displacement(state.mesh, state.displacement[index], *located)[:, 0]
+        found[:, 0] += stretch[index] * (position - 0.5)
+        return found
 
-    position = start
-    if span.cosine > 1e-9 and abs(vertical_and_horizontal(start)[1]) > 1e-16:
-        (position,) = zeros_between(lambda s, _: np.array([vertical_and_horizontal(s[0])[1]]), [0.0], [1.0], [0])
-    return -float(vertical_and_horizontal(position)[0] * span.unstretched_length)
+    def horizontal(position, index):
+        found = place(position, index)
+        return found[:, 0] * cosine[index] - found[:, 1] * sine[index]
+
+    position, every = np.array(start, dtype=float), np.arange(len(stretch))
+    search = np.flatnonzero((cosine > 1e-9) & (np.abs(horizontal(position, every)) > 1e-16))
+    if len(search):
+        position[search] = zeros_between(horizontal, np.zeros(len(search)), np.ones(len(search)), search)
+    return -(place(position, every) * span.up).sum(axis=-1) * span.unstretched_length

@@ -9,10 +9,10 @@ from cablestudy.cable.dynamics import PLANAR
 from cablestudy.cable.geometry import midspan
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.cache import Cache, frozen, shared
-from cablestudy.study.models import MAX_MODES, model_of
+from cablestudy.study.models import MAX_MODES, model_of, numbers_of
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues
-from cablestudy.study.statics import ClosedStatics, DiscreteStatics
+from cablestudy.study.statics import ClosedStatics, ElementStatics
 from cablestudy.wind.drag import body_damping, cable_damping
 
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
@@ -83,8 +83,9 @@ class Case:
     @property
     def size(self):
         """Estimated count of the numbers in all modes of the model. [-]"""
-        model = self.scene.model
-        nodes = self.level[0] * self.level[1] if self.level else (model.elements or 1) * model.order
+        if self.level is None:
+            return numbers_of(self.scene.model)
+        nodes = self.level[0] * self.level[1]
         return nodes * min(3 * nodes, MAX_MODES)
 
     # ------------------------------------------------------------------------------------------------------ statics
@@ -129,8 +130,10 @@ class Case:
 
     @cached_property
     def statics(self):
-        """Statics of the model: `ClosedStatics` or `DiscreteStatics`."""
-        return self.closed_statics if self.exact_statics else DiscreteStatics(self)
+        """Statics of the model: `ClosedStatics` or `ElementStatics`."""
+        if self.exact_statics:
+            return self.closed_statics
+        return ElementStatics(self.state, self.model.convergence, self.catenary.middle)
 
     @property
     def form(self):

@@ -1,4 +1,4 @@
-"""Stages that columns need, and the columns in closed form of many cases at once."""
+"""Stages that columns need, and the columns of statics of many cases at once: in closed form, and by elements."""
 
 from dataclasses import dataclass, field
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError
 from cablestudy.study.columns import DAMPING_RATIO, OF_FORM, ROUNDING, is_own, not_finite, over_strength, shapeless
+from cablestudy.study.element_results import element_results
 from cablestudy.study.results import Results
 from cablestudy.study.status import OK, OVER_STRENGTH, status_of
 
@@ -135,31 +136,101 @@ class ClosedForm:
 
 def closed_form(results, required):
     """`ClosedForm` of the cases of `Results`."""
-    numbers, failures, over = {}, {}, frozenset()
-
-    def fail(case, header, error):
-        failures.setdefault(case, {}).setdefault(header, error)
-
+    numbers, failures, over = {}, _refused(results, required), frozenset()
     if not required.scene_only:
-        unsolved = results.failures
-        over = frozenset(np.flatnonzero(over_strength(results)).tolist()) - unsolved.keys()
-        for case, error in unsolved.items():
-            for header in required.of_equilibrium:
-                fail(case, header, error)
-    for column in required.physical:
-        for case, error in results.values.lacking(column).items():
-            fail(case, column.header, error)
+        over = frozenset(np.flatnonzero(over_strength(results)).tolist()) - results.failures.keys()
     for column in required.closed:
-        number = np.asarray(column.compute(results))
-        numbers[column.header] = number + 0.0 if number.dtype.kind == "f" else number  # no minus before a zero
+        numbers[column.header] = _compute(column, results)
         if column.name in OF_FORM:
             for case in np.flatnonzero(results.catenary.slack).tolist():
-                fail(case, column.header, shapeless(column, results.limp[case]))
-        for case in np.flatnonzero(~np.isfinite(number)).tolist():
-            unsolved = results.failures if column.name == "chord" else {}  # with the force of a load case on an end
-            fail(case, column.header, unsolved.get(case) or not_finite(column))
+                _fail(failures, case, column.header, shapeless(column, results.limp[case]))
+        _refuse_infinite(failures, column, numbers[column.header], results.failures if column.name == "chord" else {})
     errors = {} if required.scene_only else _coarse_errors(results, required)
     return ClosedForm(len(results.values), numbers, failures, over, errors, required.least_errors)
+
+
+def by_elements(results, required, closed):
+    """Statics of the elements of each case in the place of a `ClosedForm`, which states their errors.
+
+    Returns
+    -------
+    ClosedForm
+    list of (ndarray of int, ElementResults)
+        Cases on equal meshes, and their elements.
+    """
+    columns = [column for column in required.closed if column.needs != "scene"]
+    numbers = {name: np.array(number) for name, number in closed.numbers.items()}
+    failures, over = _refused(results, required), set()
+    for column in required.closed:
+        if column.needs == "scene" and (own := _of_column(closed.failures, column)):
+            for case, error in own.items():
+                _fail(failures, case, column.header, error)
+    found, without = element_results(results)
+    for case, error in without.items():
+        for header in required.of_equilibrium:
+            _fail(failures, case, header, error)
+    for places, elements in found:
+        over.update(places[over_strength(elements)].tolist())
+        for column in columns:
+            own = _compute(column, elements)
+            numbers[column.header][places] = own
+            _refuse_infinite(failures, column, own, {}, places)
+    errors = _against_closed_form(columns, numbers, failures, closed)
+    scene = {column.header: 0.0 for column in required.physical if column.needs == "scene"}
+    errors = {case: scene | {name: errors[name][case] for name in errors} for case in range(closed.count)}
+    return ClosedForm(closed.count, numbers, failures, frozenset(over), errors, scene), found
+
+
+def _against_closed_form(columns, numbers, failures, closed):
+    """Header -> relative errors of the cases against the closed form, None where this has no number: dict of list."""
+    found = {}
+    for column in columns:
+        if column.least_error is None:
+            continue
+        name = column.header
+        value, truth = (np.asarray(part, dtype=float) for part in (numbers[name], closed.numbers[name]))
+        size = np.abs(truth)
+        with np.errstate(invalid="ignore"):  # of cases without a number
+            error = np.where(size > 0, np.abs(value - truth) / np.where(size > 0, size, 1.0), 1.0 * (value != truth))
+        found[name] = error.tolist()
+        for case in _of_column(closed.failures, column):
+            found[name][case] = None
+    return found
+
+
+def _refused(results, required):
+    """Case -> {header: CablestudyError} of cases without an equilibrium, or without a key that a column needs."""
+    failures = {}
+    if not required.scene_only:
+        for case, error in results.failures.items():
+            for header in required.of_equilibrium:
+                _fail(failures, case, header, error)
+    for column in required.physical:
+        for case, error in results.values.lacking(column).items():
+            _fail(failures, case, column.header, error)
+    return failures
+
+
+def _compute(column, results):
+    """Numbers of a column, shape (n,); no minus before a zero."""
+    number = np.asarray(column.compute(results))
+    return number + 0.0 if number.dtype.kind == "f" else number
+
+
+def _refuse_infinite(failures, column, number, unsolved, places=None):
+    """Let the cases fail whose number is not finite; `unsolved` has other reasons for some, `places` their indices."""
+    for place in np.flatnonzero(~np.isfinite(number)).tolist():
+        case = place if places is None else int(places[place])
+        _fail(failures, case, column.header, unsolved.get(case) or not_finite(column))
+
+
+def _fail(failures, case, header, error):
+    failures.setdefault(case, {}).setdefault(header, error)
+
+
+def _of_column(failures, column):
+    """Case -> CablestudyError of a column."""
+    return {case: own[column.header] for case, own in failures.items() if column.header in own}
 
 
 def _coarse_errors(results, required):
@@ -181,26 +252,29 @@ def _coarse_errors(results, required):
 
 
 def evaluate_table(table, columns):
-    """Closed-form columns of the cases of a `CaseTable`, without an object for each case.
+    """Columns of statics of the cases of a `CaseTable`, without an object for each case.
 
     Returns
     -------
     list of tuple, or None
         Of each case: list of numbers in the order of the columns but `status`, None where there is none; status;
-        dict of header -> estimated relative error where it exceeds ROUNDING. None where a column is no closed form of
-        many cases.
+        dict of header -> estimated relative error where it exceeds ROUNDING or, None, is not known. None where a column
+        is computed case by case.
     """
     if not all(map(is_own, columns)):
         return None
     required = ColumnRequirements(columns)
-    elements = table.scene.model.elements is not None and not required.scene_only
-    if elements or required.run or len(required.closed) < len(required.physical):
+    if required.run or len(required.closed) < len(required.physical):
         return None
-    closed = closed_form(Results(table), required)
+    results = Results(table)
+    closed = closed_form(results, required)
+    if table.scene.model.elements is not None and not required.scene_only:
+        closed, _ = by_elements(results, required, closed)
     numbers = list(map(list, zip(*(closed.numbers[column.header].tolist() for column in required.closed), strict=True)))
     rows = [(cells, OK, {}) for cells in numbers] or [([], OK, {}) for _ in table.cases]
     for case, errors in closed.errors.items():
-        rows[case] = rows[case][0], OK, {name: error for name, error in errors.items() if error > ROUNDING}
+        unsure = {name: error for name, error in errors.items() if error is None or error > ROUNDING}
+        rows[case] = rows[case][0], OK, unsure
     for case in closed.over_strength:
         rows[case] = rows[case][0], OVER_STRENGTH, rows[case][2]
     for case, failures in closed.failures.items():

@@ -56,28 +56,12 @@ class BatchElements:
             self._stiffness[planes, axis] = stiffness.tolist()
         return self._stiffness[planes, axis]
 
-    @cached_property
-    def statics(self):
-        """Mean, horizontal, largest and least tension [N], stretched length [m] and Newton steps, of each cable."""
-        state, span = self.state, self.span
-        weights, unit = state.mesh.point_weights, state.force
-        force = (state.tension * unit[:, None, None])[..., None] * state.direction
-        up = span.up[:, None, None]
-        level = force - (force * up).sum(axis=-1, keepdims=True) * up
-
-        def mean(values):
-            return (weights * values).reshape(len(values), -1).sum(axis=-1)
-
-        tension = mean(state.tension) * unit
-        columns = (
-            tension,
-            mean(np.sqrt((level**2).sum(axis=-1))),
-            state.max_tension,
-            state.min_tension,
-            span.unstretched_length * (1 + tension / span.axial_stiffness),
-            self.record.steps,
-        )
-        return list(zip(*(column.tolist() for column in columns), strict=True))
+    def take(self, places):
+        """Those of some cables, shape (m,)."""
+        if len(places) == len(self.span.chord):
+            return self
+        record = self.record and self.record.of(places)
+        return BatchElements(self.state.take(places), record, self.span.take(places), self._elements)
 
     @cached_property
     def wave_time(self):
@@ -141,11 +125,6 @@ class CableElements:
         return self._models.end_stiffness_along(planes, axis)[self._place]
 
     @property
-    def statics(self):
-        """Tensions [N], stretched length [m] and Newton steps, see `BatchElements`."""
-        return self._models.statics[self._place]
-
-    @property
     def wave_time(self):
         """Travel time of a transverse wave along the longest smooth piece, see `BatchElements`. [s]"""
         return self._models.wave_time[self._place]
@@ -173,15 +152,32 @@ def mesh_of(case):
         # on each piece as many as its share of the waves needs
         shares = results.travel_shares(index, pieces) if elements > 1 else [1.0] * (len(pieces) - 1)
         return mesh_pieces(pieces, counts_of_pieces(elements, shares), order, point_masses=carried)
-    model = case.scene.model
-    nodes = model.elements * model.order
-    if nodes > MAX_NODES:
+    return fixed_mesh(results, index, carried)
+
+
+def fixed_mesh(results, case, carried=()):
+    """The mesh of a case with a fixed number of elements.
+
+    Parameters
+    ----------
+    results : Results
+    case : int
+    carried : tuple
+        Point masses, see `Mesh`.
+
+    Raises
+    ------
+    NoSolutionError
+        More loads than elements, or more nodes than MAX_NODES.
+    """
+    elements, order = (int(results.given(f"model.{name}")[case]) for name in ("elements", "order"))
+    if elements * order > MAX_NODES:
         raise NoSolutionError(
-            f"model.elements: {model.elements} elements of order {model.order} have {nodes} nodes "
+            f"model.elements: {elements} elements of order {order} have {elements * order} nodes "
             f"(at most {MAX_NODES}): take fewer elements, or model.accuracy instead"
         )
-    fraction = results.catenary.segments.fraction[index]
-    return mesh_segments(fraction, model.elements, model.order, model.mass, carried)
+    mass = str(results.values.words("model.mass")[case])
+    return mesh_segments(results.catenary.segments.fraction[case], elements, order, mass, carried)
 
 
 def model_of(case):
@@ -200,6 +196,37 @@ def model_of(case):
     if models.record is not None and not models.record.converged[0]:
         raise equilibrium.refusal(models.record.of(0), models.state.mesh)
     return CableElements(models, 0)
+
+
+def numbers_of(model):
+    """Estimated count of the numbers in all modes of a fixed number of elements, a `Model` of a scene. [-]"""
+    nodes = (model.elements or 1) * model.order
+    return nodes * min(3 * nodes, MAX_MODES)
+
+
+def give_elements(cases, found):
+    """Let cases have the elements that were solved for their statics, where their motion needs no others.
+
+    Parameters
+    ----------
+    cases : dict
+        Number in the batch -> Case.
+    found : list of (ndarray of int, ElementResults)
+        Numbers in the batch, and their elements.
+    """
+    for numbers, elements in found:
+        batch = elements.models
+        if len(numbers) > 1 and 3 * (batch.state.mesh.nodes - 2) > ALL_AT_ONCE:
+            continue
+        for place, number in enumerate(numbers.tolist()):
+            case = cases.get(number)
+            if case is not None and not case.span.point_masses:
+                _give(case, CableElements(batch, place))
+
+
+def _give(case, elements):
+    case.model = elements
+    case.cache.put(*case.key_of("model", ()), case.size, elements)
 
 
 def solve_models(cases):
@@ -231,16 +258,29 @@ def solve_models(cases):
         models = _solved(members[0].results, [case.index for case in members], mesh, level)
         for place, case in enumerate(members):
             if models.record is None or models.record.converged[place]:
-                case.model = CableElements(models, place)
-                case.cache.put(*case.key_of("model", ()), case.size, case.model)
+                _give(case, CableElements(models, place))
 
 
 def _solved(results, cases, mesh, level):
     """Models of some cases of a batch."""
     for case in cases:
         results.check(case)
+    if level is None:
+        return solve_elements(results, np.array(cases), mesh)
     catenary = results.catenary.take(np.array(cases))
-    if level is not None:
-        return BatchElements(equilibrium.from_catenary(catenary, mesh), None, catenary.span, level[0])
+    return BatchElements(equilibrium.from_catenary(catenary, mesh), None, catenary.span, level[0])
+
+
+def solve_elements(results, cases, mesh):
+    """Fixed elements of some cases on one mesh: `BatchElements`; its record says which are in equilibrium.
+
+    Parameters
+    ----------
+    results : Results
+    cases : ndarray of int
+        With an equilibrium of the closed form.
+    mesh : Mesh
+    """
+    catenary = results.catenary.take(cases)
     drag = uneven_drag(*(part[cases] for part in results.pressed))
     return BatchElements(*equilibrium.solve_many(catenary, mesh, drag), catenary.span, 1)

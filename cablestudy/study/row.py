@@ -9,14 +9,13 @@ from cablestudy.scene.scene import missing
 from cablestudy.study import models, notes
 from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
-from cablestudy.study.closed_form import ColumnRequirements, closed_form
+from cablestudy.study.closed_form import ColumnRequirements, by_elements, closed_form
 from cablestudy.study.columns import (
     DAMPING_RATIO,
     find,
     goes_slack,
     is_own,
     lacks,
-    over_strength,
     relative,
     value_and_error,
 )
@@ -173,17 +172,32 @@ def evaluate_cases(scenes, columns, estimate=False):
         groups.setdefault((load_count(scene), scene.model.elements is None), []).append(index)
     rows, cache, required = [None] * len(scenes), Cache(), ColumnRequirements(columns)
     for (_, exact), indices in groups.items():
-        chosen = [scenes[index] for index in indices]
-        for index, row in zip(indices, _rows_alike(chosen, required, exact, cache, estimate), strict=True):
-            rows[index] = row
+        width = len(indices) if exact else _fixed_at_once([scenes[index] for index in indices])
+        for own in batched(indices, width):
+            chosen = [scenes[index] for index in own]
+            for index, row in zip(own, _rows_alike(chosen, required, exact, cache, estimate), strict=True):
+                rows[index] = row
     return rows
+
+
+def batched(sequence, width):
+    """Yield pieces of a sequence, of a length at most."""
+    for first in range(0, len(sequence), width):
+        yield sequence[first : first + width]
+
+
+def _fixed_at_once(scenes):
+    """How many scenes with fixed elements are solved at once: what a processor's cache holds of their modes. [-]"""
+    return max(1, min(AT_ONCE, SETTINGS.numbers // max(models.numbers_of(scene.model) for scene in scenes)))
 
 
 def _rows_alike(scenes, required, exact, cache, estimate):
     """Yield the rows of scenes whose cables carry equally many loads, all with fixed elements or none (`exact`)."""
     begin = time.perf_counter()
     results = Results(SceneValues(scenes))
-    closed = closed_form(results, required)
+    closed, elements = closed_form(results, required), ()
+    if not (exact or required.scene_only):
+        closed, elements = by_elements(results, required, closed)
     cells = closed.cells()
     closed_time = (time.perf_counter() - begin) / len(scenes)
     solve = _solver(required, exact)
@@ -195,6 +209,8 @@ def _rows_alike(scenes, required, exact, cache, estimate):
         begin, indices = time.perf_counter(), range(first, min(first + width, len(scenes)))
         answers = [_answer(Case(scenes[index], results, index, cache=cache), closed, cells[index], required)
                    for index in indices]  # fmt: skip
+        if elements:
+            models.give_elements({answer.case.index: answer.case for answer in answers}, elements)
         if solve:
             solve(answers, required, estimate or required.estimate)
         seconds = closed_time + time.perf_counter() - begin
@@ -229,8 +245,9 @@ def _answer(case, closed, cells, required):
     values = {header: number for header, number in cells.items() if header not in failures}
     errors = dict(closed.errors_of(case.index))
     about = notes.NOTHING if required.scene_only else notes.STATIC
-    over = case.exact_statics and case.index in closed.over_strength
-    return _Answer(case, values, failures, errors, about, over, warnings=notes.strength_warning(case) if over else ())
+    over = case.index in closed.over_strength
+    warnings = notes.strength_warning(case) if over and case.exact_statics else ()
+    return _Answer(case, values, failures, errors, about, over, warnings=warnings)
 
 
 # ------------------------------------------------------------------------------------------------- to an accuracy
@@ -342,37 +359,30 @@ def _solve_fixed(answers, required, estimate):
     alive = [answer for answer in answers if answer.case.index not in answer.case.results.failures]
     if not alive:
         return
-    width = max(1, SETTINGS.numbers // max(answer.case.size for answer in alive))
-    for first in range(0, len(alive), width):
-        block = alive[first : first + width]
-        if len(block) > 1:
-            models.solve_models([answer.case for answer in block])
-        for answer in block:
-            _fixed_answer(answer, required, estimate or len(answers) == 1)
+    if len(alive) > 1 and required.of_models:
+        models.solve_models([answer.case for answer in alive])
+    for answer in alive:
+        _fixed_answer(answer, required, estimate or len(answers) == 1)
     if estimate and required.of_models:
         _estimate_motion(alive, required)
 
 
 def _fixed_answer(answer, required, noted):
-    """The values of one case, and the errors of its statics against the closed form; notes on request."""
-    case, closed = answer.case, answer.values
-    answer.values = {name: number for name, number in closed.items() if name not in required.of_equilibrium}
-    answer.errors = dict.fromkeys(answer.values, 0.0)
-    columns = [column for column in required.physical if column.needs != "scene"]
-    answer.notes = ()
-    try:
-        model, answer.over_strength = case.model, bool(over_strength(case))
-    except CablestudyError as error:
-        answer.fail(columns, error)
+    """What the motion of one case gives, beside its statics; notes on request."""
+    case, answer.notes = answer.case, ()
+    if not (required.of_models or required.run or noted):
         return
-    for column in columns:
-        answer.errors.pop(column.header, None)
+    try:
+        model = case.model
+    except CablestudyError as error:
+        answer.fail([column for column in required.physical if column.needs != "scene"], error)
+        return
+    columns = [*required.single, *required.system, *required.modes]
     answer.compute(columns)
     answer.slack = required.in_wind and goes_slack(case)
     for column in columns:
-        name = column.header
-        if column.least_error is not None and name in answer.values and name not in answer.errors:
-            answer.errors[name] = relative(answer.values[name], closed[name]) if name in closed else None
+        if column.least_error is not None and column.header in answer.values:
+            answer.errors.setdefault(column.header, None)
     unknowns = case.dof if required.modes else (2 if case.planar else 3) * (model.mesh.nodes - 2)
     answer.dof = max(unknowns, case.system_size)
     if noted:

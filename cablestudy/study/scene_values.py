@@ -31,6 +31,10 @@ class SceneValues:
     def __len__(self):
         return len(self.scenes)
 
+    def take(self, places):
+        """Those of some scenes, by their indices, shape (m,)."""
+        return SceneValues([self.scenes[place] for place in places.tolist()])
+
     def given(self, path):
         """A number of each scene, like `cable.section_area`, in SI; NaN where there is none: shape (n,)."""
         if path not in self._known:
@@ -135,6 +139,10 @@ class CaseTable:
 
     def __len__(self):
         return len(self.cases)
+
+    def take(self, places):
+        """Those of some cases, by their indices, shape (m,)."""
+        return self if len(places) == len(self) else _chosen(self.scene, self.cases, self.values, places)
 
     def given(self, path):
         """A number of each case in SI, see `SceneValues.given`."""

@@ -1,9 +1,9 @@
-"""Statics of cables by the closed form, and of one cable by elements, with the same attributes."""
+"""Statics of cables by the closed form, and by elements, with the same attributes."""
 
 import numpy as np
 
 from cablestudy.cable.catenary import FOLDED
-from cablestudy.cable.geometry import sag_and_swing
+from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.state import interpolate, sag
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.columns import SHAPELESS, UPRIGHT
@@ -40,28 +40,41 @@ class ClosedStatics:
         return displacement, np.sqrt((tension**2).sum(axis=-1))
 
 
-class DiscreteStatics:
-    """Statics of a fixed number of elements; attributes as of `ClosedStatics`, of one cable."""
+class ElementStatics:
+    """Statics of elements in equilibrium, of one cable or with an axis of cases; attributes as of `ClosedStatics`.
 
-    def __init__(self, case):
-        self._case = case
-        (
-            self.mean_tension,
-            self.horizontal_tension,
-            self.max_tension,
-            self.min_tension,
-            self.stretched_length,
-            self.iterations,
-        ) = case.model.statics
+    Parameters
+    ----------
+    state : State
+    record : Record
+    middle : ndarray, shape (...)
+        Arc length at mid-span of the continuous cables, over unstretched length. [-]
+    """
+
+    def __init__(self, state, record, middle):
+        self._state, self._middle = state, middle
+        span, weights = state.span, state.mesh.point_weights
+        force = (state.tension * np.asarray(state.force)[..., None, None])[..., None] * state.direction
+        up = np.asarray(span.up)[..., None, None, :]
+        level = force - (force * up).sum(axis=-1, keepdims=True) * up
+
+        def mean(values):
+            return (weights * values).reshape(*np.shape(state.force), -1).sum(axis=-1)
+
+        self.mean_tension = mean(state.tension) * state.force
+        self.horizontal_tension = mean(np.sqrt((level**2).sum(axis=-1)))
+        self.max_tension, self.min_tension = state.max_tension, state.min_tension
+        self.stretched_length = span.unstretched_length * (1 + self.mean_tension / span.axial_stiffness)
+        self.iterations = record.steps
 
     @property
     def sag(self):
-        """Vertical distance from chord to cable at mid-span. [m]"""
-        case = self._case
-        if case.results.span.vertical[case.index][2] != 1:  # blown out of the vertical
-            return float(sag_and_swing(case.state, case.middle)[0])
-        return sag(case.state, case.results.catenary.middle[case.index])
+        """Vertical distance from chord to cable at mid-span, shape (...). [m]"""
+        state = self._state
+        blown = np.asarray(state.span.vertical)[..., 2] != 1  # out of the vertical
+        found = sag(state, self._middle)
+        return np.where(blown, sag_and_swing(state, midspan(state))[0], found) if blown.any() else found
 
     def shape(self, positions):
-        """Static form at some places, see `ClosedStatics.shape`."""
-        return interpolate(self._case.state, positions)
+        """Static form of one cable at some places, see `ClosedStatics.shape`."""
+        return interpolate(self._state, positions)
