@@ -9,6 +9,8 @@ from cablestudy.errors import NoSolutionError
 MAX_STEPS = 120
 NEAR = 100  # steps about a guess in which its zero is looked for first, then in all of the range
 BRACKETS = 16
+SECANTS, SECANT_STEP = 6, 1e-6  # steps of the secant method, and the first one over the guess,
+SETTLED, SMALLEST = 4e-16, 4e-16  # the last one over the place; a value of the function that is as good as zero
 ROUNDING = 1e-12  # of a mean tension
 LOOSEST = 1 / 1000 - 1  # chord strain of a cable a thousand chords long,
 TAUTEST = 1e3  # and of one that is stretched to a thousand times its length
@@ -88,13 +90,14 @@ def strains_for_tension(span, tension, at="mean"):
     def excess(strain, index):
         return _tension(span.take(index), strain, at) / tension[index] - 1
 
-    strain = _root(excess, guess, highest)
-    every = np.arange(len(tension))
-    only_longer = excess(highest, every) < 0
-    step = np.maximum(1e-6 * np.abs(strain), 1e-14)
-    safe = np.where(np.isfinite(strain), strain, guess)
-    rises = excess(safe - step, every) < excess(safe + step, every)
-    return np.where(only_longer | rises, strain, np.nan)
+    strain, rises = _root(excess, guess, highest)
+    doubted = np.flatnonzero(~rises & np.isfinite(strain))
+    if len(doubted):
+        only_longer = excess(highest[doubted], doubted) < 0
+        step = np.maximum(1e-6 * np.abs(strain[doubted]), 1e-14)
+        falls = excess(strain[doubted] - step, doubted) >= excess(strain[doubted] + step, doubted)
+        strain[doubted[falls & ~only_longer]] = np.nan
+    return strain
 
 
 def no_strain_for_sag(_, sag):
@@ -112,7 +115,7 @@ def strains_for_sag(span, sag):
     def excess(strain, index):
         return 1 - _solved(span.take(index), strain).sag / sag[index]
 
-    return _root(excess, guess, _shortest(span, np.full(len(sag), TAUTEST)))
+    return _root(excess, guess, _shortest(span, np.full(len(sag), TAUTEST)))[0]
 
 
 def _tightest(span, tension, at="mean"):
@@ -146,25 +149,49 @@ def _tension(span, strain, at="mean"):
 def _root(function, guess, highest):
     """Zeros of rising functions near guesses, each of shape (n,); not a number where there is none.
 
-    The function takes places and which of the n they belong to.
+    The function takes places and which of the n they belong to. The second array says where the function is known to
+    rise at its zero.
     """
     step = np.minimum(np.maximum(1e-3 * np.abs(guess), 1e-15), (highest - LOOSEST) / 8)
     guess = np.clip(guess, LOOSEST + 2 * step, highest - 2 * step)
-    root, rest = np.full(len(guess), np.nan), np.arange(len(guess))
+    root = _by_secant(function, guess, highest)
+    rises = np.isfinite(root)
+    rest = np.flatnonzero(~rises)
     near = np.maximum(guess - NEAR * step, LOOSEST), np.minimum(guess + NEAR * step, highest)
     for right, (least, most) in ((guess + step, near), (highest, (np.full(len(guess), LOOSEST), highest))):
-        found, low, high = bracket(function, (guess - step)[rest], right[rest], least[rest], most[rest], rest, BRACKETS)
+        if not len(rest):
+            break
+        limits = least[rest], most[rest]
+        found, low, high = bracket(function, (guess - step)[rest], right[rest], *limits, rest, BRACKETS)
         if found.any():
             root[rest[found]] = _between(function, low[found], high[found], rest[found])
         rest = rest[~found]
-        if not len(rest):
+    return root, rises
+
+
+def _by_secant(function, guess, highest):
+    """Zeros of `_root` by the secant method from good guesses; not a number where it does not settle on a rise."""
+    root, index = np.full(len(guess), np.nan), np.arange(len(guess))
+    before, place = guess, guess * (1 + SECANT_STEP)
+    value, risen = function(before, index), np.zeros(len(guess), dtype=bool)
+    for _ in range(SECANTS):
+        earlier, value = value, function(place, index)
+        with np.errstate(divide="ignore", invalid="ignore"):  # of functions that do not change, or have no value
+            change = value * (place - before) / (value - earlier)
+            risen |= (value - earlier) / (place - before) > 0
+        settled = risen & ((np.abs(change) <= SETTLED * np.abs(place)) | (np.abs(value) <= SMALLEST))
+        root[index[settled]] = place[settled]
+        after = place - change
+        going = ~settled & (LOOSEST < after) & (after < highest[index])
+        index, before, place, value, risen = (part[going] for part in (index, place, after, value, risen))
+        if not len(index):
             break
     return root
 
 
 def _between(function, low, high, index):
     """Zeros between two places of different sign, shape (k,)."""
-    return zeros_between(function, low, high, index, rtol=5e-16, smallest=4e-16, steps=MAX_STEPS)
+    return zeros_between(function, low, high, index, rtol=5e-16, smallest=SMALLEST, steps=MAX_STEPS)
 
 
 def _least_tension(span, highest, at="mean"):
