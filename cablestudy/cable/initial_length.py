@@ -182,7 +182,7 @@ def _by_secant(function, guess, highest):
         settled = risen & ((np.abs(change) <= SETTLED * np.abs(place)) | (np.abs(value) <= SMALLEST))
         root[index[settled]] = place[settled]
         after = place - change
-        going = ~settled & (LOOSEST < after) & (after < highest[index])
+        going = ~settled & (after > LOOSEST) & (after < highest[index])
         index, before, place, value, risen = (part[going] for part in (index, place, after, value, risen))
         if not len(index):
             break
