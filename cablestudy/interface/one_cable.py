@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from cablestudy.errors import SceneError
+from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.interface.answer import Answer
 from cablestudy.interface.kinds import Duration, Frequencies, Frequency, Modes, Size, Text, WindOn
 
@@ -23,6 +23,54 @@ def shape(scene, estimate: bool = False):
 
     answer = static(scene, estimate)
     return replace(answer, table=None if answer.failures else shape_table(answer.case))
+
+
+def loads(scene, estimate: bool = False):
+    """Place, slopes and tensions at each point load."""
+    return with_loads(scene, static(scene, estimate))
+
+
+def with_loads(scene, answer):
+    """The `Answer` of static of a scene, with the table of its point loads instead."""
+    from cablestudy.study.point_loads import loads_table
+    from cablestudy.study.scene_kind import kind_of
+
+    if refused := _without_loads(scene, "static --table loads"):
+        return refused
+    failures = []
+    try:
+        table = loads_table(kind_of(scene.model).loaded_cables(answer.case), failures)
+    except (NoSolutionError, ConvergenceError) as error:
+        table, failures = None, [str(error)]
+    return replace(answer, table=table, failures=tuple(failures))
+
+
+def locus(scene, load: Text):
+    """The path of a `load` that travels along its cable, of one cable and of suspensions; see `Scene.locus`."""
+    from cablestudy.study.load_path import load_path
+    from cablestudy.study.scene_kind import kind_of
+
+    if refused := _without_loads(scene, "static --locus"):
+        return refused
+    path = load_path(scene.document, scene.model, load)
+    return Answer(
+        table=path.table,
+        warnings=kind_of(scene.model).notes_on_stated(scene.model),
+        failures=tuple(path.failures),
+        draw=(lambda plots: plots.load_path(path)) if path.cables else None,
+    )
+
+
+def _without_loads(scene, command):
+    """The `Answer` of a load case without loads, None of one with some; SceneError where no case has any."""
+    from cablestudy.scene.scene import missing
+
+    model = scene.model
+    if model.load_paths:
+        return None
+    if not any(case.loads for case in model.cases.values()):
+        raise missing(scene.document, scene.loads_key, command)
+    return Answer(failures=("no cable carries a point load",))
 
 
 def modes(scene, count: Modes | None = None, upto: Frequency | None = None, estimate: bool = False):
@@ -151,4 +199,12 @@ def _of_row(scene, table, row, draw, remarks=()):
     )
 
 
-ANSWERS = {"static": static, "shape": shape, "modes": modes, "windrms": windrms, "loop": loop}
+ANSWERS = {
+    "static": static,
+    "shape": shape,
+    "loads": loads,
+    "locus": locus,
+    "modes": modes,
+    "windrms": windrms,
+    "loop": loop,
+}

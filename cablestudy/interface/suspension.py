@@ -11,7 +11,14 @@ from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.interface.answer import Answer, Tables
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Duration, Frequencies, Frequency, Modes, Size, Text, WindOn
-from cablestudy.interface.one_cable import DEFAULT_MODES, fewer_modes, frequency_limit, loop_options, with_loop
+from cablestudy.interface.one_cable import (
+    DEFAULT_MODES,
+    fewer_modes,
+    frequency_limit,
+    loop_options,
+    with_loads,
+    with_loop,
+)
 from cablestudy.interface.scene import Scene
 from cablestudy.scene.words import counted
 
@@ -50,6 +57,11 @@ def shape(scene, estimate: bool = False):
         draw=lambda plots: plots.suspension_views(case),
         case=case,
     )
+
+
+def loads(scene, estimate: bool = False):
+    """Place, slopes and tensions at each point load; `estimate` changes nothing."""
+    return with_loads(scene, static(scene, "points"))
 
 
 def form(scene, table: Text | None = None):
@@ -157,16 +169,18 @@ class Suspension(Scene):
         "gondola": "--with gondola: no effect: the bodies of a suspension are always attached",
     }
     loop_key: ClassVar[str] = "control"
+    loads_key: ClassVar[str] = "cables.CABLE.loads"
     attachable: ClassVar[tuple[str, ...]] = ("loop", "actuators")
     hidden: ClassVar[Set[str]] = Scene.hidden | {"case", "estimated"}
     answers: ClassVar[Mapping[str, Callable[..., Answer]]] = {
         "static": static,
         "form": form,
         "shape": shape,
+        "loads": loads,
         "modes": modes,
         "windrms": windrms,
         "loop": loop,
-        **{name: Scene.answers[name] for name in ("ssm", "trade", "find")},
+        **{name: Scene.answers[name] for name in ("locus", "ssm", "trade", "find")},
     }
 
     @property

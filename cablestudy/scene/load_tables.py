@@ -47,6 +47,28 @@ class Load(KeyTable):
         yield [((), given, lambda: "missing key: force, mass, or both")]
 
 
+def load_name(cable, number):
+    """Name of a point load by its number on its cable, from 1 in the order of the file: load1, or CABLE.load1.
+
+    `cable`: the name of a cable of a suspension, or an empty text.
+    """
+    return f"{cable}.load{number}".lstrip(".")
+
+
+def paths_of_loads(cable, *tables):
+    """Name of each point load on a cable -> its path in the scene, a dict.
+
+    Parameters
+    ----------
+    cable
+        As of `load_name`.
+    *tables : (tuple, tuple of Load)
+        Path of a list of loads, and the list.
+    """
+    paths = [(*path, str(place)) for path, loads in tables for place in range(len(loads))]
+    return {load_name(cable, number): path for number, path in enumerate(paths, 1)}
+
+
 class Ice(KeyTable):
     """Ice, or any other load per length that hangs on the cable."""
 
