@@ -10,6 +10,10 @@ from cablestudy.errors import SceneError
 NEXT = {
     "guy": ("static {} --case all", "modes {} -n 6", "find {} 'sag = 0.5 m' --by cable.preload"),
     "line": ("static {} --case all --plot line.svg", "find {} 'clearance = 7 m' --by cable.tension.value --case hot"),
+    "section": (
+        "static {} --case all --plot section.svg",
+        "static {} --case hot --table cables --columns sag,clearance,inclination_from_plumb",
+    ),
     "zipline": ("static {} --plot zipline.svg", "static {} --set cable.loads.0.fraction=0.25"),
     "gondola": ("windrms {} --plot wind.svg", "windrms {} --set cable.material=steel", "modes {} -n 6"),
     "suspension": ("static {} --plot suspension.svg", "modes {} -n 6", "static {} --table cables"),
