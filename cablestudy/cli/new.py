@@ -15,6 +15,11 @@ NEXT = {
         "static {} --case hot --table cables --columns sag,clearance,inclination_from_plumb",
     ),
     "zipline": ("static {} --plot zipline.svg", "static {} --set cable.loads.0.fraction=0.25"),
+    "footbridge": (
+        "static {} --case all --table bodies",
+        "modes {} -n 6",
+        "static {} --case half --plot footbridge.svg",
+    ),
     "gondola": ("windrms {} --plot wind.svg", "windrms {} --set cable.material=steel", "modes {} -n 6"),
     "suspension": ("static {} --plot suspension.svg", "modes {} -n 6", "static {} --table cables"),
     "study": ("sweep {} --dry-run", "sweep {} --plot study.svg"),
