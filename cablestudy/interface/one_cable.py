@@ -79,18 +79,21 @@ def modes(scene, count: Modes | None = None, upto: Frequency | None = None, esti
     from cablestudy.study.case import Case
     from cablestudy.study.notes import fixed_gondola, long_cable, reference_without_loads
     from cablestudy.study.report import mode_table
+    from cablestudy.study.vibration import diameters_of_modes, galloping_notes, tension_notes, with_lock_in
 
     limit = frequency_limit(count, upto)
     asked = count or DEFAULT_MODES
     case, found, notes, warnings = case_modes.modes(Case(scene.model), asked, limit, estimate=estimate)
+    table = mode_table(case, found)
     return Answer(
-        table=mode_table(case, found),
-        explain=lambda: tuple(notes),
+        table=with_lock_in(table, diameters_of_modes(table, scene.model.wind_diameter)),
+        explain=lambda: (*notes, *tension_notes(scene.model, case.results)),
         warnings=(
             *fixed_gondola(scene.model),
             *reference_without_loads(scene.model),
             *long_cable(case),
             *warnings,
+            *galloping_notes(scene.model.load_case),
             *fewer_modes(found, asked, limit),
         ),
         draw=lambda plots, share=None: plots.mode_shapes(case, found, share),

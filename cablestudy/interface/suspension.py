@@ -81,16 +81,22 @@ def modes(
     """Coupled modes, or those of one `cable` between fixed ends; `estimate` changes nothing: the errors are known."""
     from cablestudy.study.suspension.notes import notes_of, warnings_of
     from cablestudy.study.suspension.report import mode_notes, mode_table
+    from cablestudy.study.vibration import diameters_of_coupled_modes, galloping_notes, tension_notes, with_lock_in
 
     limit, case, size = frequency_limit(count, upto), scene.case, count or DEFAULT_MODES
     if cable is not None:
         return _modes_of_cable(case, cable, size, limit)
     found = case.modes(size) if limit is None else case.modes_up_to(limit)
     asked = range(len(found)) if limit is None else found.up_to(limit)
+    table, group = mode_table(case, found, asked), case.group
     return Answer(
-        table=mode_table(case, found, asked),
-        explain=lambda: (*notes_of(case), *mode_notes(case, found, len(asked))),
-        warnings=(*warnings_of(case), *fewer_modes(found, size, limit)),
+        table=with_lock_in(table, diameters_of_coupled_modes(table, case.scene)),
+        explain=lambda: (
+            *notes_of(case),
+            *mode_notes(case, found, len(asked)),
+            *tension_notes(case.scene, group.cables),
+        ),
+        warnings=(*warnings_of(case), *galloping_notes(case.scene.load_case), *fewer_modes(found, size, limit)),
         draw=lambda plots, share=None: plots.suspension_modes(case, found, len(asked), share),
         case=case,
     )
@@ -101,12 +107,14 @@ def _modes_of_cable(case, name, size, limit):
     from cablestudy.scene.fields import suggestion
     from cablestudy.study.suspension.notes import notes_of, warnings_of
     from cablestudy.study.suspension.report import cable_mode_table
+    from cablestudy.study.vibration import diameters_of_modes, with_lock_in
 
     if name not in case.scene.cables:
         raise SceneError(f"--cable {name}: no such cable ({suggestion(name, case.scene.cables)})")
     found = case.modes_of_cable(name, size, limit)
+    table, diameter = cable_mode_table(case, name, found), case.scene.load_case.wind_diameter(case.scene.cables[name])
     return Answer(
-        table=cable_mode_table(case, name, found),
+        table=with_lock_in(table, diameters_of_modes(table, diameter)),
         explain=lambda: notes_of(case),
         warnings=(*warnings_of(case), *fewer_modes(found[1], size, limit)),
         draw=lambda plots, share=None: plots.mode_shapes(*found, share),

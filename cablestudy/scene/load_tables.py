@@ -81,6 +81,12 @@ class Ice(KeyTable):
     weight: Annotated[float, Quantity("N/m", 0, 1e18)] | None = Field(
         None, description="Weight per unstretched length (instead of thickness)"
     )
+    lift_slope: Annotated[float, Quantity("", -1e6, 1e6)] | None = Field(
+        None, description="Slope dC_L/dalpha of the lift of the iced cable over the angle of attack in rad: galloping"
+    )
+    drag_coefficient: Annotated[float, Quantity("", 0, 1e6)] = Field(
+        1.2, description="With lift_slope: drag coefficient of the iced cable, on the same width"
+    )
 
 
 class SteadyWind(KeyTable):

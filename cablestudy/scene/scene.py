@@ -84,6 +84,11 @@ class CableScene(KeyTable):
         return NO_CASE if self.case is None else self.cases[self.case]
 
     @property
+    def nonzero_gravity(self):
+        """Acceleration of gravity; None without any. [m/s^2]"""
+        return None if isinstance(self.gravity, float) and self.gravity == 0 else self.gravity
+
+    @property
     def loads(self):
         """All point loads: those of the cable, then those of the case."""
         return self.cable.loads + self.load_case.loads

@@ -118,6 +118,11 @@ class SuspensionScene(KeyTable):
         """The chosen `SuspensionLoadCase`; without one that of no temperature, ice, wind and loads."""
         return NO_CASE if self.case is None else self.cases[self.case]
 
+    @property
+    def nonzero_gravity(self):
+        """Acceleration of gravity; None without any. [m/s^2]"""
+        return None if isinstance(self.gravity, float) and self.gravity == 0 else self.gravity
+
     def loads_on(self, cable):
         """All point loads on the cable of a name: its own, then those of the case."""
         return self.cables[cable].loads + self.load_case.loads.get(cable, ())
