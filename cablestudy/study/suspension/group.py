@@ -26,11 +26,8 @@ from cablestudy.system.force_density import find_form
 from cablestudy.system.rigid import to_angles
 from cablestudy.wind.mean import equilibrium_in_wind
 
-HORIZONTAL = (
-    "horizontal_tension",
-    "catenary_constant",
-    "lambda_squared",
-)  # zero but for rounding where the load is along the chord
+# zero but for rounding where the load is along the chord
+HORIZONTAL = ("horizontal_tension", "catenary_constant", "lambda_squared")
 TOGETHER = 200  # cables, of several cases, whose modes are computed in one call
 
 
