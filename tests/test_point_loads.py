@@ -211,3 +211,18 @@ def test_the_picture_has_the_path_the_ground_and_the_least_clearance():
     path = next(line for line in side.lines if "path of load1" in line.get_label())
     assert path.get_ydata().tolist() == [row["z_m"] for row in answer.table.rows]
     assert max(below.lines[0].get_ydata()) == pytest.approx(21.38, abs=0.02)  # kN, docs/zipline.md
+
+
+def test_a_load_on_a_vertical_cable_stretches_what_is_above_it():
+    """T = T0 + w s, and the load from its place on; 50 m between the ends: Hooke's law along a line."""
+    stiffness, length, weight, load_weight = 1e6, 49.9, G, 30 * G
+    cable = {"ends": [[0, 0, 0], [0, 0, 50]], "axial_stiffness": stiffness, "mass_per_length": 1,
+             "unstretched_length": length, "loads": [{"fraction": 0.5, "mass": 30}]}  # fmt: skip
+    for _, row in load({"cable": cable}).locus("load1:3").iterrows():
+        place = length * row["fraction"]
+        stretch = (50 - length) * stiffness - weight * length**2 / 2 - load_weight * (length - place)
+        lowest = stretch / length
+        height = place + (lowest * place + weight * place**2 / 2) / stiffness
+        sag = place * 50 / length - height
+        agrees(row, {"x_m": 0.0, "z_m": height, "slope_1_deg": 90.0, "slope_2_deg": 90.0, "sag_m": sag,
+                     "max_tension_N": lowest + weight * length + load_weight})  # fmt: skip

@@ -229,7 +229,7 @@ def mark_clearance(axes, distance, height, ground, least):
     x, low, high = distance[place], level[place], height[place]
     axes.annotate("", (x, low), (x, high), arrowprops=arrow)
     # in the ground below the arrow, where the cable is not in its way
-    share = (x - np.min(distance)) / np.ptp(distance)
+    share = (x - np.min(distance)) / (np.ptp(distance) or 1.0)
     side = "left" if share < NEAR_AN_END else "right" if share > 1 - NEAR_AN_END else "center"
     text = f"clearance {quantity_text(least, 'm')}"
     axes.annotate(text, (x, low), (0, -7), textcoords="offset points", ha=side, va="top", color=RED)

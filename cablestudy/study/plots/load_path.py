@@ -9,6 +9,7 @@ from cablestudy.study.plots.style import BLUE, GREY, RED, WIDTH, Window, heading
 from cablestudy.study.plots.words import quantity_text, shortened
 
 FORMS = 5  # of the cable that are drawn
+DOTS = 50  # places up to which each is marked
 POINTS = np.linspace(0.0, 1.0, 201)
 
 
@@ -35,13 +36,14 @@ def load_path(path):
     side, below = figure.subplots(2, 1, height_ratios=(tall, 1.9))
     for number, form in enumerate(forms):
         side.plot(*form, color=GREY, lw=0.7, alpha=0.7, label=None if number else "the cable in some of the places")
-    side.plot(distance, z, color=BLUE, lw=1.8, label=f"path of {shortened(path.name)}")
+    dots = "." if len(x) <= DOTS else ""
+    side.plot(distance, z, dots, ls="-", color=BLUE, lw=1.8, label=f"path of {shortened(path.name)}")
     finish_side(side, ground, window)
     side.set_title(f"Side view, {window.note}", loc="left", color=GREY)
     if ground is not None and np.isfinite(clearance).any():
         known = np.isfinite(clearance)
         mark_clearance(side, distance[known], z[known], ground, float(clearance[known].min()))
-    below.plot(distance, tension / 1e3, color=RED)
+    below.plot(distance, tension / 1e3, dots, ls="-", color=RED)
     below.set(xlim=side.get_xlim(), xlabel="place of the load, horizontal distance from end 1 [m]")
     below.set_ylabel("largest\ntension [kN]")
     plain(below, 8, 5)
