@@ -105,6 +105,7 @@ def modes(
 def _modes_of_cable(case, name, size, limit):
     """The modes of one cable between its ends where they are, both held."""
     from cablestudy.scene.fields import suggestion
+    from cablestudy.study.suspension.linear_motion import wind_diameters
     from cablestudy.study.suspension.notes import notes_of, warnings_of
     from cablestudy.study.suspension.report import cable_mode_table
     from cablestudy.study.vibration import diameters_of_modes, with_lock_in
@@ -112,7 +113,7 @@ def _modes_of_cable(case, name, size, limit):
     if name not in case.scene.cables:
         raise SceneError(f"--cable {name}: no such cable ({suggestion(name, case.scene.cables)})")
     found = case.modes_of_cable(name, size, limit)
-    table, diameter = cable_mode_table(case, name, found), case.scene.load_case.wind_diameter(case.scene.cables[name])
+    table, diameter = cable_mode_table(case, name, found), wind_diameters(case.scene)[case.cable(name)]
     return Answer(
         table=with_lock_in(table, diameters_of_modes(table, diameter)),
         explain=lambda: notes_of(case),

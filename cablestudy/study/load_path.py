@@ -67,7 +67,10 @@ def load_path(document, scene, asked):
     for fraction in fractions:
         row, moved = {"fraction": fraction}, load.model_copy(update={"at": None, "fraction": fraction})
         try:
-            hanging = {one.name: one for one in kind.loaded_cables(kind.case(frozen.with_value(path, moved)))}[cable]
+            found = kind.loaded_cables(kind.case(frozen.with_value(path, moved)))
+            hanging = next((one for one in found if one.name == cable), None)
+            if hanging is None:  # a load case without it
+                raise NoSolutionError(f"{cable} is not there")
             row |= _row(hanging, name)
             cables.append(hanging)
             status = NO_GROUND if lacks_clearance(row) else OK

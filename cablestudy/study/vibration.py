@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.study.columns import find
+from cablestudy.study.suspension.linear_motion import wind_diameters
 from cablestudy.study.table import Field
 from cablestudy.wind.drag import STROUHAL
 
@@ -57,7 +58,7 @@ def diameters_of_coupled_modes(table, scene):
 
     Of the cable that moves most; of a mode of several cables where they have one diameter.
     """
-    of_cables = {name: scene.load_case.wind_diameter(cable) for name, cable in scene.cables.items()}
+    of_cables = dict(zip(scene.cables, wind_diameters(scene).tolist(), strict=True))
     alike = next(iter(of_cables.values())) if len(set(of_cables.values())) == 1 else None
     parts = [row["moves"].rpartition(" ") for row in table.rows]
     return [alike if not name and kind == "cables" else None if kind == ALONG else of_cables.get(name)
