@@ -126,6 +126,7 @@ def test_statics_of_bars(twin, chain):
     expected = ends | {
         "preload": mean,
         "horizontal_tension": (tensions * vectors[:, 0] / lengths).mean(),
+        "catenary_constant": (tensions * vectors[:, 0] / lengths).mean() / weight,
         "max_tension": most,
         "min_tension": least,
         "unstretched_length": twin.length,

@@ -349,6 +349,8 @@ def test_dir_shows_what_a_user_calls():
     methods = [
         "find",
         "freeze",
+        "loads",
+        "locus",
         "loop",
         "loop_in_time",
         "loop_response",

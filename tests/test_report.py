@@ -60,7 +60,7 @@ def test_a_failed_scene_has_an_empty_row_and_no_shape():
 
 def test_mode_table():
     rows = table_of("modes", CARLINA, "-n", 6)
-    assert list(rows[0]) == ["number", "type", "symmetry", "frequency_Hz", "participation"]
+    assert list(rows[0]) == ["number", "type", "symmetry", "frequency_Hz", "participation", "lock_in_speed_m_per_s"]
     assert [row["type"] for row in rows].count("out-of-plane") == 3
     assert all(row["participation"] == 0 for row in rows if row["type"] == "out-of-plane")
     assert all(row["participation"] > 0 for row in rows if row["type"] != "out-of-plane")

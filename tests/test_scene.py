@@ -336,7 +336,7 @@ AUTO = "winch.controller.gain={auto: {gain_margin: 6}}"
 ICE, WIND, LOAD = "{ice: {thickness: 1 mm}}", "{wind: {speed: 1}}", "{loads: [{at: 1, mass: 1}]}"
 BESIDE = {
     "cable.tension.value": ("cable.tension={at: mean, value: 1}",),
-    "cases.day.ice.density": (f"cases={{day: {ICE}}}",),
+    **{f"cases.day.ice.{key}": (f"cases={{day: {ICE}}}",) for key in ("density", "lift_slope", "drag_coefficient")},
     **{
         f"cases.day.wind.{key}": (f"cases={{day: {WIND}}}",)
         for key in ("direction", "air_density", "cable_drag_coefficient")
@@ -365,7 +365,7 @@ VECTORS = {
 
 
 def test_every_quantity_has_a_range_whose_products_do_not_overflow():
-    assert len(RANGES) == 82
+    assert len(RANGES) == 84
     for key, quantity in RANGES.items():
         ends = [abs(end) for end in (quantity.low, quantity.high, quantity.least) if end]
         assert 1e-30 <= min(ends) <= max(ends) <= 1e30, key  # so that products of ten are finite

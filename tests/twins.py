@@ -39,7 +39,9 @@ STATICS = {name: f"cable.{name}" for name in OF_CABLE} | {
     "tension_2": "cable.tension_to",
 }
 # with a key of the scene without which neither file has the column
-SECTION = {name: f"cable.{name}" for name in ("diameter", "area", "elastic_modulus", "density", "stress")}
+SECTION = {
+    name: f"cable.{name}" for name in ("diameter", "area", "elastic_modulus", "density", "stress", "catenary_constant")
+}
 STRENGTH = {name: f"cable.{name}" for name in ("breaking_force", "utilisation")}
 LOADED = {name: f"cable.{name}" for name in ("deflection", "linear_deflection", "nonlinearity", "load_sag")}
 VORTICES = {f"shedding_frequency{end}": f"cable.shedding_frequency{end}" for end in ("", "_low", "_high")}

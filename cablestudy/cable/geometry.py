@@ -12,6 +12,7 @@ from cablestudy.errors import NoSolutionError
 
 ROUNDING = 1e-13  # of a distance over the chord
 LEVEL = 1e-12  # component of the direction of a chord: what is less is zero but for rounding
+ONE_PLACE = 1e-9  # share of the length within which point loads are at one place
 MAX_STEPS, CLOSE = 60, 1e-15  # of the search for mid-span, and its last step, a share of the unstretched length
 
 
@@ -145,11 +146,64 @@ def load_sag(cable):
     if not span.load_positions.shape[-1]:
         raise NoSolutionError("the cable carries no point load")
     shares = span.load_positions / span.unstretched_length
-    there, chord = places(cable, shares), span.frame[0] * float(span.chord)
+    return float(below_chord(cable, shares, places(cable, shares)).max())
+
+
+def below_chord(cable, shares, there):
+    """Vertical distance from the chord of one cable down to places on it, shape (k,). [m]
+
+    Parameters
+    ----------
+    cable : Catenary or State
+    shares : ndarray, shape (k,)
+        Of the unstretched length. [-]
+    there : ndarray, shape (k, 3)
+        The places, from end 1. [m]
+    """
+    span = cable.span
+    chord = span.frame[0] * float(span.chord)
     level = np.hypot(*chord[:2])
     if level > 1e-9 * float(span.chord):  # else, as sag does, by the share of the length
         shares = there[:, :2] @ chord[:2] / level**2
-    return float((shares * chord[2] - there[:, 2]).max())
+    return shares * chord[2] - there[:, 2]
+
+
+def tensions_beside(cable, shares):
+    """Tension vectors of one cable on both sides of its point loads, each in the direction of end 2.
+
+    Parameters
+    ----------
+    cable : Catenary or State
+    shares : ndarray, shape (k,)
+        Places of point loads over the unstretched length. [-]
+
+    Returns
+    -------
+    ndarray, shape (k, 2, 3)
+        On the side of end 1 and on that of end 2, global axes. [N]
+    """
+    edges = np.asarray(cable.edges)[1:-1]
+    before = np.searchsorted(edges, shares - ONE_PLACE)  # segment that ends at the load
+    after = np.searchsorted(edges, shares + ONE_PLACE)  # segment that begins there
+    half = cable.half_changes
+    beside = np.stack([(cable.mid_forces + half)[before], (cable.mid_forces - half)[after]], axis=-2)
+    return cable.span.in_frame(beside, "global")
+
+
+def heights_above(there, ground):
+    """Vertical distance from places down to the ground, not a number where it is not known, shape (k,). [m]
+
+    Parameters
+    ----------
+    there : ndarray, shape (k, 3)
+        Global coordinates. [m]
+    ground : float or sequence of (float, float)
+        As of `clearance`.
+    """
+    if isinstance(ground, float):
+        return there[:, 2] - ground
+    x, z = np.array(ground, dtype=float).T
+    return there[:, 2] - np.interp(there[:, 0], x, z, left=np.nan, right=np.nan)
 
 
 def clearance(cable, end_1, ground):

@@ -16,7 +16,11 @@ GROUPS = {
         "static": (
             "scene",
             "Tensions, sag, stiffness, reactions.",
-            ("static guy.yaml --case all --plot guy.svg", "static suspension.yaml --table cables"),
+            (
+                "static guy.yaml --case all --plot guy.svg",
+                "static zipline.yaml --locus load1 --plot path.svg",
+                "static suspension.yaml --table cables",
+            ),
         ),
         "modes": (
             "scene",

@@ -10,7 +10,16 @@ from cablestudy.errors import SceneError
 NEXT = {
     "guy": ("static {} --case all", "modes {} -n 6", "find {} 'sag = 0.5 m' --by cable.preload"),
     "line": ("static {} --case all --plot line.svg", "find {} 'clearance = 7 m' --by cable.tension.value --case hot"),
+    "section": (
+        "static {} --case all --plot section.svg",
+        "static {} --case hot --table cables --columns sag,clearance,inclination_from_plumb",
+    ),
     "zipline": ("static {} --plot zipline.svg", "static {} --set cable.loads.0.fraction=0.25"),
+    "footbridge": (
+        "static {} --case all --table bodies",
+        "modes {} -n 6",
+        "static {} --case half --plot footbridge.svg",
+    ),
     "gondola": ("windrms {} --plot wind.svg", "windrms {} --set cable.material=steel", "modes {} -n 6"),
     "suspension": ("static {} --plot suspension.svg", "modes {} -n 6", "static {} --table cables"),
     "study": ("sweep {} --dry-run", "sweep {} --plot study.svg"),

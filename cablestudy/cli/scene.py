@@ -8,6 +8,7 @@ from cablestudy.cli.options import check_picture, scene_command
 from cablestudy.errors import SceneError, refuse_options
 
 TABLES = ("bodies", "points", "cables", "stiffness")
+LOADS = "loads"  # the table of both kinds of scene
 WIND_TABLES = ("motion", "rotations", "open_loop", "cables", "actuators", "loop", "coordinates")
 
 
@@ -25,19 +26,32 @@ def compute(scene, case, what, **options):
 
 @scene_command
 @click.option("--shape", is_flag=True, help="The coordinates along the cables instead.")
-@click.option("--table", "name", type=click.Choice(TABLES), help="Of a suspension: only this table.")
+@click.option(
+    "--table",
+    "name",
+    type=click.Choice((*TABLES, LOADS)),
+    help="Each point load on a cable (loads); of a suspension: only this table.",
+)
+@click.option("--locus", metavar="LOAD[:COUNT]", help="The path of a load that travels, e.g. load1, CABLE.load1:99.")
 @click.option("--form-finding", "form", is_flag=True, help="Of a suspension: the form by force densities instead.")
-def static(scene, sets, case, shape, name, form, style, plot, explain, quiet):
+def static(scene, sets, case, shape, name, locus, form, style, plot, explain, quiet):
     """Tension, sag, end stiffness and more of one scene; of a suspension bodies, points, cables and stiffness."""
     what, options = "static", {"estimate": explain or style == "json"}
     if case == ALL:
-        refuse_options({"--shape": shape, "--form-finding": form}, f"--case {ALL} has one row for each case")
+        refuse_options(
+            {"--shape": shape, "--locus": locus, "--form-finding": form}, f"--case {ALL} has one row for each case"
+        )
     if shape:
-        refuse_options({"--table": name, "--form-finding": form}, "--shape has the coordinates alone")
+        refuse_options({"--table": name, "--locus": locus, "--form-finding": form}, "--shape has the coordinates alone")
         what = "shape"
+    elif locus is not None:
+        refuse_options({"--table": name, "--form-finding": form, "--explain": explain}, "--locus has the path alone")
+        what, options = "locus", {"load": locus}
     elif form:
         refuse_options({"--plot": plot, "--explain": explain}, "--form-finding is no equilibrium of cables with weight")
         what, options = "form", {"table": name}
+    elif name == LOADS:
+        what = "loads"
     else:
         options["table"] = name
     return finish(scene, compute(read(scene, sets, case), case, what, **options), style, plot, explain, quiet)

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from cablestudy.errors import SceneError
+from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.interface.answer import Answer
 from cablestudy.interface.kinds import Duration, Frequencies, Frequency, Modes, Size, Text, WindOn
 
@@ -25,24 +25,75 @@ def shape(scene, estimate: bool = False):
     return replace(answer, table=None if answer.failures else shape_table(answer.case))
 
 
+def loads(scene, estimate: bool = False):
+    """Place, slopes and tensions at each point load."""
+    return with_loads(scene, static(scene, estimate))
+
+
+def with_loads(scene, answer):
+    """The `Answer` of static of a scene, with the table of its point loads instead."""
+    from cablestudy.study.point_loads import loads_table
+    from cablestudy.study.scene_kind import kind_of
+
+    if refused := _without_loads(scene, "static --table loads"):
+        return refused
+    failures = []
+    try:
+        table = loads_table(kind_of(scene.model).loaded_cables(answer.case), failures)
+    except (NoSolutionError, ConvergenceError) as error:
+        table, failures = None, [str(error)]
+    return replace(answer, table=table, failures=tuple(failures))
+
+
+def locus(scene, load: Text):
+    """The path of a `load` that travels along its cable, of one cable and of suspensions; see `Scene.locus`."""
+    from cablestudy.study.load_path import load_path
+    from cablestudy.study.scene_kind import kind_of
+
+    if refused := _without_loads(scene, "static --locus"):
+        return refused
+    path = load_path(scene.document, scene.model, load)
+    return Answer(
+        table=path.table,
+        warnings=kind_of(scene.model).notes_on_stated(scene.model),
+        failures=tuple(path.failures),
+        draw=(lambda plots: plots.load_path(path)) if path.cables else None,
+    )
+
+
+def _without_loads(scene, command):
+    """The `Answer` of a load case without loads, None of one with some; SceneError where no case has any."""
+    from cablestudy.scene.scene import missing
+
+    model = scene.model
+    if model.load_paths:
+        return None
+    if not any(case.loads for case in model.cases.values()):
+        raise missing(scene.document, scene.loads_key, command)
+    return Answer(failures=("no cable carries a point load",))
+
+
 def modes(scene, count: Modes | None = None, upto: Frequency | None = None, estimate: bool = False):
     """The modes with fixed ends: `count` of them, or all up to a frequency."""
     from cablestudy.study import case_modes
     from cablestudy.study.case import Case
     from cablestudy.study.notes import fixed_gondola, long_cable, reference_without_loads
     from cablestudy.study.report import mode_table
+    from cablestudy.study.vibration import diameters_of_modes, galloping_notes, tension_notes, with_lock_in
 
     limit = frequency_limit(count, upto)
     asked = count or DEFAULT_MODES
     case, found, notes, warnings = case_modes.modes(Case(scene.model), asked, limit, estimate=estimate)
+    table = mode_table(case, found)
     return Answer(
-        table=mode_table(case, found),
-        explain=lambda: tuple(notes),
+        table=with_lock_in(table, diameters_of_modes(table, scene.model.wind_diameter)),
+        explain=lambda: (*notes, *tension_notes(scene.model, case.results)),
         warnings=(
             *fixed_gondola(scene.model),
             *reference_without_loads(scene.model),
             *long_cable(case),
             *warnings,
+            *galloping_notes(scene.model.load_case),
             *fewer_modes(found, asked, limit),
         ),
         draw=lambda plots, share=None: plots.mode_shapes(case, found, share),
@@ -151,4 +202,12 @@ def _of_row(scene, table, row, draw, remarks=()):
     )
 
 
-ANSWERS = {"static": static, "shape": shape, "modes": modes, "windrms": windrms, "loop": loop}
+ANSWERS = {
+    "static": static,
+    "shape": shape,
+    "loads": loads,
+    "locus": locus,
+    "modes": modes,
+    "windrms": windrms,
+    "loop": loop,
+}

@@ -49,7 +49,7 @@ TABLES = ("cable", "gondola", "winch", "wind", "cases")
 NAMED = 120  # characters of path and changes in a representation
 OF_COMMANDS = {
     "absent", "answers", "attachable", "check_state_space", "compute", "compute_cases", "document", "heading",
-    "kept_modes", "loop_key",
+    "kept_modes", "loads_key", "loop_key",
 }  # fmt: skip
 ONE_CABLE = "no effect: the scene has one cable"
 
@@ -68,6 +68,7 @@ class Scene:
     """
 
     loop_key: ClassVar[str] = "winch.controller"
+    loads_key: ClassVar[str] = "cable.loads"
     attachable: ClassVar[tuple[str, ...]] = ("gondola", "loop")
     # option, command or attachment that such a scene does not have -> why
     absent: ClassVar[Mapping[str, str]] = {
@@ -149,8 +150,8 @@ class Scene:
 
         Parameters
         ----------
-        what : {"static", "shape", "modes", "windrms", "loop", "ssm", "trade", "find"}
-            The command, or "shape" of static; of a suspension not "shape", but "form" for form finding.
+        what : {"static", "shape", "loads", "locus", "modes", "windrms", "loop", "ssm", "trade", "find"}
+            The command, or "shape", "loads" or "locus" of static; of a suspension "form" too, for form finding.
         **options
             Those of the function in `answers`.
         """
@@ -230,6 +231,22 @@ class Scene:
     def shape(self) -> pandas.DataFrame:
         """The static shape, point by point: pandas.DataFrame."""
         return self.compute("shape").frame()
+
+    @checked
+    def loads(self) -> pandas.DataFrame:
+        """Place, sag, clearance, slopes and tensions at each point load: pandas.DataFrame."""
+        return self.compute("loads").frame()
+
+    @checked
+    def locus(self, load: Text) -> pandas.DataFrame:
+        """The path of a point load that travels from end to end, unstretched lengths fixed: pandas.DataFrame.
+
+        Parameters
+        ----------
+        load : str
+            Its name, "load1", of a suspension "CABLE.load1", and after a colon how many places: "load1:99".
+        """
+        return self.compute("locus", load=load).frame()
 
     @checked
     def modes(self, count: Modes | None = None, upto: Frequency | None = None) -> pandas.DataFrame:

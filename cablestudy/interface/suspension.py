@@ -11,7 +11,14 @@ from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.interface.answer import Answer, Tables
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Duration, Frequencies, Frequency, Modes, Size, Text, WindOn
-from cablestudy.interface.one_cable import DEFAULT_MODES, fewer_modes, frequency_limit, loop_options, with_loop
+from cablestudy.interface.one_cable import (
+    DEFAULT_MODES,
+    fewer_modes,
+    frequency_limit,
+    loop_options,
+    with_loads,
+    with_loop,
+)
 from cablestudy.interface.scene import Scene
 from cablestudy.scene.words import counted
 
@@ -52,6 +59,11 @@ def shape(scene, estimate: bool = False):
     )
 
 
+def loads(scene, estimate: bool = False):
+    """Place, slopes and tensions at each point load; `estimate` changes nothing."""
+    return with_loads(scene, static(scene, "points"))
+
+
 def form(scene, table: Text | None = None):
     """The form of a net by force densities."""
     from cablestudy.study.suspension.report import chosen_tables, form_tables
@@ -69,16 +81,22 @@ def modes(
     """Coupled modes, or those of one `cable` between fixed ends; `estimate` changes nothing: the errors are known."""
     from cablestudy.study.suspension.notes import notes_of, warnings_of
     from cablestudy.study.suspension.report import mode_notes, mode_table
+    from cablestudy.study.vibration import diameters_of_coupled_modes, galloping_notes, tension_notes, with_lock_in
 
     limit, case, size = frequency_limit(count, upto), scene.case, count or DEFAULT_MODES
     if cable is not None:
         return _modes_of_cable(case, cable, size, limit)
     found = case.modes(size) if limit is None else case.modes_up_to(limit)
     asked = range(len(found)) if limit is None else found.up_to(limit)
+    table, group = mode_table(case, found, asked), case.group
     return Answer(
-        table=mode_table(case, found, asked),
-        explain=lambda: (*notes_of(case), *mode_notes(case, found, len(asked))),
-        warnings=(*warnings_of(case), *fewer_modes(found, size, limit)),
+        table=with_lock_in(table, diameters_of_coupled_modes(table, case.scene)),
+        explain=lambda: (
+            *notes_of(case),
+            *mode_notes(case, found, len(asked)),
+            *tension_notes(case.scene, group.cables),
+        ),
+        warnings=(*warnings_of(case), *galloping_notes(case.scene.load_case), *fewer_modes(found, size, limit)),
         draw=lambda plots, share=None: plots.suspension_modes(case, found, len(asked), share),
         case=case,
     )
@@ -87,14 +105,17 @@ def modes(
 def _modes_of_cable(case, name, size, limit):
     """The modes of one cable between its ends where they are, both held."""
     from cablestudy.scene.fields import suggestion
+    from cablestudy.study.suspension.linear_motion import wind_diameters
     from cablestudy.study.suspension.notes import notes_of, warnings_of
     from cablestudy.study.suspension.report import cable_mode_table
+    from cablestudy.study.vibration import diameters_of_modes, with_lock_in
 
     if name not in case.scene.cables:
         raise SceneError(f"--cable {name}: no such cable ({suggestion(name, case.scene.cables)})")
     found = case.modes_of_cable(name, size, limit)
+    table, diameter = cable_mode_table(case, name, found), wind_diameters(case.scene)[case.cable(name)]
     return Answer(
-        table=cable_mode_table(case, name, found),
+        table=with_lock_in(table, diameters_of_modes(table, diameter)),
         explain=lambda: notes_of(case),
         warnings=(*warnings_of(case), *fewer_modes(found[1], size, limit)),
         draw=lambda plots, share=None: plots.mode_shapes(*found, share),
@@ -157,16 +178,18 @@ class Suspension(Scene):
         "gondola": "--with gondola: no effect: the bodies of a suspension are always attached",
     }
     loop_key: ClassVar[str] = "control"
+    loads_key: ClassVar[str] = "cables.CABLE.loads"
     attachable: ClassVar[tuple[str, ...]] = ("loop", "actuators")
     hidden: ClassVar[Set[str]] = Scene.hidden | {"case", "estimated"}
     answers: ClassVar[Mapping[str, Callable[..., Answer]]] = {
         "static": static,
         "form": form,
         "shape": shape,
+        "loads": loads,
         "modes": modes,
         "windrms": windrms,
         "loop": loop,
-        **{name: Scene.answers[name] for name in ("ssm", "trade", "find")},
+        **{name: Scene.answers[name] for name in ("locus", "ssm", "trade", "find")},
     }
 
     @property

@@ -47,6 +47,28 @@ class Load(KeyTable):
         yield [((), given, lambda: "missing key: force, mass, or both")]
 
 
+def load_name(cable, number):
+    """Name of a point load by its number on its cable, from 1 in the order of the file: load1, or CABLE.load1.
+
+    `cable`: the name of a cable of a suspension, or an empty text.
+    """
+    return f"{cable}.load{number}".lstrip(".")
+
+
+def paths_of_loads(cable, *tables):
+    """Name of each point load on a cable -> its path in the scene, a dict.
+
+    Parameters
+    ----------
+    cable
+        As of `load_name`.
+    *tables : (tuple, tuple of Load)
+        Path of a list of loads, and the list.
+    """
+    paths = [(*path, str(place)) for path, loads in tables for place in range(len(loads))]
+    return {load_name(cable, number): path for number, path in enumerate(paths, 1)}
+
+
 class Ice(KeyTable):
     """Ice, or any other load per length that hangs on the cable."""
 
@@ -58,6 +80,12 @@ class Ice(KeyTable):
     density: Annotated[float, Quantity("kg/m^3", 1e-9, 1e6)] = Field(ICE_DENSITY, description="Density of that layer")
     weight: Annotated[float, Quantity("N/m", 0, 1e18)] | None = Field(
         None, description="Weight per unstretched length (instead of thickness)"
+    )
+    lift_slope: Annotated[float, Quantity("", -1e6, 1e6)] | None = Field(
+        None, description="Slope dC_L/dalpha of the lift of the iced cable over the angle of attack in rad: galloping"
+    )
+    drag_coefficient: Annotated[float, Quantity("", 0, 1e6)] = Field(
+        1.2, description="With lift_slope: drag coefficient of the iced cable, on the same width"
     )
 
 

@@ -12,7 +12,16 @@ from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, suggesti
 from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Correction, Exposure
 from cablestudy.scene.layers import split_key
-from cablestudy.scene.load_tables import EndForces, EndMoves, Ice, Load, LoadCase, ReferenceTable, SteadyWind
+from cablestudy.scene.load_tables import (
+    EndForces,
+    EndMoves,
+    Ice,
+    Load,
+    LoadCase,
+    ReferenceTable,
+    SteadyWind,
+    paths_of_loads,
+)
 from cablestudy.scene.materials import Material, Materials
 from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import ModelTable
@@ -75,9 +84,20 @@ class CableScene(KeyTable):
         return NO_CASE if self.case is None else self.cases[self.case]
 
     @property
+    def nonzero_gravity(self):
+        """Acceleration of gravity; None without any. [m/s^2]"""
+        return None if isinstance(self.gravity, float) and self.gravity == 0 else self.gravity
+
+    @property
     def loads(self):
         """All point loads: those of the cable, then those of the case."""
         return self.cable.loads + self.load_case.loads
+
+    @property
+    def load_paths(self):
+        """Name of each of them -> its path: dict."""
+        tables = (("cable", "loads"), self.cable.loads), (("cases", self.case, "loads"), self.load_case.loads)
+        return paths_of_loads("", *tables)
 
     @property
     def forces_on_end_2(self):

@@ -25,7 +25,15 @@ from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, suggesti
 from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Exposure, MarkerCorrection
 from cablestudy.scene.layers import merge
-from cablestudy.scene.load_tables import DeadLoad, Ice, Load, ReferenceTable, SteadyWind, SuspensionLoadCase
+from cablestudy.scene.load_tables import (
+    DeadLoad,
+    Ice,
+    Load,
+    ReferenceTable,
+    SteadyWind,
+    SuspensionLoadCase,
+    paths_of_loads,
+)
 from cablestudy.scene.materials import Material, Materials
 from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import ModelTable
@@ -110,9 +118,23 @@ class SuspensionScene(KeyTable):
         """The chosen `SuspensionLoadCase`; without one that of no temperature, ice, wind and loads."""
         return NO_CASE if self.case is None else self.cases[self.case]
 
+    @property
+    def nonzero_gravity(self):
+        """Acceleration of gravity; None without any. [m/s^2]"""
+        return None if isinstance(self.gravity, float) and self.gravity == 0 else self.gravity
+
     def loads_on(self, cable):
         """All point loads on the cable of a name: its own, then those of the case."""
         return self.cables[cable].loads + self.load_case.loads.get(cable, ())
+
+    @property
+    def load_paths(self):
+        """Name of each point load on a cable -> its path: dict."""
+        found, of_case = {}, self.load_case.loads
+        for name, cable in self.cables.items():
+            more = ("cases", self.case, "loads", name), of_case.get(name, ())
+            found |= paths_of_loads(name, (("cables", name, "loads"), cable.loads), more)
+        return found
 
     def attachment(self, end):
         """Name of the body or free point that holds an end, None for the ground, and its place.

@@ -57,6 +57,7 @@ SENSITIVITY = {
 WRITTEN = {
     "section_area": "area", "section_diameter": "diameter", "section_breaking_force": "breaking_force",
     "section_elastic_modulus": "area", "section_density": "area", "forces_on_end_2": "cases.*.forces.end_2",
+    "nonzero_gravity": "gravity",
 }  # fmt: skip
 
 
@@ -117,6 +118,12 @@ def over_strength(results):
 def _mean_tension(results):
     """Mean tension of each cable, without what is a division of nothing by nothing where there is none. [N]"""
     return np.where(results.statics.max_tension > 0, results.statics.mean_tension, 0.0)
+
+
+def _catenary_constant(results):
+    """Horizontal tension over weight per length, not finite without gravity. [m]"""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return results.statics.horizontal_tension / (results.given("cable.section_mass") * results.given("gravity"))
 
 
 def _unstretched_length(results):
@@ -384,6 +391,8 @@ COLUMNS = (
     Column("preload", "N", "mean tension over the unstretched length", "statics", _mean_tension),
     Column("horizontal_tension", "N", "mean horizontal part of the tension", "statics",
            lambda r: r.statics.horizontal_tension),
+    Column("catenary_constant", "m", "horizontal tension over the weight of a length without ice: H/w", "statics",
+           _catenary_constant, "nonzero_gravity"),
     Column("max_tension", "N", "largest tension along the cable", "statics", lambda r: r.statics.max_tension),
     Column("min_tension", "N", "smallest tension along the cable", "statics", lambda r: r.statics.min_tension),
     Column("unstretched_length", "m", "length without tension, at the reference temperature", "statics",

@@ -6,7 +6,8 @@ from importlib import import_module
 
 from cablestudy.scene.scene import CableScene
 from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.study import one_cable_columns
+from cablestudy.study import one_cable_columns, point_loads
+from cablestudy.study.case import Case
 from cablestudy.study.closed_form import CLOSED, evaluate_table
 from cablestudy.study.freeze import freeze_cable, freeze_suspension
 from cablestudy.study.notes import reference_without_loads
@@ -39,6 +40,10 @@ class SceneKind:
         Case that was found -> the same.
     freeze : callable
         Document, scene -> what its file would say with unstretched lengths, see `freeze.freeze_cable`.
+    case : callable
+        Scene -> `Case` or `SuspensionCase`.
+    loaded_cables : callable
+        That -> list of `LoadedCable`; raises NoSolutionError and ConvergenceError.
     compared_models : str
         Module of what `trade` compares.
     """
@@ -51,6 +56,8 @@ class SceneKind:
     notes_on_stated: Callable
     notes_on_found: Callable
     freeze: Callable
+    case: Callable
+    loaded_cables: Callable
     compared_models: str
 
     @property
@@ -69,6 +76,8 @@ KINDS = {
         notes_on_stated=reference_without_loads,
         notes_on_found=lambda case: (),
         freeze=freeze_cable,
+        case=Case,
+        loaded_cables=point_loads.of_one_cable,
         compared_models="cablestudy.study.trade_models",
     ),
     SuspensionScene: SceneKind(
@@ -80,6 +89,8 @@ KINDS = {
         notes_on_stated=lambda scene: moved_note(SuspensionCase(scene)),
         notes_on_found=moved_note,
         freeze=freeze_suspension,
+        case=SuspensionCase,
+        loaded_cables=point_loads.of_suspension,
         compared_models="cablestudy.study.suspension.trade",
     ),
 }

@@ -5,6 +5,7 @@ from cablestudy.study.plots.bode import bode
 from cablestudy.study.plots.cases import case_forms
 from cablestudy.study.plots.form import static_form
 from cablestudy.study.plots.indices import sensitivity_plot
+from cablestudy.study.plots.load_path import load_path
 from cablestudy.study.plots.loop import loop_in_time, loop_margins
 from cablestudy.study.plots.modes import mode_shapes
 from cablestudy.study.plots.study import not_drawn, study_plot
@@ -18,6 +19,7 @@ from cablestudy.study.plots.wind import wind_response
 __all__ = [
     "bode",
     "case_forms",
+    "load_path",
     "loop_in_time",
     "loop_margins",
     "mode_shapes",

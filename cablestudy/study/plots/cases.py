@@ -48,7 +48,7 @@ def case_forms(cases):
     """
     views = {name: _View(case) for name, case in cases.items()}
     first, case = next(iter(views.values())), next(iter(cases.values()))
-    panels = _panels(views, _ground(case, first))
+    panels = _panels(views, ground_under(case.scene.ground, first.run, first.start, first.level))
     tall = [height for height, _ in panels]
     figure = Figure(figsize=(WIDTH, sum(tall) + 0.8), layout="constrained")
     grid = figure.subplots(len(tall), 1, height_ratios=tall, squeeze=False)[:, 0]
@@ -128,17 +128,28 @@ class _View:
         self.loads = np.interp(loads, positions, self.distance), np.interp(loads, positions, self.height)
 
 
-def _ground(case, view):
-    """Horizontal distance from end 1 and level of the ground under the span; None where they are not known."""
-    ground = case.scene.ground
+def ground_under(ground, run, start, level):
+    """Horizontal distance from end 1 and level of the ground under a span; None where they are not known.
+
+    Parameters
+    ----------
+    ground : float, sequence of (float, float) or None
+        As the scene states it.
+    run : float
+        Horizontal distance of the ends. [m]
+    start : ndarray, shape (3,)
+        Place of end 1. [m]
+    level : ndarray, shape (2,)
+        Horizontal direction of end 2, unit vector. [-]
+    """
     if ground is None:
         return None
     if isinstance(ground, float):
-        return np.array([0.0, view.run]), np.array([ground, ground])
+        return np.array([0.0, run]), np.array([ground, ground])
     x, z = np.array(ground, dtype=float).T
-    if abs(view.level[0]) < UPRIGHT:
+    if abs(level[0]) < UPRIGHT:
         return None
-    return (x - view.start[0]) / view.level[0], z
+    return (x - start[0]) / level[0], z
 
 
 def _draw(axes, views, looks, height):
@@ -166,6 +177,11 @@ def _side(axes, views, looks, ground, window):
     ends = [0.0, view.run], [view.start[2], view.start[2] + view.rise]
     axes.plot(*ends, "--", color=GREY, lw=0.8, label="chord")
     axes.plot(*ends, "o", color=GREY, ms=4)
+    finish_side(axes, ground, window)
+
+
+def finish_side(axes, ground, window):
+    """The ground in a side view, if it is known, and scales and names of its axes."""
     if ground is not None:
         axes.plot(*ground, color=GROUND, lw=1.5, label="ground")
         axes.fill_between(*ground, window.y[0], color=GROUND, alpha=0.15, lw=0)
@@ -191,14 +207,29 @@ def _mark(axes, view, ground):
         least = clearance(form, view.case.end_1, view.case.scene.ground)
     except NoSolutionError:  # the cable leaves the range where the ground is known
         return
+    mark_clearance(axes, view.distance, view.height, ground, least)
+
+
+def mark_clearance(axes, distance, height, ground, least):
+    """An arrow with the clearance where a line is nearest above the ground.
+
+    Parameters
+    ----------
+    distance, height : ndarray, shape (j,)
+        Of the line. [m]
+    ground : tuple of 2 ndarrays
+        Distance and level of the ground. [m]
+    least : float
+        The clearance. [m]
+    """
     order = np.argsort(ground[0])
-    level = np.interp(view.distance, ground[0][order], ground[1][order])
-    place = int(np.argmin(view.height - level))
+    level = np.interp(distance, ground[0][order], ground[1][order])
+    place = int(np.argmin(height - level))
     arrow = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "color": RED, "lw": 1}
-    x, low, high = view.distance[place], level[place], view.height[place]
+    x, low, high = distance[place], level[place], height[place]
     axes.annotate("", (x, low), (x, high), arrowprops=arrow)
     # in the ground below the arrow, where the cable is not in its way
-    share = (x - np.min(view.distance)) / np.ptp(view.distance)
+    share = (x - np.min(distance)) / (np.ptp(distance) or 1.0)
     side = "left" if share < NEAR_AN_END else "right" if share > 1 - NEAR_AN_END else "center"
     text = f"clearance {quantity_text(least, 'm')}"
     axes.annotate(text, (x, low), (0, -7), textcoords="offset points", ha=side, va="top", color=RED)

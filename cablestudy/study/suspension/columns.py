@@ -47,6 +47,7 @@ MORE = {
         "linear_deflection": "",
         "nonlinearity": "",
         "load_sag": "",
+        "catenary_constant": "",
         "shedding_frequency": "",
         "shedding_frequency_low": "",
         "shedding_frequency_high": "",

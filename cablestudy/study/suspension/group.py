@@ -26,7 +26,8 @@ from cablestudy.system.force_density import find_form
 from cablestudy.system.rigid import to_angles
 from cablestudy.wind.mean import equilibrium_in_wind
 
-HORIZONTAL = ("horizontal_tension", "lambda_squared")  # zero but for rounding where the load is along the chord
+# zero but for rounding where the load is along the chord
+HORIZONTAL = ("horizontal_tension", "catenary_constant", "lambda_squared")
 TOGETHER = 200  # cables, of several cases, whose modes are computed in one call
 
 
@@ -103,7 +104,7 @@ class CableResults(CableValues):
     def _upright(self, name):
         """Whether a column of HORIZONTAL is zero but for rounding: the load, and so the cable, is along the chord."""
         along = (name in HORIZONTAL) & (np.abs(self.span.cosine) < ROUNDING)
-        return along & (self.span.vertical[..., 2] == 1) if name == "horizontal_tension" else along
+        return along & (self.span.vertical[..., 2] == 1) if name != "lambda_squared" else along
 
 
 @dataclass(frozen=True)

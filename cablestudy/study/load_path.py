@@ -1,0 +1,107 @@
+"""The path of a point load that travels along its cable from end to end, unstretched lengths fixed."""
+
+import re
+from dataclasses import dataclass
+
+from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
+from cablestudy.scene.document import read_document
+from cablestudy.scene.fields import suggestion
+from cablestudy.scene.scene import read_scene
+from cablestudy.scene.words import first_of
+from cablestudy.study.columns import STATUS, find
+from cablestudy.study.point_loads import FIELDS, NO_GROUND, fields_in, lacks_clearance
+from cablestudy.study.scene_kind import kind_of
+from cablestudy.study.status import OK
+from cablestudy.study.table import Field, Table
+
+PLACES, MOST_PLACES = 39, 1000  # by default every fortieth of the length; on a support a load has no path
+LISTED = 4  # places that are named
+ALONG = [find(name).field for name in ("max_tension", "angle_1", "angle_2")]  # of the cable
+
+
+@dataclass(frozen=True)
+class LoadPath:
+    """Places of a load that travels.
+
+    Attributes
+    ----------
+    name : str
+        Of the load.
+    cables : list of LoadedCable
+        The cable with the load in each place that has an answer.
+    table : Table
+        A row for each place, by its share of the unstretched length.
+    failures : list of str
+        Why rows lack an answer, or a clearance.
+    """
+
+    name: str
+    cables: list
+    table: Table
+    failures: list
+
+
+def load_path(document, scene, asked):
+    """The `LoadPath` of a load of a scene.
+
+    Parameters
+    ----------
+    document : Document
+    scene : CableScene or SuspensionScene
+        The same in SI.
+    asked : str
+        Name of the load, `load1` or `CABLE.load1`, and after a colon how many places: 39 by default.
+
+    Raises
+    ------
+    SceneError
+        There is no such load, or no such number.
+    NoSolutionError, ConvergenceError
+        There is no reference state.
+    """
+    name, count = _read(asked, scene.load_paths)
+    kind, cable = kind_of(scene), name.rpartition(".")[0]
+    frozen, path = read_scene(read_document(kind.freeze(document, scene))), scene.load_paths[name]
+    load, fractions = frozen.value_at(path), [(k + 1) / (count + 1) for k in range(count)]
+    cables, rows, failures = [], [], {}
+    for fraction in fractions:
+        row, moved = {"fraction": fraction}, load.model_copy(update={"at": None, "fraction": fraction})
+        try:
+            found = kind.loaded_cables(kind.case(frozen.with_value(path, moved)))
+            hanging = next((one for one in found if one.name == cable), None)
+            if hanging is None:  # a load case without it
+                raise NoSolutionError(f"{cable} is not there")
+            row |= _row(hanging, name)
+            cables.append(hanging)
+            status = NO_GROUND if lacks_clearance(row) else OK
+        except (NoSolutionError, ConvergenceError) as error:
+            status = str(error)
+        if status != OK:
+            failures.setdefault(status, []).append(f"{fraction:.4g}")
+        rows.append(row | {"status": status})
+    texts = [f"{name} at {first_of(where, LISTED)} of the length: {status}" for status, where in failures.items()]
+    return LoadPath(name, cables, _table(rows), texts)
+
+
+def _read(asked, names):
+    """Name of a load and number of places."""
+    name, colon, count = asked.partition(":")
+    if name not in names:
+        raise SceneError(f"--locus {asked}: no such load ({suggestion(name, list(names))})")
+    number = int(count) if re.fullmatch(r"[0-9]{1,4}", count) else 0
+    if colon and not 0 < number <= MOST_PLACES:
+        raise SceneError(f"--locus {asked}: how many places: expected a whole number from 1 to {MOST_PLACES}")
+    return name, number or PLACES
+
+
+def _row(cable, name):
+    """Cells of a load on its cable, and of the cable."""
+    own = dict(zip(cable.load_names, cable.rows(), strict=True))[name]
+    angles = [float(find(column).compute(cable)) for column in ("angle_1", "angle_2")]
+    return own | dict(zip((field.name for field in ALONG), (float(cable.form.max_tension), *angles), strict=True))
+
+
+def _table(rows):
+    beside = [FIELDS["tension_1"], FIELDS["tension_2"]]  # of which the largest is along the cable
+    own = [field for field in fields_in(rows) if field not in beside]
+    return Table((Field("fraction", "fraction", label=True), *own, *ALONG, STATUS), rows)

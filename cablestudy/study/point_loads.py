@@ -1,0 +1,122 @@
+"""Point loads on cables where they hang: places, slopes and tensions of the cable on both sides."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cablestudy.cable.catenary import Catenary
+from cablestudy.cable.geometry import ROUNDING, below_chord, heights_above, places, tensions_beside
+from cablestudy.cable.state import State
+from cablestudy.errors import NoSolutionError
+from cablestudy.scene.load_tables import load_name
+from cablestudy.study.columns import SHAPELESS
+from cablestudy.study.table import Field, Table
+
+# what a table has of each load -> unit; 1 is the side of end 1, slopes are positive where the cable rises towards end 2
+UNITS = {"x": "m", "y": "m", "z": "m", "sag": "m", "clearance": "m", "slope_1": "deg", "slope_2": "deg",
+         "tension_1": "N", "tension_2": "N"}  # fmt: skip
+NO_GROUND = "no clearance: the ground is not known there"
+FIELDS = {name: Field(f"{name}_{unit}", name.replace("_", " "), unit) for name, unit in UNITS.items()}
+
+
+@dataclass(frozen=True)
+class LoadedCable:
+    """A cable with the point loads on it, in the order of the file.
+
+    Attributes
+    ----------
+    name : str
+        Of a cable of a suspension; empty of one cable.
+    form : Catenary or State
+        The cable where it hangs.
+    end_1 : ndarray, shape (3,)
+        Place of end 1, of a suspension of the end `from`. [m]
+    length : float
+        Unstretched length in the reference state. [m]
+    loads : tuple of Load
+    ground : float, tuple or None
+        As the scene states it.
+    """
+
+    name: str
+    form: Catenary | State
+    end_1: np.ndarray
+    length: float
+    loads: tuple
+    ground: object
+
+    @property
+    def load_names(self):
+        """The names of its loads, a list."""
+        return [load_name(self.name, number) for number in range(1, len(self.loads) + 1)]
+
+    def rows(self):
+        """Cells of each load by the headers of FIELDS: list of dict.
+
+        `sag` is the vertical distance from the chord down to the load, `clearance` that from there down to the ground:
+        None where the ground is not known there, and left out without any.
+        """
+        shares = np.array([load.at / self.length if load.fraction is None else load.fraction for load in self.loads])
+        local = places(self.form, shares)
+        local = np.where(np.abs(local) > ROUNDING * np.asarray(self.form.span.chord), local, 0.0)
+        there, tension = local + self.end_1, tensions_beside(self.form, shares)
+        found = dict(zip("xyz", there.T, strict=True)) | {"sag": below_chord(self.form, shares, local)}
+        if self.ground is not None:
+            found["clearance"] = heights_above(there, self.ground)
+        slopes = np.degrees(np.arctan2(tension[..., 2], np.hypot(tension[..., 0], tension[..., 1])))
+        beside = (*slopes.T, *np.sqrt((tension**2).sum(axis=-1)).T)
+        found |= dict(zip(("slope_1", "slope_2", "tension_1", "tension_2"), beside, strict=True))
+        headers = [FIELDS[name].name for name in found]
+        numbers = (np.stack(list(found.values()), axis=-1) + 0.0).tolist()
+        return [{h: None if np.isnan(n) else n for h, n in zip(headers, row, strict=True)} for row in numbers]
+
+
+def of_one_cable(case):
+    """The cable of a `Case` with its loads, in a list.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        It has no equilibrium, or no definite form.
+    """
+    case.results.check(case.index)
+    if case.exact_statics and case.catenary.slack:
+        raise NoSolutionError(SHAPELESS)
+    return [LoadedCable("", case.form, case.end_1, case.reference_length, case.scene.loads, case.scene.ground)]
+
+
+def of_suspension(case):
+    """The cables of a `SuspensionCase` that carry loads: list of LoadedCable; raises as `of_one_cable`."""
+    found, lengths, cables = case.equilibrium, case.group.cables.reference_length[case.place], []
+    for place, name in enumerate(case.scene.cables):
+        if not (loads := case.scene.loads_on(name)):
+            continue
+        catenary = found.catenary.take(place)
+        if catenary.slack:
+            raise NoSolutionError(f"{name}: {SHAPELESS}")
+        cables.append(LoadedCable(name, catenary, found.ends[place, 0], lengths[place], loads, case.scene.ground))
+    return cables
+
+
+def loads_table(cables, failures):
+    """Table with a row for each load on some cables.
+
+    Parameters
+    ----------
+    cables : list of LoadedCable
+    failures : list
+        Takes why a cell has no value.
+    """
+    rows = [{"load": name, **row} for one in cables for name, row in zip(one.load_names, one.rows(), strict=True)]
+    failures += [f"{row['load']}: {NO_GROUND}" for row in rows if lacks_clearance(row)]
+    return Table((Field("load", "load", label=True), *fields_in(rows)), rows)
+
+
+def fields_in(rows):
+    """Those of FIELDS of which some rows have cells: list."""
+    return [field for field in FIELDS.values() if any(field.name in row for row in rows)]
+
+
+def lacks_clearance(row):
+    """True if the ground under the load of a row is not known, though the scene has one."""
+    return row.get(FIELDS["clearance"].name, 0.0) is None

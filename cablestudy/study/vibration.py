@@ -1,0 +1,101 @@
+"""Vibration of cables in the wind as lines are designed: lock-in with vortices, safe tension, galloping."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from cablestudy.study.columns import find
+from cablestudy.study.suspension.linear_motion import wind_diameters
+from cablestudy.study.table import Field
+from cablestudy.wind.drag import STROUHAL
+
+LOCK_IN = Field("lock_in_speed_m_per_s", "lock-in speed", "m/s")
+ALONG = "axial"  # kind of the modes that vortices do not drive
+SAFE = (
+    "safe for a single aluminium conductor without dampers are up to 1000 m (open and flat, with snow or near water), "
+    "1125 m (open and flat), 1225 m (few obstacles), 1425 m (trees, buildings), at the mean temperature of the coldest "
+    "month, before creep (CIGRE Technical Brochure 273, 2005)"
+)
+
+
+def with_lock_in(table, diameters):
+    """A table of modes with the wind speed at which vortices have the frequency of each: f D/St, with St = 0.2.
+
+    Parameters
+    ----------
+    table : Table
+        With frequencies.
+    diameters : sequence of float or None
+        Of what moves in each mode, ice included; None where no cable moves across its axis, or it is not known. [m]
+
+    Returns
+    -------
+    Table
+        The same where no diameter is known.
+    """
+    if not any(diameters):
+        return table
+    rows = [
+        row | {LOCK_IN.name: row["frequency_Hz"] * diameter / STROUHAL if diameter else None}
+        for row, diameter in zip(table.rows, diameters, strict=True)
+    ]
+
+    def errors():
+        for row, known in zip(rows, table.errors(), strict=True):
+            same = row[LOCK_IN.name] is not None and "frequency_Hz" in known
+            yield known | ({LOCK_IN.name: known["frequency_Hz"]} if same else {})
+
+    return replace(table, fields=(*table.fields, LOCK_IN), rows=rows, errors=errors)
+
+
+def diameters_of_modes(table, diameter):
+    """The diameter for each mode of one cable in a table, see `with_lock_in`: list."""
+    return [None if row["type"] == ALONG else diameter for row in table.rows]
+
+
+def diameters_of_coupled_modes(table, scene):
+    """The diameter for each coupled mode of a `SuspensionScene` in a table, see `with_lock_in`: list.
+
+    Of the cable that moves most; of a mode of several cables where they have one diameter.
+    """
+    of_cables = dict(zip(scene.cables, wind_diameters(scene).tolist(), strict=True))
+    alike = next(iter(of_cables.values())) if len(set(of_cables.values())) == 1 else None
+    parts = [row["moves"].rpartition(" ") for row in table.rows]
+    return [alike if not name and kind == "cables" else None if kind == ALONG else of_cables.get(name)
+            for name, _, kind in parts]  # fmt: skip
+
+
+def galloping_notes(load_case):
+    """A note on Den Hartog's criterion, dC_L/dalpha + C_D < 0, of the ice of a load case; tuple of str, at most one.
+
+    Den Hartog (1932), Transactions of the AIEE 51, 1074.
+    """
+    ice = load_case.ice
+    if ice is None or ice.lift_slope is None:
+        return ()
+    damping = ice.lift_slope + ice.drag_coefficient
+    verdict = (
+        "below 0: with this ice the cable may gallop, in modes across the wind; amplitudes are not computed"
+        if damping < 0
+        else "not below 0: with this ice it does not gallop across the wind without twisting"
+    )
+    return (f"note: Den Hartog's criterion: dC_L/dalpha + C_D = {damping:.4g}, {verdict}",)
+
+
+def tension_notes(scene, values):
+    """A note on the horizontal tension over the weight of a length of cables, the largest; tuple of str, at most one.
+
+    None of a load case with ice or wind, which is not that of every day.
+
+    Parameters
+    ----------
+    scene : CableScene or SuspensionScene
+    values : Results or CableResults
+        Of this scene alone.
+    """
+    if scene.nonzero_gravity is None or scene.load_case.ice or scene.load_case.wind:
+        return ()
+    constants = np.ravel(find("catenary_constant").compute(values)).tolist()
+    name, most = max(zip(scene.cables, constants, strict=True), key=lambda pair: pair[1])
+    whose = f" of {name}" if len(constants) > 1 else ""
+    return (f"horizontal tension over weight per length{whose}: {most:.4g} m; {SAFE}",) if most > 0 else ()
