@@ -351,6 +351,7 @@ def test_dir_shows_what_a_user_calls():
         "freeze",
         "loads",
         "locus",
+        "limits",
         "loop",
         "loop_in_time",
         "loop_response",

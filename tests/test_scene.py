@@ -381,7 +381,9 @@ def test_a_quantity_beyond_its_range_is_refused_in_one_line(key):
         assert re.fullmatch(rf"--set {key}: (.*: )?(must (be|not be) .*|expected .* which is not finite)", found)
 
 
-ALLOWED = "allowed: gravity, cable, gondola, winch, wind, ground, cases, case, exposure, correction, materials, model"
+ALLOWED = (
+    "allowed: gravity, cable, gondola, winch, wind, ground, cases, case, limits, exposure, correction, materials, model"
+)
 ANCHORED = GOOD.replace("gondola: {", "gondola: &a {").replace("wind: {", "wind: {<<: *a, ")
 
 

@@ -346,15 +346,16 @@ def test_a_log_left_by_a_killed_sweep_belongs_to_its_rows(folder, whole_table):
 
 
 def test_a_record_is_read_as_it_was_packed():
+    names = ["sag_m", "iterations", "preload_N", "chord_m", "mass_kg"]
     stored = pack(6, "0a", "broken \udcff", [None, 1, 0.1, -0.0, 1e-308], {"sag_m": 1e-9}, ("a note",))
-    record = unpack(stored, 5)
+    record = unpack(stored, names)
     assert (record.case, record.key, record.status) == (6, "0a", "broken \\udcff")
     assert repr(record.cells) == "[None, 1, 0.1, -0.0, 1e-308]"
     assert (record.errors, record.notes) == ({"sag_m": 1e-9}, ["a note"])
-    assert unpack(pack(0, "", "ok", []), 0).errors == {}
-    assert unpack(pack(0, "", "ok", [1.0], {"sag_m": None}), 1).errors == {"sag_m": None}  # not known
-    assert unpack(stored, 4) is None
-    assert unpack((0, *stored[1:]), 5) is None
+    assert unpack(pack(0, "", "ok", []), []).errors == {}
+    assert unpack(pack(0, "", "ok", [1.0], {"sag_m": None}), names[:1]).errors == {"sag_m": None}  # not known
+    assert unpack(stored, names[:4]) is None
+    assert unpack((0, *stored[1:]), names) is None
 
 
 def test_a_run_that_keeps_nothing_leaves_nothing_even_if_it_is_killed(folder):

@@ -52,7 +52,7 @@ GROUPS = {
             "The value of a key for which a column takes a value.",
             (
                 "find guy.yaml 'sag = 0.5 m' --by cable.preload",
-                "find line.yaml 'clearance = 7 m' --by cable.tension.value",
+                "find line.yaml limits --by cable.tension.value",
             ),
         ),
         "trade": (

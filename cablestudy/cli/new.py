@@ -9,7 +9,7 @@ from cablestudy.errors import SceneError
 # Kind of file -> what to try with it; {} is its name.
 NEXT = {
     "guy": ("static {} --case all", "modes {} -n 6", "find {} 'sag = 0.5 m' --by cable.preload"),
-    "line": ("static {} --case all --plot line.svg", "find {} 'clearance = 7 m' --by cable.tension.value --case hot"),
+    "line": ("static {} --case all --plot line.svg", "static {} --limits", "find {} limits --by cable.tension.value"),
     "section": (
         "static {} --case all --plot section.svg",
         "static {} --case hot --table cables --columns sag,clearance,inclination_from_plumb",

@@ -3,7 +3,7 @@
 import click
 
 from cablestudy.cli.cases import ALL
-from cablestudy.cli.error_handling import echo_notes, finish
+from cablestudy.cli.error_handling import FAILED_CHECK, echo_notes, finish
 from cablestudy.cli.options import check_picture, scene_command
 from cablestudy.errors import SceneError, refuse_options
 
@@ -33,14 +33,21 @@ def compute(scene, case, what, **options):
     help="Each point load on a cable (loads); of a suspension: only this table.",
 )
 @click.option("--locus", metavar="LOAD[:COUNT]", help="The path of a load that travels, e.g. load1, CABLE.load1:99.")
+@click.option("--limits", is_flag=True, help="The limits of the scene instead, each in the load case that governs.")
 @click.option("--form-finding", "form", is_flag=True, help="Of a suspension: the form by force densities instead.")
-def static(scene, sets, case, shape, name, locus, form, style, plot, explain, quiet):
+def static(scene, sets, case, shape, limits, name, locus, form, style, plot, explain, quiet):
     """Tension, sag, end stiffness and more of one scene; of a suspension bodies, points, cables and stiffness."""
     what, options = "static", {"estimate": explain or style == "json"}
     if case == ALL:
         refuse_options(
             {"--shape": shape, "--locus": locus, "--form-finding": form}, f"--case {ALL} has one row for each case"
         )
+    if limits:
+        others = {"--case": case, "--shape": shape, "--table": name, "--locus": locus, "--form-finding": form}
+        refuse_options(others | {"--explain": explain}, "--limits has each limit in the load cases that the scene says")
+        found = read(scene, sets, None).compute("limits")
+        code = finish(scene, found, style, plot, quiet=quiet)
+        return code or FAILED_CHECK * any(row["status"] != "ok" for row in found.table.rows)
     if shape:
         refuse_options({"--table": name, "--locus": locus, "--form-finding": form}, "--shape has the coordinates alone")
         what = "shape"

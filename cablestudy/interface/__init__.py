@@ -72,7 +72,11 @@ def read(path: Any, set: Sequence[str] = (), case: str | None = None) -> Scene:
 
 
 def scene_of(name: str, changes: tuple[str, ...], document: Document, model: CableScene | SuspensionScene) -> Scene:
-    """The scene of what was read from a file or mapping: `Scene`, or `Suspension`."""
+    """The `Scene` or `Suspension` of what was read from a file or mapping; SceneError for limits it cannot have."""
+    if model.limits:
+        from cablestudy.study.limits import limits_of
+
+        limits_of(model, document)
     return INTERFACES[type(model)](name, changes, document, model)
 
 

@@ -59,9 +59,9 @@ def read_path(value: object) -> str:
 
 
 def read_goal(value: object) -> str:
-    """A column, a sign and a value."""
+    """A column, a sign and a value; or the word for all limits."""
     goal = read_text(value)
-    if not any(sign in goal for sign in "<>="):
+    if goal.strip() != "limits" and not any(sign in goal for sign in "<>="):
         raise ValueError
     return goal
 

@@ -1,4 +1,4 @@
-"""Commands static, modes, windrms and loop of a scene of one cable: an `Answer` each."""
+"""Commands static, modes, windrms and loop of a scene of one cable, and limits of any scene: an `Answer` each."""
 
 from dataclasses import replace
 
@@ -202,6 +202,20 @@ def _of_row(scene, table, row, draw, remarks=()):
     )
 
 
+def limits(scene):
+    """Every limit of a scene, of one cable or a suspension, where its margin is least."""
+    from cablestudy.scene.scene import missing
+    from cablestudy.study.limits import NOT_MET, limits_table, unanswered
+    from cablestudy.study.study_rows import checks_of
+
+    if not scene.model.limits:
+        raise missing(scene.document, "limits", "static --limits")
+    (checks,) = checks_of([scene.model])
+    broken, reason = [check for check in checks if check.status == NOT_MET], unanswered(checks)
+    lines = tuple(f"not met: {check.governing}: {check.limit.that}" for check in broken)
+    return Answer(table=limits_table(checks), warnings=lines, failures=(reason,) if reason else ())
+
+
 ANSWERS = {
     "static": static,
     "shape": shape,
@@ -210,4 +224,5 @@ ANSWERS = {
     "modes": modes,
     "windrms": windrms,
     "loop": loop,
+    "limits": limits,
 }

@@ -150,8 +150,8 @@ class Scene:
 
         Parameters
         ----------
-        what : {"static", "shape", "loads", "locus", "modes", "windrms", "loop", "ssm", "trade", "find"}
-            The command, or "shape", "loads" or "locus" of static; of a suspension "form" too, for form finding.
+        what : {"static", "shape", "loads", "locus", "limits", "modes", "windrms", "loop", "ssm", "trade", "find"}
+            The command, or "shape", "loads", "locus" or "limits" of static; of a suspension "form" too, for its form.
         **options
             Those of the function in `answers`.
         """
@@ -231,6 +231,11 @@ class Scene:
     def shape(self) -> pandas.DataFrame:
         """The static shape, point by point: pandas.DataFrame."""
         return self.compute("shape").frame()
+
+    @checked
+    def limits(self) -> pandas.DataFrame:
+        """Each limit of the scene where its margin is least, in all of its load cases: pandas.DataFrame."""
+        return self.compute("limits").frame()
 
     @checked
     def loads(self) -> pandas.DataFrame:
@@ -370,7 +375,7 @@ class Scene:
         Parameters
         ----------
         goal : str
-            For example "sag = 2 m".
+            For example "sag = 2 m"; "limits": the ends of the range in which all limits of the scene hold.
         by : str
             The key, for example "cable.preload".
         between : str or sequence of 2, optional

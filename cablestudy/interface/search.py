@@ -18,15 +18,19 @@ def find_value(document, goal, by, between=None, columns=None):
     goal, by, between, columns : str
         See `Scene.find`.
     """
-    from cablestudy.study import find
-    from cablestudy.study.goal import read_find, read_goal
+    from cablestudy.study import find, find_limits
+    from cablestudy.study.goal import LIMITS, read_find, read_goal
     from cablestudy.study.scene_kind import kind_of
 
     asked = read_goal(*read_find(goal, by, between), document)
     shown = find.shown_columns(asked, document, columns)
-    found = find.solve(asked, document)
-    table, rows = find.find_table(asked, found, shown)
-    several = (f"{len(found.values)} values of {by}",) if len(found.values) > 1 else ()
+    if goal.strip() == LIMITS:
+        found, table, rows = find_limits.ranges(asked, document, shown)
+        several = ()
+    else:
+        found = find.solve(asked, document)
+        table, rows = find.find_table(asked, found, shown)
+        several = (f"{len(found.values)} values of {by}",) if len(found.values) > 1 else ()
     notes = kind_of(found.scenes[0]).notes_on_found(rows[0].case)
     warnings = dict.fromkeys((*found.notes, *(warning for row in rows for warning in row.warnings), *notes))
     return Answer(

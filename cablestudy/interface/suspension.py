@@ -189,7 +189,7 @@ class Suspension(Scene):
         "modes": modes,
         "windrms": windrms,
         "loop": loop,
-        **{name: Scene.answers[name] for name in ("locus", "ssm", "trade", "find")},
+        **{name: Scene.answers[name] for name in ("locus", "ssm", "trade", "find", "limits")},
     }
 
     @property

@@ -16,7 +16,7 @@ from cablestudy.pages import given
 from cablestudy.pages.markup import paragraph
 from cablestudy.pages.page import Page
 from cablestudy.pages.provenance import Provenance
-from cablestudy.pages.results import sections
+from cablestudy.pages.results import limits, sections
 from cablestudy.scene.document import MAPPING, STDIN, apply_sets, read_base, read_file, resolve_base
 from cablestudy.scene.scene import is_study, read_scene
 from cablestudy.scene.study import study_of
@@ -151,6 +151,9 @@ def _scene_page(source, sets, case, title, provenance):
     scene = scene_of(source.name, sets + case_text(case), document, model)
     shown = f" in the load case {model.case}" if model.case is not None else ""
     page = Page(title or _stem(source.name), f"{scene.heading}{shown}. Scene {source.name}.")
+    if model.limits:
+        with page.section("Limits"):
+            limits(page, scene)
     page.heading("Scene")
     page.add(given.numbers_table(document))
     page.add(given.cases_table(document))

@@ -6,6 +6,7 @@ from cablestudy.study.columns import attribute
 from cablestudy.study.table import Field, Table
 
 CAPTIONS = {
+    "limits": "Limits",
     "static": "Statics",
     "modes": "The lowest modes",
     "windrms": "In the wind",
@@ -84,6 +85,14 @@ def sections(page, scene):
     for key, what in (("wind", "wind"), (scene.loop_key, "loop")):
         if attribute(model, key) is None:
             page.left_out.append(f"{what}: the scene has none (key {key})")
+
+
+def limits(page, scene):
+    """Append each limit where its margin is least, to a page that is headed by the least margin."""
+    answer = scene.compute("limits")
+    _told(page, "limits", answer)
+    page.table(answer.table, "Limits, each where its margin is least; margins relative to the limit")
+    page.key_figure(answer.table, "margin", "least margin of the limits", min)
 
 
 def _by_name(answer):

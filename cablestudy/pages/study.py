@@ -6,6 +6,7 @@ from functools import partial
 from cablestudy.pages.markup import listed, paragraph, text, unit_text
 from cablestudy.pages.tables import TableGrid
 from cablestudy.scene.words import counted
+from cablestudy.study.columns import TEXTS
 from cablestudy.study.prepare import prepare
 from cablestudy.study.table import short
 from cablestudy.study.varied_keys import varied_keys
@@ -83,7 +84,7 @@ def _picture(page, study, table, plots):
 def _range(study, table):
     """Of each column of numbers that varies the smallest and the largest, and in which case: HTML."""
     frame, lines = table.rows.frame(), []
-    left_out = {"status", *(known.header for known in varied_keys(study))}
+    left_out = {*TEXTS, *(known.header for known in varied_keys(study))}
     for one in table.fields:
         if one.hidden or one.beside or one.name not in frame or one.name in left_out:
             continue

@@ -31,9 +31,18 @@ def _case_name(name):
     """A name that --case, --set and --vary can have too."""
     if name == ALL:
         raise wrong(f"a name of a load case is not {ALL}, which stands for each of them (--case {ALL})")
-    if name[:1].isalnum() and name == name.strip() and not any(sign in name for sign in ".,="):
-        return name
-    raise wrong(f"a name of a load case begins with a letter or a digit and has no dot, comma or =, got {show(name)}")
+    return plain_name("load case")(name)
+
+
+def plain_name(kind):
+    """Function that refuses a name, of a kind of things, that dotted keys and lists of names cannot have."""
+
+    def check(name):
+        if name[:1].isalnum() and name == name.strip() and not any(sign in name for sign in ".,="):
+            return name
+        raise wrong(f"a name of a {kind} begins with a letter or a digit and has no dot, comma or =, got {show(name)}")
+
+    return check
 
 
 Name = Annotated[str, StringConstraints(strict=True, min_length=1)]

@@ -47,6 +47,7 @@ PLACES = {
 NAMED = {
     ("cables",): ("cable", ("from", "to")),
     ("cases",): ("case", ("temperature", "ice", "wind", "loads", "forces", "moves")),
+    ("limits",): ("limit", ("that",)),
     ("bodies",): ("body", ("at",)),
     ("points",): ("point", ("at",)),
     ("actuators",): ("actuator", ("axis",)),

@@ -12,6 +12,7 @@ from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, suggesti
 from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Correction, Exposure
 from cablestudy.scene.layers import split_key
+from cablestudy.scene.limit_table import Limits, LimitTable, limit_relations
 from cablestudy.scene.load_tables import (
     EndForces,
     EndMoves,
@@ -68,6 +69,7 @@ class CableScene(KeyTable):
         {}, description="Name -> temperature, ice, wind, loads, forces and moves of one day"
     )
     case: Name | None = Field(None, description="Which of the cases; without it the reference state with its loads")
+    limits: Limits = Field({}, description="Name -> what must hold in load cases: a comparison, or {that, cases}")
     exposure: Exposure | None = Field(None, description="Time of one exposure, within which motion blurs the image")
     correction: Correction | None = Field(None, description="The mirror that corrects the image")
     materials: Materials = Field({}, description="Name -> material or rope, over the built-in ones; or their file")
@@ -125,6 +127,7 @@ class CableScene(KeyTable):
                 yield beyond_the_end(("cases", name, "loads"), case.loads, length)
             yield self._end_relations(name, case)
         yield ground_relations(self.ground)
+        yield limit_relations(self.limits, self.cases)
 
     def _end_relations(self, name, case):
         """A gondola takes the force of a case, and the moved ends of the cable are apart; a list as of `relations`."""
@@ -156,6 +159,7 @@ TABLES = {
     ("cases", "*", "loads", "*"): Load,
     ("cases", "*", "forces"): EndForces,
     ("cases", "*", "moves"): EndMoves,
+    ("limits", "*"): LimitTable,
     ("gondola",): Gondola,
     ("winch",): WinchTable,
     ("winch", "controller"): Controller,

@@ -25,6 +25,7 @@ from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, suggesti
 from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Exposure, MarkerCorrection
 from cablestudy.scene.layers import merge
+from cablestudy.scene.limit_table import Limits, LimitTable, limit_relations
 from cablestudy.scene.load_tables import (
     DeadLoad,
     Ice,
@@ -86,6 +87,7 @@ class SuspensionScene(KeyTable):
         {}, description="Name -> temperature, ice, wind, loads, forces and moves of one day"
     )
     case: Name | None = Field(None, description="Which of the cases; without it the reference state")
+    limits: Limits = Field({}, description="Name -> what must hold in load cases: a comparison, or {that, cases}")
     exposure: Exposure | None = Field(None, description="Time of one exposure, within which motion blurs the image")
     correction: MarkerCorrection | None = Field(None, description="The mirror that corrects the image")
     materials: Materials = Field({}, description="Name -> material or rope, over the built-in ones; or their file")
@@ -211,6 +213,7 @@ class SuspensionScene(KeyTable):
                 yield beyond_the_end(path, found, length)
         yield _failed(case_mistakes(self))
         yield ground_relations(self.ground)
+        yield limit_relations(self.limits, self.cases)
 
     def body_of(self, table):
         """Name of the body that `control` or one of the actuators names, or of the only one."""
@@ -304,6 +307,7 @@ SUSPENSION_TABLES = {
     ("cases", "*", "wind"): SteadyWind,
     ("cases", "*", "loads", "*", "*"): Load,
     ("cases", "*", "forces", "*"): DeadLoad,
+    ("limits", "*"): LimitTable,
     ("winches", "*"): CableWinch,
     ("tensions",): Tensions,
     ("control",): Control,

@@ -69,18 +69,19 @@ class Column:
     unit: str
     meaning: str
     # the most expensive result that it uses: scene, statics, stiffness, modes, gondola, loop, wind or run;
-    # find: a key that a study solves for
+    # find: a key that a study solves for; limits: what the limits of the scene compare, in all their load cases
     needs: str
     compute: Callable  # Results -> ndarray, or Case -> float
     key: str = ""  # keys of the scene without which it has no value, separated by commas; one|another: either
     each: bool = False  # computed case by case, although it is a closed form
     mode: tuple = ()  # of a mode's frequency: number (from 1), kind, and symmetry or None
     without: str = ""  # key that a scene must not have
+    text: bool = False  # whether its cells are texts
 
     @property
     def least_error(self):
         """Estimated relative error of the closed form, by rounding; None of a column without an error. [-]"""
-        if self.needs in ("run", "find") or self.name == "iterations":
+        if self.needs in ("run", "find") or self.text or self.name == "iterations":
             return None
         return 0.0 if self.needs == "scene" else ROUNDING
 
@@ -92,7 +93,7 @@ class Column:
     @property
     def field(self):
         """Its `Field` in a table."""
-        return Field(self.header, self.name.replace("_", " "), self.unit)
+        return Field(self.header, self.name.replace("_", " "), self.unit, text=self.text)
 
     @cached_property
     def keys(self):
@@ -490,15 +491,20 @@ COLUMNS = (
               "frequency of vortices at three standard deviations of the speed below the mean, 0 at least", 0),
     _shedding("shedding_frequency_high",
               "frequency of vortices at three standard deviations of the speed above the mean", 2),
+    Column("limit_margin", "", "least margin of the limits in all of their load cases, relative to the limit; negative "
+           "where one does not hold", "limits", None, "limits"),
+    Column("governing", "", "limit with the least margin, and the load case and cable in which it has it", "limits",
+           None, "limits", text=True),
     Column("iterations", "", "Newton steps of the statics", "statics", lambda r: r.statics.iterations),
     Column("dof", "", "free displacements of the model; 0 where the closed form suffices", "run", None),
     Column("solve_time", "ms", "time that the row took", "run", None),
     Column("error_estimate", "", "largest estimated relative error in the row, against the continuous cable", "run",
            None),
     Column("status", "", "ok, over strength, a cable that goes slack in the wind, or why cells of the row are empty",
-           "run", None),
+           "run", None, text=True),
 )  # fmt: skip
 
+TEXTS = frozenset(column.header for column in COLUMNS if column.text)
 STATUS = Field("status", "status", unless="ok", text=True)
 
 FAMILIES = (
@@ -568,7 +574,7 @@ def lacks(scene, column):
     """The first key that a column needs and a scene has no value for, or an empty text."""
     for key in column.keys:
         values = [attribute(scene, name) for name in key.split("|")]
-        if all(value is None or (isinstance(value, tuple) and not value) for value in values):
+        if all(value is None or (isinstance(value, tuple | dict) and not value) for value in values):
             return written_key(key.split("|")[0])
     return ""
 

@@ -9,12 +9,14 @@ from cablestudy.errors import CablestudyError, Mistake, NoSolutionError, SceneEr
 from cablestudy.scene.entries import Entry
 from cablestudy.scene.layers import split_key
 from cablestudy.scene.scene import quantity_of, read_scene
+from cablestudy.scene.section import Share
 from cablestudy.scene.units import common_factor
 from cablestudy.scene.words import counted
 from cablestudy.study.all_columns import find, key_column, why_not
 from cablestudy.study.closed_form import CLOSED
 from cablestudy.study.columns import STATUS
 from cablestudy.study.goal import goal_of_study
+from cablestudy.study.limits import limits_of
 from cablestudy.study.roots import Effort, places_between, ranges_about, zeros
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.scene_values import CaseTable, tables_of
@@ -85,6 +87,38 @@ def solve(goal, document):
     NoSolutionError
         There is no value of the key.
     """
+    found, statuses, notes = search(goal, document)
+    jump = f"{goal.column.name} jumps over {goal.value:.6g} at {goal.key.name} ="
+    jumps = [f"{jump} {goal.of_key(place)}" for place in found.jumps]
+    if not found.places:
+        raise NoSolutionError("; ".join([_why_none(goal, found, list(statuses.values())), *jumps]))
+    notes += [f"{goal} over all of {goal.key.name} from {goal.of_key(*ends)}" for ends in found.plateaus]
+    return Found(found.places, scenes_at(goal, document, found.places), notes + jumps)
+
+
+def search(goal, document, enclose=False):
+    """Search for the values of the key.
+
+    Parameters
+    ----------
+    goal, document
+        As of `solve`.
+    enclose : bool
+        See `roots.zeros`.
+
+    Returns
+    -------
+    found : roots.Zeros
+    statuses : dict
+        Each value tried -> status of its row.
+    notes : list of str
+        On the range that was searched, unless it was asked for, and on gaps in it.
+
+    Raises
+    ------
+    SceneError
+        As of `solve`.
+    """
     start, scene = check_goal(goal, document)
     statuses = {}
 
@@ -101,19 +135,18 @@ def solve(goal, document):
         ranges = [[places_between(goal.quantity.low, goal.quantity.high, 2 * effort.points)]]
     else:
         ranges = ranges_about(start, goal.quantity.low, goal.quantity.high, effort.points, effort.reach)
-    found = zeros(distance, ranges, effort)
-    jump = f"{goal.column.name} jumps over {goal.value:.6g} at {goal.key.name} ="
-    jumps = [f"{jump} {goal.of_key(place)}" for place in found.jumps]
-    if not found.places:
-        raise NoSolutionError("; ".join([_why_none(goal, found, list(statuses.values())), *jumps]))
+    found = zeros(distance, ranges, effort, enclose)
     notes = [] if goal.between else [
         f"searched: {goal.key.name} from {goal.of_key(found.low, found.high)}; {goal.elsewhere}"
     ]  # fmt: skip
-    notes += [f"{goal} over all of {goal.key.name} from {goal.of_key(*ends)}" for ends in found.plateaus]
     ends = f"at an end of the values of {goal.column.name}"
     notes += [f"not searched: {goal.key.name} from {goal.of_key(*gap)}, {ends}" for gap in found.gaps]
-    scenes = [_Cases(document, goal, [value]).case(0)[1] for value in found.places]
-    return Found(found.places, scenes, notes + jumps)
+    return found, statuses, notes
+
+
+def scenes_at(goal, document, values):
+    """List of the scenes with some values of the key; SceneError for one that is no scene."""
+    return [_Cases(document, goal, [value]).case(0)[1] for value in values]
 
 
 def check_goal(goal, document):
@@ -128,6 +161,7 @@ def check_goal(goal, document):
     scene = _valid_scene(goal, document, start)
     if reason := why_not(scene, goal.column):
         raise SceneError(Mistake(*goal.places["column"], reason))
+    limits_of(scene, document)
     return start, scene
 
 
@@ -137,7 +171,10 @@ def _start(goal, document):
         scene = read_scene(document)
     except SceneError:  # it may lack what is to be found
         return None
-    value = scene.value_at(split_key(goal.key.name))
+    path = split_key(goal.key.name)
+    value, table = scene.value_at(path), scene.value_at(path[: 2 if path[0] == "cables" else 1])
+    if isinstance(value, Share):
+        value = table.force_of(value)
     if isinstance(value, float):
         return value
     try:
@@ -168,9 +205,12 @@ def _valid_scene(goal, document, start):
 
 def _effort(goal, scene):
     """How finely the column is searched: closed forms of one cable cost little."""
-    model, size = scene.model, abs(goal.value)
-    if not kind_of(scene).is_cheap(goal.column):
-        noise = CLOSE if model.elements is not None or goal.column.needs in CLOSED else model.accuracy
+    model, size, columns = scene.model, abs(goal.value), [goal.column]
+    if goal.column.needs == "limits":  # whose margins are relative
+        size, columns = 1.0, [column for limit in limits_of(scene) for _, _, column in limit.terms]
+    if not all(map(kind_of(scene).is_cheap, columns)):
+        closed = all(column.needs in CLOSED for column in columns)
+        noise = CLOSE if model.elements is not None or closed else model.accuracy
         return Effort(8, 10, 1e-3 * noise, COSTLY_REACH, noise * size, size, parts=8, costly=True)
     if model.elements is not None:
         return Effort(25, 20, 1e-3 * CLOSE, COSTLY_REACH, CLOSE * size, size)

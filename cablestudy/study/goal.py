@@ -16,6 +16,7 @@ from cablestudy.study.all_columns import find, key_column
 from cablestudy.study.columns import Column
 
 SIGN = re.compile("([<>=!]+)")
+LIMITS = "limits"  # in the place of a goal: the values of a key for which all limits of the scene hold
 _GOAL = "expected COLUMN = VALUE, for example 'sag = 2 m'"
 
 
@@ -66,7 +67,7 @@ def read_find(goal, by, between):
     Parameters
     ----------
     goal : str
-        For example `sag = 2 m`.
+        For example `sag = 2 m`; or LIMITS.
     by : str
     between : str or None
         For example `100 N:10 kN`.
@@ -75,6 +76,7 @@ def read_find(goal, by, between):
     ------
     SceneError
     """
+    goal = "limit_margin = 0" if goal.strip() == LIMITS else goal
     column, sign, value = (
         (part.strip() for part in SIGN.split(goal, maxsplit=1)) if SIGN.search(goal) else (goal, "", "")
     )
@@ -126,7 +128,7 @@ def read_goal(asked, places, document):
             mistakes.append(Mistake(*places[part], str(error)))
 
     read("column", lambda: _number_column(asked.column))
-    read("value", lambda column: _in_unit(asked.value, column, document), "column")
+    read("value", lambda column: number_in_unit(asked.value, column, lambda: read_scene(document)), "column")
     read("by", lambda: _quantity(asked.by, document))
     read("between", lambda quantity: asked.between and _range(asked.between, quantity), "by")
     if mistakes:
@@ -137,8 +139,8 @@ def read_goal(asked, places, document):
 def _number_column(name):
     """The column of a name, which holds numbers that depend on the scene."""
     column = find(name)
-    if column.name == "status":
-        raise ValueError("status is text: no value of a key can be found for it")
+    if column.text:
+        raise ValueError(f"{column.name} is text: no value of a key can be found for it")
     if column.needs == "run" or column.name == "iterations":
         raise ValueError(f"{column.name} describes the computation: no value of a key can be found for it")
     return column
@@ -148,14 +150,28 @@ def _expected(column):
     return f"expected a number in {column.unit}, or with a unit" if column.unit else "expected a number"
 
 
-def _in_unit(value, column, document):
-    """A number in the unit of a column of the scene of a document."""
+def number_in_unit(value, column, scene_of):
+    """A number in the unit of a column.
+
+    Parameters
+    ----------
+    value : float or str
+        In the unit of the column, or with its own.
+    column : Column
+    scene_of : callable
+        Returns the scene, for a message about shares of breaking forces; SceneError where there is none.
+
+    Raises
+    ------
+    ValueError
+        No finite number, or a unit of another dimension.
+    """
     try:
         number, unit = split(value) if isinstance(value, str) else (value, "")
     except ValueError as error:
         raise ValueError(f"{column.name}: {_expected(column)}, got {show(value)}{error}") from None
     if unit in ("%", "percent") and column.unit == "N":
-        raise ValueError(_share_of(float(number) / 100, value, column, document))
+        raise ValueError(_share_of(float(number) / 100, value, column, scene_of))
     try:
         number = float(number * common_factor(unit, column.unit) if unit else number)
     except ValueError as error:
@@ -165,10 +181,10 @@ def _in_unit(value, column, document):
     return number
 
 
-def _share_of(share, value, column, document):
+def _share_of(share, value, column, scene_of):
     """What to write for a tension as a share of the breaking force of its cable, where the scene has one."""
     try:
-        scene = read_scene(document)
+        scene = scene_of()
     except SceneError:  # it may lack what is to be found
         scene = None
     cables, owner = scene.cables if scene else {}, column.name.rpartition(".")[0]

@@ -9,6 +9,7 @@ from cablestudy.study.all_columns import find, find_header, key_column, why_not
 from cablestudy.study.columns import STATUS
 from cablestudy.study.find import check_goal, column_named, field_of_key
 from cablestudy.study.goal import goal_of_study
+from cablestudy.study.limits import limits_of
 from cablestudy.study.table import Field, number, read_csv
 from cablestudy.study.varied_keys import varied_key, varied_keys
 
@@ -52,6 +53,7 @@ def prepare(study):
     study.check()
     if study.find:
         check_goal(goal_of_study(study), study.document_of(0))
+    limits_of(study.case(0)[1], study.document_of(0))
     columns = columns_of(study)
     tolerances_of(study)
     _check_plot(study)
@@ -85,8 +87,8 @@ def _drawn_column(study, name):
         near = get_close_matches(name, [*study.varied, *study.columns], 1)
         hint = f" (did you mean {near[0]}?)" if near else ""
         raise ValueError(f"{name} is neither a column of the study nor a varied key{hint}") from None
-    if column.name == "status":
-        raise ValueError("status is text")
+    if column.text:
+        raise ValueError(f"{column.name} is text")
 
 
 def columns_of(study):
@@ -131,8 +133,8 @@ def _listed(study, name):
 def compared(study, name):
     """Header of the column that a tolerance names; ValueError where it is not in the study, or never compared."""
     column = _listed(study, name)
-    if column.name in ("status", NEVER_COMPARED):
-        raise ValueError(f"{name} {'is text' if column.name == 'status' else 'is never compared'}")
+    if column.text or column.name == NEVER_COMPARED:
+        raise ValueError(f"{name} {'is text' if column.text else 'is never compared'}")
     return column.header
 
 

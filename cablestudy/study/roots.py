@@ -174,7 +174,7 @@ def places_between(low, high, points):
 # --------------------------------------------------------------------------------------------------------- the search
 
 
-def zeros(function, ranges, effort):
+def zeros(function, ranges, effort, enclose=False):
     """Search ranges one after the other until one has a zero, and then for all zeros in it.
 
     A side of a range that has no value anywhere ends the search on that side, once there are values elsewhere. Two
@@ -188,6 +188,8 @@ def zeros(function, ranges, effort):
     ranges : iterable of list of ndarray
         Places of each side, see `ranges_about`.
     effort : Effort
+    enclose : bool
+        Whether the search goes on until the function is negative, or has no value, at both ends of what was tried.
 
     Returns
     -------
@@ -203,7 +205,7 @@ def zeros(function, ranges, effort):
         if len(scan.finite()[0]):
             ended |= {number for number, places in going_on.items() if all(map(isnan, map(scan.value, places)))}
         found, jumps = scan.search()
-        if found:
+        if found and not (enclose and scan.rises_to_an_end()):
             break
     if not found and not (jumps and effort.costly):
         scan.approach_zero()
@@ -239,6 +241,10 @@ class _Scan:
         """Places that have a value, rising, and the values: two arrays of shape (k,)."""
         known = sorted((place, value) for place, value in self.tried.items() if not isnan(value))
         return tuple(np.array(known).reshape(-1, 2).T)
+
+    def rises_to_an_end(self):
+        """True if the function is positive at the lowest or the highest place tried."""
+        return any(self.tried[end(self.tried)] > 0 for end in (min, max))
 
     def search(self):
         """The zeros and jumps between the places tried: two lists of places, rising."""

@@ -29,6 +29,9 @@ class SceneKind:
         `CaseTable`, columns -> as `closed_form.evaluate_table`; None where each case takes its own scene.
     why_not : callable
         Scene, column -> why the scene cannot have it, or an empty text.
+    of_each_cable : callable
+        Scene, name of a column -> list of cable and its column of that name, where the name stands for those of several
+        cables; else empty.
     is_cheap : callable
         Column -> whether it costs so little that `find` may try many values.
     usual_columns : tuple of str
@@ -51,6 +54,7 @@ class SceneKind:
     evaluate: Callable
     evaluate_table: Callable
     why_not: Callable
+    of_each_cable: Callable
     is_cheap: Callable
     usual_columns: tuple
     notes_on_stated: Callable
@@ -71,6 +75,7 @@ KINDS = {
         evaluate=one_cable_columns.evaluate,
         evaluate_table=evaluate_table,
         why_not=one_cable_columns.why_not,
+        of_each_cable=lambda scene, name: [],
         is_cheap=lambda column: column.needs in CLOSED and not column.each,
         usual_columns=("preload", "max_tension", "sag", "unstretched_length", "utilisation"),
         notes_on_stated=reference_without_loads,
@@ -84,6 +89,7 @@ KINDS = {
         evaluate=evaluate_suspensions,
         evaluate_table=lambda table, columns: None,
         why_not=of_suspensions.why_not,
+        of_each_cable=of_suspensions.of_each_cable,
         is_cheap=lambda column: False,
         usual_columns=("min_tension", "max_tension", "max_utilisation"),
         notes_on_stated=lambda scene: moved_note(SuspensionCase(scene)),

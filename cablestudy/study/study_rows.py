@@ -1,7 +1,13 @@
 """Rows of the cases of a study, of one cable or of a suspension."""
 
+from dataclasses import replace
+
+from cablestudy.errors import SceneError
+from cablestudy.study.closed_form import CLOSED
 from cablestudy.study.columns import ROUNDING
+from cablestudy.study.limits import in_case, least_margin, limits_of, unanswered
 from cablestudy.study.scene_kind import kind_of
+from cablestudy.study.status import has_answer
 
 
 def evaluate(scenes, columns, estimate=False):
@@ -14,7 +20,60 @@ def evaluate(scenes, columns, estimate=False):
     estimate : bool
         Whether to estimate the errors of fixed elements though they are no column, and to write notes.
     """
-    return kind_of(scenes[0]).evaluate(scenes, columns, estimate) if scenes else []
+    own = [column for column in columns if column.needs != "limits"]
+    rows = kind_of(scenes[0]).evaluate(scenes, own, estimate) if scenes else []
+    return rows if len(own) == len(columns) else list(map(_with_limits, rows, checks_of(scenes)))
+
+
+def checks_of(scenes):
+    """The limits of scenes, each in all of its load cases.
+
+    Parameters
+    ----------
+    scenes : sequence of CableScene or SuspensionScene
+
+    Returns
+    -------
+    list
+        Of each scene: list of `limits.Check`, or the SceneError of one that cannot have its limits.
+    """
+    limits, groups, rows = [_limits_or_error(scene) for scene in scenes], {}, [{} for _ in scenes]
+    for place, known in enumerate(limits):
+        terms = [] if isinstance(known, SceneError) else [term for limit in known for term in limit.terms]
+        # closed forms cost next to nothing: in all load cases alike, so that these are solved together
+        everywhere = {c.header: c for _, _, c in terms if c.needs in CLOSED and "load_case" not in c.key}
+        columns = {}  # of each load case
+        for case, _, column in terms:
+            columns.setdefault(case, dict(everywhere))[column.header] = column
+        for case, here in columns.items():
+            groups.setdefault(tuple(here), (here, []))[1].append((place, case))
+    for columns, members in groups.values():
+        found = evaluate([in_case(scenes[place], case) for place, case in members], list(columns.values()))
+        for (place, case), row in zip(members, found, strict=True):
+            rows[place][case] = row
+    return [
+        known if isinstance(known, SceneError) else [least_margin(limit, own) for limit in known]
+        for known, own in zip(limits, rows, strict=True)
+    ]
+
+
+def _limits_or_error(scene):
+    try:
+        return limits_of(scene)
+    except SceneError as error:
+        return error
+
+
+def _with_limits(row, checks):
+    """A `Row` with the cells of the columns of limits, from its item of `checks_of`."""
+    reason = checks.without_places if isinstance(checks, SceneError) else unanswered(checks)
+    least = None if reason else min(checks, key=lambda check: check.margin)
+    status = row.cells["status"]
+    cells = {"limit_margin": least and least.margin, "governing": least and least.governing}
+    if reason:
+        cells["status"] = reason if has_answer(status) else f"{status}; {reason}"
+    errors = {"limit_margin": least.margin_error} if least else {}
+    return replace(row, cells={**row.cells, **cells}, errors={**row.errors, **errors})
 
 
 def evaluate_tables(tables, columns, explain=False, estimate=False):

@@ -91,6 +91,8 @@ def _named(name):
         column = find(name)
     except ValueError as error:
         raise SceneError(f"--columns: {error}") from None
+    if column.needs == "limits":
+        raise SceneError(f"--columns: {column.name} is of several load cases: name a column that a limit compares")
     if column.needs in ("run", "scene") or column.name == "iterations":
         raise SceneError(f"--columns: {column.name} does not depend on the model")
     return column

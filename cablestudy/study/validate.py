@@ -7,6 +7,7 @@ from cablestudy.scene.sampling import FEWEST
 from cablestudy.scene.scene import is_study, read_scene
 from cablestudy.scene.study import study_of
 from cablestudy.scene.words import counted
+from cablestudy.study.limits import limits_of
 from cablestudy.study.prepare import prepare
 from cablestudy.study.table import Field, Table
 
@@ -45,4 +46,6 @@ def _validate(file, sets):
             notes = [f"{study.where(('sample', 'count'))}: {few}"]
         return "study", study.count, [*study.likely_mistakes(), *study.notes, *notes]
     document = apply_sets(resolve_base(document), sets)
-    return "scene", len(read_scene(document).cases) or 1, likely_mistakes(document)
+    scene = read_scene(document)
+    limits_of(scene, document)
+    return "scene", len(scene.cases) or 1, likely_mistakes(document)

@@ -11,15 +11,14 @@ follow Kleene's three-valued logic: a comparison with one is unknown (None).
 
 import ast
 import operator
-import re
 from bisect import bisect_right
 from functools import reduce
 from itertools import pairwise
-from typing import NamedTuple
 
 import pandas
 
 from cablestudy.errors import SceneError
+from cablestudy.scene.tokens import tokens_of
 from cablestudy.scene.units import common_factor, show, split
 from cablestudy.sweeps.variable import Variable, variable
 
@@ -30,28 +29,7 @@ OPERATORS = {
     ast.NotEq: operator.ne,
 }  # fmt: skip
 EQUALITY = (operator.eq, operator.ne)
-INSTEAD = {"=": "==", "<>": "!=", "&&": "and", "||": "or", "&": "and", "|": "or", "!": "not"}
 OPERAND_KINDS = ("number", "name", "text")
-
-_UNIT = r"(?!(?:and|or|not)\b)[A-Za-zµμΩ°%][A-Za-z0-9µμΩ°%]*(?:[*/·][A-Za-zµμΩ°%][A-Za-z0-9µμΩ°%]*|\^-?[0-9]{1,2})*"
-_TOKEN = re.compile(
-    rf"""\s*(?:
-    (?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?(?:/[0-9]{{1,9}}(?![0-9.]))?\s*(?:{_UNIT})?)
-    |(?P<word>(?:and|or|not)(?![\w.-]))
-    |(?P<name>[^\W\d]\w*(?:[.-]\w+)*)
-    |(?P<text>"[^"]*"|'[^']*')
-    |(?P<sign><>|<=|>=|==|!=|&&|\|\||[<>=!&|()])
-    )""",
-    re.VERBOSE,
-)
-
-
-class Token(NamedTuple):
-    """A piece of the condition, its kind, and the column where it begins (from 1)."""
-
-    kind: str
-    text: str
-    column: int
 
 
 def parse(text, study):
@@ -71,28 +49,12 @@ def parse(text, study):
     """
     if len(text) > MAX_LENGTH:
         raise SceneError(f"--where: {len(text)} characters (at most {MAX_LENGTH})")
-    translator = _Translator(_tokens(text), study)
+    translator = _Translator(tokens_of(text, _refuse), study)
     return translator.translate(), tuple(translator.bare)
 
 
 def _refuse(column, message):
     raise SceneError(f"--where:{column}: {message}")
-
-
-def _tokens(text):
-    tokens, place, end = [], 0, len(text.rstrip())
-    while place < end:
-        match = _TOKEN.match(text, place)
-        if match is None:
-            place = end - len(text[place:end].lstrip())
-            _refuse(place + 1, f"unexpected {text[place]!r}")
-        kind = match.lastgroup
-        token = Token(kind, match[kind].strip(), match.start(kind) + 1)
-        if token.text in INSTEAD:
-            _refuse(token.column, f"unexpected {token.text!r} (use {INSTEAD[token.text]})")
-        tokens.append(token)
-        place = match.end()
-    return [*tokens, Token("end", "", end + 1)]
 
 
 class _Translator:

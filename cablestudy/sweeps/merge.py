@@ -74,7 +74,7 @@ def _take(path, merged):
             identity, _ = stored
             if digest(identity) == digest(merged.identity):
                 rows = shard.execute(f"SELECT {COLUMNS} FROM rows WHERE status IS NOT NULL")
-                merged.insert([row for row in rows if unpack(row, len(merged.headers))])
+                merged.insert([row for row in rows if unpack(row, merged.headers)])
                 return []
         except sqlite3.Error as error:
             return [f"{path}: is damaged ({error}): compute the shard again with --resume"]

@@ -6,12 +6,14 @@ from zlib import crc32
 
 from pydantic import Field, FiniteFloat, Strict, StrictInt, StrictStr, TypeAdapter
 
+from cablestudy.study.columns import TEXTS
 from cablestudy.study.status import OK
 
 EXACT = 2**53  # beyond, a float does not hold an integer exactly
 
 Number = Annotated[StrictInt, Field(gt=-EXACT, lt=EXACT)] | Annotated[FiniteFloat, Strict()]
 CELLS, ERRORS = TypeAdapter(list[Number | None]), TypeAdapter(dict[str, Number | None])
+CELLS_AND_TEXTS = TypeAdapter(list[Number | StrictStr | None])
 NOTES = TypeAdapter(list[StrictStr])
 
 
@@ -21,7 +23,7 @@ class RowRecord(NamedTuple):
     case: int  # from 0
     key: str  # hash of the resolved scene; empty where the case is no valid scene
     status: str | None  # see `study.status`; None while some columns are still to be computed
-    cells: list  # number or None of each column but `status`, in their order
+    cells: list  # number, text or None of each column but `status`, in their order
     errors: dict  # header -> estimated relative error, where it exceeds that of a closed form; a None is not known
     notes: list  # of str
 
@@ -40,11 +42,16 @@ def pack(case, key, status, cells, errors=(), notes=()):
         case + 1,
         key,
         status,
-        "[" + ",".join(["null" if cell is None else repr(cell) for cell in cells]) + "]",  # as json does, but faster
+        "[" + ",".join(map(_json, cells)) + "]",
         json.dumps(errors, allow_nan=False) if errors else "",
         json.dumps(notes) if notes else "",
     )
     return (*stored, check_sum(*stored))
+
+
+def _json(cell):
+    """A cell as json writes it, but numbers faster."""
+    return "null" if cell is None else json.dumps(cell) if isinstance(cell, str) else repr(cell)
 
 
 def check_sum(row, key, status, cells, errors, notes):
@@ -52,15 +59,20 @@ def check_sum(row, key, status, cells, errors, notes):
     return crc32(f"{row}\n{key}\n{status}\n{cells}\n{errors}\n{notes}".encode(errors="backslashreplace"))
 
 
-def unpack(stored, width):
-    """The Record of a row of so many cells, or None if what is stored, which may be anything, is none of `pack`."""
+def unpack(stored, headers):
+    """The Record of a row of columns, or None if what is stored, which may be anything, is none of `pack`."""
     row, key, status, cells, errors, notes, total = stored
     if check_sum(*stored[:-1]) != total:
         return None
+    texts = not TEXTS.isdisjoint(headers)
     try:
-        cells = CELLS.validate_json(cells)
+        cells = (CELLS_AND_TEXTS if texts else CELLS).validate_json(cells)
         errors, notes = ERRORS.validate_json(errors or "{}"), NOTES.validate_json(notes or "[]")
     except ValueError:
         return None
     valid = type(row) is int and row >= 1 and isinstance(key, str) and isinstance(status, str | None)
-    return RowRecord(row - 1, key, status, cells, errors, notes) if valid and len(cells) == width else None
+    valid = valid and len(cells) == len(headers)
+    if valid and texts:
+        pairs = zip(headers, cells, strict=True)
+        valid = all(cell is None or (name in TEXTS) == isinstance(cell, str) for name, cell in pairs)
+    return RowRecord(row - 1, key, status, cells, errors, notes) if valid else None

@@ -50,7 +50,7 @@ def _records(store, study, cases, headers, names):
     old = store.headers
     same, complete = set(old) == set(headers), names.issuperset(headers)
     for case, stored in _matches(store, study, cases):
-        row = unpack(stored, len(old))
+        row = unpack(stored, old)
         if row.status != OK and not same:  # another column may be the reason of its status
             continue
         known = {header: cell for header, cell in zip(old, row.cells, strict=True) if header in names}

@@ -9,6 +9,7 @@ from itertools import islice, product
 
 import numpy as np
 
+from cablestudy.study.columns import TEXTS
 from cablestudy.study.prepare import beside, fields_of
 from cablestudy.study.status import OK
 from cablestudy.study.table import Field, Table, exact
@@ -40,6 +41,7 @@ class Rows(LazyRows):
         self._study, self._columns, self._reference = study, columns, reference
         self._store, self._cases = store, cases
         self._varied = {known.key: known for known in varied_keys(study)}
+        self._texts = TEXTS.intersection(store.headers) if store else frozenset()
 
     def __iter__(self):
         return map(self._row, self._store.read(self._cases))
@@ -64,7 +66,9 @@ class Rows(LazyRows):
 
         texts = list(self._store.read_texts(self._cases))
         numbers = json.loads(f"[{','.join([cells for _, cells in texts])}]")
-        frame = pandas.DataFrame(numbers, columns=self._store.headers, dtype=float)
+        frame = pandas.DataFrame(numbers, columns=self._store.headers, dtype=object if self._texts else float)
+        if self._texts:
+            frame = frame.astype(dict.fromkeys(frame.columns.difference(self._texts), float))
         frame["status"] = [status for status, _ in texts]
         steps = np.unravel_index(self._cases, [len(entry) for entry in self._study.entries] or [1])
         for entry, taken in zip(self._study.entries, steps, strict=False):
@@ -80,15 +84,18 @@ class Rows(LazyRows):
         return frame
 
     def csv_lines(self, names):
-        """Iterator of the lines of the CSV below its head; None unless its columns are varied keys and all stored ones.
+        """Iterator of the lines of the CSV below its head; None unless its columns are varied keys and all stored ones,
+        and these are numbers.
 
         Stored numbers are copied as text, which a million rows need.
         """
         stored = [*self._store.headers, "status"]
         varied = names[: -len(stored)]
-        copied = names[-len(stored) :] == stored and varied == [
-            known.header for known in self._varied.values() if known.header in varied
-        ]
+        copied = (
+            names[-len(stored) :] == stored
+            and not self._texts
+            and varied == [known.header for known in self._varied.values() if known.header in varied]
+        )
         return self._copied(set(varied)) if copied else None
 
     def _copied(self, shown):

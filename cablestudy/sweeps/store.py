@@ -124,7 +124,7 @@ class RowStore:
             The file was changed while this run used it.
         """
         for stored in self.stored(cases):
-            yield unpack(stored, len(self.headers)) or self._refuse_changed(stored[0])
+            yield unpack(stored, self.headers) or self._refuse_changed(stored[0])
 
     def read_texts(self, cases):
         """Yield status and cells, these as JSON, of a range of cases: faster than `read`."""
@@ -168,7 +168,7 @@ class RowStore:
         `headers` are those of their cells; of partial rows those that were missing.
         """
         if headers != self.headers:
-            records = [self._completed(headers, unpack(stored, len(headers))) for stored in records]
+            records = [self._completed(headers, unpack(stored, headers)) for stored in records]
         self.insert(records)
         for row, *_ in records:
             self._known[row - 1] = COMPLETE
@@ -262,7 +262,7 @@ class RowStore:
     def _checked_rows(self, order, highest):
         """Yield the number of each row and what is stored of it, None if that is not as it was written."""
         for stored in self.database.execute(f"SELECT {COLUMNS} FROM rows ORDER BY row {order}"):
-            valid = unpack(stored, len(self.headers)) and (highest is None or stored[0] <= highest)
+            valid = unpack(stored, self.headers) and (highest is None or stored[0] <= highest)
             yield stored[0], stored if valid else None
 
     def close(self):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from cablestudy.errors import SceneError, shorten
 from cablestudy.scene.words import counted, first_of
+from cablestudy.study.columns import TEXTS
 from cablestudy.study.prepare import fields_of, prepare
 from cablestudy.study.table import Table, exact, number, stream_csv
 from cablestudy.study.varied_keys import varied_keys
@@ -177,7 +178,7 @@ def _read_rows(study, path, stored, rows):
             if texts.get(name, exact(cell)) != exact(cell):
                 now = f"stored {shorten(texts[name], LONGEST_CELL)}, now {exact(cell)}"
                 return [f"{path}: row {count}, {name}: {now}"]
-        row = {name: _cell(name, texts[name]) for name in rows.names if name in texts and name not in cells}
+        row = {name: _cell(texts[name], name in TEXTS) for name in rows.names if name in texts and name not in cells}
         damaged = [name for name, cell in row.items() if cell is None and texts[name]]
         wrong += [
             f"{path}:{line}: row {count}, {name}: not a finite number: {shorten(repr(texts[name]), LONGEST_CELL)}"
@@ -203,9 +204,9 @@ def _recorded(path, current):
         return None
 
 
-def _cell(name, text):
+def _cell(text, is_text):
     """A cell of a stored table: a number, text, or None where it is empty or no finite number."""
-    if name == "status" or not text:
+    if is_text or not text:
         return text or None
     value = number(text)
     whole = value is not None and abs(value) < EXACT and WHOLE.fullmatch(text)

@@ -85,7 +85,7 @@ def variable(name, study, option):
     column = find(name)
     if column.name != "status" and not {column.name, column.header}.intersection(study.columns):
         study.ask(column.name, option)
-    return Variable(column.header, column.unit, is_text=column.name == "status")
+    return Variable(column.header, column.unit, is_text=column.text)
 
 
 def _is_text(study, varied, unit):

@@ -5,6 +5,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from cablestudy.study.all_columns import find
+from cablestudy.study.columns import TEXTS
 from cablestudy.study.plots.colour_map import colour_map
 from cablestudy.study.plots.quantity import DrawnQuantity, quantities_varied, quantity_named
 from cablestudy.study.plots.series import give_looks, series_of
@@ -148,12 +149,12 @@ def _drawn(study, rows, chosen):
 def _chosen(study, names, x, rows):
     """The quantities of names, without the one along x, text, and printed values, which are drawn with their column."""
     own = [name for name in names if "_printed" not in name and "_difference" not in name]
-    return [quantity for quantity in _quantities(study, own, rows) if quantity.name not in (x.name, "status")]
+    return [quantity for quantity in _quantities(study, own, rows) if quantity.name not in {x.name, *TEXTS}]
 
 
 def _computed(study):
     """Headers of the columns that are results and do not show what varies; of all where there are none."""
-    columns = [column for column in map(find, study.columns) if column.name != "status"]
+    columns = [column for column in map(find, study.columns) if not column.text]
     shown = {find(name).header for key in study.varied for name in SHOWN_BY.get(key, ())}
     others = [column for column in columns if column.header not in shown] or columns
     computed = [c for c in others if c.needs not in ("scene", "run") and c.name != "iterations"]

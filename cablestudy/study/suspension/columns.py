@@ -296,7 +296,7 @@ WHOLE = (
               np.max, "cables.*.section_breaking_force"),
     PEAK_UTILISATION,
     _over_all("cable_mass", "kg", "mass of all cables", lambda r: r.mass, np.sum),
-    *(column for column in COLUMNS if column.needs == "run"),
+    *(column for column in COLUMNS if column.needs in ("limits", "run")),
 )  # fmt: skip
 
 
@@ -417,6 +417,16 @@ def why_not(scene, column):
     return f"{column.name} needs the key {key}, which the scene does not have" if key else ""
 
 
+def of_each_cable(scene, name):
+    """List of cable and its column of a name; empty where the name is no column of cables, or one of the whole."""
+    if "." in name or any(name in (column.name, column.header) for column in WHOLE):
+        return []
+    try:
+        return [(cable, find(f"{cable}.{name}")) for cable in scene.cables]
+    except ValueError:
+        return []
+
+
 def has_key(scene, cable, column):
     """True if the cable of a name has what one of its columns needs."""
     return not _missing_key(scene, cable, column)
@@ -444,10 +454,10 @@ def _why_not_of_whole(scene, column):
     strong = any(cable.section_breaking_force is not None for cable in scene.cables.values())
     if column.name in ("max_utilisation", "max_peak_utilisation") and not strong:
         return f"{column.name} needs the strength or breaking_force of a cable, which the scene does not have"
-    if own := next((other for other in (*LOOP, *WINCHES, PEAK_UTILISATION) if other.name == column.name), None):
-        key = lacks(scene, own)
+    if own := next((other for other in WHOLE if other.name == column.name), None):
+        key = "" if own.name == "max_utilisation" else lacks(scene, own)
         return f"{column.name} needs the key {key}, which the scene does not have" if key else ""
-    if MODE.fullmatch(column.name) or column.name in {other.name for other in WHOLE}:
+    if MODE.fullmatch(column.name):
         return ""
     here = ""
     if column.name in INSTEAD or f".{column.name}" in {other.name for other in all_cable_columns("")}:

@@ -1,0 +1,50 @@
+"""Tokens of a condition, as of --where and of limits: numbers with units, names, texts, words, signs and brackets."""
+
+import re
+from typing import NamedTuple
+
+INSTEAD = {"=": "==", "<>": "!=", "&&": "and", "||": "or", "&": "and", "|": "or", "!": "not"}
+
+_UNIT = r"(?!(?:and|or|not)\b)[A-Za-zµμΩ°%][A-Za-z0-9µμΩ°%]*(?:[*/·][A-Za-zµμΩ°%][A-Za-z0-9µμΩ°%]*|\^-?[0-9]{1,2})*"
+_TOKEN = re.compile(
+    rf"""\s*(?:
+    (?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?(?:/[0-9]{{1,9}}(?![0-9.]))?\s*(?:{_UNIT})?)
+    |(?P<word>(?:and|or|not)(?![\w.-]))
+    |(?P<name>[^\W\d]\w*(?:[.-]\w+)*)
+    |(?P<text>"[^"]*"|'[^']*')
+    |(?P<sign><>|<=|>=|==|!=|&&|\|\||[<>=!&|()])
+    )""",
+    re.VERBOSE,
+)
+
+
+class Token(NamedTuple):
+    """A piece of a condition, its kind, and the column where it begins (from 1)."""
+
+    kind: str
+    text: str
+    column: int
+
+
+def tokens_of(text, refuse):
+    """List of the tokens of a condition, the last one of the kind `end`.
+
+    Parameters
+    ----------
+    text : str
+    refuse : callable
+        Column, message: raises the error of what is no token.
+    """
+    tokens, place, end = [], 0, len(text.rstrip())
+    while place < end:
+        match = _TOKEN.match(text, place)
+        if match is None:
+            place = end - len(text[place:end].lstrip())
+            refuse(place + 1, f"unexpected {text[place]!r}")
+        kind = match.lastgroup
+        token = Token(kind, match[kind].strip(), match.start(kind) + 1)
+        if token.text in INSTEAD:
+            refuse(token.column, f"unexpected {token.text!r} (use {INSTEAD[token.text]})")
+        tokens.append(token)
+        place = match.end()
+    return [*tokens, Token("end", "", end + 1)]

@@ -1,0 +1,183 @@
+"""Limits of a scene: which columns they compare in which load cases, their margins, and the one that governs.
+
+The margin of a limit is relative to its number b: (b - x)/|b| where x may be at most b, (x - b)/|b| where it must be at
+least b; not negative where the limit holds. The governing limit is the one with the least margin.
+"""
+
+from dataclasses import dataclass
+
+from cablestudy.errors import Mistake, SceneError
+from cablestudy.scene.limit_table import REFERENCE, comparison
+from cablestudy.scene.mistakes import located
+from cablestudy.study.all_columns import find, why_not
+from cablestudy.study.goal import number_in_unit
+from cablestudy.study.scene_kind import kind_of
+from cablestudy.study.table import Field, Table
+
+SMALLEST = 1e-30  # size of a number that a limit may have, in the unit of its column: a margin is relative to it
+OK, NOT_MET = "ok", "not met"
+
+
+@dataclass(frozen=True)
+class SceneLimit:
+    """A limit of one scene.
+
+    Attributes
+    ----------
+    name, that : str
+        Its name, and the comparison as written.
+    sign : str
+        One of < <= > >=.
+    bound : float
+        In the unit of its columns.
+    terms : tuple of (str, str, Column)
+        Load case, cable or "", and what is compared there.
+    """
+
+    name: str
+    that: str
+    sign: str
+    bound: float
+    terms: tuple
+
+    def margin(self, value):
+        """Margin of a value, relative to the limit. [-]"""
+        return (self.bound - value if "<" in self.sign else value - self.bound) / abs(self.bound)
+
+
+@dataclass(frozen=True)
+class Check:
+    """A limit where its margin is least.
+
+    Attributes
+    ----------
+    limit : SceneLimit
+    case, cable : str
+        The load case that governs, and of a column of several cables the cable, else "".
+    value, error : float or None
+        Of the column there, and its estimated relative error; None where nothing is known.
+    failures : dict
+        Load case -> why there is no value in it.
+    """
+
+    limit: SceneLimit
+    case: str = ""
+    cable: str = ""
+    value: float | None = None
+    error: float | None = None
+    failures: dict | None = None
+
+    @property
+    def margin(self):
+        """Relative, None without a value. [-]"""
+        return None if self.value is None else self.limit.margin(self.value)
+
+    @property
+    def margin_error(self):
+        """Estimated error of the margin, relative to the margin; None where it is not known. [-]"""
+        return self.error * abs(self.value / self.limit.bound / self.margin) if self.error and self.margin else None
+
+    @property
+    def governing(self):
+        """Limit, load case and cable in words."""
+        return f"{self.limit.name} ({', '.join(filter(None, (self.case, self.cable)))})"
+
+    @property
+    def status(self):
+        """OK, NOT_MET, or in which load case there is no answer, and why."""
+        holds = self.value is not None and (self.margin > 0 or ("=" in self.limit.sign and self.margin == 0))
+        return unanswered([self]) or (OK if holds else NOT_MET)
+
+
+# ------------------------------------------------------------------------------------------------- as the scene says
+
+
+def limits_of(scene, document=None):
+    """List of the `SceneLimit` of a scene.
+
+    Raises
+    ------
+    SceneError
+        All that it cannot have, at their places in its document where this is given.
+    """
+    found, mistakes, written = [], [], document.value.get("limits", {}) if document else {}
+    for name, table in scene.limits.items():
+        try:
+            found.append(_limit(scene, name, table))
+        except ValueError as error:
+            path = "limits", name, *["that"] * isinstance(written.get(name), dict)
+            mistakes.append((path, str(error)))
+    if mistakes and document:
+        raise located(mistakes, document)
+    if mistakes:
+        raise SceneError(*(Mistake("", ".".join(path), text) for path, text in mistakes))
+    return found
+
+
+def _limit(scene, name, table):
+    """The `SceneLimit` of a table; ValueError says what is wrong."""
+    asked = comparison(table.that)
+    pairs = kind_of(scene).of_each_cable(scene, asked.column) or [("", find(asked.column))]
+    column = pairs[0][1]
+    if column.text or column.needs in ("run", "limits") or column.name == "iterations":
+        raise ValueError(f"{column.name} is no result that a limit could hold for")
+    bound = number_in_unit(asked.number, column, lambda: scene)
+    if abs(bound) < SMALLEST:
+        raise ValueError(f"a margin is relative to the limit, which must not be 0: {table.that}")
+    terms, refused = [], []
+    for case in table.cases or (*scene.cases, *({REFERENCE} - scene.cases.keys())):
+        lacking = [why_not(in_case(scene, case), column) for _, column in pairs]
+        terms += [(case, *pair) for pair, reason in zip(pairs, lacking, strict=True) if not reason]
+        refused += [lacking[0] + (f" (load case {case})" if table.cases else "")] if all(lacking) else []
+    if refused and (table.cases or not terms):
+        raise ValueError(refused[0])
+    return SceneLimit(name, table.that, asked.sign, bound, tuple(terms))
+
+
+def in_case(scene, case):
+    """A scene in one of its load cases, or in none."""
+    return scene.model_copy(update={"case": case if case in scene.cases else None})
+
+
+# ------------------------------------------------------------------------------------------------------- the answers
+
+
+def least_margin(limit, rows):
+    """The `Check` of a limit.
+
+    Parameters
+    ----------
+    limit : SceneLimit
+    rows : dict
+        Load case -> `Row` with its columns.
+    """
+    least, failures = None, {}
+    for case, cable, column in limit.terms:
+        row, name = rows[case], column.header
+        value = row.cells[name]
+        if value is None:
+            failures.setdefault(case, row.cells["status"] if row.failed else f"{column.name} has no value")
+        elif least is None or limit.margin(value) < limit.margin(least[2]):
+            least = case, cable, value, row.errors.get(name)
+    return Check(limit, *(least or ()), failures=failures)
+
+
+def unanswered(checks):
+    """In which load cases there is no answer, and why, in one line; empty where there is one in all."""
+    found = {case: reason for check in checks for case, reason in check.failures.items()}
+    return "; ".join(f"no answer in {case}: {reason}" for case, reason in found.items())
+
+
+def limits_table(checks):
+    """`Table` of checks, a row for each limit."""
+    names = ("name", "that", "case", "cable", "value", "limit", "unit", "margin", "status")
+    rows, errors = [], []
+    for check in checks:
+        limit, unit = check.limit, check.limit.terms[0][2].unit
+        where = limit.name, limit.that, check.case, check.cable
+        rows.append(dict(zip(names, (*where, check.value, limit.bound, unit, check.margin, check.status), strict=True)))
+        own = {"value": check.error, "margin": check.margin_error}
+        errors.append({name: error for name, error in own.items() if error is not None})
+    shown = [name for name in names if name not in ("cable", "unit") or any(row[name] for row in rows)]
+    fields = tuple(Field(name, name, label=name == "name") for name in shown)
+    return Table(fields, rows, errors=lambda: iter(errors))
