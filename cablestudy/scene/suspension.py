@@ -43,6 +43,7 @@ from cablestudy.scene.suspension_tables import (
     MOTIONS,
     Body,
     CableWinch,
+    Link,
     PointOrPlace,
     PointTable,
     SharedCable,
@@ -73,6 +74,7 @@ class SuspensionScene(KeyTable):
     points: dict[Name, PointOrPlace] = Field({}, description="Name -> place, or a mapping for a free point")
     bodies: dict[Name, Body] = Field({}, description="Name -> rigid body")
     cables: dict[Name, SuspendedCable] = Field(min_length=1, description="Name -> cable, over the table cable")
+    links: dict[Name, Link] = Field({}, description="Name -> spring and dashpot between two places")
     winches: dict[Name, CableWinch] = Field({}, description="Name of a cable -> the winch that reels it")
     solve_for: Literal["pose", "lengths"] = Field(
         "pose", description="pose: where the bodies are; lengths: those of the cables that state nothing"
@@ -166,9 +168,10 @@ class SuspensionScene(KeyTable):
         """Names that exist, everything held by a cable, as much stated as is needed, cables of some length."""
         ends = {name: cable.ends for name, cable in self.cables.items()}
         bodies = {name: body.attachments for name, body in self.bodies.items()}
-        found = connection_mistakes(self.points, bodies, ends, self.winches, self.actuators)
+        links = {name: link.ends for name, link in self.links.items()}
+        found = connection_mistakes(self.points, bodies, ends, self.winches, self.actuators, links)
         yield _failed(found + self._unknown_references() + reference_mistakes(self))
-        yield _failed(self._unheld() + determinacy_mistakes(self))
+        yield _failed(self._unheld() + determinacy_mistakes(self) + self._idle_links())
         for relation in actuator_relations(self):
             yield [relation]
         yield _failed(self._unknown_diameters())
@@ -237,8 +240,22 @@ class SuspensionScene(KeyTable):
         tables = {name: "points" for name, point in self.points.items() if point.free}
         tables |= {name: "bodies" for name, body in self.bodies.items() if body.free}
         stands = [name for name, body in self.bodies.items() if len(body.free) < len(MOTIONS)]
-        owners = [tuple(self.attachment(end)[0] for end in cable.ends) for cable in self.cables.values()]
+        holding = [*self.cables.values(), *(link for link in self.links.values() if link.carries)]
+        owners = [tuple(self.attachment(end)[0] for end in one.ends) for one in holding]
         return [((tables[name], name), message) for name, message in unheld(tables, stands, owners)]
+
+    def _idle_links(self):
+        """Path and message of the links whose places cannot move beside each other, or have no direction."""
+        found = []
+        for name, link in self.links.items():
+            owner, other = (self.attachment(end)[0] for end in link.ends)
+            if owner == other:
+                where = f"on {owner}" if owner else "fixed"
+                found.append((("links", name), f"both of its places are {where}: it does nothing"))
+            elif link.length and not _distance(*map(self.start, link.ends)):
+                message = "both of its places are one at the start, so that its length has no direction (length: 0 m?)"
+                found.append((("links", name), message))
+        return found
 
     def _moved_ends(self, case, moves):
         """Relations of the distance of the ends of cables between fixed points that a load case moves. [m]"""
@@ -304,6 +321,7 @@ SUSPENSION_TABLES = {
     ("cases", "*", "wind"): SteadyWind,
     ("cases", "*", "loads", "*", "*"): Load,
     ("cases", "*", "forces", "*"): DeadLoad,
+    ("links", "*"): Link,
     ("winches", "*"): CableWinch,
     ("tensions",): Tensions,
     ("control",): Control,

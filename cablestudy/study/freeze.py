@@ -44,6 +44,9 @@ def freeze_suspension(document, scene):
     lengths = dict(zip(scene.cables, found.lengths[0].tolist(), strict=True))
     lengths |= {name: cable.unstretched_length for name, cable in scene.cables.items() if cable.unstretched_length}
     changed = {"cables": {name: _with_length(cable, lengths[name]) for name, cable in value["cables"].items()}}
+    if scene.links:
+        distances = zip(value["links"].items(), found.suspension.link_length[0].tolist(), strict=True)
+        changed["links"] = {name: {"length": f"{length!r} m", **link} for (name, link), length in distances}
     if "cable" in value:
         changed["cable"] = _unstated(value["cable"])
     kept = {key: own for key, own in value.items() if key not in OF_LENGTHS}

@@ -6,7 +6,8 @@ its body moves by B = [I, -[r x]] times the body's displacements. To the end sti
 
     [0, 0; 0, -sum [F x][r x] - [W x][r_G x]],
 
-F being the forces of the cables on them and W their weight with its arm r_G (`tangent`), and their own mass.
+F being the forces of cables and links on them and W their weight with its arm r_G (`tangent`), and their own mass.
+Links add stiffness and damping of the bodies and no coordinates.
 """
 
 from dataclasses import dataclass
@@ -58,7 +59,8 @@ class Layout:
     @cached_property
     def moved(self):
         """G: displacements of the six ends of all cables per free displacement, shape (..., 6 c, d), sparse or not."""
-        owner, arms = self.equilibrium.suspension.owner, self.equilibrium.arms
+        suspension, arms = self.equilibrium.suspension, self.equilibrium.arms
+        owner = suspension.owner[suspension.of_cables]
         cable, end = np.nonzero(owner != GROUND)
         turned = -cross_matrix(arms[..., cable, end, :])
         blocks = np.concatenate([np.broadcast_to(np.eye(3), turned.shape), turned], axis=-1)
@@ -98,18 +100,27 @@ class Layout:
         return whole
 
     @cached_property
-    def geometric_stiffness(self):
-        """Of the bodies, by the forces on them, symmetric part, shape (..., b, 6, 6). [N m]"""
-        blocks = self.equilibrium.blocks.matrices
-        blocks = blocks[..., blocks.shape[-3] - self.mass.shape[-3] :, :, :]
-        return (blocks + np.swapaxes(blocks, -1, -2)) / 2
+    def _stiffness(self):
+        """`tangent.Blocks` of links, and of the bodies by the forces on them, the symmetric part."""
+        suspension, blocks = self.equilibrium.suspension, self.equilibrium.blocks
+        first = np.count_nonzero(tangent.pairs(suspension)[0] < len(suspension.cable_names))
+        rows, columns, matrices = blocks.rows[first:], blocks.columns[first:], blocks.matrices[..., first:, :, :]
+        turned = np.swapaxes(matrices, -1, -2)
+        symmetric = np.where((rows == columns)[:, None, None], (matrices + turned) / 2, matrices)
+        return tangent.Blocks(rows, columns, symmetric)
 
-    def of_bodies(self, blocks):
-        """A matrix of the free displacements from one of each body, shape (..., d, d)."""
-        own = np.arange(blocks.shape[-3])
-        diagonal = tangent.Blocks(own, own, blocks)
+    def _free(self, blocks):
+        """Matrix of the free displacements from `tangent.Blocks`, shape (..., d, d)."""
         suspension = self.equilibrium.suspension
-        return tangent.sparse(diagonal, suspension) if self.large else tangent.dense(diagonal, suspension)
+        return tangent.sparse(blocks, suspension) if self.large else tangent.dense(blocks, suspension)
+
+    @cached_property
+    def damping(self):
+        """Of the links, for the free displacements, shape (..., d, d); 0 without. [N s/m, N s; N s, N m s]"""
+        suspension, links = self.equilibrium.suspension, self.equilibrium.links
+        if links is None:
+            return np.zeros(())
+        return self._free(tangent.of_links(suspension, links.end_damping, self.equilibrium.arms))
 
     def system(self, elements, imposed=None):
         """`LinearSystem` with some superelements of the cables.
@@ -125,7 +136,8 @@ class Layout:
         LinearSystem
         """
         stiffness, mass = self.own
-        return assemble(elements, self.moved, mass, imposed, stiffness)
+        whole = assemble(elements, self.moved, mass, imposed, stiffness)
+        return whole if self.equilibrium.links is None else whole.with_damped_bodies(self.damping)
 
     def without_modes(self, stiffness, inertia):
         """`ReducedSystem` of bodies on cables without modes, from matrices of their six ends, shape (..., c, 6, 6)."""
@@ -136,8 +148,9 @@ class Layout:
 
     @cached_property
     def own(self):
-        """Stiffness and mass matrix of the bodies without cables, for the free displacements, both (..., d, d)."""
-        return self.of_bodies(self.geometric_stiffness), self.of_bodies(self.mass)
+        """Stiffness of bodies and links without cables, and mass matrix, for the free displacements, (..., d, d)."""
+        own = np.arange(self.mass.shape[-3])
+        return self._free(self._stiffness), self._free(tangent.Blocks(own, own, self.mass))
 
     def of_cables(self, matrices):
         """Sum over the cables of matrices of their six ends, for the free displacements, shape (..., d, d)."""

@@ -33,7 +33,7 @@ def damped_pole(layout, elements, near, moved, damping, far):
     moved : ndarray, shape (d,)
         About the free displacements of the pole.
     damping : ndarray, shape (d, d), or 0
-        C_b. [N s/m]
+        C_b but for that of links. [N s/m]
     far : float
         Relative distance from `near`, from which on it is another pole. [-]
 
@@ -47,7 +47,7 @@ def damped_pole(layout, elements, near, moved, damping, far):
     ConvergenceError
         No pole is found there.
     """
-    cables = [element.matrices() for element in elements]
+    cables, damping = [element.matrices() for element in elements], damping + layout.damping
     pole, vector = near, moved.astype(complex)
     for _ in range(MOST):
         stiffness, slope = _dynamic(layout, cables, pole, damping)

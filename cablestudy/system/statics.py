@@ -12,6 +12,7 @@ from cablestudy.system.descent import (
     TINY,
     UNMET,
     PoseState,
+    at_ends,
     copied,
     descend,
     extent,
@@ -35,6 +36,7 @@ MOST_ERROR = 10.0  # relative error that a step shall take away at most
 FARTHEST = 100.0  # way of a search with softer cables that has failed, over the suspension's extent, to go on from it
 LARGEST = 0.3  # change of an unstretched length in one step, over the length
 NUDGES = (0.1, -0.1, 0.3, -0.3)  # steps off a saddle: rotation [rad], or share of the extent of the suspension
+SAME_PLACE = 1e-9  # distance of the places of a link, over the longest distance of two ends, that is none
 SINGULAR = 1e-14  # added to the diagonal of the scaled stiffness
 
 
@@ -173,8 +175,13 @@ def start(suspension):
     vector, value = ends[..., 1, :] - ends[..., 0, :], suspension.value
     own = np.array([kind == "unstretched_length" for kind in suspension.given])
     length = np.where(own, value, 1.0)
-    strain = (size(vector) - length) / length
-    state = PoseState(suspension.position.copy(), suspension.rotation.copy(), arms, ends, vector, length, strain)
+    distance, cables = size(vector), suspension.of_cables
+    strain = (distance[:, cables] - length) / length
+    extension = np.zeros((len(length), len(suspension.link_names)))
+    if suspension.link_names:
+        extension += distance[:, len(suspension.cable_names) :] - suspension.link_length
+    position, rotation = suspension.position.copy(), suspension.rotation.copy()
+    state = PoseState(position, rotation, arms, ends, vector, length, strain, extension)
     if own.all():
         return state
     span = spans(suspension, state)
@@ -182,7 +189,7 @@ def start(suspension):
     single = span_of_shape(span, (value.size,)).take(np.flatnonzero(chosen))
     kinds = np.broadcast_to(np.array(suspension.given, dtype=object), value.shape)[chosen]
     strain[chosen] = stated.first_strains(single, kinds, value[chosen])
-    return replace(state, strain=strain, length=size(vector) / (1 + strain))
+    return replace(state, strain=strain, length=distance[:, cables] / (1 + strain))
 
 
 def lengthened(state, change):
@@ -204,7 +211,7 @@ def errors(suspension, state, which):
     """
     cables = catenary.solve(spans(suspension, state))
     error = (stated.values(cables, suspension.given) / suspension.value - 1)[:, which]
-    rounding = of_values(state.ends, state.strain, cables, suspension.given, suspension.value)
+    rounding = of_values(state.ends[:, suspension.of_cables], state.strain, cables, suspension.given, suspension.value)
     rounding = Bounds(rounding.least[:, which], rounding.most[:, which])
     return np.where(np.isfinite(error), error, np.inf), rounding, cables
 
@@ -289,8 +296,8 @@ def coupled_step(suspension, state, cables, which, error):
     values by q.
     """
     rates = stated.rates(cables, suspension.given)
-    forces = cables.end_forces("global")
-    blocks = tangent.blocks(suspension, state.rotation, state.arms, forces, rates.stiffness)
+    forces, stiffness, _ = at_ends(suspension, state, cables, rates.stiffness)
+    blocks = tangent.blocks(suspension, state.rotation, state.arms, forces, stiffness)
     measure, factor = stated.linear_measure(error, np.array(suspension.given, dtype=object)[which])
     value = suspension.value[:, which] / np.where(np.isfinite(factor), factor, 1.0)
     pulled = tangent.wrenches(state.arms[:, which], rates.end_forces[:, which])
@@ -383,7 +390,19 @@ def equilibrium(suspension, flat, state, record):
 
     cables = catenary.solve(span_of_shape(spans(flat, state), (*shape, state.length.shape[-1])))
     record = replace(record, **{f.name: shaped(getattr(record, f.name))[()] for f in fields(record)})
-    return Equilibrium(suspension.broadcast(), shaped(state.position), shaped(state.rotation), cables, record)
+    suspension, extension = _mounted(suspension.broadcast(), shaped(state.vector), shaped(state.extension))
+    return Equilibrium(suspension, shaped(state.position), shaped(state.rotation), cables, record, extension)
+
+
+def _mounted(suspension, vector, extension):
+    """Suspension whose links all have a length, that of a distance where none is stated, and their extensions."""
+    if not suspension.link_names:
+        return suspension, None
+    unstated, distance = np.isnan(suspension.link_length), size(vector)
+    own = distance[..., len(suspension.cable_names) :]
+    own = np.where(own <= SAME_PLACE * distance.max(axis=-1, keepdims=True), 0.0, own)
+    length = np.where(unstated, own, suspension.link_length)
+    return replace(suspension, link_length=length), np.where(unstated, 0.0, extension)
 
 
 def span_of_shape(span, shape):

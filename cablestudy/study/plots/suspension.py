@@ -122,7 +122,7 @@ def drawing_of(case):
     """`Drawing` of a case in equilibrium."""
     scene, found = case.scene, case.equilibrium
     suspension, span = found.suspension, found.catenary.span
-    ends = suspension.ends(found.position, found.rotation)
+    ends, links = np.split(found.ends, [len(suspension.cable_names)])
     share = np.linspace(0.0, 1.0, POINTS)
     displacement, _ = found.catenary.at(np.broadcast_to(share, (len(ends), POINTS)))
     straight = np.outer(1 + span.chord_strain, share)[..., None] * np.array([1.0, 0.0, 0.0])

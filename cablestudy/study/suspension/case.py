@@ -201,7 +201,8 @@ class SuspensionCase:
 
         None where there is no such limit; see `cable.linear_range`.
         """
-        ends = (self.equilibrium.suspension.owner == self.body(name)).astype(float)
+        suspension = self.equilibrium.suspension
+        ends = (suspension.owner[suspension.of_cables] == self.body(name)).astype(float)
         moves = (ends[:, 1] - ends[:, 0])[:, None] * np.eye(3)[axis]
         return linear_range(self.equilibrium.catenary.span, moves)
 
@@ -214,7 +215,7 @@ class SuspensionCase:
 
         place, found = self.body(name), self.equilibrium
         suspension, mass = found.suspension, Layout(found).mass[place]
-        cable, end = np.nonzero(suspension.owner == place)
+        cable, end = np.nonzero(suspension.owner[suspension.of_cables] == place)
         unit = np.broadcast_to(np.eye(3), (len(cable), 3, 3))
         moved = np.concatenate([unit, -cross_matrix(found.arms[cable, end])], axis=-1)
         span = found.catenary.span

@@ -64,7 +64,7 @@ class CableResults(CableValues):
     @property
     def end_1(self):
         """Places of the ends `from`, shape (n, c, 3). [m]"""
-        return self._equilibrium.ends[..., 0, :]
+        return self._equilibrium.ends[:, self._equilibrium.suspension.of_cables, 0]
 
     @property
     def chord(self):
