@@ -105,7 +105,7 @@ def second_order(layout, kept, winches=(), markers=(), midspans=()):
     LinearSystem
         Inputs: `winch.CABLE` (m reeled in), then `BODY.force_x` to `BODY.moment_z` of all free displacements, at the
         reference point. Outputs: those displacements, `BODY.MARKER.x` and so on, `CABLE.midspan.x` and so on along
-        the axes of its chord frame, `CABLE.tension_from`,
+        the axes of its chord frame, `LINK.force`, `CABLE.tension_from`,
         `CABLE.tension_to`. Displacements need no derivatives of inputs in the state space; tensions at moved ends do.
 
     Raises
@@ -163,9 +163,10 @@ def labels(layout, winches=(), markers=(), midspans=False):
     inputs = [(f"winch.{suspension.cable_names[winch.cable]}", "m") for winch in winches]
     places = [f"{suspension.body_names[marker.body]}.{marker.name}.{axis}" for marker in markers for axis in "xyz"]
     places += [f"{name}.midspan.{axis}" for name in suspension.cable_names if midspans for axis in "xyz"]
-    tensions = [(f"{name}.tension_{end}", "N") for name in suspension.cable_names for end in ENDS]
+    forces = [(f"{name}.force", "N") for name in suspension.link_names]
+    forces += [(f"{name}.tension_{end}", "N") for name in suspension.cable_names for end in ENDS]
     moved = [*_of_bodies(layout, AXES, LENGTHS), *((place, "m") for place in places)]
-    return (*inputs, *_of_bodies(layout, LOADS, LOAD_UNITS)), (*moved, *tensions)
+    return (*inputs, *_of_bodies(layout, LOADS, LOAD_UNITS)), (*moved, *forces)
 
 
 def _coordinates(layout, kept):
@@ -207,9 +208,24 @@ def outputs(layout, kept, imposed, lifted, markers, midspans=()):
     middles, follow_winches = _midspans(layout, kept, imposed, midspans, modal)
     shown, still = np.concatenate([shown, middles]), np.concatenate([still, follow_winches])
     tensions = _tensions(layout, kept, imposed, lifted, modal)
+    if suspension.link_names:
+        tensions = _with_links(layout, modal, tensions)
     moved = [np.concatenate([shown * (order == 0), part]) for order, (part, _) in enumerate(tensions)]
     follow = [np.concatenate([still * (order == 0), part]) for order, (_, part) in enumerate(tensions)]
     return tuple(moved), tuple(follow)
+
+
+def _with_links(layout, modal, tensions):
+    """Forces of the links before the changes of tension of `_tensions`: of their springs by z, of dashpots by z'."""
+    suspension, elongation = layout.equilibrium.suspension, np.pad(layout.elongation, ((0, 0), (modal, 0)))
+    found = []
+    for factor, (moved, follow) in zip(
+        (suspension.link_stiffness, suspension.link_damping, None), tensions, strict=True
+    ):
+        forces = 0.0 * elongation if factor is None else factor[:, None] * elongation
+        still = np.zeros((len(elongation), follow.shape[1]))
+        found.append((np.concatenate([forces, moved]), np.concatenate([still, follow])))
+    return found
 
 
 def _midspans(layout, kept, imposed, midspans, modal):

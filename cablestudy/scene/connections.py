@@ -134,7 +134,7 @@ def unheld(movable, stands, owners):
     stands : collection of str
         Those of them of which some motion is held.
     owners : list of (str or None, str or None)
-        What holds the two ends of each cable, and of each link that carries in the reference state; None for the ground.
+        What holds the two ends of each cable, and of each link that carries in the reference state; None: the ground.
 
     Returns
     -------

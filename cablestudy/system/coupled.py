@@ -80,6 +80,18 @@ class Layout:
         return whole.take(self.free, axis=-1)
 
     @property
+    def elongation(self):
+        """Change of the distance of the ends of each link per free displacement, shape (l, d), of one case."""
+        suspension, direction = self.equilibrium.suspension, self.equilibrium.links.direction
+        link, end = np.nonzero(suspension.owner[len(suspension.cable_names) :] != GROUND)
+        place, outwards = len(suspension.cable_names) + link, (2 * end - 1)[:, None] * direction[link]
+        found = np.zeros((len(direction), *suspension.free.shape))
+        np.add.at(
+            found, (link, suspension.owner[place, end]), tangent.wrenches(self.equilibrium.arms[place, end], outwards)
+        )
+        return tangent.free_values(suspension, found)
+
+    @property
     def _moved_by_cable(self):
         """The same for each cable, shape (..., c, 6, d); not for sparse matrices."""
         return self.moved.reshape(*self.shape, self.moved.shape[-2] // 6, 6, len(self.free))

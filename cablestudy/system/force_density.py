@@ -6,7 +6,7 @@ ends, the balance of the free points is linear in their coordinates, and indepen
     C^T Q C x = p - C^T Q C_f x_f
 
 Source: Schek (1974), The force density method for form finding and computation of general networks, Comput. Methods
-Appl. Mech. Eng. 3, eq. 8. Cables are weightless here and links are not there; points have their weights and dead forces.
+Appl. Mech. Eng. 3, eq. 8. Cables are weightless here, points have their weights and dead forces; links are left out.
 """
 
 from dataclasses import replace

@@ -236,7 +236,9 @@ def linearised(suspension, state, which, found):
     ends = state.ends
     known = state.strain, cables, cables.max_tension
     limits = rounding.bounds(suspension, state.rotation, state.arms, ends, *known, links)
-    of_tensions = rounding.of_values(ends[:, own], state.strain, cables, suspension.given, suspension.value).most[:, which]
+    of_tensions = rounding.of_values(ends[:, own], state.strain, cables, suspension.given, suspension.value).most[
+        :, which
+    ]
     return Linear(
         tangent.free_values(suspension, net) / sizes, by_tension, by_place, worst.max(axis=-1, initial=0.0),
         rounding.over(suspension, net, limits.least), rounding.over(suspension, net, limits.most),

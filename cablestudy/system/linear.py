@@ -224,7 +224,7 @@ class LinearSystem:
         )
 
     def with_damped_bodies(self, damping):
-        """The system with further viscous damping of the displacements of its bodies, shape (b, b), sparse or not; or 0."""
+        """The system with further viscous damping of the displacements of its bodies, shape (b, b), or 0."""
         modal = len(self) - self.bodies
         if isinstance(self.damping, np.ndarray):
             added = np.broadcast_to(damping, (self.bodies, self.bodies))

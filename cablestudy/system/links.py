@@ -99,5 +99,5 @@ def _along_and_across(direction, along, across):
 
 
 def joined(of_cables, of_links, axis=-3):
-    """Numbers of all cables and then of all links, along an axis; those of the cables alone where there are no links."""
+    """Numbers of all cables and then of all links, along an axis; without links (None) those of the cables."""
     return of_cables if of_links is None else np.concatenate([of_cables, of_links], axis=axis)

@@ -24,7 +24,8 @@ AXES = ("x", "y", "z", "rx", "ry", "rz")
 CORES = {
     "gravity": 0, "position": 2, "rotation": 3, "mass": 1, "center": 2, "inertia": 3, "force": 2, "moment": 2,
     "eccentric_loads": 3, "place": 3, "axial_stiffness": 1, "cable_mass": 1, "value": 1, "force_density": 1,
-    "cable_wind": 2, "link_stiffness": 1, "link_damping": 1, "link_length": 1, "load_positions": 2, "load_forces": 3, "load_masses": 2, "load_fractions": 2,
+    "cable_wind": 2, "link_stiffness": 1, "link_damping": 1, "link_length": 1,
+    "load_positions": 2, "load_forces": 3, "load_masses": 2, "load_fractions": 2,
 }  # fmt: skip
 
 

@@ -4,8 +4,8 @@ With r the arm of a cable end, F the force of the cable on it and K its end stif
 
     sum B^T K B + [0, 0; 0, -sum [F x][r x] - [W x][r_G x]],     B = [I, -[r x]],
 
-over the ends of its cables and links, W being its weight and r_G the arm of its center of mass; a cable or link between two bodies couples them
-by -B_1^T K B_2. It is symmetric where the forces balance without dead moments. A dead load F at an arm r beside the
+over the ends of its cables and links, W being its weight and r_G the arm of its center of mass; a cable or link between
+two bodies couples them by -B_1^T K B_2. It is symmetric where the forces balance without dead moments. A dead load F at an arm r beside the
 reference point adds -[F x][r x] = (r.F) I - r F^T.
 """
 
@@ -219,7 +219,7 @@ def blocks(suspension, rotation, arms, end_forces, end_stiffness):
 
 
 def _between(stiffness, arms, cable, row, column):
-    """Blocks of pairs of ends, shape (..., p, 6, 6), from matrices of end 2 of each cable or link, (..., c + l, 3, 3)."""
+    """Blocks of pairs of ends, shape (..., p, 6, 6), from matrices of end 2 of cables or links, (..., c + l, 3, 3)."""
     sign = np.where(row == column, 1.0, -1.0)[:, None, None]
     first, second = arms[..., cable, row, :], arms[..., cable, column, :]
     return sign * at_attachments(stiffness[..., cable, :, :], first, second)
@@ -283,7 +283,7 @@ def sparse(blocks, suspension, free=None):
 def body_sizes(suspension):
     """Length that makes a rotation of each body comparable with a displacement, shape (n, b). [m]
 
-    The root mean square distance of the ends of its cables and links from the reference point; 1 m for a body that has none.
+    The root mean square distance of the ends of cables and links on it from the reference point; 1 m without any.
     """
     count = len(suspension.body_names)
     cable, end = np.nonzero(suspension.owner != GROUND)

@@ -35,6 +35,7 @@ PANEL = 2.5  # width of a view, about [in]
 MANY = 50  # anchors or junctions from which they are small
 NAMED = 12  # anchors up to which each is named
 CORNERS = ((1, -1), (1, 1), (-1, 1), (-1, -1))  # of a place where its name may stand, along x and y
+LINK = {"colors": ORANGE, "linestyles": "--", "linewidths": 1.4, "zorder": 2}  # how a link is drawn
 BAR_ROOM = 0.12  # height of the corner with the scale over that of the view; it is twice as wide
 
 
@@ -85,6 +86,8 @@ class Drawing:
     ----------
     cables : ndarray, shape (c, j, 3)
         Points along each cable. [m]
+    links : ndarray, shape (l, 2, 3)
+        Ends of each link. [m]
     tension : ndarray, shape (c,)
         Mean tension. [N]
     anchors : dict
@@ -96,6 +99,7 @@ class Drawing:
     """
 
     cables: np.ndarray
+    links: np.ndarray
     tension: np.ndarray
     anchors: dict
     junctions: dict
@@ -105,7 +109,8 @@ class Drawing:
     @property
     def places(self):
         """All of them, shape (n, 3)."""
-        return np.concatenate([self.cables.reshape(-1, 3), *self.bodies.values(), self.markers])
+        lines = self.cables.reshape(-1, 3), self.links.reshape(-1, 3)
+        return np.concatenate([*lines, *self.bodies.values(), self.markers])
 
     @cached_property
     def size(self):
@@ -129,8 +134,9 @@ def drawing_of(case):
     local = (displacement + straight) * span.unstretched_length[:, None, None]
     cables = ends[:, None, 0] + (local[..., None] * span.frame[:, None]).sum(axis=-2)
     anchors = {}
-    for name, cable, owner, pair in zip(scene.cables, scene.cables.values(), suspension.owner, ends, strict=True):
-        for word, own, place in zip(cable.ends, owner, pair, strict=True):
+    named = {**scene.cables, **scene.links}
+    for name, one, owner, pair in zip(named, named.values(), suspension.owner, found.ends, strict=True):
+        for word, own, place in zip(one.ends, owner, pair, strict=True):
             if own == GROUND:
                 anchors[word if isinstance(word, str) else name] = place
     count, markers, bodies = suspension.bodies, [], {}
@@ -142,7 +148,7 @@ def drawing_of(case):
             markers.append(found.position[place] + np.array(list(body.markers.values())) @ found.rotation[place].T)
     junctions = dict(zip(suspension.body_names[count:], found.position[count:], strict=True))
     whole = np.concatenate(markers) if markers else np.zeros((0, 3))
-    return Drawing(cables, np.asarray(found.catenary.mean_tension), anchors, junctions, bodies, whole)
+    return Drawing(cables, links, np.asarray(found.catenary.mean_tension), anchors, junctions, bodies, whole)
 
 
 @styled
@@ -202,6 +208,7 @@ def _limits(flat):
 def _draw(axes, drawing, view, colours):
     lines = LineCollection(view(drawing.cables), colors=colours, linewidths=1.4, zorder=2)
     axes.add_collection(lines)
+    axes.add_collection(LineCollection(view(drawing.links), **LINK))
     if drawing.anchors:
         x, y = view(np.array(list(drawing.anchors.values()))).T
         axes.plot(x, y, "^", color=GREY, ms=5 if len(x) < MANY else 2, zorder=3)

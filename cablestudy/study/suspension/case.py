@@ -190,6 +190,20 @@ class SuspensionCase:
         """Tension at end 0 or 1 of a cable. [N]"""
         return np.linalg.norm(self.group.equilibrium.end_forces[self.place, self.cable(name), end])
 
+    def link_force(self, name):
+        """Force along a link, positive in tension [N], and its estimated relative error; rounding is zero."""
+        found, link = self.group.equilibrium, list(self.scene.links).index(name)
+        force, unknown = found.links.force[self.place, link], found.uncertainty.force[self.place, link]
+        if abs(force) <= unknown:
+            return 0.0, self.statics_error(None)
+        return float(force), max(self.statics_error(None), unknown / abs(force))
+
+    def link_length(self, name):
+        """Distance of the places of a link. [m]"""
+        return float(
+            np.linalg.norm(self.group.equilibrium.links.vector[self.place, list(self.scene.links).index(name)])
+        )
+
     def body_stiffness(self, name):
         """6x6 of a body, shape (6, 6), rounding shown as zero; see `Equilibrium.body_stiffness`."""
         matrix = self.group.equilibrium.body_stiffness[self.place, self.body(name)]

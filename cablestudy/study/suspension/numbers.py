@@ -86,10 +86,12 @@ def topology_of(scene):
         "free": (*free, *[OF_JUNCTION] * len(junctions)),
         "junctions": len(junctions),
         "cable_names": tuple(scene.cables),
-        "owner": tuple([
-            tuple([index.get(scene.attachment(end)[0], GROUND) for end in one.ends])
-            for one in (*cables, *scene.links.values())
-        ]),
+        "owner": tuple(
+            [
+                tuple([index.get(scene.attachment(end)[0], GROUND) for end in one.ends])
+                for one in (*cables, *scene.links.values())
+            ]
+        ),
         "link_names": tuple(scene.links),
         "given": tuple([cable.stated for cable in cables]),
     }
@@ -98,9 +100,13 @@ def topology_of(scene):
 def connected_alike(scene, other):
     """True if two scenes share the very tables of what is connected with what, as rows do that vary other numbers."""
     shared = scene.cables is other.cables and scene.points is other.points and scene.links is other.links
-    return shared and len(scene.bodies) == len(other.bodies) and all(
-        name == other_name and body.free is known.free and body.attachments is known.attachments
-        for (name, body), (other_name, known) in zip(scene.bodies.items(), other.bodies.items(), strict=True)
+    return (
+        shared
+        and len(scene.bodies) == len(other.bodies)
+        and all(
+            name == other_name and body.free is known.free and body.attachments is known.attachments
+            for (name, body), (other_name, known) in zip(scene.bodies.items(), other.bodies.items(), strict=True)
+        )
     )
 
 

@@ -145,6 +145,20 @@ def midspan_column(name):
     return Column(f"{name}.midspan_rms", "mm", meaning, "wind", rms, "wind")
 
 
+def link_force_column(name):
+    """The column of a link; it is that of an actuator by the same name."""
+
+    def rms(case):
+        links = case.equilibrium.links
+        if not links.direction[list(case.scene.links).index(name)].any():
+            raise NoSolutionError(f"{name}: its two places are one, so that its force has no direction")
+        return _rms(case, [f"{name}.force"])
+
+    return Column(
+        f"{name}.rms_force", "N", "RMS force along the link, spring and dashpot together", "wind", rms, "wind"
+    )
+
+
 def slackened(case):
     """Names of the cables whose least tension in the wind is below zero; without an answer none."""
     if case.scene.wind is None:
