@@ -5,8 +5,8 @@ With r the arm of a cable end, F the force of the cable on it and K its end stif
     sum B^T K B + [0, 0; 0, -sum [F x][r x] - [W x][r_G x]],     B = [I, -[r x]],
 
 over the ends of its cables and links, W being its weight and r_G the arm of its center of mass; a cable or link between
-two bodies couples them by -B_1^T K B_2. It is symmetric where the forces balance without dead moments. A dead load F at an arm r beside the
-reference point adds -[F x][r x] = (r.F) I - r F^T.
+two bodies couples them by -B_1^T K B_2. It is symmetric where the forces balance without dead moments. A dead load F at
+an arm r beside the reference point adds -[F x][r x] = (r.F) I - r F^T.
 """
 
 from dataclasses import dataclass
