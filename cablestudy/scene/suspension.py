@@ -73,7 +73,7 @@ class SuspensionScene(KeyTable):
     cable: SharedCable = Field(SharedCable.model_construct(), description="What all cables share")
     points: dict[Name, PointOrPlace] = Field({}, description="Name -> place, or a mapping for a free point")
     bodies: dict[Name, Body] = Field({}, description="Name -> rigid body")
-    cables: dict[Name, SuspendedCable] = Field(min_length=1, description="Name -> cable, over the table cable")
+    cables: dict[Name, SuspendedCable] = Field(description="Name -> cable, over the table cable")
     links: dict[Name, Link] = Field({}, description="Name -> spring and dashpot between two places")
     winches: dict[Name, CableWinch] = Field({}, description="Name of a cable -> the winch that reels it")
     solve_for: Literal["pose", "lengths"] = Field(
@@ -169,6 +169,7 @@ class SuspensionScene(KeyTable):
         ends = {name: cable.ends for name, cable in self.cables.items()}
         bodies = {name: body.attachments for name, body in self.bodies.items()}
         links = {name: link.ends for name, link in self.links.items()}
+        yield [(("cables",), bool(self.cables or self.links), lambda: "expected at least 1 item, got 0")]
         found = connection_mistakes(self.points, bodies, ends, self.winches, self.actuators, links)
         yield _failed(found + self._unknown_references() + reference_mistakes(self))
         yield _failed(self._unheld() + determinacy_mistakes(self) + self._idle_links())

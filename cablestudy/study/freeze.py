@@ -70,7 +70,7 @@ def _with_length(cable, length):
 
 def _places(value, scene, found):
     """The tables of points and bodies with what was found of places and attitudes."""
-    position = np.where(np.abs(found.position[0]) > DUST * found.catenary.span.chord.max(), found.position[0], 0.0)
+    position = np.where(np.abs(found.position[0]) > DUST * found.longest[0], found.position[0], 0.0)
     places = dict(zip(found.suspension.body_names, position.tolist(), strict=True))
     turned = dict(zip(found.suspension.body_names, to_angles(found.rotation[0]).tolist(), strict=True))
     points, bodies = dict(value.get("points", {})), dict(value.get("bodies", {}))

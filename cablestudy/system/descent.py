@@ -194,6 +194,7 @@ def moved_with_work(suspension, state, step):
     longer = ((2 * state.vector + change) * change).sum(axis=-1)
     longer /= np.maximum(size(vector) + size(state.vector), TINY)
     cables = state.length.shape[-1]
+    vector[:, cables:] = state.vector[:, cables:] + change[:, cables:]  # so that short ones keep their digits
     strain, extension = state.strain + longer[:, :cables] / state.length, state.extension + longer[:, cables:]
     after = PoseState(position, rotation, arms, ends, vector, state.length, strain, extension)
     return after, _work(suspension, state, step, turned, shift)
@@ -302,8 +303,9 @@ def _work(suspension, state, step, turned, shift):
 
 
 def longest(state):
-    """Longest cable or distance of two ends, shape (n,). [m]"""
-    return np.maximum(size(state.vector).max(axis=-1), state.length.max(axis=-1))
+    """Longest cable or distance of two ends, shape (n,); 1 m where there is none. [m]"""
+    found = np.maximum(size(state.vector).max(axis=-1), state.length.max(axis=-1, initial=0.0))
+    return np.where(found > 0, found, 1.0)
 
 
 def extent(state):
@@ -475,7 +477,7 @@ def descend(suspension, state, most=MAX_STEPS, enough=0.0):
 
 
 def typical_loads(suspension, state):
-    """For each cable the smaller one of the loads on the bodies at its ends, shape (n, c). [N]"""
+    """For each cable and link the smaller one of the loads on the bodies at its ends, shape (n, c + l). [N]"""
     gravity = np.abs(suspension.gravity)[:, None]
     weight = suspension.cable_mass * gravity * state.length
     if suspension.load_forces is not None:
@@ -487,31 +489,48 @@ def typical_loads(suspension, state):
     cable, end = np.nonzero(owner != GROUND)
     np.add.at(loads, (slice(None), owner[cable, end]), weight[:, cable])
     infinite = np.full((len(loads), 1), np.inf)
-    smaller = np.concatenate([loads, infinite], axis=-1)[:, owner].min(axis=-1)
+    smaller = np.concatenate([loads, infinite], axis=-1)[:, suspension.owner].min(axis=-1)
     return np.where(np.isfinite(smaller), smaller, 0.0)
 
 
+def _per_strain(suspension, unit):
+    """Stiffness of cables per strain, and of links per extension over a unit of length, shape (n, c + l). [N]"""
+    links = suspension.link_stiffness
+    return joined(suspension.axial_stiffness, None if links is None else links * unit[:, None], -1)
+
+
+def _with_per_strain(suspension, stiffness, unit):
+    """The suspension with another stiffness, as of `_per_strain`."""
+    cables, links = np.split(stiffness, [len(suspension.cable_names)], axis=-1)
+    links = links / unit[:, None] if suspension.link_names else None
+    return replace(suspension, axial_stiffness=cables, link_stiffness=links)
+
+
 def search(suspension, state):
-    """Poses of least energy: straight from the start, or where that takes many steps, by way of softer cables.
+    """Poses of least energy: straight from the start, or where that takes many steps, by softer cables and links.
 
     Stiff cables make a narrow, curved valley of the energy, in which Newton steps are short. Cables that the loads
-    strain by a third make it wide; stiffer ones then follow, each from the equilibrium of the one before.
+    strain by a third make it wide; stiffer ones then follow, each from the equilibrium of the one before. So do links,
+    whose strain is their extension over the longest distance.
     """
     first, record = descend(suspension, state, FEW_STEPS)
     hard = np.flatnonzero(~record.converged)
     if not len(hard):
         return first, record
     part, state = suspension.take(hard), some(state, hard)
-    loads, stiffness = typical_loads(part, state), part.axial_stiffness
+    unit = longest(state)
+    loads, stiffness = typical_loads(part, state), _per_strain(part, unit)
     for strain in SOFTENED:
         softened = np.minimum(stiffness, np.where(loads > 0, loads / strain, np.inf))
         rest = np.flatnonzero((softened < stiffness).any(axis=-1))
         if not len(rest):
             break
-        soft = replace(part.take(rest), axial_stiffness=softened[rest])
+        soft = _with_per_strain(part.take(rest), softened[rest], unit[rest])
         there, _ = descend(soft, some(state, rest), SOFT_STEPS, LOOSE)
         put(state, rest, there)
-        tension = catenary.solve(spans(soft, there)).max_tension
+        cables = catenary.solve(spans(soft, there))
+        _, _, links = at_ends(soft, there, cables, cables.global_end_stiffness)
+        tension = joined(cables.max_tension, links and np.abs(links.force), -1)
         loads[rest] = np.clip(tension, loads[rest], MOST_LOAD * loads[rest].sum(axis=-1, keepdims=True))
     state, last = descend(part, state)
     put(first, hard, state)

@@ -33,7 +33,7 @@ class Links:
     vector : ndarray, shape (..., l, 3)
         From the first place to the second. [m]
     extension : ndarray, shape (..., l)
-        Distance less length, which keeps its digits. [m]
+        Distance less length. Both keep their digits while a search changes them by little. [m]
     stiffness, damping, length : ndarray, shape (..., l)
         [N/m], [N s/m], [m]
     """

@@ -7,7 +7,7 @@ below that: `Bounds.least`.
 
 Values that cables state have the rounding of their tension, a sag that of the place of the cable too.
 
-Of a spring with the stiffness k, the extension x and the force F at the distance d it has eps k x and eps P F/d.
+Of a link, whose vector and extension are carried from step to step, it has eps F.
 
 Where lengths and places of ends are changed by their own rounding, the force changes by eps K (L + P). A state with
 net forces up to that is the exact equilibrium of a suspension that differs by rounding from the one described:
@@ -105,9 +105,8 @@ def _of_tensions(ends, strain, cables, tension):
 
 def of_springs(ends, links):
     """Rounding of the force of each of some `Links` over that of a number: least and most, shape (..., l). [N]"""
-    place = np.abs(ends).max(axis=(-1, -2))
-    least = np.abs(links.force) + np.abs(links.across) * place
-    return least, least + links.stiffness * (links.length + place)
+    place, least = np.abs(ends).max(axis=(-1, -2)), 2 * np.abs(links.force)
+    return least, least + links.stiffness * links.length + (links.stiffness + np.abs(links.across)) * place
 
 
 def over(suspension, net, bound):

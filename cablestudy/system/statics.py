@@ -23,6 +23,7 @@ from cablestudy.system.descent import (
     some,
     spans,
 )  # fmt: skip
+from cablestudy.system.links import Links
 from cablestudy.system.rounding import Bounds, of_values
 from cablestudy.system.stability import UNSTABLE
 from cablestudy.system.suspension import GIVEN, GROUND, Equilibrium
@@ -101,7 +102,7 @@ def leave_saddle_points(suspension, flat, state, record):
         part, index = flat.take(falling), np.flatnonzero(falling)
         beside = nudged(part, some(state, index), found.stability.motion.reshape(len(falling), -1, 6)[index], side)
         descended, last = descend(part, beside)
-        if set(part.given) != {"unstretched_length"}:
+        if set(part.given) - {"unstretched_length"}:
             descended, last = meet(part, descended, last)
         good = last.converged
         record = copied(record)
@@ -125,7 +126,7 @@ def nudged(suspension, state, motion, size):
 def search_all(suspension, state):
     """Pose, and lengths with which the cables have what they state: `PoseState`, `SearchRecord`."""
     state, record = search(suspension, state)
-    if set(suspension.given) != {"unstretched_length"}:
+    if set(suspension.given) - {"unstretched_length"}:
         state, record = meet(suspension, state, record)
     return state, record
 
@@ -390,19 +391,22 @@ def equilibrium(suspension, flat, state, record):
 
     cables = catenary.solve(span_of_shape(spans(flat, state), (*shape, state.length.shape[-1])))
     record = replace(record, **{f.name: shaped(getattr(record, f.name))[()] for f in fields(record)})
-    suspension, extension = _mounted(suspension.broadcast(), shaped(state.vector), shaped(state.extension))
-    return Equilibrium(suspension, shaped(state.position), shaped(state.rotation), cables, record, extension)
+    suspension = suspension.broadcast()
+    found = suspension, shaped(state.position), shaped(state.rotation), cables, record
+    return (
+        _mounted(found, shaped(state.vector), shaped(state.extension)) if suspension.link_names else Equilibrium(*found)
+    )
 
 
-def _mounted(suspension, vector, extension):
-    """Suspension whose links all have a length, that of a distance where none is stated, and their extensions."""
-    if not suspension.link_names:
-        return suspension, None
-    unstated, distance = np.isnan(suspension.link_length), size(vector)
-    own = distance[..., len(suspension.cable_names) :]
+def _mounted(found, vector, extension):
+    """`Equilibrium` whose links all have a length: where none is stated their distance there."""
+    suspension, *others = found
+    unstated, distance, links = np.isnan(suspension.link_length), size(vector), len(suspension.cable_names)
+    own = distance[..., links:]
     own = np.where(own <= SAME_PLACE * distance.max(axis=-1, keepdims=True), 0.0, own)
-    length = np.where(unstated, own, suspension.link_length)
-    return replace(suspension, link_length=length), np.where(unstated, 0.0, extension)
+    suspension = replace(suspension, link_length=np.where(unstated, own, suspension.link_length))
+    links = Links.of(suspension, vector[..., links:, :], np.where(unstated, 0.0, extension))
+    return Equilibrium(suspension, *others, links)
 
 
 def span_of_shape(span, shape):

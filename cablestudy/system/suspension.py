@@ -14,6 +14,7 @@ from cablestudy.cable.catenary import Catenary
 from cablestudy.system import stability, tangent, uncertainty
 from cablestudy.system.descent import some
 from cablestudy.system.links import Links, joined
+from cablestudy.system.rigid import size
 from cablestudy.system.tangent import GROUND
 
 GIVEN = (
@@ -225,8 +226,7 @@ class Equilibrium:
         Of all cables, shape (..., c).
     record : SearchRecord
         Of the pose search (`statics.SearchRecord`).
-    extension : ndarray, shape (..., l), or None
-        Of the links: distance of their ends less their length. [m]
+    links : Links or None
     """
 
     suspension: SuspendedSystem
@@ -234,7 +234,7 @@ class Equilibrium:
     rotation: np.ndarray
     catenary: Catenary
     record: object
-    extension: np.ndarray | None = None
+    links: Links | None = None
 
     def take(self, index):
         """One case of a batch of shape (n,), or some of them, with what is known of their stiffness."""
@@ -244,7 +244,7 @@ class Equilibrium:
             self.rotation[index],
             self.catenary.take(index),
             some(self.record, index),
-            None if self.extension is None else self.extension[index],
+            self.links and some(self.links, index),
         )
         if "blocks" in self.__dict__:
             part.__dict__.update(blocks=self.blocks.of(index), end_stiffness=self.end_stiffness[index])
@@ -266,10 +266,11 @@ class Equilibrium:
         return self.suspension.arms(self.rotation)
 
     @cached_property
-    def links(self):
-        """`Links`; None without."""
-        ends = self.ends[..., len(self.suspension.cable_names) :, :, :]
-        return Links.of(self.suspension, ends[..., 1, :] - ends[..., 0, :], self.extension)
+    def longest(self):
+        """Longest distance of the two ends of a cable or link, shape (...); 1 m where there is none. [m]"""
+        chord = np.asarray(self.catenary.span.chord)
+        longest = joined(chord, self.links and size(self.links.vector), -1).max(axis=-1)
+        return np.where(longest > 0, longest, 1.0)
 
     @cached_property
     def end_forces(self):

@@ -42,7 +42,7 @@ class Uncertainty:
     force : ndarray, shape (..., l)
         Change of the force of each link. [N]
     longest : ndarray, shape (...)
-        Longest chord. [m]
+        `Equilibrium.longest`. [m]
     body_names : tuple of str
     """
 
@@ -78,7 +78,6 @@ class Uncertainty:
 def judge(equilibrium):
     """`Uncertainty` of an equilibrium or a batch."""
     suspension, cables = equilibrium.suspension, equilibrium.catenary
-    longest = np.asarray(cables.span.chord).max(axis=-1)
     with np.errstate(all="ignore"):  # of cases that have no equilibrium
         place, change = _sampled(equilibrium)
     solved = np.asarray(equilibrium.record.converged)[..., None]
@@ -87,7 +86,7 @@ def judge(equilibrium):
     place = np.where(solved[..., None], np.minimum(np.nan_to_num(place, nan=UNKNOWN), UNKNOWN), UNKNOWN)
     tension = np.where(solved, np.minimum(np.nan_to_num(tension, nan=UNKNOWN), UNKNOWN), UNKNOWN)
     force = np.where(solved, np.minimum(np.nan_to_num(force, nan=UNKNOWN), UNKNOWN), UNKNOWN)
-    return Uncertainty(place, tension, force, longest, suspension.body_names)
+    return Uncertainty(place, tension, force, equilibrium.longest, suspension.body_names)
 
 
 def _sampled(equilibrium):
@@ -102,7 +101,7 @@ def _sampled(equilibrium):
     """
     suspension, cables, arms = equilibrium.suspension, equilibrium.catenary, equilibrium.arms
     given = tuple(kind or "unstretched_length" for kind in suspension.given)
-    lengths = np.array([kind == "unstretched_length" for kind in given])
+    lengths = np.array([kind == "unstretched_length" for kind in given], dtype=bool)
     cut, answers = _stayed(equilibrium)[..., None] | lengths, stated.kept(cables, given)
     if (cut & ~lengths).any():
         fixed = stated.kept(cables, ("unstretched_length",) * len(given))
@@ -132,7 +131,7 @@ def _sampled(equilibrium):
         along = (ends[..., 1, :] - ends[..., 0, :])[..., None]
         pulled = pulled + (answers[..., None, :, 1, :, :] @ along)[..., 0]
     unit = np.maximum(cables.max_tension, rounding.TINY)
-    unit = joined(unit, equilibrium.links and np.ones_like(equilibrium.extension), -1)
+    unit = joined(unit, equilibrium.links and np.ones_like(equilibrium.links.extension), -1)
     return _rms(moved, -3), _rms(size(pulled) / unit[..., None, :], -2)
 
 
@@ -163,7 +162,7 @@ def _rms(samples, axis):
 
 def _stayed(equilibrium):
     """Whether all bodies are where the search began, shape (...)."""
-    suspension, longest = equilibrium.suspension, np.asarray(equilibrium.catenary.span.chord).max(axis=-1)
+    suspension, longest = equilibrium.suspension, equilibrium.longest
     moved = np.abs(equilibrium.position - suspension.position).max(axis=(-1, -2), initial=0.0) / longest
     turned = np.abs(equilibrium.rotation - suspension.rotation).max(axis=(-1, -2, -3), initial=0.0)
     return np.maximum(moved, turned) <= STAYED

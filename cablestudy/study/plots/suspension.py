@@ -167,7 +167,7 @@ def suspension_views(case):
     drawing = drawing_of(case)
     figure = Figure(figsize=SIZE, layout="constrained")
     grid = figure.subplots(2, 2).ravel()
-    least, most = float(drawing.tension.min()), float(drawing.tension.max())
+    least, most = (float(extreme(drawing.tension)) if len(drawing.tension) else 0.0 for extreme in (np.min, np.max))
     equal = most <= least * (1 + 1e-3)
     colour = ScalarMappable(Normalize(0.0, most or 1.0) if equal else Normalize(least, most), SHADES)
     views = (
@@ -192,7 +192,9 @@ def suspension_views(case):
         scale_bar(axes, drawing.size)
     count = len(drawing.cables)
     title = f"Static form: {count} cable{'s' * (count != 1)}"
-    if equal:
+    if not count:
+        heading(figure, "Static form")
+    elif equal:
         heading(figure, f"{title}, mean tension {quantity_text(most, 'N')}{' each' * (count != 1)}")
     else:
         heading(figure, title)

@@ -287,13 +287,13 @@ def _frequency(number):
 
 
 def _over_all(name, unit, meaning, values, extreme, key=""):
-    """Column of the least, largest or sum of a number of all cables; those that lack it are left out."""
+    """Column of the least, largest or sum of a number of all cables, those that lack it left out; None without any."""
     each = Column(name, unit, meaning, "statics", values)
 
     def compute(case):
         found = case.of_cables(each)
         found = found[~np.isnan(found)]
-        return extreme(found) if len(found) else np.nan
+        return extreme(found) if len(found) else np.nan if case.scene.cables else None
 
     return Column(name, unit, meaning, "statics", compute, key)
 
