@@ -490,7 +490,12 @@ def typical_loads(suspension, state):
     np.add.at(loads, (slice(None), owner[cable, end]), weight[:, cable])
     infinite = np.full((len(loads), 1), np.inf)
     smaller = np.concatenate([loads, infinite], axis=-1)[:, suspension.owner].min(axis=-1)
-    return np.where(np.isfinite(smaller), smaller, 0.0)
+    found = np.where(np.isfinite(smaller), smaller, 0.0)
+    if suspension.link_names:  # one that carries nothing yet is as stiff as a cable at first
+        cables = suspension.axial_stiffness.max(axis=-1, initial=0.0, keepdims=True)
+        links = found[:, len(suspension.cable_names) :]
+        links[links == 0] = np.broadcast_to(SOFTENED[0] * cables, links.shape)[links == 0]
+    return found
 
 
 def _per_strain(suspension, unit):
