@@ -16,7 +16,8 @@ from scipy.optimize import brentq, root
 from solved import solve
 from test_suspension_loop_bars import scene_of
 
-from cablestudy.errors import CablestudyError
+from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
+from cablestudy.scene.scene import load_scene
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.suspension.case import SuspensionCase, cases_of
 from cablestudy.study.suspension.columns import find
@@ -128,6 +129,8 @@ def test_a_mount_of_length_zero_holds_alike_along_all_axes():
     assert case.body_stiffness("box")[:3, :3] == pytest.approx(900 * np.eye(3), rel=1e-12)
     assert TURN * case.modes(3).frequency == pytest.approx([15.0] * 3, rel=1e-12)
     assert case.modes(3).damping_ratio == pytest.approx([0.05] * 3, rel=1e-10)
+    with pytest.raises(NoSolutionError, match="two places are one, so that its force has no direction"):
+        find("m.rms_force").compute(case)
     loaded = case_of({**scene, "gravity": G})
     assert loaded.equilibrium.position[0] == pytest.approx([1, 2, 3 - 4 * G / 900], rel=1e-12)
 
@@ -551,6 +554,71 @@ def test_a_sparse_search_has_the_same_pose(monkeypatch):
     expected = case_of(scene).equilibrium.position
     monkeypatch.setattr(tangent, "DENSE", 0)
     assert case_of(scene).equilibrium.position == pytest.approx(expected, abs=1e-9)
+
+
+BAD = """\
+points: {p: [0, 0, 0], k: {at: [1, 0, 0], free: true}}
+bodies:
+  b: {at: [0, 0, 1], mass: 5 kg, free: [x, y, z], attachments: {a: [0, 0, 0], c: [0.2, 0, 0]}}
+cable: {axial_stiffness: 1 MN, mass_per_length: 1 kg/m, diameter: 1 cm}
+cables:
+  u: {from: [0, 0, 3], to: b.a, preload: 100 N}
+  v: {from: k, to: b.c, preload: 100 N}
+  w: {from: k, to: [3, 0, 0], preload: 100 N}
+links:
+  """
+
+
+@pytest.mark.parametrize(
+    ("link", "column", "message"),
+    [
+        ("s: {from: p, to: b.a, stiffness: -1 N/m}", 36, 'links.s.stiffness: must not be negative, got "-1 N/m"'),
+        ("s: {from: p, to: b.a, stiffness: 3 kN}", 36, "links.s.stiffness: expected a stiffness in N/m"),
+        ("s: {from: p, to: b.a, damping: 3 kN/m}", 34, "links.s.damping: expected a viscous damping in N s/m"),
+        ("s: {from: p, to: b.a, damping: -3}", 34, "links.s.damping: must not be negative, got -3"),
+        ("s: {from: p, to: b.a, stiffness: 1, length: -0.5 m}", 47, "links.s.length: must not be negative"),
+        ("s: {from: p, to: b.a, stiffness: 1, length: 3 kg}", 47, "links.s.length: expected a length in m"),
+        ("s: {from: p, to: b.a}", 6, "links.s: missing key: one of stiffness, damping"),
+        ("s: {from: p, to: b.a, length: 2 m}", 6, "links.s: missing key: one of stiffness, damping"),
+        ("s: {to: b.a, stiffness: 1}", 6, "links.s: missing key: from"),
+        ("s: {from: p, stiffness: 1}", 6, "links.s: missing key: to"),
+        ("s: {from: q, to: b.a, stiffness: 1}", 13, 'links.s.from: unknown end "q" (allowed: p, k, b.a, b.c)'),
+        ("s: {from: b, to: p, stiffness: 1}", 13, "b is a body: a link ends at one of its attachments (b.a, b.c)"),
+        ("s: {from: b.x, to: p, stiffness: 1}", 13, 'links.s.from: b has no attachment "x" (allowed: a, c)'),
+        ("s: {from: p, to: p, stiffness: 1}", 20, "links.s.to: both ends are at p"),
+        ("s: {from: p, to: [1, 2, 3], stiffness: 1}", 6, "links.s: both of its places are fixed: it does nothing"),
+        ("s: {from: b.a, to: b.c, stiffness: 1}", 6, "links.s: both of its places are on b: it does nothing"),
+        ("s: {from: [0, 0], to: b.c, stiffness: 1}", 13, "links.s.from: expected 3 components, got 2"),
+        ("s: {from: [0, 0, 1], to: b.a, stiffness: 1, length: 1 m}", 55, "both of its places are one where the search"),
+        ("s: {from: p, to: b.a, stifness: 1}", 25, "links.s.stifness: unknown key (did you mean stiffness?)"),
+        ("s: {from: p, to: b.a, stiffness: .nan}", 36, "got nan, which is not finite"),
+        ("s: {from: p, to: b.a, damping: .inf}", 34, "got inf, which is not finite"),
+        ("s: {from: p, to: b.a, stiffness: [1, 2]}", 36, "got a list"),
+        ("s: 5", 6, "links.s: expected a mapping with the keys from, to, stiffness, damping, length, got 5"),
+        ("- {from: p, to: b.a}", 3, "links: expected a mapping, got a list"),
+        ("s.t: {from: p, to: b.a, stiffness: 1}", 3, "links.s.t: a name must not contain a dot"),
+        ("u: {from: p, to: b.a, stiffness: 1}", 3, "a name must be unique, and there is a cable of this name"),
+        ("s: {from: p.a, to: b.a, stiffness: 1}", 13, "links.s.from: p is a point, which has no attachments"),
+        ("s: {from: p, to: b.a, stiffness: 1e30}", 36, "links.s.stiffness: must be from 0 to 1e+24 N/m, got 1e+30"),
+        ("s: {from: p, to: b.a, stiffness: 1, preload: 4 N}", 39, "links.s.preload: unknown key (allowed: from, to"),
+        ("s:", 3, "links.s: no value"),
+    ],
+)
+def test_a_mistake_is_one_line_at_its_place(link, column, message, tmp_path):
+    path = tmp_path / "s.yaml"
+    path.write_text(f"{BAD}{link}\n", encoding="utf-8")
+    with pytest.raises(SceneError) as caught:
+        load_scene(path, ())
+    (line,) = str(caught.value).splitlines()
+    assert line.startswith(f"{path}:10:{column}: ")
+    assert message in line
+
+
+def test_a_scene_of_one_cable_has_no_links(tmp_path):
+    path = tmp_path / "s.yaml"
+    path.write_text("cable: {chord: 10 m, material: steel, diameter: 5 mm, sag: 1 m}\nlinks: {}\n", encoding="utf-8")
+    with pytest.raises(SceneError, match=r"s\.yaml:2:1: links: unknown key"):
+        load_scene(path, ())
 
 
 def test_what_only_a_link_without_length_would_hold_is_refused():

@@ -207,25 +207,15 @@ def outputs(layout, kept, imposed, lifted, markers, midspans=()):
     still = np.zeros((len(shown), imposed.shape[1]))
     middles, follow_winches = _midspans(layout, kept, imposed, midspans, modal)
     shown, still = np.concatenate([shown, middles]), np.concatenate([still, follow_winches])
-    tensions = _tensions(layout, kept, imposed, lifted, modal)
+    tensions, shown = _tensions(layout, kept, imposed, lifted, modal), [shown * (order == 0) for order in range(3)]
     if suspension.link_names:
-        tensions = _with_links(layout, modal, tensions)
-    moved = [np.concatenate([shown * (order == 0), part]) for order, (part, _) in enumerate(tensions)]
+        stretch = np.pad(layout.elongation, ((0, 0), (modal, 0)))
+        factors = suspension.link_stiffness, suspension.link_damping, np.zeros(len(stretch))
+        shown = [np.concatenate([part, factor[:, None] * stretch]) for part, factor in zip(shown, factors, strict=True)]
+        still = np.pad(still, ((0, len(stretch)), (0, 0)))
+    moved = [np.concatenate([own, part]) for own, (part, _) in zip(shown, tensions, strict=True)]
     follow = [np.concatenate([still * (order == 0), part]) for order, (_, part) in enumerate(tensions)]
     return tuple(moved), tuple(follow)
-
-
-def _with_links(layout, modal, tensions):
-    """Forces of the links before the changes of tension of `_tensions`: of their springs by z, of dashpots by z'."""
-    suspension, elongation = layout.equilibrium.suspension, np.pad(layout.elongation, ((0, 0), (modal, 0)))
-    found = []
-    for factor, (moved, follow) in zip(
-        (suspension.link_stiffness, suspension.link_damping, None), tensions, strict=True
-    ):
-        forces = 0.0 * elongation if factor is None else factor[:, None] * elongation
-        still = np.zeros((len(elongation), follow.shape[1]))
-        found.append((np.concatenate([forces, moved]), np.concatenate([still, follow])))
-    return found
 
 
 def _midspans(layout, kept, imposed, midspans, modal):

@@ -125,6 +125,11 @@ class SuspensionScene(KeyTable):
         """Acceleration of gravity; None without any. [m/s^2]"""
         return None if isinstance(self.gravity, float) and self.gravity == 0 else self.gravity
 
+    @property
+    def lines(self):
+        """All that has two ends, in the order of `SuspendedSystem`: name -> cable, then name -> link."""
+        return {**self.cables, **self.links}
+
     def loads_on(self, cable):
         """All point loads on the cable of a name: its own, then those of the case."""
         return self.cables[cable].loads + self.load_case.loads.get(cable, ())
@@ -172,7 +177,8 @@ class SuspensionScene(KeyTable):
         yield [(("cables",), bool(self.cables or self.links), lambda: "expected at least 1 item, got 0")]
         found = connection_mistakes(self.points, bodies, ends, self.winches, self.actuators, links)
         yield _failed(found + self._unknown_references() + reference_mistakes(self))
-        yield _failed(self._unheld() + determinacy_mistakes(self) + self._idle_links())
+        yield _failed(self._unheld() + determinacy_mistakes(self))
+        yield [relation for name, link in self.links.items() for relation in self._of_link(("links", name), link)]
         for relation in actuator_relations(self):
             yield [relation]
         yield _failed(self._unknown_diameters())
@@ -245,18 +251,13 @@ class SuspensionScene(KeyTable):
         owners = [tuple(self.attachment(end)[0] for end in one.ends) for one in holding]
         return [((tables[name], name), message) for name, message in unheld(tables, stands, owners)]
 
-    def _idle_links(self):
-        """Path and message of the links whose places cannot move beside each other, or have no direction."""
-        found = []
-        for name, link in self.links.items():
-            owner, other = (self.attachment(end)[0] for end in link.ends)
-            if owner == other:
-                where = f"on {owner}" if owner else "fixed"
-                found.append((("links", name), f"both of its places are {where}: it does nothing"))
-            elif link.length and not _distance(*map(self.start, link.ends)):
-                message = "both of its places are one at the start, so that its length has no direction (length: 0 m?)"
-                found.append((("links", name), message))
-        return found
+    def _of_link(self, path, link):
+        """Relations of a link: its places can move beside each other, and are two where it has a length."""
+        owner, other = (self.attachment(end)[0] for end in link.ends)
+        where = f"on {owner}" if owner else "fixed"
+        yield path, owner != other, f"both of its places are {where}: it does nothing".format
+        apart = link.length is None or (link.length == 0) | (_distance(*map(self.start, link.ends)) > 0)
+        yield (*path, "length"), apart, "both of its places are one where the search begins (length: 0 m?)".format
 
     def _moved_ends(self, case, moves):
         """Relations of the distance of the ends of cables between fixed points that a load case moves. [m]"""

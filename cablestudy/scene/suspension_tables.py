@@ -269,10 +269,7 @@ class Link(KeyTable):
         "default: that in the reference state, in which it then carries nothing",
     )
 
-    @property
-    def ends(self):
-        """The two places as written: tuple of str or place."""
-        return self.from_, self.to
+    ends = SuspendedCable.ends
 
     @property
     def carries(self):

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.system import tangent
-from cablestudy.system.linear import ReducedSystem, assemble
+from cablestudy.system.linear import ReducedSystem, assemble, dense
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import GROUND, Equilibrium
 
@@ -38,7 +38,7 @@ class Layout:
     def take(self, index):
         """That of one case of many, or of some."""
         some = Layout(self.equilibrium.take(index))
-        some.__dict__.update(moved=self.moved[index], own=tuple(part[index] for part in self.own))
+        some.__dict__.update(_ends_moved=self._ends_moved[index], own=tuple(part[index] for part in self.own))
         return some
 
     @property
@@ -59,8 +59,17 @@ class Layout:
     @cached_property
     def moved(self):
         """G: displacements of the six ends of all cables per free displacement, shape (..., 6 c, d), sparse or not."""
-        suspension, arms = self.equilibrium.suspension, self.equilibrium.arms
-        owner = suspension.owner[suspension.of_cables]
+        return self._ends_moved[..., : 6 * len(self.equilibrium.suspension.cable_names), :]
+
+    @cached_property
+    def links_moved(self):
+        """The same of the ends of the links, shape (..., 6 l, d)."""
+        return self._ends_moved[..., 6 * len(self.equilibrium.suspension.cable_names) :, :]
+
+    @cached_property
+    def _ends_moved(self):
+        """The same of the ends of all cables, then of all links."""
+        owner, arms = self.equilibrium.suspension.owner, self.equilibrium.arms
         cable, end = np.nonzero(owner != GROUND)
         turned = -cross_matrix(arms[..., cable, end, :])
         blocks = np.concatenate([np.broadcast_to(np.eye(3), turned.shape), turned], axis=-1)
@@ -79,22 +88,9 @@ class Layout:
         whole[..., rows, columns] = blocks
         return whole.take(self.free, axis=-1)
 
-    @property
-    def elongation(self):
-        """Change of the distance of the ends of each link per free displacement, shape (l, d), of one case."""
-        suspension, direction = self.equilibrium.suspension, self.equilibrium.links.direction
-        link, end = np.nonzero(suspension.owner[len(suspension.cable_names) :] != GROUND)
-        place, outwards = len(suspension.cable_names) + link, (2 * end - 1)[:, None] * direction[link]
-        found = np.zeros((len(direction), *suspension.free.shape))
-        np.add.at(
-            found, (link, suspension.owner[place, end]), tangent.wrenches(self.equilibrium.arms[place, end], outwards)
-        )
-        return tangent.free_values(suspension, found)
-
-    @property
-    def _moved_by_cable(self):
-        """The same for each cable, shape (..., c, 6, d); not for sparse matrices."""
-        return self.moved.reshape(*self.shape, self.moved.shape[-2] // 6, 6, len(self.free))
+    def _each(self, moved):
+        """Displacements of ends for each cable or link, shape (..., c, 6, d); not for sparse matrices."""
+        return moved.reshape(*self.shape, moved.shape[-2] // 6, 6, len(self.free))
 
     @cached_property
     def mass(self):
@@ -112,27 +108,18 @@ class Layout:
         return whole
 
     @cached_property
-    def _stiffness(self):
-        """`tangent.Blocks` of links, and of the bodies by the forces on them, the symmetric part."""
-        suspension, blocks = self.equilibrium.suspension, self.equilibrium.blocks
-        first = np.count_nonzero(tangent.pairs(suspension)[0] < len(suspension.cable_names))
-        rows, columns, matrices = blocks.rows[first:], blocks.columns[first:], blocks.matrices[..., first:, :, :]
-        turned = np.swapaxes(matrices, -1, -2)
-        symmetric = np.where((rows == columns)[:, None, None], (matrices + turned) / 2, matrices)
-        return tangent.Blocks(rows, columns, symmetric)
+    def geometric_stiffness(self):
+        """Of the bodies, by the forces on them, symmetric part, shape (..., b, 6, 6). [N m]"""
+        blocks = self.equilibrium.blocks.matrices
+        blocks = blocks[..., blocks.shape[-3] - self.mass.shape[-3] :, :, :]
+        return (blocks + np.swapaxes(blocks, -1, -2)) / 2
 
-    def _free(self, blocks):
-        """Matrix of the free displacements from `tangent.Blocks`, shape (..., d, d)."""
+    def of_bodies(self, blocks):
+        """A matrix of the free displacements from one of each body, shape (..., d, d)."""
+        own = np.arange(blocks.shape[-3])
+        diagonal = tangent.Blocks(own, own, blocks)
         suspension = self.equilibrium.suspension
-        return tangent.sparse(blocks, suspension) if self.large else tangent.dense(blocks, suspension)
-
-    @cached_property
-    def damping(self):
-        """Of the links, for the free displacements, shape (..., d, d); 0 without. [N s/m, N s; N s, N m s]"""
-        suspension, links = self.equilibrium.suspension, self.equilibrium.links
-        if links is None:
-            return np.zeros(())
-        return self._free(tangent.of_links(suspension, links.end_damping, self.equilibrium.arms))
+        return tangent.sparse(diagonal, suspension) if self.large else tangent.dense(diagonal, suspension)
 
     def system(self, elements, imposed=None):
         """`LinearSystem` with some superelements of the cables.
@@ -160,17 +147,38 @@ class Layout:
 
     @cached_property
     def own(self):
-        """Stiffness of bodies and links without cables, and mass matrix, for the free displacements, (..., d, d)."""
-        own = np.arange(self.mass.shape[-3])
-        return self._free(self._stiffness), self._free(tangent.Blocks(own, own, self.mass))
+        """Stiffness of bodies and links, without cables, and mass matrix, for the free displacements, (..., d, d)."""
+        stiffness, links = self.of_bodies(self.geometric_stiffness), self.equilibrium.links
+        stiffness = stiffness if links is None else stiffness + self._of_links(links.end_stiffness)
+        return stiffness, self.of_bodies(self.mass)
+
+    @cached_property
+    def damping(self):
+        """Of the links, for the free displacements, shape (..., d, d); 0 without. [N s/m, N s; N s, N m s]"""
+        links = self.equilibrium.links
+        return np.zeros(()) if links is None else self._of_links(links.end_damping)
+
+    @property
+    def elongation(self):
+        """Change of the distance of the ends of each link per free displacement, shape (l, d), of one case."""
+        first, second = np.split(self._each(dense(self.links_moved)), 2, axis=-2)
+        return (self.equilibrium.links.direction[..., None] * (second - first)).sum(axis=-2)
 
     def of_cables(self, matrices):
         """Sum over the cables of matrices of their six ends, for the free displacements, shape (..., d, d)."""
+        return self._summed(self.moved, matrices)
+
+    def _of_links(self, matrices):
+        """The same of the links, from matrices of end 2 of each, shape (..., l, 3, 3)."""
+        signs = np.array([[1.0, -1.0], [-1.0, 1.0]])
+        return self._summed(self.links_moved, np.kron(signs, matrices))
+
+    def _summed(self, moved, matrices):
         if not self.large:
-            return self.moved.swapaxes(-1, -2) @ (matrices @ self._moved_by_cable).reshape(self.moved.shape)
+            return moved.swapaxes(-1, -2) @ (matrices @ self._each(moved)).reshape(moved.shape)
         from scipy.sparse import block_diag
 
-        return self.moved.T @ block_diag(matrices, format="csr") @ self.moved
+        return moved.T @ block_diag(matrices, format="csr") @ moved
 
     def driven(self, coupling, cable):
         """Momentum of coordinates of the cables per velocity of the free displacements, shape (N, d).
@@ -183,7 +191,7 @@ class Layout:
             Of which cable each is, those of one case after the other.
         """
         if not self.large:
-            moved = self._moved_by_cable
+            moved = self._each(self.moved)
             row, own = np.divmod(cable, moved.shape[-3])
             return (coupling[:, None, :] @ moved[(row, own) if self.shape else own])[:, 0]
         from scipy.sparse import csr_array

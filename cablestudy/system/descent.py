@@ -477,7 +477,7 @@ def descend(suspension, state, most=MAX_STEPS, enough=0.0):
 
 
 def typical_loads(suspension, state):
-    """For each cable and link the smaller one of the loads on the bodies at its ends, shape (n, c + l). [N]"""
+    """For each cable the smaller one of the loads on the bodies at its ends, shape (n, c). [N]"""
     gravity = np.abs(suspension.gravity)[:, None]
     weight = suspension.cable_mass * gravity * state.length
     if suspension.load_forces is not None:
@@ -489,53 +489,46 @@ def typical_loads(suspension, state):
     cable, end = np.nonzero(owner != GROUND)
     np.add.at(loads, (slice(None), owner[cable, end]), weight[:, cable])
     infinite = np.full((len(loads), 1), np.inf)
-    smaller = np.concatenate([loads, infinite], axis=-1)[:, suspension.owner].min(axis=-1)
-    found = np.where(np.isfinite(smaller), smaller, 0.0)
-    if suspension.link_names:  # one that carries nothing yet is as stiff as a cable at first
-        cables = suspension.axial_stiffness.max(axis=-1, initial=0.0, keepdims=True)
-        links = found[:, len(suspension.cable_names) :]
-        links[links == 0] = np.broadcast_to(SOFTENED[0] * cables, links.shape)[links == 0]
-    return found
+    smaller = np.concatenate([loads, infinite], axis=-1)[:, owner].min(axis=-1)
+    return np.where(np.isfinite(smaller), smaller, 0.0)
 
 
-def _per_strain(suspension, unit):
-    """Stiffness of cables per strain, and of links per extension over a unit of length, shape (n, c + l). [N]"""
-    links = suspension.link_stiffness
-    return joined(suspension.axial_stiffness, None if links is None else links * unit[:, None], -1)
+def _softened_links(suspension, state, strain):
+    """Stiffness of the links, shape (n, l), none more than that of the firmest cable, or of the weights, at a strain.
 
-
-def _with_per_strain(suspension, stiffness, unit):
-    """The suspension with another stiffness, as of `_per_strain`."""
-    cables, links = np.split(stiffness, [len(suspension.cable_names)], axis=-1)
-    links = links / unit[:, None] if suspension.link_names else None
-    return replace(suspension, axial_stiffness=cables, link_stiffness=links)
+    None without links. [N/m]
+    """
+    if not suspension.link_names:
+        return None
+    weights = (suspension.mass * np.abs(suspension.gravity)[:, None] + size(suspension.force)).sum(axis=-1)
+    firmest = np.maximum(suspension.axial_stiffness.max(axis=-1, initial=0.0), weights) / longest(state)
+    return np.minimum(suspension.link_stiffness, SOFTENED[0] / strain * firmest[:, None])
 
 
 def search(suspension, state):
     """Poses of least energy: straight from the start, or where that takes many steps, by softer cables and links.
 
     Stiff cables make a narrow, curved valley of the energy, in which Newton steps are short. Cables that the loads
-    strain by a third make it wide; stiffer ones then follow, each from the equilibrium of the one before. So do links,
-    whose strain is their extension over the longest distance.
+    strain by a third make it wide; stiffer ones then follow, each from the equilibrium of the one before; so do links.
     """
     first, record = descend(suspension, state, FEW_STEPS)
     hard = np.flatnonzero(~record.converged)
     if not len(hard):
         return first, record
     part, state = suspension.take(hard), some(state, hard)
-    unit = longest(state)
-    loads, stiffness = typical_loads(part, state), _per_strain(part, unit)
+    loads, stiffness = typical_loads(part, state), part.axial_stiffness
     for strain in SOFTENED:
         softened = np.minimum(stiffness, np.where(loads > 0, loads / strain, np.inf))
-        rest = np.flatnonzero((softened < stiffness).any(axis=-1))
+        links = _softened_links(part, state, strain)
+        softer = (softened < stiffness).any(axis=-1)
+        softer = softer if links is None else softer | (links < part.link_stiffness).any(axis=-1)
+        rest = np.flatnonzero(softer)
         if not len(rest):
             break
-        soft = _with_per_strain(part.take(rest), softened[rest], unit[rest])
+        soft = replace(part, axial_stiffness=softened, link_stiffness=links).take(rest)
         there, _ = descend(soft, some(state, rest), SOFT_STEPS, LOOSE)
         put(state, rest, there)
-        cables = catenary.solve(spans(soft, there))
-        _, _, links = at_ends(soft, there, cables, cables.global_end_stiffness)
-        tension = joined(cables.max_tension, links and np.abs(links.force), -1)
+        tension = catenary.solve(spans(soft, there)).max_tension
         loads[rest] = np.clip(tension, loads[rest], MOST_LOAD * loads[rest].sum(axis=-1, keepdims=True))
     state, last = descend(part, state)
     put(first, hard, state)

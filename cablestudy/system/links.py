@@ -50,9 +50,14 @@ class Links:
         if not suspension.link_names:
             return None
         length, damping = np.nan_to_num(suspension.link_length), suspension.link_damping
-        mounted = ~np.isnan(suspension.link_length)
-        stiffness, extension = (np.where(mounted, part, 0.0) for part in (suspension.link_stiffness, extension))
-        return cls(vector, np.where(mounted & (length == 0), size(vector), extension), stiffness, damping, length)
+        there = ~np.isnan(suspension.link_length)
+        stiffness, extension = (np.where(there, part, 0.0) for part in (suspension.link_stiffness, extension))
+        return cls(vector, np.where(there & (length == 0), size(vector), extension), stiffness, damping, length)
+
+    @cached_property
+    def distance(self):
+        """d, shape (..., l). [m]"""
+        return size(self.vector)
 
     @property
     def force(self):
@@ -62,12 +67,12 @@ class Links:
     @cached_property
     def direction(self):
         """t, shape (..., l, 3); zero where both places are one."""
-        return self.vector / np.maximum(size(self.vector), TINY)[..., None]
+        return self.vector / np.maximum(self.distance, TINY)[..., None]
 
     @property
     def across(self):
         """F/d, shape (..., l). [N/m]"""
-        distance = np.maximum(size(self.vector), np.maximum(NEAREST * self.length, TINY))
+        distance = np.maximum(self.distance, np.maximum(NEAREST * self.length, TINY))
         return self.stiffness * np.where(self.length > 0, self.extension / distance, 1.0)
 
     @property

@@ -178,11 +178,9 @@ def start(suspension):
     length = np.where(own, value, 1.0)
     distance, cables = size(vector), suspension.of_cables
     strain = (distance[:, cables] - length) / length
-    extension = np.zeros((len(length), len(suspension.link_names)))
-    if suspension.link_names:
-        extension += distance[:, len(suspension.cable_names) :] - suspension.link_length
-    position, rotation = suspension.position.copy(), suspension.rotation.copy()
-    state = PoseState(position, rotation, arms, ends, vector, length, strain, extension)
+    extension = distance[:, cables.stop :] - (suspension.link_length if suspension.link_names else 0.0)
+    pose = suspension.position.copy(), suspension.rotation.copy()
+    state = PoseState(*pose, arms, ends, vector, length, strain, extension)
     if own.all():
         return state
     span = spans(suspension, state)
@@ -391,22 +389,18 @@ def equilibrium(suspension, flat, state, record):
 
     cables = catenary.solve(span_of_shape(spans(flat, state), (*shape, state.length.shape[-1])))
     record = replace(record, **{f.name: shaped(getattr(record, f.name))[()] for f in fields(record)})
-    suspension = suspension.broadcast()
-    found = suspension, shaped(state.position), shaped(state.rotation), cables, record
-    return (
-        _mounted(found, shaped(state.vector), shaped(state.extension)) if suspension.link_names else Equilibrium(*found)
-    )
+    found = Equilibrium(suspension.broadcast(), shaped(state.position), shaped(state.rotation), cables, record)
+    return _mounted(found, shaped(state.vector), shaped(state.extension)) if suspension.link_names else found
 
 
 def _mounted(found, vector, extension):
-    """`Equilibrium` whose links all have a length: where none is stated their distance there."""
-    suspension, *others = found
-    unstated, distance, links = np.isnan(suspension.link_length), size(vector), len(suspension.cable_names)
-    own = distance[..., links:]
-    own = np.where(own <= SAME_PLACE * distance.max(axis=-1, keepdims=True), 0.0, own)
+    """An `Equilibrium` with its links, which all have a length: where none is stated their distance there."""
+    suspension, distance = found.suspension, size(vector)
+    unstated, first = np.isnan(suspension.link_length), len(suspension.cable_names)
+    own = np.where(distance <= SAME_PLACE * distance.max(axis=-1, keepdims=True), 0.0, distance)[..., first:]
     suspension = replace(suspension, link_length=np.where(unstated, own, suspension.link_length))
-    links = Links.of(suspension, vector[..., links:, :], np.where(unstated, 0.0, extension))
-    return Equilibrium(suspension, *others, links)
+    links = Links.of(suspension, vector[..., first:, :], np.where(unstated, 0.0, extension))
+    return replace(found, suspension=suspension, links=links)
 
 
 def span_of_shape(span, shape):

@@ -14,7 +14,6 @@ from cablestudy.cable.catenary import Catenary
 from cablestudy.system import stability, tangent, uncertainty
 from cablestudy.system.descent import some
 from cablestudy.system.links import Links, joined
-from cablestudy.system.rigid import size
 from cablestudy.system.tangent import GROUND
 
 GIVEN = (
@@ -269,7 +268,7 @@ class Equilibrium:
     def longest(self):
         """Longest distance of the two ends of a cable or link, shape (...); 1 m where there is none. [m]"""
         chord = np.asarray(self.catenary.span.chord)
-        longest = joined(chord, self.links and size(self.links.vector), -1).max(axis=-1)
+        longest = joined(chord, self.links and self.links.distance, -1).max(axis=-1)
         return np.where(longest > 0, longest, 1.0)
 
     @cached_property

@@ -193,7 +193,8 @@ def blocks(suspension, rotation, arms, end_forces, end_stiffness):
     """
     cable, row, column = pairs(suspension)
     owner = suspension.owner
-    between = _between(end_stiffness, arms, cable, row, column)
+    sign = np.where(row == column, 1.0, -1.0)[:, None, None]
+    between = at_attachments(end_stiffness[..., cable, :, :], arms[..., cable, row, :], arms[..., cable, column, :])
     center, weight = weights(suspension, rotation)
     geometric = -cross_matrix(weight) @ cross_matrix(center)
     beside = eccentric(suspension, rotation)
@@ -213,25 +214,9 @@ def blocks(suspension, rotation, arms, end_forces, end_stiffness):
     return Blocks(
         np.concatenate([owner[cable, row], own]),
         np.concatenate([owner[cable, column], own]),
-        np.concatenate([np.broadcast_to(between, (*shape, len(cable), 6, 6)), bodies], axis=-3),
+        np.concatenate([np.broadcast_to(sign * between, (*shape, len(cable), 6, 6)), bodies], axis=-3),
         leverage,
     )
-
-
-def _between(stiffness, arms, cable, row, column):
-    """Blocks of pairs of ends, shape (..., p, 6, 6), from matrices of end 2 of cables or links, (..., c + l, 3, 3)."""
-    sign = np.where(row == column, 1.0, -1.0)[:, None, None]
-    first, second = arms[..., cable, row, :], arms[..., cable, column, :]
-    return sign * at_attachments(stiffness[..., cable, :, :], first, second)
-
-
-def of_links(suspension, matrices, arms):
-    """`Blocks` of a matrix of end 2 of each link, shape (..., l, 3, 3), such as its damping; `arms` as for `blocks`."""
-    cable, row, column = pairs(suspension)
-    cables, chosen = len(suspension.cable_names), cable >= len(suspension.cable_names)
-    cable, row, column = cable[chosen], row[chosen], column[chosen]
-    between = _between(matrices, arms[..., cables:, :, :], cable - cables, row, column)
-    return Blocks(suspension.owner[cable, row], suspension.owner[cable, column], between)
 
 
 def scaled_dense(blocks, suspension, scales):

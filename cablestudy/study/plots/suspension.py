@@ -134,8 +134,7 @@ def drawing_of(case):
     local = (displacement + straight) * span.unstretched_length[:, None, None]
     cables = ends[:, None, 0] + (local[..., None] * span.frame[:, None]).sum(axis=-2)
     anchors = {}
-    named = {**scene.cables, **scene.links}
-    for name, one, owner, pair in zip(named, named.values(), suspension.owner, found.ends, strict=True):
+    for (name, one), owner, pair in zip(scene.lines.items(), suspension.owner, found.ends, strict=True):
         for word, own, place in zip(one.ends, owner, pair, strict=True):
             if own == GROUND:
                 anchors[word if isinstance(word, str) else name] = place

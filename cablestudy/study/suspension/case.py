@@ -190,19 +190,13 @@ class SuspensionCase:
         """Tension at end 0 or 1 of a cable. [N]"""
         return np.linalg.norm(self.group.equilibrium.end_forces[self.place, self.cable(name), end])
 
-    def link_force(self, name):
-        """Force along a link, positive in tension [N], and its estimated relative error; rounding is zero."""
-        found, link = self.group.equilibrium, list(self.scene.links).index(name)
-        force, unknown = found.links.force[self.place, link], found.uncertainty.force[self.place, link]
-        if abs(force) <= unknown:
-            return 0.0, self.statics_error(None)
-        return float(force), max(self.statics_error(None), unknown / abs(force))
-
-    def link_length(self, name):
-        """Distance of the places of a link. [m]"""
-        return float(
-            np.linalg.norm(self.group.equilibrium.links.vector[self.place, list(self.scene.links).index(name)])
-        )
+    def link(self, name):
+        """Force along a link, positive in tension, rounding as zero [N], its relative error, and its length [m]."""
+        found, place = self.group.equilibrium, list(self.scene.links).index(name)
+        parts = found.links.force, found.uncertainty.force, found.links.distance
+        force, unknown, length = (float(part[self.place, place]) for part in parts)
+        zero, error = abs(force) <= unknown, self.statics_error(None)
+        return 0.0 if zero else force, error if zero else max(error, unknown / abs(force)), length
 
     def body_stiffness(self, name):
         """6x6 of a body, shape (6, 6), rounding shown as zero; see `Equilibrium.body_stiffness`."""

@@ -270,9 +270,9 @@ def link_columns(name):
     """The columns of a link at rest: list of Column."""
     return [
         Column(f"{name}.force", "N", "force along the link, positive where it pulls", "statics",
-               lambda case: case.link_force(name)),
+               lambda case: case.link(name)[:2]),
         Column(f"{name}.length", "m", "distance of the two places of the link", "statics",
-               lambda case: case.link_length(name)),
+               lambda case: case.link(name)[2]),
     ]  # fmt: skip
 
 

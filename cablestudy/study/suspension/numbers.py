@@ -47,7 +47,7 @@ class CableValues:
         """Displacements of the fixed ends of cables and links by the load cases, shape (n, c + l, 2, 3). [m]"""
         return np.array([
             [[s.load_case.moves.get(end, ORIGIN) if isinstance(end, str) else ORIGIN for end in one.ends]
-             for one in (*s.cables.values(), *s.links.values())]
+             for one in s.lines.values()]
             for s in self._scenes
         ])  # fmt: skip
 
@@ -79,19 +79,14 @@ def topology_of(scene):
     junctions = [name for name, point in scene.points.items() if point.free]
     names = (*scene.bodies, *junctions)
     index = {name: place for place, name in enumerate(names)}
-    cables = scene.cables.values()
+    cables, lines = scene.cables.values(), scene.lines.values()
     free = (tuple([motion in body.free for motion in MOTIONS]) for body in scene.bodies.values())
     return {
         "body_names": names,
         "free": (*free, *[OF_JUNCTION] * len(junctions)),
         "junctions": len(junctions),
         "cable_names": tuple(scene.cables),
-        "owner": tuple(
-            [
-                tuple([index.get(scene.attachment(end)[0], GROUND) for end in one.ends])
-                for one in (*cables, *scene.links.values())
-            ]
-        ),
+        "owner": tuple([tuple([index.get(scene.attachment(end)[0], GROUND) for end in one.ends]) for one in lines]),
         "link_names": tuple(scene.links),
         "given": tuple([cable.stated for cable in cables]),
     }
@@ -234,7 +229,7 @@ def _cable_numbers(scene):
     """The same of its cables and links, and where they end."""
     cables, links = scene.cables.values(), scene.links.values()
     return {
-        "place": [number for one in (*cables, *links) for end in one.ends for number in scene.attachment(end)[1]],
+        "place": [number for one in scene.lines.values() for end in one.ends for number in scene.attachment(end)[1]],
         "axial_stiffness": [cable.section_axial_stiffness for cable in cables],
         "cable_mass": [cable.section_mass for cable in cables],
         "value": [cable.stated_value for cable in cables],
