@@ -63,12 +63,12 @@ class Layout:
 
     @cached_property
     def links_moved(self):
-        """The same of the ends of the links, shape (..., 6 l, d)."""
+        """Displacements of the six ends of all links per free displacement, shape (..., 6 l, d), sparse or not."""
         return self._ends_moved[..., 6 * len(self.equilibrium.suspension.cable_names) :, :]
 
     @cached_property
     def _ends_moved(self):
-        """The same of the ends of all cables, then of all links."""
+        """Those of the ends of all cables, then of all links."""
         owner, arms = self.equilibrium.suspension.owner, self.equilibrium.arms
         cable, end = np.nonzero(owner != GROUND)
         turned = -cross_matrix(arms[..., cable, end, :])
@@ -169,7 +169,7 @@ class Layout:
         return self._summed(self.moved, matrices)
 
     def _of_links(self, matrices):
-        """The same of the links, from matrices of end 2 of each, shape (..., l, 3, 3)."""
+        """Such a sum over the links, from matrices of end 2 of each, shape (..., l, 3, 3)."""
         signs = np.array([[1.0, -1.0], [-1.0, 1.0]])
         return self._summed(self.links_moved, np.kron(signs, matrices))
 

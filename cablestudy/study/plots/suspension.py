@@ -35,7 +35,6 @@ PANEL = 2.5  # width of a view, about [in]
 MANY = 50  # anchors or junctions from which they are small
 NAMED = 12  # anchors up to which each is named
 CORNERS = ((1, -1), (1, 1), (-1, 1), (-1, -1))  # of a place where its name may stand, along x and y
-LINK = {"colors": ORANGE, "linestyles": "--", "linewidths": 1.4, "zorder": 2}  # how a link is drawn
 BAR_ROOM = 0.12  # height of the corner with the scale over that of the view; it is twice as wide
 
 
@@ -209,7 +208,7 @@ def _limits(flat):
 def _draw(axes, drawing, view, colours):
     lines = LineCollection(view(drawing.cables), colors=colours, linewidths=1.4, zorder=2)
     axes.add_collection(lines)
-    axes.add_collection(LineCollection(view(drawing.links), **LINK))
+    draw_links(axes, view(drawing.links))
     if drawing.anchors:
         x, y = view(np.array(list(drawing.anchors.values()))).T
         axes.plot(x, y, "^", color=GREY, ms=5 if len(x) < MANY else 2, zorder=3)
@@ -223,6 +222,12 @@ def _draw(axes, drawing, view, colours):
     if len(drawing.markers):
         x, y = view(drawing.markers).T
         axes.plot(x, y, "x", color=ORANGE, ms=5, zorder=5)
+
+
+def draw_links(axes, flat):
+    """Dashed lines between the ends of links on the paper, shape (l, 2, 2)."""
+    if len(flat):
+        axes.add_collection(LineCollection(flat, colors=ORANGE, linestyles="--", linewidths=1.4, zorder=2))
 
 
 def draw_arms(axes, flat, **look):

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from cablestudy.study.plots.cases import GROUND
 from cablestudy.study.plots.style import DASHES, GREY, SERIES, WIDTH, Window, heading, legend_below, styled
-from cablestudy.study.plots.suspension import LINK, drawing_of, from_above, from_front, from_side
+from cablestudy.study.plots.suspension import draw_links, drawing_of, from_above, from_front, from_side
 from cablestudy.study.plots.words import quantity_text, shortened
 
 # title, what it shows of places, its axes, and the coordinates that these are
@@ -80,7 +80,7 @@ def _window(flat, level):
 def _draw(axes, drawing, view, dashes, colour, label):
     """One case: its cables, and what stands at their ends."""
     axes.add_collection(LineCollection(view(drawing.cables), colors=colour, linestyles=[dashes], linewidths=1.3))
-    axes.add_collection(LineCollection(view(drawing.links), **LINK))
+    draw_links(axes, view(drawing.links))
     axes.plot([], [], ls=dashes, color=colour, lw=1.3, label=label)
     for places, mark, paint in (
         (list(drawing.anchors.values()), "^", GREY),
