@@ -249,7 +249,8 @@ class SuspensionScene(KeyTable):
         stands = [name for name, body in self.bodies.items() if len(body.free) < len(MOTIONS)]
         holding = [*self.cables.values(), *(link for link in self.links.values() if link.carries)]
         owners = [tuple(self.attachment(end)[0] for end in one.ends) for one in holding]
-        return [((tables[name], name), message) for name, message in unheld(tables, stands, owners)]
+        hint = " (a link without stiffness and length carries nothing in the reference state)" if self.links else ""
+        return [((tables[name], name), message + hint) for name, message in unheld(tables, stands, owners)]
 
     def _of_link(self, path, link):
         """Relations of a link: its places can move beside each other, and are two where it has a length."""

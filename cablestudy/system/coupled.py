@@ -68,7 +68,7 @@ class Layout:
 
     @cached_property
     def _ends_moved(self):
-        """Those of the ends of all cables, then of all links."""
+        """Those of the ends of all cables, then of all links, sparse or not."""
         owner, arms = self.equilibrium.suspension.owner, self.equilibrium.arms
         cable, end = np.nonzero(owner != GROUND)
         turned = -cross_matrix(arms[..., cable, end, :])
