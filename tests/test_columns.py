@@ -54,8 +54,10 @@ def test_every_column_listed_for_suspensions_is_one():
     mirror = "marker: gondola.focus, bandwidth: 10 Hz"
     loads = "cables.u1.loads=[{fraction: 0.5, mass: 1 kg}]"
     motion = f"actuators={{m: {{{mass}}}, w: {{{wheel}}}}}", "exposure=1 ms", f"correction={{{mirror}}}"
+    link = "links={s: {from: [0, 0, -99], to: gondola.u1, stiffness: 1 N/m}}"
     sets = (
         *motion,
+        link,
         "ground=-100",
         loads,
         "cases={push: {forces: {gondola: [1, 0, 0]}}}",
@@ -63,7 +65,7 @@ def test_every_column_listed_for_suspensions_is_one():
         "limits={a: x <= 1}",
     )
     _, scene = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", sets)
-    words = {"BODY": "gondola", "POINT": "gondola", "CABLE": "u1", "_K_": "_1_", "MARKER": "focus"}
+    words = {"BODY": "gondola", "POINT": "gondola", "CABLE": "u1", "_K_": "_1_", "MARKER": "focus", "LINK": "s"}
     for name in listed:
         for word, value in words.items():
             name = name.replace(word, value)

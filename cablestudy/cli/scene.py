@@ -7,9 +7,9 @@ from cablestudy.cli.error_handling import FAILED_CHECK, echo_notes, finish
 from cablestudy.cli.options import check_picture, scene_command
 from cablestudy.errors import SceneError, refuse_options
 
-TABLES = ("bodies", "points", "cables", "stiffness")
+TABLES = ("bodies", "points", "cables", "stiffness", "links")
 LOADS = "loads"  # the table of both kinds of scene
-WIND_TABLES = ("motion", "rotations", "open_loop", "cables", "actuators", "loop", "coordinates")
+WIND_TABLES = ("motion", "rotations", "open_loop", "cables", "actuators", "links", "loop", "coordinates")
 
 
 def read(scene, sets, case):

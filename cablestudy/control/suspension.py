@@ -105,7 +105,7 @@ def second_order(layout, kept, winches=(), markers=(), midspans=()):
     LinearSystem
         Inputs: `winch.CABLE` (m reeled in), then `BODY.force_x` to `BODY.moment_z` of all free displacements, at the
         reference point. Outputs: those displacements, `BODY.MARKER.x` and so on, `CABLE.midspan.x` and so on along
-        the axes of its chord frame, `CABLE.tension_from`,
+        the axes of its chord frame, `LINK.force`, `CABLE.tension_from`,
         `CABLE.tension_to`. Displacements need no derivatives of inputs in the state space; tensions at moved ends do.
 
     Raises
@@ -163,9 +163,10 @@ def labels(layout, winches=(), markers=(), midspans=False):
     inputs = [(f"winch.{suspension.cable_names[winch.cable]}", "m") for winch in winches]
     places = [f"{suspension.body_names[marker.body]}.{marker.name}.{axis}" for marker in markers for axis in "xyz"]
     places += [f"{name}.midspan.{axis}" for name in suspension.cable_names if midspans for axis in "xyz"]
-    tensions = [(f"{name}.tension_{end}", "N") for name in suspension.cable_names for end in ENDS]
+    forces = [(f"{name}.force", "N") for name in suspension.link_names]
+    forces += [(f"{name}.tension_{end}", "N") for name in suspension.cable_names for end in ENDS]
     moved = [*_of_bodies(layout, AXES, LENGTHS), *((place, "m") for place in places)]
-    return (*inputs, *_of_bodies(layout, LOADS, LOAD_UNITS)), (*moved, *tensions)
+    return (*inputs, *_of_bodies(layout, LOADS, LOAD_UNITS)), (*moved, *forces)
 
 
 def _coordinates(layout, kept):
@@ -206,8 +207,13 @@ def outputs(layout, kept, imposed, lifted, markers, midspans=()):
     still = np.zeros((len(shown), imposed.shape[1]))
     middles, follow_winches = _midspans(layout, kept, imposed, midspans, modal)
     shown, still = np.concatenate([shown, middles]), np.concatenate([still, follow_winches])
-    tensions = _tensions(layout, kept, imposed, lifted, modal)
-    moved = [np.concatenate([shown * (order == 0), part]) for order, (part, _) in enumerate(tensions)]
+    tensions, shown = _tensions(layout, kept, imposed, lifted, modal), [shown * (order == 0) for order in range(3)]
+    if suspension.link_names:
+        stretch = np.pad(layout.elongation, ((0, 0), (modal, 0)))
+        factors = suspension.link_stiffness, suspension.link_damping, np.zeros(len(stretch))
+        shown = [np.concatenate([part, factor[:, None] * stretch]) for part, factor in zip(shown, factors, strict=True)]
+        still = np.pad(still, ((0, len(stretch)), (0, 0)))
+    moved = [np.concatenate([own, part]) for own, (part, _) in zip(shown, tensions, strict=True)]
     follow = [np.concatenate([still * (order == 0), part]) for order, (_, part) in enumerate(tensions)]
     return tuple(moved), tuple(follow)
 

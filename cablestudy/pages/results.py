@@ -18,6 +18,7 @@ CAPTIONS = {
     "rotations": "Rotations of the bodies in the wind",
     "open_loop": "Bodies and markers in the wind, the winches at rest",
     "actuators": "Actuators in the wind",
+    "links": "Links",
     "loop": "Loop",
     "coordinates": "Measured coordinates of the loop",
 }

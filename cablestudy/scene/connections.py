@@ -8,25 +8,27 @@ ORIGIN = (0.0, 0.0, 0.0)
 
 
 def written_connections(value):
-    """Points, bodies, ends, winches and actuators of a file, whatever is wrong in it: see `connection_mistakes`.
+    """Points, bodies, ends, winches, actuators and links of a file, whatever is wrong in it.
 
     Returns
     -------
-    points, bodies, ends, winches, actuators : dict
-        Plain values.
+    points, bodies, ends, winches, actuators, links : dict
+        Plain values, see `connection_mistakes`.
     """
     bodies = {name: _mapping(_mapping(body).get("attachments")) for name, body in _mapping(value.get("bodies")).items()}
-    cables = _mapping(value.get("cables")).items()
-    ends = {name: (_mapping(cable).get("from"), _mapping(cable).get("to")) for name, cable in cables}
+    ends, links = (
+        {name: (_mapping(one).get("from"), _mapping(one).get("to")) for name, one in _mapping(value.get(key)).items()}
+        for key in ("cables", "links")
+    )
     points, winches, actuators = (_mapping(value.get(key)) for key in ("points", "winches", "actuators"))
-    return points, bodies, ends, winches, actuators
+    return points, bodies, ends, winches, actuators, links
 
 
 def _mapping(value):
     return value if isinstance(value, dict) else {}
 
 
-def connection_mistakes(points, bodies, ends, winches, actuators):
+def connection_mistakes(points, bodies, ends, winches, actuators, links):
     """Names that are not allowed, ends and winches that refer to nothing.
 
     Parameters
@@ -41,6 +43,8 @@ def connection_mistakes(points, bodies, ends, winches, actuators):
         Names of cables.
     actuators : collection of str
         Their names.
+    links : dict
+        Name of a link -> its two ends, as of cables.
 
     Returns
     -------
@@ -48,9 +52,10 @@ def connection_mistakes(points, bodies, ends, winches, actuators):
         Path and message.
     """
     tables = (("points", "point", points), ("bodies", "body", bodies), ("cables", "cable", ends))
-    found = _name_mistakes((*tables, ("actuators", "actuator", actuators)))
-    for name, pair in ends.items():
-        found += _end_mistakes(name, pair, points, bodies, len(found) < MAX_SHOWN)
+    found = _name_mistakes((*tables, ("actuators", "actuator", actuators), ("links", "link", links)))
+    for kind, table in (("cable", ends), ("link", links)):
+        for name, pair in table.items():
+            found += _end_mistakes(kind, name, pair, points, bodies, len(found) < MAX_SHOWN)
     found += [(("winches", name), f"unknown cable ({suggestion(name, ends)})") for name in winches if name not in ends]
     return found
 
@@ -76,19 +81,19 @@ def wrong_name(name):
     return []
 
 
-def _end_mistakes(cable, pair, points, bodies, suggest):
-    """Mistakes of the two ends of a cable, as far as they are text."""
+def _end_mistakes(kind, name, pair, points, bodies, suggest):
+    """Mistakes of the two ends of a cable or link, the `kind`, as far as they are text."""
     found = []
     for key, end in zip(("from", "to"), pair, strict=True):
-        message = _wrong_end(end, points, bodies, suggest) if isinstance(end, str) else ""
+        message = _wrong_end(kind, end, points, bodies, suggest) if isinstance(end, str) else ""
         if message:
-            found.append((("cables", cable, key), message))
+            found.append(((f"{kind}s", name, key), message))
     if isinstance(pair[0], str) and pair[0] == pair[1] and not found:
-        found.append((("cables", cable, "to"), f"both ends are at {pair[1]}"))
+        found.append(((f"{kind}s", name, "to"), f"both ends are at {pair[1]}"))
     return found
 
 
-def _wrong_end(end, points, bodies, suggest):
+def _wrong_end(kind, end, points, bodies, suggest):
     """What is wrong with an end that is text, or an empty text; without `suggest` nothing similar is searched for."""
     if end in points:
         return ""
@@ -98,9 +103,9 @@ def _wrong_end(end, points, bodies, suggest):
         if attachment in bodies[body]:
             return ""
         if not listed:
-            return f"{body} is a body without attachments: no cable can end at it"
+            return f"{body} is a body without attachments: no {kind} can end at it"
         if not dot:
-            return f"{body} is a body: a cable ends at one of its attachments ({', '.join(listed)})"
+            return f"{body} is a body: a {kind} ends at one of its attachments ({', '.join(listed)})"
         return f"{body} has no attachment {show(attachment)} ({suggestion(attachment, bodies[body])})"
     if body in points:
         return f"{body} is a point, which has no attachments"
@@ -129,7 +134,7 @@ def unheld(movable, stands, owners):
     stands : collection of str
         Those of them of which some motion is held.
     owners : list of (str or None, str or None)
-        What holds the two ends of each cable; None for the ground.
+        What holds the two ends of each cable, and of each link that carries in the reference state; None: the ground.
 
     Returns
     -------

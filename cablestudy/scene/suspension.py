@@ -44,6 +44,7 @@ from cablestudy.scene.suspension_tables import (
     MOTIONS,
     Body,
     CableWinch,
+    Link,
     PointOrPlace,
     PointTable,
     SharedCable,
@@ -73,7 +74,8 @@ class SuspensionScene(KeyTable):
     cable: SharedCable = Field(SharedCable.model_construct(), description="What all cables share")
     points: dict[Name, PointOrPlace] = Field({}, description="Name -> place, or a mapping for a free point")
     bodies: dict[Name, Body] = Field({}, description="Name -> rigid body")
-    cables: dict[Name, SuspendedCable] = Field(min_length=1, description="Name -> cable, over the table cable")
+    cables: dict[Name, SuspendedCable] = Field(description="Name -> cable, over the table cable")
+    links: dict[Name, Link] = Field({}, description="Name -> spring and dashpot between two places")
     winches: dict[Name, CableWinch] = Field({}, description="Name of a cable -> the winch that reels it")
     solve_for: Literal["pose", "lengths"] = Field(
         "pose", description="pose: where the bodies are; lengths: those of the cables that state nothing"
@@ -125,6 +127,11 @@ class SuspensionScene(KeyTable):
         """Acceleration of gravity; None without any. [m/s^2]"""
         return None if isinstance(self.gravity, float) and self.gravity == 0 else self.gravity
 
+    @property
+    def lines(self):
+        """All that has two ends, in the order of `SuspendedSystem`: name -> cable, then name -> link."""
+        return {**self.cables, **self.links}
+
     def loads_on(self, cable):
         """All point loads on the cable of a name: its own, then those of the case."""
         return self.cables[cable].loads + self.load_case.loads.get(cable, ())
@@ -168,9 +175,12 @@ class SuspensionScene(KeyTable):
         """Names that exist, everything held by a cable, as much stated as is needed, cables of some length."""
         ends = {name: cable.ends for name, cable in self.cables.items()}
         bodies = {name: body.attachments for name, body in self.bodies.items()}
-        found = connection_mistakes(self.points, bodies, ends, self.winches, self.actuators)
+        links = {name: link.ends for name, link in self.links.items()}
+        yield [(("cables",), bool(self.cables or self.links), lambda: "expected at least 1 item, got 0")]
+        found = connection_mistakes(self.points, bodies, ends, self.winches, self.actuators, links)
         yield _failed(found + self._unknown_references() + reference_mistakes(self))
         yield _failed(self._unheld() + determinacy_mistakes(self))
+        yield [relation for name, link in self.links.items() for relation in self._of_link(("links", name), link)]
         for relation in actuator_relations(self):
             yield [relation]
         yield _failed(self._unknown_diameters())
@@ -240,8 +250,18 @@ class SuspensionScene(KeyTable):
         tables = {name: "points" for name, point in self.points.items() if point.free}
         tables |= {name: "bodies" for name, body in self.bodies.items() if body.free}
         stands = [name for name, body in self.bodies.items() if len(body.free) < len(MOTIONS)]
-        owners = [tuple(self.attachment(end)[0] for end in cable.ends) for cable in self.cables.values()]
-        return [((tables[name], name), message) for name, message in unheld(tables, stands, owners)]
+        holding = [*self.cables.values(), *(link for link in self.links.values() if link.carries)]
+        owners = [tuple(self.attachment(end)[0] for end in one.ends) for one in holding]
+        hint = " (a link without stiffness and length carries nothing in the reference state)" if self.links else ""
+        return [((tables[name], name), message + hint) for name, message in unheld(tables, stands, owners)]
+
+    def _of_link(self, path, link):
+        """Relations of a link: its places can move beside each other, and are two where it has a length."""
+        owner, other = (self.attachment(end)[0] for end in link.ends)
+        where = f"on {owner}" if owner else "fixed"
+        yield path, owner != other, f"both of its places are {where}: it does nothing".format
+        apart = link.length is None or (link.length == 0) | (_distance(*map(self.start, link.ends)) > 0)
+        yield (*path, "length"), apart, "both of its places are one where the search begins (length: 0 m?)".format
 
     def _moved_ends(self, case, moves):
         """Relations of the distance of the ends of cables between fixed points that a load case moves. [m]"""
@@ -308,6 +328,7 @@ SUSPENSION_TABLES = {
     ("cases", "*", "loads", "*", "*"): Load,
     ("cases", "*", "forces", "*"): DeadLoad,
     ("limits", "*"): LimitTable,
+    ("links", "*"): Link,
     ("winches", "*"): CableWinch,
     ("tensions",): Tensions,
     ("control",): Control,

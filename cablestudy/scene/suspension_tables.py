@@ -252,6 +252,36 @@ class SuspendedCable(_Stated):
             yield beyond_the_end(("loads",), self.loads, self.unstretched_length)
 
 
+class Link(KeyTable):
+    """A spring and dashpot between two places, without mass."""
+
+    from_: End = Field(alias="from", description="First place: a point, BODY.ATTACHMENT, or a fixed place")
+    to: End = Field(description="Second place: a point, BODY.ATTACHMENT, or a fixed place")
+    stiffness: Annotated[float, Quantity("N/m", 0, 1e24)] = Field(
+        0.0, description="Of the spring: force along the link per change of the distance of both places; it pushes too"
+    )
+    damping: Annotated[float, Quantity("N s/m", 0, 1e24)] = Field(
+        0.0, description="Of the dashpot: force along the link per rate of that change"
+    )
+    length: Annotated[float, Quantity("m", 0, 1e9)] | None = Field(
+        None,
+        description="Distance at which the spring carries nothing (0: a mount, which resists all movements alike); "
+        "default: that in the reference state, in which it then carries nothing",
+    )
+
+    ends = SuspendedCable.ends
+
+    @property
+    def carries(self):
+        """True if it may carry something in the reference state."""
+        return self.length is not None and "stiffness" in self.model_fields_set
+
+    def relations(self):
+        """A link does something."""
+        given = {"stiffness", "damping"} & self.model_fields_set
+        yield [((), bool(given), lambda: "missing key: one of stiffness, damping")]
+
+
 _force = Quantity("N", 1e-24, 1e24).read
 _forces = TypeAdapter(dict[Name, Tension]).validate_python
 

@@ -44,6 +44,9 @@ def freeze_suspension(document, scene):
     lengths = dict(zip(scene.cables, found.lengths[0].tolist(), strict=True))
     lengths |= {name: cable.unstretched_length for name, cable in scene.cables.items() if cable.unstretched_length}
     changed = {"cables": {name: _with_length(cable, lengths[name]) for name, cable in value["cables"].items()}}
+    if scene.links:
+        distances = zip(value["links"].items(), found.suspension.link_length[0].tolist(), strict=True)
+        changed["links"] = {name: {"length": f"{length!r} m", **link} for (name, link), length in distances}
     if "cable" in value:
         changed["cable"] = _unstated(value["cable"])
     kept = {key: own for key, own in value.items() if key not in OF_LENGTHS}
@@ -67,7 +70,7 @@ def _with_length(cable, length):
 
 def _places(value, scene, found):
     """The tables of points and bodies with what was found of places and attitudes."""
-    position = np.where(np.abs(found.position[0]) > DUST * found.catenary.span.chord.max(), found.position[0], 0.0)
+    position = np.where(np.abs(found.position[0]) > DUST * found.longest[0], found.position[0], 0.0)
     places = dict(zip(found.suspension.body_names, position.tolist(), strict=True))
     turned = dict(zip(found.suspension.body_names, to_angles(found.rotation[0]).tolist(), strict=True))
     points, bodies = dict(value.get("points", {})), dict(value.get("bodies", {}))

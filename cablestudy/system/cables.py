@@ -89,7 +89,7 @@ class Cables:
     @property
     def modal(self):
         """Which of them have modal damping, shape (c,)."""
-        return self.heavy & [grows_with_modes(one) for one in self.damping]
+        return self.heavy & np.array([grows_with_modes(one) for one in self.damping], dtype=bool)
 
     @property
     def across(self):

@@ -6,7 +6,8 @@ its body moves by B = [I, -[r x]] times the body's displacements. To the end sti
 
     [0, 0; 0, -sum [F x][r x] - [W x][r_G x]],
 
-F being the forces of the cables on them and W their weight with its arm r_G (`tangent`), and their own mass.
+F being the forces of cables and links on them and W their weight with its arm r_G (`tangent`), and their own mass.
+Links add stiffness and damping of the bodies and no coordinates.
 """
 
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.system import tangent
-from cablestudy.system.linear import ReducedSystem, assemble
+from cablestudy.system.linear import ReducedSystem, assemble, dense
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import GROUND, Equilibrium
 
@@ -37,7 +38,7 @@ class Layout:
     def take(self, index):
         """That of one case of many, or of some."""
         some = Layout(self.equilibrium.take(index))
-        some.__dict__.update(moved=self.moved[index], own=tuple(part[index] for part in self.own))
+        some.__dict__.update(_ends_moved=self._ends_moved[index], own=tuple(part[index] for part in self.own))
         return some
 
     @property
@@ -58,6 +59,16 @@ class Layout:
     @cached_property
     def moved(self):
         """G: displacements of the six ends of all cables per free displacement, shape (..., 6 c, d), sparse or not."""
+        return self._ends_moved[..., : 6 * len(self.equilibrium.suspension.cable_names), :]
+
+    @cached_property
+    def links_moved(self):
+        """Displacements of the six ends of all links per free displacement, shape (..., 6 l, d), sparse or not."""
+        return self._ends_moved[..., 6 * len(self.equilibrium.suspension.cable_names) :, :]
+
+    @cached_property
+    def _ends_moved(self):
+        """Those of the ends of all cables, then of all links, sparse or not."""
         owner, arms = self.equilibrium.suspension.owner, self.equilibrium.arms
         cable, end = np.nonzero(owner != GROUND)
         turned = -cross_matrix(arms[..., cable, end, :])
@@ -77,10 +88,9 @@ class Layout:
         whole[..., rows, columns] = blocks
         return whole.take(self.free, axis=-1)
 
-    @property
-    def _moved_by_cable(self):
-        """The same for each cable, shape (..., c, 6, d); not for sparse matrices."""
-        return self.moved.reshape(*self.shape, self.moved.shape[-2] // 6, 6, len(self.free))
+    def _each(self, moved):
+        """Displacements of ends for each cable or link, shape (..., c, 6, d); not for sparse matrices."""
+        return moved.reshape(*self.shape, moved.shape[-2] // 6, 6, len(self.free))
 
     @cached_property
     def mass(self):
@@ -125,7 +135,8 @@ class Layout:
         LinearSystem
         """
         stiffness, mass = self.own
-        return assemble(elements, self.moved, mass, imposed, stiffness)
+        whole = assemble(elements, self.moved, mass, imposed, stiffness)
+        return whole if self.equilibrium.links is None else whole.with_damped_bodies(self.damping)
 
     def without_modes(self, stiffness, inertia):
         """`ReducedSystem` of bodies on cables without modes, from matrices of their six ends, shape (..., c, 6, 6)."""
@@ -136,16 +147,38 @@ class Layout:
 
     @cached_property
     def own(self):
-        """Stiffness and mass matrix of the bodies without cables, for the free displacements, both (..., d, d)."""
-        return self.of_bodies(self.geometric_stiffness), self.of_bodies(self.mass)
+        """Stiffness of bodies and links, without cables, and mass matrix, for the free displacements, (..., d, d)."""
+        stiffness, links = self.of_bodies(self.geometric_stiffness), self.equilibrium.links
+        stiffness = stiffness if links is None else stiffness + self._of_links(links.end_stiffness)
+        return stiffness, self.of_bodies(self.mass)
+
+    @cached_property
+    def damping(self):
+        """Of the links, for the free displacements, shape (..., d, d); 0 without. [N s/m, N s; N s, N m s]"""
+        links = self.equilibrium.links
+        return np.zeros(()) if links is None else self._of_links(links.end_damping)
+
+    @property
+    def elongation(self):
+        """Change of the distance of the ends of each link per free displacement, shape (l, d), of one case."""
+        first, second = np.split(self._each(dense(self.links_moved)), 2, axis=-2)
+        return (self.equilibrium.links.direction[..., None] * (second - first)).sum(axis=-2)
 
     def of_cables(self, matrices):
         """Sum over the cables of matrices of their six ends, for the free displacements, shape (..., d, d)."""
+        return self._summed(self.moved, matrices)
+
+    def _of_links(self, matrices):
+        """Such a sum over the links, from matrices of end 2 of each, shape (..., l, 3, 3)."""
+        signs = np.array([[1.0, -1.0], [-1.0, 1.0]])
+        return self._summed(self.links_moved, np.kron(signs, matrices))
+
+    def _summed(self, moved, matrices):
         if not self.large:
-            return self.moved.swapaxes(-1, -2) @ (matrices @ self._moved_by_cable).reshape(self.moved.shape)
+            return moved.swapaxes(-1, -2) @ (matrices @ self._each(moved)).reshape(moved.shape)
         from scipy.sparse import block_diag
 
-        return self.moved.T @ block_diag(matrices, format="csr") @ self.moved
+        return moved.T @ block_diag(matrices, format="csr") @ moved
 
     def driven(self, coupling, cable):
         """Momentum of coordinates of the cables per velocity of the free displacements, shape (N, d).
@@ -158,7 +191,7 @@ class Layout:
             Of which cable each is, those of one case after the other.
         """
         if not self.large:
-            moved = self._moved_by_cable
+            moved = self._each(self.moved)
             row, own = np.divmod(cable, moved.shape[-3])
             return (coupling[:, None, :] @ moved[(row, own) if self.shape else own])[:, 0]
         from scipy.sparse import csr_array

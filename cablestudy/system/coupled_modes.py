@@ -367,7 +367,8 @@ def coupled_modes(equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=Non
         As `Search.solve` gives them.
     """
     drag = model and model.drag
-    cables = cables or Cables(equilibrium.catenary, damping, equilibrium.end_stiffness, drag)
+    static = equilibrium.end_stiffness[equilibrium.suspension.of_cables]
+    cables = cables or Cables(equilibrium.catenary, damping, static, drag)
     search = Search(equilibrium, count, accuracy, cables, damped)
     return search.of_elements(model) if model else result_of(search.solve()[0])
 
@@ -397,7 +398,8 @@ def coupled_modes_of_cases(equilibrium, count, accuracy, damping, planes=None, d
         every = [(equilibrium.take(case), own) for case, own in enumerate(damping)]
         return [outcome_of(partial(coupled_modes, one, count, accuracy, own, damped=damped)) for one, own in every]
     catenary = equilibrium.catenary.take(tuple(np.indices((count_of_cases, each)).reshape(2, -1)))
-    cables = Cables(catenary, damping, equilibrium.end_stiffness.reshape(-1, 3, 3), planes=planes)
+    static = equilibrium.end_stiffness[:, equilibrium.suspension.of_cables].reshape(-1, 3, 3)
+    cables = Cables(catenary, damping, static, planes=planes)
     return Search(equilibrium, count, accuracy, cables, damped).solve()
 
 

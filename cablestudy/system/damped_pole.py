@@ -33,7 +33,7 @@ def damped_pole(layout, elements, near, moved, damping, far):
     moved : ndarray, shape (d,)
         About the free displacements of the pole.
     damping : ndarray, shape (d, d), or 0
-        C_b. [N s/m]
+        C_b but for that of links. [N s/m]
     far : float
         Relative distance from `near`, from which on it is another pole. [-]
 
@@ -47,7 +47,7 @@ def damped_pole(layout, elements, near, moved, damping, far):
     ConvergenceError
         No pole is found there.
     """
-    cables = [element.matrices() for element in elements]
+    cables, damping = [element.matrices() for element in elements], damping + layout.damping
     pole, vector = near, moved.astype(complex)
     for _ in range(MOST):
         stiffness, slope = _dynamic(layout, cables, pole, damping)
@@ -71,7 +71,7 @@ def _dynamic(layout, cables, s, damping):
     """D(s) and its derivative, shape (d, d), sparse where the layout's are."""
     own_stiffness, own_mass = layout.own
     condensed = [_condensed(matrices, s) for matrices in cables]
-    ends, slopes = (np.stack(part) for part in zip(*((one, slope) for one, slope, _ in condensed), strict=True))
+    ends, slopes = (np.array([one[part] for one in condensed]).reshape(-1, 6, 6) for part in (0, 1))
     stiffness = layout.of_cables(ends) + own_stiffness + s * damping + s**2 * own_mass
     return stiffness, layout.of_cables(slopes) + damping + 2 * s * own_mass
 

@@ -5,9 +5,10 @@ Between ends at a distance d a cable with the tension vector N at mid-length has
     W(d) = N.d - L (T_mean + (|N|^2 + (w L)^2/12)/(2 EA)),     dW/dd = N,     d2W/dd2 = K,
 
 which is convex (W is the Legendre transform of the complementary energy). With half of each cable's weight as a dead
-load on each of its ends, the potential energy of a suspension is the sum of W and of the dead loads' potentials:
-without rotations it is convex, and Newton's method with a guarded step converges from any start. With rotations,
-negative eigenvalues of the stiffness are taken by their absolute value, so that every step descends.
+load on each of its ends, the potential energy of a suspension is the sum of W, of the springs' energies (`links`) and
+of the dead loads' potentials: without rotations and links it is convex, and Newton's method with a guarded step
+converges from any start. With rotations, or springs that push, negative eigenvalues of the stiffness are taken by their
+absolute value, so that every step descends.
 
 Sources: Nocedal and Wright (2006), Numerical Optimization, section 3.4 (modified Newton); Hager and Zhang (2005), SIAM
 J. Optim. 16, eq. 4.1 (acceptance of a step by its slope, where the change of energy is below its rounding).
@@ -21,6 +22,7 @@ from cablestudy.cable import catenary
 from cablestudy.cable.newton import STALLED as CABLE_STALLED
 from cablestudy.cable.span import Span
 from cablestudy.system import tangent
+from cablestudy.system.links import Links, joined
 from cablestudy.system.rigid import size, turn
 from cablestudy.system.rounding import UNIT, bounds, over
 from cablestudy.system.tangent import GROUND
@@ -83,12 +85,14 @@ class PoseState:
     Attributes
     ----------
     position, rotation : ndarray, shape (n, b, 3), (n, b, 3, 3)
-    arms, ends : ndarray, shape (n, c, 2, 3)
-        From the reference point of its owner to each cable end, and its place, global axes. [m]
-    vector : ndarray, shape (n, c, 3)
+    arms, ends : ndarray, shape (n, c + l, 2, 3)
+        From the reference point of its owner to each end of a cable or link, and its place, global axes. [m]
+    vector : ndarray, shape (n, c + l, 3)
         From end 1 to end 2. [m]
     length, strain : ndarray, shape (n, c)
-        Unstretched length [m], and the distance of the ends over it less 1 [-].
+        Unstretched length of each cable [m], and the distance of its ends over it less 1 [-].
+    extension : ndarray, shape (n, l)
+        Of the links: distance of their ends less their length. [m]
     """
 
     position: np.ndarray
@@ -98,6 +102,12 @@ class PoseState:
     vector: np.ndarray
     length: np.ndarray
     strain: np.ndarray
+    extension: np.ndarray
+
+    @property
+    def chord(self):
+        """From end 1 to end 2 of each cable, shape (n, c, 3). [m]"""
+        return self.vector[:, : self.length.shape[-1]]
 
 
 @dataclass(frozen=True)
@@ -113,8 +123,8 @@ class Point:
     least, most : ndarray, shape (n, b, 6)
         Rounding of `net`: `rounding.Bounds`. [N], [N m]
     energy, rounding : ndarray, shape (n,)
-        Sum of W, and its rounding. [J]
-    end_forces, end_stiffness : ndarray, shape (n, c, 2, 3), (n, c, 3, 3)
+        Sum of W and of the energy of the links, and its rounding. [J]
+    end_forces, end_stiffness : ndarray, shape (n, c + l, 2, 3), (n, c + l, 3, 3)
         As those of `Equilibrium`.
     solved : ndarray of bool, shape (n,)
         Whether all catenaries converged.
@@ -183,16 +193,18 @@ def moved_with_work(suspension, state, step):
     # |d + change| - |d| without cancellation, so that the strain of a stiff cable keeps its digits
     longer = ((2 * state.vector + change) * change).sum(axis=-1)
     longer /= np.maximum(size(vector) + size(state.vector), TINY)
-    strain = state.strain + longer / state.length
-    after = PoseState(position, rotation, arms, ends, vector, state.length, strain)
+    cables = state.length.shape[-1]
+    vector[:, cables:] = state.vector[:, cables:] + change[:, cables:]  # so that short ones keep their digits
+    strain, extension = state.strain + longer[:, :cables] / state.length, state.extension + longer[:, cables:]
+    after = PoseState(position, rotation, arms, ends, vector, state.length, strain, extension)
     return after, _work(suspension, state, step, turned, shift)
 
 
 def spans(suspension, state):
     """The cables between their ends: a `Span` of shape (n, c)."""
-    length, close = state.length, size(state.vector) <= NEAREST * state.length
+    length, close = state.length, size(state.chord) <= NEAREST * state.length
     down = np.array([0.0, 0.0, -NEAREST]) * length[..., None]
-    vector = np.where(close[..., None], down, state.vector)
+    vector = np.where(close[..., None], down, state.chord)
     gravity, vertical = suspension.cable_gravity
     stiffness, mass = suspension.axial_stiffness, suspension.cable_mass
     loads = {}
@@ -204,21 +216,41 @@ def spans(suspension, state):
     return span.with_chord_strain(np.where(close, NEAREST - 1, state.strain))
 
 
+def at_ends(suspension, state, cables, stiffness):
+    """Forces of cables and links at their ends and their end stiffness, as in `Point`, and the `Links` or None.
+
+    Parameters
+    ----------
+    suspension : SuspendedSystem
+    state : PoseState
+    cables : Catenary
+        Of shape (n, c).
+    stiffness : ndarray, shape (n, c, 3, 3)
+        Of end 2 of each cable. [N/m]
+    """
+    links = Links.of(suspension, state.vector[:, state.length.shape[-1] :], state.extension)
+    forces = cables.end_forces("global")
+    if links is None:
+        return forces, stiffness, None
+    return joined(forces, links.end_forces), joined(stiffness, links.end_stiffness), links
+
+
 def evaluate(suspension, state):
     """Forces, stiffness and energy in a state: `Point`."""
     cables = catenary.solve(spans(suspension, state))
     span = cables.span
-    forces, stiffness = cables.end_forces("global"), cables.global_end_stiffness
+    forces, stiffness, links = at_ends(suspension, state, cables, cables.global_end_stiffness)
     # a force is not known better than the rounding of a strain, also where all cables hang without tension
     known = np.maximum(cables.max_tension, EPSILON * span.axial_stiffness)
     net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, known)
-    rounding = bounds(suspension, state.rotation, state.arms, state.ends, state.strain, cables, known)
+    rounding = bounds(suspension, state.rotation, state.arms, state.ends, state.strain, cables, known, links)
     q, squared = _along_and_squared(cables)
     length, tension = span.unstretched_length, cables.mean_tension
     strained = squared / (2 * span.axial_stiffness)
     stretched = q * (1 + span.chord_strain)
     energy = length * (stretched - tension - strained)
     terms = length * (np.abs(stretched) + tension + strained)
+    energy, terms = (joined(part, links and links.energy, -1) for part in (energy, terms))
     solved = cables.record.reason != CABLE_STALLED
     return Point(
         net, scale, rounding.least, rounding.most, energy.sum(axis=-1), EPSILON * terms.sum(axis=-1),
@@ -245,8 +277,8 @@ def _work(suspension, state, step, turned, shift):
         As for `moved_with_work`.
     turned : ndarray, shape (n, b, 3, 3)
         Change of the rotation of each body, as of `rigid.turn`.
-    shift : ndarray, shape (n, c, 2, 3)
-        Displacements of the cable ends. [m]
+    shift : ndarray, shape (n, c + l, 2, 3)
+        Displacements of the ends of cables and links. [m]
 
     Returns
     -------
@@ -262,6 +294,7 @@ def _work(suspension, state, step, turned, shift):
         bodies = bodies + (turned * np.swapaxes(beside, -1, -2)).sum(axis=(-1, -2))
     gravity, vertical = suspension.cable_gravity
     half = suspension.cable_mass * gravity * state.length / 2
+    shift = shift[:, : state.length.shape[-1]]
     raised = shift[..., 2] if vertical is None else (shift * vertical[..., None, :]).sum(axis=-1)
     total = bodies.sum(axis=-1) - (half * raised.sum(axis=-1)).sum(axis=-1)
     if suspension.load_forces is None:
@@ -270,12 +303,13 @@ def _work(suspension, state, step, turned, shift):
 
 
 def longest(state):
-    """Longest cable or distance of its ends, shape (n,). [m]"""
-    return np.maximum(size(state.vector), state.length).max(axis=-1)
+    """Longest cable or distance of two ends, shape (n,); 1 m where there is none. [m]"""
+    found = np.maximum(size(state.vector).max(axis=-1), state.length.max(axis=-1, initial=0.0))
+    return np.where(found > 0, found, 1.0)
 
 
 def extent(state):
-    """Largest extent of all cable ends along x, y or z, or longest cable if that is more, shape (n,). [m]"""
+    """Largest extent of all ends along x, y or z, or longest cable if that is more, shape (n,). [m]"""
     return np.maximum(np.ptp(state.ends, axis=(-3, -2)).max(axis=-1), longest(state))
 
 
@@ -451,18 +485,31 @@ def typical_loads(suspension, state):
     loads = (
         suspension.mass * gravity + size(suspension.force) + size(suspension.moment) / tangent.body_sizes(suspension)
     )
-    cable, end = np.nonzero(suspension.owner != GROUND)
-    np.add.at(loads, (slice(None), suspension.owner[cable, end]), weight[:, cable])
+    owner = suspension.owner[suspension.of_cables]
+    cable, end = np.nonzero(owner != GROUND)
+    np.add.at(loads, (slice(None), owner[cable, end]), weight[:, cable])
     infinite = np.full((len(loads), 1), np.inf)
-    smaller = np.concatenate([loads, infinite], axis=-1)[:, suspension.owner].min(axis=-1)
+    smaller = np.concatenate([loads, infinite], axis=-1)[:, owner].min(axis=-1)
     return np.where(np.isfinite(smaller), smaller, 0.0)
 
 
+def _softened_links(suspension, state, strain):
+    """Stiffness of the links, shape (n, l), none more than that of the firmest cable, or of the weights, at a strain.
+
+    None without links. [N/m]
+    """
+    if not suspension.link_names:
+        return None
+    weights = (suspension.mass * np.abs(suspension.gravity)[:, None] + size(suspension.force)).sum(axis=-1)
+    firmest = np.maximum(suspension.axial_stiffness.max(axis=-1, initial=0.0), weights) / longest(state)
+    return np.minimum(suspension.link_stiffness, SOFTENED[0] / strain * firmest[:, None])
+
+
 def search(suspension, state):
-    """Poses of least energy: straight from the start, or where that takes many steps, by way of softer cables.
+    """Poses of least energy: straight from the start, or where that takes many steps, by softer cables and links.
 
     Stiff cables make a narrow, curved valley of the energy, in which Newton steps are short. Cables that the loads
-    strain by a third make it wide; stiffer ones then follow, each from the equilibrium of the one before.
+    strain by a third make it wide; stiffer ones then follow, each from the equilibrium of the one before; so do links.
     """
     first, record = descend(suspension, state, FEW_STEPS)
     hard = np.flatnonzero(~record.converged)
@@ -472,10 +519,13 @@ def search(suspension, state):
     loads, stiffness = typical_loads(part, state), part.axial_stiffness
     for strain in SOFTENED:
         softened = np.minimum(stiffness, np.where(loads > 0, loads / strain, np.inf))
-        rest = np.flatnonzero((softened < stiffness).any(axis=-1))
+        links = _softened_links(part, state, strain)
+        softer = (softened < stiffness).any(axis=-1)
+        softer = softer if links is None else softer | (links < part.link_stiffness).any(axis=-1)
+        rest = np.flatnonzero(softer)
         if not len(rest):
             break
-        soft = replace(part.take(rest), axial_stiffness=softened[rest])
+        soft = replace(part, axial_stiffness=softened, link_stiffness=links).take(rest)
         there, _ = descend(soft, some(state, rest), SOFT_STEPS, LOOSE)
         put(state, rest, there)
         tension = catenary.solve(spans(soft, there)).max_tension

@@ -6,7 +6,7 @@ ends, the balance of the free points is linear in their coordinates, and indepen
     C^T Q C x = p - C^T Q C_f x_f
 
 Source: Schek (1974), The force density method for form finding and computation of general networks, Comput. Methods
-Appl. Mech. Eng. 3, eq. 8. Cables are weightless here; points have their weights and dead forces.
+Appl. Mech. Eng. 3, eq. 8. Cables are weightless here, points have their weights and dead forces; links are left out.
 """
 
 from dataclasses import replace
@@ -37,7 +37,7 @@ def find_form(suspension):
     NoSolutionError
         A cable at a free junction without a force density; a junction that the force densities do not hold.
     """
-    owner, shape = suspension.owner, suspension.shape
+    owner, shape = suspension.owner[suspension.of_cables], suspension.shape
     flat = suspension.broadcast((int(np.prod(shape)),))
     density = flat.force_density
     if density is None:
@@ -59,7 +59,7 @@ def find_form(suspension):
                 flat, moving, np.flatnonzero(at_free), density[case], load, ends[case, :, :, axis]
             )
     found = replace(flat, position=position)
-    ends = found.ends(position, flat.rotation)
+    ends = found.ends(position, flat.rotation)[:, flat.of_cables]
     length = np.sqrt(((ends[..., 1, :] - ends[..., 0, :]) ** 2).sum(axis=-1))
     return found.broadcast(shape), (density * length).reshape((*shape, length.shape[-1]))
 

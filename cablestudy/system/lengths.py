@@ -164,7 +164,7 @@ def first_tensions(suspension, state, which, low, high):
     """Mean tensions with which the search begins, shape (n, m): a share of the loads, more than the cables' weights."""
     gravity = np.abs(suspension.gravity)[:, None]
     loads = (suspension.mass * gravity + size(suspension.force)).sum(axis=-1)
-    chord = size(state.vector)
+    chord = size(state.chord)
     own = (suspension.cable_mass * gravity * chord).sum(axis=-1)
     if suspension.load_forces is not None:
         own = own + size(suspension.load_forces).sum(axis=(-1, -2))
@@ -216,15 +216,16 @@ def linearised(suspension, state, which, found):
     """
     cables = catenary.solve(spans(suspension, state))
     rates = stated.rates(cables, suspension.given)
-    forces = cables.end_forces("global")
+    forces, stiffness, links = descent.at_ends(suspension, state, cables, rates.stiffness)
+    own = suspension.of_cables
     net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, cables.max_tension)
-    blocks = tangent.blocks(suspension, state.rotation, state.arms, forces, rates.stiffness)
+    blocks = tangent.blocks(suspension, state.rotation, state.arms, forces, stiffness)
     every = np.arange(len(suspension.given))
-    pulled = tangent.by_body(suspension, every, tangent.wrenches(state.arms, rates.end_forces))
+    pulled = tangent.by_body(suspension, every, tangent.wrenches(state.arms[:, own], rates.end_forces))
     signed = rates.by_end[..., None, :] * np.array([-1.0, 1.0])[:, None]
-    turned = tangent.by_body(suspension, every, tangent.wrenches(state.arms, signed))
-    own = rates.by_length[..., None]
-    pulled = pulled / np.where(own != 0, own, np.inf)  # by what is stated
+    turned = tangent.by_body(suspension, every, tangent.wrenches(state.arms[:, own], signed))
+    by_length = rates.by_length[..., None]
+    pulled = pulled / np.where(by_length != 0, by_length, np.inf)  # by what is stated
     stiffness = tangent.dense(blocks, suspension) + np.swapaxes(pulled, -1, -2) @ turned
     free, units = suspension.free, body_units(suspension)
     sizes = tangent.free_values(suspension, units)
@@ -233,8 +234,11 @@ def linearised(suspension, state, which, found):
     by_place = np.ascontiguousarray(-(stiffness / (sizes[:, :, None] * sizes[:, None, :]))[..., found[free]])
     worst = np.abs(np.where(free, net / units, 0.0)).max(axis=-1) / np.maximum(scale, TINY)
     ends = state.ends
-    limits = rounding.bounds(suspension, state.rotation, state.arms, ends, state.strain, cables, cables.max_tension)
-    of_tensions = rounding.of_values(ends, state.strain, cables, suspension.given, suspension.value).most[:, which]
+    known = state.strain, cables, cables.max_tension
+    limits = rounding.bounds(suspension, state.rotation, state.arms, ends, *known, links)
+    of_tensions = rounding.of_values(ends[:, own], state.strain, cables, suspension.given, suspension.value).most[
+        :, which
+    ]
     return Linear(
         tangent.free_values(suspension, net) / sizes, by_tension, by_place, worst.max(axis=-1, initial=0.0),
         rounding.over(suspension, net, limits.least), rounding.over(suspension, net, limits.most),
@@ -475,7 +479,7 @@ def possible_tensions(suspension, state, which, low, tension, above):
 
     Of cables with more tension than the weight of their chord it is that of a level cable that does not stretch.
     """
-    heavy = (suspension.cable_mass * suspension.cable_gravity[0] * size(state.vector))[:, which]
+    heavy = (suspension.cable_mass * suspension.cable_gravity[0] * size(state.chord))[:, which]
     least = LEVEL_LEAST * heavy
     if np.any(tension < heavy):
         least = np.where(tension < heavy, stated.least_preload(spans(suspension, state))[:, which], least)
@@ -492,7 +496,7 @@ def allowed_share(suspension, state, step):
 def fitted(suspension, state):
     """State with the lengths for which the cables have what they state, the bodies at rest."""
     strain, _ = stated.fit(spans(suspension, state), suspension.given, suspension.value, state.strain)
-    return replace(state, strain=strain, length=size(state.vector) / (1 + strain))
+    return replace(state, strain=strain, length=size(state.chord) / (1 + strain))
 
 
 def describe(suspension, which, answer, settled, low, possible, high):

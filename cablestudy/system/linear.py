@@ -224,14 +224,16 @@ class LinearSystem:
         )
 
     def with_damped_bodies(self, damping):
-        """The system with further viscous damping of the displacements of its bodies, shape (b, b) or 0."""
-        modal, added = len(self) - self.bodies, np.broadcast_to(damping, (self.bodies, self.bodies))
+        """The system with further viscous damping of the displacements of its bodies, shape (b, b), or 0."""
+        modal = len(self) - self.bodies
         if isinstance(self.damping, np.ndarray):
+            added = np.broadcast_to(damping, (self.bodies, self.bodies))
             return replace(self, damping=self.damping + np.pad(added, (modal, 0)))
         from scipy.sparse import coo_array
 
-        rows, columns = np.nonzero(added)
-        whole = coo_array((added[rows, columns], (rows + modal, columns + modal)), shape=self.damping.shape)
+        added = coo_array(damping if np.ndim(damping) else (self.bodies, self.bodies))
+        rows, columns = added.coords
+        whole = coo_array((added.data, (rows + modal, columns + modal)), shape=self.damping.shape)
         return replace(self, damping=(self.damping + whole).tocsc())
 
     def viscous(self):

@@ -7,6 +7,8 @@ below that: `Bounds.least`.
 
 Values that cables state have the rounding of their tension, a sag that of the place of the cable too.
 
+Of a link, whose vector and extension are carried from step to step, it has eps F.
+
 Where lengths and places of ends are changed by their own rounding, the force changes by eps K (L + P). A state with
 net forces up to that is the exact equilibrium of a suspension that differs by rounding from the one described:
 `Bounds.most`. No search needs to go below that, and one that can go no further has found its answer there.
@@ -17,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.system import tangent
+from cablestudy.system.links import joined
 from cablestudy.system.rigid import size
 
 UNIT = 2.0**-52  # rounding of a number
@@ -39,23 +42,26 @@ class Bounds:
     most: np.ndarray
 
 
-def bounds(suspension, rotation, arms, ends, strain, cables, tension):
+def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None):
     """`Bounds` of the net forces of a suspension.
 
     Parameters
     ----------
     suspension : SuspendedSystem
     rotation : ndarray, shape (..., b, 3, 3)
-    arms, ends : ndarray, shape (..., c, 2, 3)
-        Of the cable ends, from their owners and from the origin. [m]
+    arms, ends : ndarray, shape (..., c + l, 2, 3)
+        Of the ends of cables and links, from their owners and from the origin. [m]
     strain : ndarray, shape (..., c)
         Distance of the ends over the unstretched length less 1. [-]
     cables : Catenary
         Of shape (..., c).
     tension : ndarray, shape (..., c)
         Largest one of each cable, or what is known of it. [N]
+    links : Links, optional
     """
-    least, most = _of_tensions(ends, strain, cables, tension)
+    of_cables = _of_tensions(ends[..., suspension.of_cables, :, :], strain, cables, tension)
+    of_links = (None, None) if links is None else of_springs(ends[..., len(suspension.cable_names) :, :, :], links)
+    least, most = (joined(*parts, axis=-1) for parts in zip(of_cables, of_links, strict=True))
     center, weight = tangent.weights(suspension, rotation)
     dead = np.stack([
         size(weight) + size(suspension.force), size(weight) * size(center) + size(suspension.moment)
@@ -95,6 +101,12 @@ def _of_tensions(ends, strain, cables, tension):
     stiffness = np.sqrt((cables.end_stiffness**2).sum(axis=(-1, -2)))
     least = tension * (1 + place / cables.span.chord) + stiffness * length * np.abs(strain)
     return least, least + stiffness * (length + place)
+
+
+def of_springs(ends, links):
+    """Rounding of the force of each of some `Links` over that of a number: least and most, shape (..., l). [N]"""
+    place, least = np.abs(ends).max(axis=(-1, -2)), 2 * np.abs(links.force)
+    return least, least + links.stiffness * links.length + (links.stiffness + np.abs(links.across)) * place
 
 
 def over(suspension, net, bound):

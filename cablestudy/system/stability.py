@@ -103,6 +103,7 @@ def _held(equilibrium):
     loose = (tension <= UNIT * span.axial_stiffness) & (np.asarray(span.weight) == 0) & (span.load_positions.size == 0)
     if not loose.any():
         return equilibrium.blocks
+    loose = np.pad(loose, [(0, 0)] * (loose.ndim - 1) + [(0, len(equilibrium.suspension.link_names))])
     forces = np.where(loose[..., None, None], 0.0, equilibrium.end_forces)
     stiffness = np.where(loose[..., None, None], 0.0, equilibrium.end_stiffness)
     return tangent.blocks(equilibrium.suspension, equilibrium.rotation, equilibrium.arms, forces, stiffness)

@@ -12,6 +12,7 @@ from cablestudy.system.descent import (
     TINY,
     UNMET,
     PoseState,
+    at_ends,
     copied,
     descend,
     extent,
@@ -22,6 +23,7 @@ from cablestudy.system.descent import (
     some,
     spans,
 )  # fmt: skip
+from cablestudy.system.links import Links
 from cablestudy.system.rounding import Bounds, of_values
 from cablestudy.system.stability import UNSTABLE
 from cablestudy.system.suspension import GIVEN, GROUND, Equilibrium
@@ -35,6 +37,7 @@ MOST_ERROR = 10.0  # relative error that a step shall take away at most
 FARTHEST = 100.0  # way of a search with softer cables that has failed, over the suspension's extent, to go on from it
 LARGEST = 0.3  # change of an unstretched length in one step, over the length
 NUDGES = (0.1, -0.1, 0.3, -0.3)  # steps off a saddle: rotation [rad], or share of the extent of the suspension
+SAME_PLACE = 1e-9  # distance of the places of a link, over the longest distance of two ends, that is none
 SINGULAR = 1e-14  # added to the diagonal of the scaled stiffness
 
 
@@ -99,7 +102,7 @@ def leave_saddle_points(suspension, flat, state, record):
         part, index = flat.take(falling), np.flatnonzero(falling)
         beside = nudged(part, some(state, index), found.stability.motion.reshape(len(falling), -1, 6)[index], side)
         descended, last = descend(part, beside)
-        if set(part.given) != {"unstretched_length"}:
+        if set(part.given) - {"unstretched_length"}:
             descended, last = meet(part, descended, last)
         good = last.converged
         record = copied(record)
@@ -123,7 +126,7 @@ def nudged(suspension, state, motion, size):
 def search_all(suspension, state):
     """Pose, and lengths with which the cables have what they state: `PoseState`, `SearchRecord`."""
     state, record = search(suspension, state)
-    if set(suspension.given) != {"unstretched_length"}:
+    if set(suspension.given) - {"unstretched_length"}:
         state, record = meet(suspension, state, record)
     return state, record
 
@@ -173,8 +176,11 @@ def start(suspension):
     vector, value = ends[..., 1, :] - ends[..., 0, :], suspension.value
     own = np.array([kind == "unstretched_length" for kind in suspension.given])
     length = np.where(own, value, 1.0)
-    strain = (size(vector) - length) / length
-    state = PoseState(suspension.position.copy(), suspension.rotation.copy(), arms, ends, vector, length, strain)
+    distance, cables = size(vector), suspension.of_cables
+    strain = (distance[:, cables] - length) / length
+    extension = distance[:, cables.stop :] - (suspension.link_length if suspension.link_names else 0.0)
+    pose = suspension.position.copy(), suspension.rotation.copy()
+    state = PoseState(*pose, arms, ends, vector, length, strain, extension)
     if own.all():
         return state
     span = spans(suspension, state)
@@ -182,7 +188,7 @@ def start(suspension):
     single = span_of_shape(span, (value.size,)).take(np.flatnonzero(chosen))
     kinds = np.broadcast_to(np.array(suspension.given, dtype=object), value.shape)[chosen]
     strain[chosen] = stated.first_strains(single, kinds, value[chosen])
-    return replace(state, strain=strain, length=size(vector) / (1 + strain))
+    return replace(state, strain=strain, length=distance[:, cables] / (1 + strain))
 
 
 def lengthened(state, change):
@@ -204,7 +210,7 @@ def errors(suspension, state, which):
     """
     cables = catenary.solve(spans(suspension, state))
     error = (stated.values(cables, suspension.given) / suspension.value - 1)[:, which]
-    rounding = of_values(state.ends, state.strain, cables, suspension.given, suspension.value)
+    rounding = of_values(state.ends[:, suspension.of_cables], state.strain, cables, suspension.given, suspension.value)
     rounding = Bounds(rounding.least[:, which], rounding.most[:, which])
     return np.where(np.isfinite(error), error, np.inf), rounding, cables
 
@@ -289,8 +295,8 @@ def coupled_step(suspension, state, cables, which, error):
     values by q.
     """
     rates = stated.rates(cables, suspension.given)
-    forces = cables.end_forces("global")
-    blocks = tangent.blocks(suspension, state.rotation, state.arms, forces, rates.stiffness)
+    forces, stiffness, _ = at_ends(suspension, state, cables, rates.stiffness)
+    blocks = tangent.blocks(suspension, state.rotation, state.arms, forces, stiffness)
     measure, factor = stated.linear_measure(error, np.array(suspension.given, dtype=object)[which])
     value = suspension.value[:, which] / np.where(np.isfinite(factor), factor, 1.0)
     pulled = tangent.wrenches(state.arms[:, which], rates.end_forces[:, which])
@@ -383,7 +389,18 @@ def equilibrium(suspension, flat, state, record):
 
     cables = catenary.solve(span_of_shape(spans(flat, state), (*shape, state.length.shape[-1])))
     record = replace(record, **{f.name: shaped(getattr(record, f.name))[()] for f in fields(record)})
-    return Equilibrium(suspension.broadcast(), shaped(state.position), shaped(state.rotation), cables, record)
+    found = Equilibrium(suspension.broadcast(), shaped(state.position), shaped(state.rotation), cables, record)
+    return _mounted(found, shaped(state.vector), shaped(state.extension)) if suspension.link_names else found
+
+
+def _mounted(found, vector, extension):
+    """An `Equilibrium` with its links, which all have a length: where none is stated their distance there."""
+    suspension, distance = found.suspension, size(vector)
+    unstated, first = np.isnan(suspension.link_length), len(suspension.cable_names)
+    own = np.where(distance <= SAME_PLACE * distance.max(axis=-1, keepdims=True), 0.0, distance)[..., first:]
+    suspension = replace(suspension, link_length=np.where(unstated, own, suspension.link_length))
+    links = Links.of(suspension, vector[..., first:, :], np.where(unstated, 0.0, extension))
+    return replace(found, suspension=suspension, links=links)
 
 
 def span_of_shape(span, shape):

@@ -13,6 +13,7 @@ import numpy as np
 from cablestudy.cable.catenary import Catenary
 from cablestudy.system import stability, tangent, uncertainty
 from cablestudy.system.descent import some
+from cablestudy.system.links import Links, joined
 from cablestudy.system.tangent import GROUND
 
 GIVEN = (
@@ -23,13 +24,14 @@ AXES = ("x", "y", "z", "rx", "ry", "rz")
 CORES = {
     "gravity": 0, "position": 2, "rotation": 3, "mass": 1, "center": 2, "inertia": 3, "force": 2, "moment": 2,
     "eccentric_loads": 3, "place": 3, "axial_stiffness": 1, "cable_mass": 1, "value": 1, "force_density": 1,
-    "cable_wind": 2, "load_positions": 2, "load_forces": 3, "load_masses": 2, "load_fractions": 2,
+    "cable_wind": 2, "link_stiffness": 1, "link_damping": 1, "link_length": 1,
+    "load_positions": 2, "load_forces": 3, "load_masses": 2, "load_fractions": 2,
 }  # fmt: skip
 
 
 @dataclass(frozen=True)
 class SuspendedSystem:
-    """Bodies, junctions and cables; b bodies and junctions, c cables.
+    """Bodies, junctions, cables and links; b bodies and junctions, c cables, l links.
 
     Attributes
     ----------
@@ -54,9 +56,10 @@ class SuspendedSystem:
     junctions : int
         How many of the bodies, the last ones, are junctions.
     cable_names : tuple of str
-    owner : ndarray of int, shape (c, 2)
-        Body at end 1 ("from", the winch's) and at end 2 ("to"); GROUND where the end is fixed.
-    place : ndarray, shape (..., c, 2, 3)
+    owner : ndarray of int, shape (c + l, 2)
+        Of the cables, then of the links: body at end 1 ("from", the winch's) and at end 2 ("to"); GROUND where the end
+        is fixed.
+    place : ndarray, shape (..., c + l, 2, 3)
         Of each end: from the reference point in body axes, or in global axes where the end is fixed. [m]
     axial_stiffness, cable_mass : ndarray, shape (..., c)
         EA [N], mass per unstretched length [kg/m].
@@ -70,6 +73,10 @@ class SuspendedSystem:
     cable_wind : ndarray, shape (..., c, 3), or None
         Uniform load on each cable beside its weight, per unstretched length, global axes; a cable without mass has
         none. [N/m]
+    link_names : tuple of str
+    link_stiffness, link_damping, link_length : ndarray, shape (..., l), or None
+        Of each link: k [N/m], c [N s/m], and the length at which it carries nothing, not a number where that is the
+        distance in the equilibrium that is sought [m]. None without links.
     eccentric_loads : ndarray, shape (..., b, 3, 3), or None
         Sum over the dead loads on each body that act beside its reference point of p F^T: p from the reference point
         to where the load acts, body axes, F global; the loads themselves are part of `force`. [N m]
@@ -104,6 +111,10 @@ class SuspendedSystem:
     value: np.ndarray
     force_density: np.ndarray | None = None
     cable_wind: np.ndarray | None = None
+    link_names: tuple = ()
+    link_stiffness: np.ndarray | None = None
+    link_damping: np.ndarray | None = None
+    link_length: np.ndarray | None = None
     eccentric_loads: np.ndarray | None = None
     load_positions: np.ndarray | None = None
     load_forces: np.ndarray | None = None
@@ -138,6 +149,11 @@ class SuspendedSystem:
         return total, vertical
 
     @property
+    def of_cables(self):
+        """Where the cables are among all that has ends: a slice, behind which the links are."""
+        return slice(len(self.cable_names))
+
+    @property
     def bodies(self):
         """How many bodies there are, junctions not counted."""
         return len(self.body_names) - self.junctions
@@ -165,7 +181,7 @@ class SuspendedSystem:
 
         Returns
         -------
-        ndarray, shape (..., c, 2, 3)
+        ndarray, shape (..., c + l, 2, 3)
             [m]
         """
         fixed = self.owner == GROUND
@@ -175,7 +191,7 @@ class SuspendedSystem:
         return np.where(fixed[..., None], self.place, turned)
 
     def ends(self, position, rotation):
-        """Places of the cable ends for a pose of the bodies.
+        """Places of the ends of cables and links for a pose of the bodies.
 
         Parameters
         ----------
@@ -185,7 +201,7 @@ class SuspendedSystem:
 
         Returns
         -------
-        ndarray, shape (..., c, 2, 3)
+        ndarray, shape (..., c + l, 2, 3)
             Global axes. [m]
         """
         fixed = self.owner == GROUND
@@ -209,6 +225,7 @@ class Equilibrium:
         Of all cables, shape (..., c).
     record : SearchRecord
         Of the pose search (`statics.SearchRecord`).
+    links : Links or None
     """
 
     suspension: SuspendedSystem
@@ -216,6 +233,7 @@ class Equilibrium:
     rotation: np.ndarray
     catenary: Catenary
     record: object
+    links: Links | None = None
 
     def take(self, index):
         """One case of a batch of shape (n,), or some of them, with what is known of their stiffness."""
@@ -225,6 +243,7 @@ class Equilibrium:
             self.rotation[index],
             self.catenary.take(index),
             some(self.record, index),
+            self.links and some(self.links, index),
         )
         if "blocks" in self.__dict__:
             part.__dict__.update(blocks=self.blocks.of(index), end_stiffness=self.end_stiffness[index])
@@ -237,27 +256,34 @@ class Equilibrium:
 
     @property
     def ends(self):
-        """Places of the cable ends, global axes, shape (..., c, 2, 3). [m]"""
+        """Places of the ends of cables and links, global axes, shape (..., c + l, 2, 3). [m]"""
         return self.suspension.ends(self.position, self.rotation)
 
     @cached_property
     def arms(self):
-        """From the reference point of its owner to each cable end, global axes, shape (..., c, 2, 3). [m]"""
+        """From the reference point of its owner to each of these ends, global axes, shape (..., c + l, 2, 3). [m]"""
         return self.suspension.arms(self.rotation)
 
     @cached_property
+    def longest(self):
+        """Longest distance of the two ends of a cable or link, shape (...); 1 m where there is none. [m]"""
+        chord = np.asarray(self.catenary.span.chord)
+        longest = joined(chord, self.links and self.links.distance, -1).max(axis=-1)
+        return np.where(longest > 0, longest, 1.0)
+
+    @cached_property
     def end_forces(self):
-        """Force of each cable on what holds its two ends, global axes, shape (..., c, 2, 3). [N]"""
-        return self.catenary.end_forces("global")
+        """Force of each cable and link on what holds its two ends, global axes, shape (..., c + l, 2, 3). [N]"""
+        return joined(self.catenary.end_forces("global"), self.links and self.links.end_forces)
 
     @cached_property
     def end_stiffness(self):
-        """Stiffness of end 2, end 1 fixed, of each cable, global axes, shape (..., c, 3, 3). [N/m]"""
-        return self.catenary.global_end_stiffness
+        """Stiffness of end 2, end 1 fixed, of each cable and link, global axes, shape (..., c + l, 3, 3). [N/m]"""
+        return joined(self.catenary.global_end_stiffness, self.links and self.links.end_stiffness)
 
     @cached_property
     def blocks(self):
-        """Stiffness of all degrees of freedom, held ones too, by cable and by body: `tangent.Blocks`."""
+        """Stiffness of all degrees of freedom, held ones too, by cable, link and body: `tangent.Blocks`."""
         return tangent.blocks(self.suspension, self.rotation, self.arms, self.end_forces, self.end_stiffness)
 
     @cached_property
@@ -307,6 +333,6 @@ def outward(equilibrium):
     tension : ndarray, shape (c, 2)
         [N]
     """
-    forces = equilibrium.end_forces
+    forces = equilibrium.end_forces[..., equilibrium.suspension.of_cables, :, :]
     tension = np.sqrt((forces**2).sum(axis=-1))
     return -forces / np.where(tension > 0, tension, 1.0)[..., None], tension

@@ -4,9 +4,9 @@ With r the arm of a cable end, F the force of the cable on it and K its end stif
 
     sum B^T K B + [0, 0; 0, -sum [F x][r x] - [W x][r_G x]],     B = [I, -[r x]],
 
-over its cable ends, W being its weight and r_G the arm of its center of mass; a cable between two bodies couples them
-by -B_1^T K B_2. It is symmetric where the forces balance without dead moments. A dead load F at an arm r beside the
-reference point adds -[F x][r x] = (r.F) I - r F^T.
+over the ends of its cables and links, W being its weight and r_G the arm of its center of mass; a cable or link between
+two bodies couples them by -B_1^T K B_2. It is symmetric where the forces balance without dead moments. A dead load F at
+an arm r beside the reference point adds -[F x][r x] = (r.F) I - r F^T.
 """
 
 from dataclasses import dataclass
@@ -14,6 +14,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from cablestudy.system.links import joined
 from cablestudy.system.rigid import at_attachments, cross_matrix, size
 
 GROUND = -1  # owner of a cable end that is fixed to the ground
@@ -144,8 +145,8 @@ def net_forces(suspension, rotation, arms, end_forces, tension):
     ----------
     suspension : SuspendedSystem
     rotation : ndarray, shape (..., b, 3, 3)
-    arms, end_forces : ndarray, shape (..., c, 2, 3)
-        Of the cable ends [m], forces of the cables on them [N], global axes.
+    arms, end_forces : ndarray, shape (..., c + l, 2, 3)
+        Of the ends of cables and links [m], forces of these on what holds them [N], global axes.
     tension : ndarray, shape (..., c)
         Largest one of each cable, for the scale. [N]
 
@@ -168,6 +169,8 @@ def net_forces(suspension, rotation, arms, end_forces, tension):
     cable, end = np.nonzero(suspension.owner != GROUND)
     body = suspension.owner[cable, end]
     force, arm = end_forces[..., cable, end, :], arms[..., cable, end, :]
+    if suspension.link_names:
+        tension = joined(tension, size(end_forces[..., len(suspension.cable_names) :, 0, :]), -1)
     np.add.at(net, (..., body, slice(None)), wrenches(arm, force))
     np.add.at(scale, (..., body), tension[..., cable])
     return net, scale
@@ -180,13 +183,13 @@ def blocks(suspension, rotation, arms, end_forces, end_stiffness):
     ----------
     suspension, rotation, arms, end_forces
         As for `net_forces`.
-    end_stiffness : ndarray, shape (..., c, 3, 3)
-        Of end 2 of each cable, end 1 fixed, global axes. [N/m]
+    end_stiffness : ndarray, shape (..., c + l, 3, 3)
+        Of end 2 of each cable and link, end 1 fixed, global axes. [N/m]
 
     Returns
     -------
     Blocks
-        One for each pair of ends of a cable that bodies hold, then one for each body.
+        One for each pair of ends of a cable that bodies hold, then of a link, then one for each body.
     """
     cable, row, column = pairs(suspension)
     owner = suspension.owner
@@ -265,7 +268,7 @@ def sparse(blocks, suspension, free=None):
 def body_sizes(suspension):
     """Length that makes a rotation of each body comparable with a displacement, shape (n, b). [m]
 
-    The root mean square distance of its cable ends from the reference point; 1 m for a body that has none.
+    The root mean square distance of the ends of cables and links on it from the reference point; 1 m without any.
     """
     count = len(suspension.body_names)
     cable, end = np.nonzero(suspension.owner != GROUND)

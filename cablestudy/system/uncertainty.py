@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.system import rounding, stated, tangent
+from cablestudy.system.links import joined
 from cablestudy.system.rigid import at_attachments, size
 
 SAMPLES = 16  # of the signs: the root mean square of as many is good to a fifth
@@ -38,13 +39,16 @@ class Uncertainty:
         Displacement [m] and rotation [rad] of each body.
     tension : ndarray, shape (..., c)
         Change of the tension of each cable over its largest tension; 0 without tension. [-]
+    force : ndarray, shape (..., l)
+        Change of the force of each link. [N]
     longest : ndarray, shape (...)
-        Longest chord. [m]
+        `Equilibrium.longest`. [m]
     body_names : tuple of str
     """
 
     place: np.ndarray
     tension: np.ndarray
+    force: np.ndarray
     longest: np.ndarray
     body_names: tuple
 
@@ -74,21 +78,30 @@ class Uncertainty:
 def judge(equilibrium):
     """`Uncertainty` of an equilibrium or a batch."""
     suspension, cables = equilibrium.suspension, equilibrium.catenary
-    longest = np.asarray(cables.span.chord).max(axis=-1)
     with np.errstate(all="ignore"):  # of cases that have no equilibrium
-        place, tension = _sampled(equilibrium)
+        place, change = _sampled(equilibrium)
     solved = np.asarray(equilibrium.record.converged)[..., None]
+    tension, force = np.split(change, [len(suspension.cable_names)], axis=-1)
     tension = np.where(cables.max_tension > 0, tension, 0.0)
     place = np.where(solved[..., None], np.minimum(np.nan_to_num(place, nan=UNKNOWN), UNKNOWN), UNKNOWN)
     tension = np.where(solved, np.minimum(np.nan_to_num(tension, nan=UNKNOWN), UNKNOWN), UNKNOWN)
-    return Uncertainty(place, tension, longest, suspension.body_names)
+    force = np.where(solved, np.minimum(np.nan_to_num(force, nan=UNKNOWN), UNKNOWN), UNKNOWN)
+    return Uncertainty(place, tension, force, equilibrium.longest, suspension.body_names)
 
 
 def _sampled(equilibrium):
-    """Root mean square of the samples, with what is left added: of places (..., b, 6), and of tensions (..., c)."""
+    """Root mean square of the samples, with what is left added: of places, tensions and forces of links.
+
+    Returns
+    -------
+    moved : ndarray, shape (..., b, 6)
+        [m], [rad]
+    change : ndarray, shape (..., c + l)
+        Of each tension over the largest one of the cable [-], of each force [N].
+    """
     suspension, cables, arms = equilibrium.suspension, equilibrium.catenary, equilibrium.arms
     given = tuple(kind or "unstretched_length" for kind in suspension.given)
-    lengths = np.array([kind == "unstretched_length" for kind in given])
+    lengths = np.array([kind == "unstretched_length" for kind in given], dtype=bool)
     cut, answers = _stayed(equilibrium)[..., None] | lengths, stated.kept(cables, given)
     if (cut & ~lengths).any():
         fixed = stated.kept(cables, ("unstretched_length",) * len(given))
@@ -100,6 +113,9 @@ def _sampled(equilibrium):
     on_cables = signs.choice([-1.0, 1.0], size=(SAMPLES, len(given)))
     changes = np.concatenate([on_cables * rounded[..., None, :], -error[..., None, :]], axis=-2)
     pulled = answers[..., None, :, :, :, 3] * changes[..., None, None]  # (..., samples, c, 2, 3)
+    answers = answers[..., :, :, :3]
+    if suspension.link_names:
+        answers, pulled = _with_links(equilibrium, answers, pulled, signs)
     forces = np.concatenate([on_bodies * bounds[..., None, :, :], net[..., None, :, :]], axis=-3)
     cable, end = np.nonzero(suspension.owner != tangent.GROUND)
     body = suspension.owner[cable, end]
@@ -113,9 +129,29 @@ def _sampled(equilibrium):
         ends = np.zeros((*pulled.shape[:-1], 2, 3))
         ends[..., cable, end, :] = moved[..., body, :3] + np.cross(moved[..., body, 3:], held)
         along = (ends[..., 1, :] - ends[..., 0, :])[..., None]
-        pulled = pulled + (answers[..., None, :, 1, :, :3] @ along)[..., 0]
-    change = size(pulled) / np.maximum(cables.max_tension, rounding.TINY)[..., None, :]
-    return _rms(moved, -3), _rms(change, -2)
+        pulled = pulled + (answers[..., None, :, 1, :, :] @ along)[..., 0]
+    unit = np.maximum(cables.max_tension, rounding.TINY)
+    unit = joined(unit, equilibrium.links and np.ones_like(equilibrium.links.extension), -1)
+    return _rms(moved, -3), _rms(size(pulled) / unit[..., None, :], -2)
+
+
+def _with_links(equilibrium, answers, pulled, signs):
+    """Answers of all ends to movements, and forces at them by rounding of lengths in each sample, those of links too.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+    answers : ndarray, shape (..., c, 2, 3, 3)
+    pulled : ndarray, shape (..., samples + 1, c, 2, 3)
+    signs : numpy.random.Generator
+    """
+    links, ends = equilibrium.links, equilibrium.ends[..., len(equilibrium.suspension.cable_names) :, :, :]
+    least, most = rounding.of_springs(ends, links)
+    change = LENGTH * signs.choice([-1.0, 1.0], size=(SAMPLES + 1, least.shape[-1])) * (most - least)[..., None, :]
+    change[..., -1, :] = 0.0  # that is what is left
+    force = change[..., None] * links.direction[..., None, :, :]
+    stiffness = np.stack([links.end_stiffness, -links.end_stiffness], axis=-3)
+    return joined(answers, stiffness, -4), joined(pulled, np.stack([-force, force], axis=-2))
 
 
 def _rms(samples, axis):
@@ -126,7 +162,7 @@ def _rms(samples, axis):
 
 def _stayed(equilibrium):
     """Whether all bodies are where the search began, shape (...)."""
-    suspension, longest = equilibrium.suspension, np.asarray(equilibrium.catenary.span.chord).max(axis=-1)
+    suspension, longest = equilibrium.suspension, equilibrium.longest
     moved = np.abs(equilibrium.position - suspension.position).max(axis=(-1, -2), initial=0.0) / longest
     turned = np.abs(equilibrium.rotation - suspension.rotation).max(axis=(-1, -2, -3), initial=0.0)
     return np.maximum(moved, turned) <= STAYED
@@ -137,7 +173,9 @@ def _left(equilibrium, given, cut):
     suspension, cables, arms, ends = equilibrium.suspension, equilibrium.catenary, equilibrium.arms, equilibrium.ends
     strain = np.asarray(cables.span.chord_strain)
     net, _ = tangent.net_forces(suspension, equilibrium.rotation, arms, equilibrium.end_forces, cables.max_tension)
-    least = rounding.bounds(suspension, equilibrium.rotation, arms, ends, strain, cables, cables.max_tension).least
+    known = strain, cables, cables.max_tension, equilibrium.links
+    least = rounding.bounds(suspension, equilibrium.rotation, arms, ends, *known).least
+    ends = ends[..., suspension.of_cables, :, :]
     own = rounding.of_values(ends, strain, cables, given, suspension.value).least
     of_length = LENGTH * (1 + np.abs(ends).max(axis=(-1, -2)) / cables.span.chord)
     error = np.where(cut, 0.0, stated.values(cables, given) / suspension.value - 1)
@@ -149,7 +187,7 @@ def _blocks(equilibrium, answers):
     suspension, arms, blocks = equilibrium.suspension, equilibrium.arms, equilibrium.blocks
     cable, row, column = tangent.pairs(suspension)
     sign = np.where(column == 1, -1.0, 1.0)[:, None, None]
-    stiffness = sign * answers[..., cable, row, :, :3]
+    stiffness = sign * answers[..., cable, row, :, :]
     between = at_attachments(stiffness, arms[..., cable, row, :], arms[..., cable, column, :])
     matrices = np.concatenate([between, blocks.matrices[..., len(cable) :, :, :]], axis=-3)
     return tangent.Blocks(blocks.rows, blocks.columns, matrices, blocks.leverage)

@@ -26,7 +26,7 @@ class BarLoop:
         self.K = self.bars.K + 1j * loss * self.bars.elastic if loss else self.bars.K
         own, self.C = self.bars.damping(scene["cable"]["damping"], per_length)
         self.forces = np.zeros((3, size, len(winches)), self.K.dtype)
-        pull = equilibrium.end_forces
+        pull = equilibrium.end_forces[: len(per_length)]
         tension = np.linalg.norm(pull, axis=-1)
         stretch = 1 + tension / equilibrium.catenary.span.axial_stiffness[:, None]
         for place, (name, winch) in enumerate(winches.items()):

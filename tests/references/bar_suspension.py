@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
-from . import bars
+from . import bars, links
 
 
 def cross(v):
@@ -18,11 +18,11 @@ def cross(v):
 
 @dataclass(frozen=True)
 class Dense:
-    """K, M and the elastic part of K of the displacements above.
+    """K, M, the elastic part of K, and C of the links, of the displacements above.
 
     Attributes
     ----------
-    K, M, elastic : ndarray, shape (n, n)
+    K, M, elastic, by_links : ndarray, shape (n, n)
         Of the free displacements.
     cables : list of tuple
         Of each cable K, M and the elastic part of K of its nodes, shape (3 (n + 1), 3 (n + 1)).
@@ -34,6 +34,7 @@ class Dense:
     K: np.ndarray
     M: np.ndarray
     elastic: np.ndarray
+    by_links: np.ndarray
     cables: list
     maps: list
     chains: list
@@ -48,7 +49,7 @@ class Dense:
         own = [
             cable_damping(law, *matrices, float(mass)) for matrices, mass in zip(self.cables, per_length, strict=True)
         ]
-        return own, sum(turn.T @ part @ turn for turn, part in zip(self.maps, own, strict=True))
+        return own, self.by_links + sum(turn.T @ part @ turn for turn, part in zip(self.maps, own, strict=True))
 
 
 def cable_damping(damping, k, mass, elastic, per_length):
@@ -75,7 +76,7 @@ def dense(equilibrium, n):
     cables, bodies = len(model.cable_names), len(model.body_names)
     inner = 3 * (n - 1)
     size = cables * inner + 6 * bodies
-    K, M, elastic = np.zeros((3, size, size))
+    K, M, elastic, by_links = np.zeros((4, size, size))
     found, maps, chains = [], [], []
     places = model.ends(equilibrium.position, equilibrium.rotation)
     for cable in range(cables):
@@ -108,9 +109,13 @@ def dense(equilibrium, n):
             [[m * np.eye(3), -m * cross(r)], [m * cross(r), R @ model.inertia[body] @ R.T - m * cross(r) @ cross(r)]]
         )
         geometric = -cross([0, 0, -m * float(model.gravity)]) @ cross(r)
-        for cable, end in np.argwhere(model.owner == body):
+        for cable, end in np.argwhere(model.owner[:cables] == body):
             geometric -= cross(forces[cable, end]) @ cross(places[cable, end] - equilibrium.position[body])
         K[place, place][3:, 3:] += (geometric + geometric.T) / 2
+    if model.link_names:
+        own = slice(cables * inner, None)
+        spring, by_links[own, own] = links.matrices(equilibrium)
+        K[own, own] += spring
     free = np.concatenate([np.ones(cables * inner, dtype=bool), model.free.ravel()])
-    parts = (matrix[np.ix_(free, free)] for matrix in (K, M, elastic))
+    parts = (matrix[np.ix_(free, free)] for matrix in (K, M, elastic, by_links))
     return Dense(*parts, found, [turn[:, free] for turn in maps], chains)

@@ -85,6 +85,8 @@ class Drawing:
     ----------
     cables : ndarray, shape (c, j, 3)
         Points along each cable. [m]
+    links : ndarray, shape (l, 2, 3)
+        Ends of each link. [m]
     tension : ndarray, shape (c,)
         Mean tension. [N]
     anchors : dict
@@ -96,6 +98,7 @@ class Drawing:
     """
 
     cables: np.ndarray
+    links: np.ndarray
     tension: np.ndarray
     anchors: dict
     junctions: dict
@@ -105,7 +108,8 @@ class Drawing:
     @property
     def places(self):
         """All of them, shape (n, 3)."""
-        return np.concatenate([self.cables.reshape(-1, 3), *self.bodies.values(), self.markers])
+        lines = self.cables.reshape(-1, 3), self.links.reshape(-1, 3)
+        return np.concatenate([*lines, *self.bodies.values(), self.markers])
 
     @cached_property
     def size(self):
@@ -122,15 +126,15 @@ def drawing_of(case):
     """`Drawing` of a case in equilibrium."""
     scene, found = case.scene, case.equilibrium
     suspension, span = found.suspension, found.catenary.span
-    ends = suspension.ends(found.position, found.rotation)
+    ends, links = np.split(found.ends, [len(suspension.cable_names)])
     share = np.linspace(0.0, 1.0, POINTS)
     displacement, _ = found.catenary.at(np.broadcast_to(share, (len(ends), POINTS)))
     straight = np.outer(1 + span.chord_strain, share)[..., None] * np.array([1.0, 0.0, 0.0])
     local = (displacement + straight) * span.unstretched_length[:, None, None]
     cables = ends[:, None, 0] + (local[..., None] * span.frame[:, None]).sum(axis=-2)
     anchors = {}
-    for name, cable, owner, pair in zip(scene.cables, scene.cables.values(), suspension.owner, ends, strict=True):
-        for word, own, place in zip(cable.ends, owner, pair, strict=True):
+    for (name, one), owner, pair in zip(scene.lines.items(), suspension.owner, found.ends, strict=True):
+        for word, own, place in zip(one.ends, owner, pair, strict=True):
             if own == GROUND:
                 anchors[word if isinstance(word, str) else name] = place
     count, markers, bodies = suspension.bodies, [], {}
@@ -142,7 +146,7 @@ def drawing_of(case):
             markers.append(found.position[place] + np.array(list(body.markers.values())) @ found.rotation[place].T)
     junctions = dict(zip(suspension.body_names[count:], found.position[count:], strict=True))
     whole = np.concatenate(markers) if markers else np.zeros((0, 3))
-    return Drawing(cables, np.asarray(found.catenary.mean_tension), anchors, junctions, bodies, whole)
+    return Drawing(cables, links, np.asarray(found.catenary.mean_tension), anchors, junctions, bodies, whole)
 
 
 @styled
@@ -161,7 +165,7 @@ def suspension_views(case):
     drawing = drawing_of(case)
     figure = Figure(figsize=SIZE, layout="constrained")
     grid = figure.subplots(2, 2).ravel()
-    least, most = float(drawing.tension.min()), float(drawing.tension.max())
+    least, most = (float(extreme(drawing.tension)) if len(drawing.tension) else 0.0 for extreme in (np.min, np.max))
     equal = most <= least * (1 + 1e-3)
     colour = ScalarMappable(Normalize(0.0, most or 1.0) if equal else Normalize(least, most), SHADES)
     views = (
@@ -186,7 +190,9 @@ def suspension_views(case):
         scale_bar(axes, drawing.size)
     count = len(drawing.cables)
     title = f"Static form: {count} cable{'s' * (count != 1)}"
-    if equal:
+    if not count:
+        heading(figure, "Static form")
+    elif equal:
         heading(figure, f"{title}, mean tension {quantity_text(most, 'N')}{' each' * (count != 1)}")
     else:
         heading(figure, title)
@@ -202,6 +208,7 @@ def _limits(flat):
 def _draw(axes, drawing, view, colours):
     lines = LineCollection(view(drawing.cables), colors=colours, linewidths=1.4, zorder=2)
     axes.add_collection(lines)
+    draw_links(axes, view(drawing.links))
     if drawing.anchors:
         x, y = view(np.array(list(drawing.anchors.values()))).T
         axes.plot(x, y, "^", color=GREY, ms=5 if len(x) < MANY else 2, zorder=3)
@@ -215,6 +222,12 @@ def _draw(axes, drawing, view, colours):
     if len(drawing.markers):
         x, y = view(drawing.markers).T
         axes.plot(x, y, "x", color=ORANGE, ms=5, zorder=5)
+
+
+def draw_links(axes, flat):
+    """Dashed lines between the ends of links on the paper, shape (l, 2, 2)."""
+    if len(flat):
+        axes.add_collection(LineCollection(flat, colors=ORANGE, linestyles="--", linewidths=1.4, zorder=2))
 
 
 def draw_arms(axes, flat, **look):

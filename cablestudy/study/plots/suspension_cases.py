@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from cablestudy.study.plots.cases import GROUND
 from cablestudy.study.plots.style import DASHES, GREY, SERIES, WIDTH, Window, heading, legend_below, styled
-from cablestudy.study.plots.suspension import drawing_of, from_above, from_front, from_side
+from cablestudy.study.plots.suspension import draw_links, drawing_of, from_above, from_front, from_side
 from cablestudy.study.plots.words import quantity_text, shortened
 
 # title, what it shows of places, its axes, and the coordinates that these are
@@ -80,6 +80,7 @@ def _window(flat, level):
 def _draw(axes, drawing, view, dashes, colour, label):
     """One case: its cables, and what stands at their ends."""
     axes.add_collection(LineCollection(view(drawing.cables), colors=colour, linestyles=[dashes], linewidths=1.3))
+    draw_links(axes, view(drawing.links))
     axes.plot([], [], ls=dashes, color=colour, lw=1.3, label=label)
     for places, mark, paint in (
         (list(drawing.anchors.values()), "^", GREY),
@@ -91,5 +92,5 @@ def _draw(axes, drawing, view, dashes, colour, label):
 
 
 def _label(name, case):
-    largest = float(np.linalg.norm(case.equilibrium.end_forces, axis=-1).max())
+    largest = float(np.linalg.norm(case.equilibrium.catenary.end_forces(), axis=-1).max())
     return f"{shortened(name)}: up to {quantity_text(largest, 'N')}"

@@ -12,6 +12,7 @@ from cablestudy.study.plots.deflection import between_nodes
 from cablestudy.study.plots.style import BLUE, GREEN, GREY, RED, WIDTH, bold, heading, nice, styled
 from cablestudy.study.plots.suspension import draw_arms, drawing_of, scale_bar
 from cablestudy.study.plots.words import quantity_text, shortened
+from cablestudy.system.suspension import GROUND
 
 PANELS = 48  # modes in one picture, at most
 COLOURS = {"bodies": RED, "points": GREEN, "cables": BLUE}
@@ -34,7 +35,7 @@ class Displaced:
     Attributes
     ----------
     cables : list of (ndarray, ndarray)
-        Places along each cable and their displacements, shape (j, 3).
+        Places along each cable and link and their displacements, shape (j, 3).
     bodies : dict
         Name -> places of attachments and reference point, and their displacements, shape (k, 3).
     points : tuple of ndarray
@@ -74,7 +75,7 @@ def displaced(case, modes, drawing, number):
     """`Displaced` of a mode (from 0) of `CoupledModes`."""
     equilibrium = case.equilibrium
     suspension = equilibrium.suspension
-    starts = suspension.ends(equilibrium.position, equilibrium.rotation)[:, 0]
+    starts = equilibrium.ends[suspension.of_cables, 0]
     cables = []
     for start, mesh, nodal in zip(starts, modes.solution.models.meshes, modes.nodes(number), strict=True):
         both = np.stack(nodal)
@@ -86,6 +87,11 @@ def displaced(case, modes, drawing, number):
     motion = np.zeros(6 * len(suspension.body_names))
     motion[modes.layout.free] = modes.layout.bodies(modes.shapes[:, number])
     motion, count = motion.reshape(-1, 6), suspension.bodies
+    own = slice(len(cables), None)
+    still, arms = (suspension.owner[own] == GROUND)[..., None], equilibrium.arms[own]
+    moved = motion[suspension.owner[own]]
+    moved = np.where(still, 0.0, moved[..., :3] + np.cross(moved[..., 3:], arms))
+    cables += zip(equilibrium.ends[own], moved, strict=True)
     bodies = {}
     for (name, places), moved, at in zip(drawing.bodies.items(), motion, equilibrium.position, strict=False):
         bodies[name] = places, moved[:3] + np.cross(moved[3:], places - at)

@@ -190,6 +190,14 @@ class SuspensionCase:
         """Tension at end 0 or 1 of a cable. [N]"""
         return np.linalg.norm(self.group.equilibrium.end_forces[self.place, self.cable(name), end])
 
+    def link(self, name):
+        """Force along a link, positive in tension, rounding as zero [N], its relative error, and its length [m]."""
+        found, place = self.group.equilibrium, list(self.scene.links).index(name)
+        parts = found.links.force, found.uncertainty.force, found.links.distance
+        force, unknown, length = (float(part[self.place, place]) for part in parts)
+        zero, error = abs(force) <= unknown, self.statics_error(None)
+        return 0.0 if zero else force, error if zero else max(error, unknown / abs(force)), length
+
     def body_stiffness(self, name):
         """6x6 of a body, shape (6, 6), rounding shown as zero; see `Equilibrium.body_stiffness`."""
         matrix = self.group.equilibrium.body_stiffness[self.place, self.body(name)]
@@ -201,7 +209,8 @@ class SuspensionCase:
 
         None where there is no such limit; see `cable.linear_range`.
         """
-        ends = (self.equilibrium.suspension.owner == self.body(name)).astype(float)
+        suspension = self.equilibrium.suspension
+        ends = (suspension.owner[suspension.of_cables] == self.body(name)).astype(float)
         moves = (ends[:, 1] - ends[:, 0])[:, None] * np.eye(3)[axis]
         return linear_range(self.equilibrium.catenary.span, moves)
 
@@ -214,7 +223,7 @@ class SuspensionCase:
 
         place, found = self.body(name), self.equilibrium
         suspension, mass = found.suspension, Layout(found).mass[place]
-        cable, end = np.nonzero(suspension.owner == place)
+        cable, end = np.nonzero(suspension.owner[suspension.of_cables] == place)
         unit = np.broadcast_to(np.eye(3), (len(cable), 3, 3))
         moved = np.concatenate([unit, -cross_matrix(found.arms[cable, end])], axis=-1)
         span = found.catenary.span

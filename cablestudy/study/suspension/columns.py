@@ -20,6 +20,7 @@ from cablestudy.study.suspension.wind_columns import (
     PEAK_UTILISATION,
     WINCHES,
     actuator_columns,
+    link_force_column,
     midspan_column,
     place_columns,
     tension_columns,
@@ -265,6 +266,16 @@ def body_columns(name):
     return [*(_coordinate(name, axis) for axis in range(3)), *(_angle(name, axis) for axis in range(3)), _mass(name)]
 
 
+def link_columns(name):
+    """The columns of a link at rest: list of Column."""
+    return [
+        Column(f"{name}.force", "N", "force along the link, positive where it pulls", "statics",
+               lambda case: case.link(name)[:2]),
+        Column(f"{name}.length", "m", "distance of the two places of the link", "statics",
+               lambda case: case.link(name)[2]),
+    ]  # fmt: skip
+
+
 # --------------------------------------------------------------------------------------------------- of the whole
 
 
@@ -276,13 +287,13 @@ def _frequency(number):
 
 
 def _over_all(name, unit, meaning, values, extreme, key=""):
-    """Column of the least, largest or sum of a number of all cables; those that lack it are left out."""
+    """Column of the least, largest or sum of a number of all cables, those that lack it left out; None without any."""
     each = Column(name, unit, meaning, "statics", values)
 
     def compute(case):
         found = case.of_cables(each)
         found = found[~np.isnan(found)]
-        return extreme(found) if len(found) else np.nan
+        return extreme(found) if len(found) else np.nan if case.scene.cables else None
 
     return Column(name, unit, meaning, "statics", compute, key)
 
@@ -314,11 +325,12 @@ def families():
     in_wind = [*place_columns("BODY"), *turn_columns("BODY"), *place_columns("BODY.MARKER")]
     in_wind += [*tension_columns("CABLE"), midspan_column("CABLE")]
     own_modes = [_cable_mode(family, "CABLE") for family in FAMILIES]
-    return [*of_owners, *own_modes, *in_wind, *actuator_columns("ACTUATOR"), *whole]
+    of_links = [*link_columns("LINK"), link_force_column("LINK")]
+    return [*of_owners, *own_modes, *in_wind, *actuator_columns("ACTUATOR"), *of_links, *whole]
 
 
 def wind_columns_of(scene, name):
-    """The columns of a body, BODY.MARKER, cable or actuator in the wind: list of Column, empty for other names.
+    """The columns of a body, BODY.MARKER, cable, link or actuator in the wind: list of Column, empty for other names.
 
     Parameters
     ----------
@@ -330,6 +342,8 @@ def wind_columns_of(scene, name):
         return place_columns(name) + ([] if marker else turn_columns(name))
     if name in scene.cables:
         return [*tension_columns(name), midspan_column(name)]
+    if name in scene.links:
+        return [link_force_column(name)]
     return actuator_columns(name, hasattr(scene.actuators[name], "torque")) if name in scene.actuators else []
 
 
@@ -370,6 +384,7 @@ def find(name):
                 *linear_ranges(owner),
                 *force_displacements(owner),
                 *mode_columns(owner),
+                *link_columns(owner),
             ],
             f"{owner}.frequency_K",
         )
@@ -404,7 +419,7 @@ def why_not(scene, column):
         return f"{owner} has no column {quantity} ({suggestion(column.name, in_wind)})"
     if owner not in columns:
         fixed = f"{owner} is a fixed point, which has no columns"
-        missing = f"no body, free point or cable {owner} ({suggestion(owner, columns)})"
+        missing = f"no body, free point, cable or link {owner} ({suggestion(owner, columns)})"
         return fixed if owner in scene.points else missing
     if OF_CABLE_MODES.fullmatch(quantity) and owner in scene.cables:
         return ""
@@ -443,9 +458,10 @@ def _missing_key(scene, cable, column):
 
 
 def _columns_of_owners(scene):
-    """Name of each body, free point and cable -> function that lists the columns of that name."""
+    """Name of each body, free point, cable and link -> function that lists the columns of that name."""
     junctions = [name for name, point in scene.points.items() if point.free]
     kinds = (scene.bodies, body_columns), (junctions, point_columns), (scene.cables, all_cable_columns)
+    kinds = *kinds, (scene.links, link_columns)
     return {name: columns for names, columns in kinds for name in names}
 
 

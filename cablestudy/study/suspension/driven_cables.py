@@ -205,7 +205,7 @@ class DrivenCables:
         movement, effects, layout, linear = self._movement, self._effects, self._movement.layout, self._movement.linear
         stiffness, mass = (dense(part) for part in layout.own)
         elements = [one.element for one in linear.in_air(self.models, kept)]
-        damping = np.zeros_like(mass) + linear.air_on_bodies(np.eye(len(mass)))
+        damping = np.zeros_like(mass) + linear.air_on_bodies(np.eye(len(mass))) + dense(layout.damping)
         *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, movement.actuators)
         bodies = LinearSystem(*matrices, feedback=feedback)
 

@@ -64,7 +64,7 @@ class CableResults(CableValues):
     @property
     def end_1(self):
         """Places of the ends `from`, shape (n, c, 3). [m]"""
-        return self._equilibrium.ends[..., 0, :]
+        return self._equilibrium.ends[:, self._equilibrium.suspension.of_cables, 0]
 
     @property
     def chord(self):
@@ -271,7 +271,7 @@ class Group:
         unknown = self._rounding_movement[:, body, axis]
         if axis < 3:
             value, by_drag = self.equilibrium.position[:, body, axis], moved[:, axis]
-            least = ROUNDING * self.equilibrium.catenary.span.chord.max(axis=-1)
+            least = ROUNDING * self.equilibrium.longest
         else:  # the three angles change by about the rotation, whose axes are not theirs
             value, least = to_angles(rotation)[:, axis - 3], ROUNDING * 2 * np.pi
             by_drag = moved[:, 3:].sum(axis=-1) / np.sqrt(np.maximum(1 - rotation[:, 2, 0] ** 2, ROUNDING))
@@ -302,7 +302,7 @@ class Group:
         if self._loaded is None:
             return _failure(self.equilibrium, place)
         reference = None
-        if set(self.reference.suspension.given) != {"unstretched_length"}:  # lengths that follow from that state
+        if set(self.reference.suspension.given) - {"unstretched_length"}:  # lengths that follow from that state
             reference = _failure(self.reference, place, "in the reference state: ")
             if reference is None and self._too_long[place]:
                 return NoSolutionError(f"in the reference state: {self._too_long[place]}")
@@ -323,7 +323,7 @@ class Group:
         """
         if (place, count) not in self._modes:
             scene, cables = self._scenes[place], len(self.cable_places)
-            many = max(1, TOGETHER // cables)
+            many = max(1, TOGETHER // max(1, cables))
             block = range(place // many * many, min((place // many + 1) * many, len(self._scenes)))
             alike = [i for i in block if self._scenes[i].model == scene.model and not self.failure(i)]
             damping = [cable.damping for i in alike for cable in self._scenes[i].cables.values()]

@@ -450,7 +450,7 @@ class InWind:
         before, after = self._calm, self._equilibrium
         turned = (after.rotation[body] - before.rotation[body]) @ place
         moved = after.position[body] - before.position[body] + turned
-        return np.where(np.abs(moved) > ROUNDING * before.catenary.span.chord.max(), moved, 0.0)
+        return np.where(np.abs(moved) > ROUNDING * before.longest, moved, 0.0)
 
     def mean_tensions(self, name):
         """Tension at both ends of a cable in the mean wind, shape (2,). [N]"""

@@ -117,7 +117,8 @@ def _by_bodies(found, place, forces):
     moved : ndarray, shape (b, 6)
         [m], [rad]
     """
-    suspension, arms = found.suspension.take(place), found.arms[place]
+    suspension, arms = found.suspension.take(place), found.arms[place, found.suspension.of_cables]
+    owner = suspension.owner[suspension.of_cables]
     every, whole = np.arange(len(forces)), np.zeros((len(suspension.body_names), 6))
     factors = None
     if suspension.free.any():
@@ -126,10 +127,10 @@ def _by_bodies(found, place, forces):
         return np.zeros(len(forces)), whole
     wrenches = tangent.wrenches(arms, forces)[None]
     whole[suspension.free] = factors.solve(tangent.by_body(suspension, every, wrenches)[0].sum(axis=0))
-    ends = np.where((suspension.owner == tangent.GROUND)[..., None], 0.0,
-                    whole[suspension.owner, :3] + np.cross(whole[suspension.owner, 3:], arms))  # fmt: skip
-    pulled = (found.end_stiffness[place] @ (ends[:, 1] - ends[:, 0])[..., None])[:, None, :, 0]
-    held = found.end_forces[place]
+    ends = np.where((owner == tangent.GROUND)[..., None], 0.0,
+                    whole[owner, :3] + np.cross(whole[owner, 3:], arms))  # fmt: skip
+    pulled = (found.end_stiffness[place, suspension.of_cables] @ (ends[:, 1] - ends[:, 0])[..., None])[:, None, :, 0]
+    held = found.end_forces[place, suspension.of_cables]
     square = np.maximum((held**2).sum(axis=-1), np.finfo(float).tiny)
     return np.abs((pulled * held).sum(axis=-1) / square).max(axis=-1), whole
 

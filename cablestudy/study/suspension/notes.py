@@ -84,7 +84,7 @@ def moved_note(case):
     holders = {**scene.bodies, **{name: point for name, point in scene.points.items() if point.free}}
     told = []
     for body, name in enumerate(suspension.body_names):
-        own = (suspension.owner == body).any(axis=-1)
+        own = (suspension.owner[suspension.of_cables] == body).any(axis=-1)
         moved = float(np.linalg.norm(reference.position[place, body] - holders[name].at))
         if (own & stating).any() and moved > stretch[own].max():
             told.append(f"{name} by {moved:.4g} m")

@@ -13,6 +13,7 @@ from cablestudy.system.suspension import GROUND, SuspendedSystem
 
 ORIGIN = (0.0, 0.0, 0.0)
 OF_JUNCTION = (True, True, True, False, False, False)  # what of it is free
+OF_LINKS = ("link_stiffness", "link_damping", "link_length")
 OF_CASE_AND_CABLE = ("elongation", "wind_diameter")  # numbers that a load case computes of a cable
 # of the six entries in a scene, xx yy zz xy xz yz, that at each place of the tensor
 TENSOR = [[0, 3, 4], [3, 1, 5], [4, 5, 2]]
@@ -43,10 +44,10 @@ class CableValues:
 
     @property
     def moves(self):
-        """Displacements of the fixed ends of cables by the load cases, shape (n, c, 2, 3). [m]"""
+        """Displacements of the fixed ends of cables and links by the load cases, shape (n, c + l, 2, 3). [m]"""
         return np.array([
-            [[s.load_case.moves.get(end, ORIGIN) if isinstance(end, str) else ORIGIN for end in cable.ends]
-             for cable in s.cables.values()]
+            [[s.load_case.moves.get(end, ORIGIN) if isinstance(end, str) else ORIGIN for end in one.ends]
+             for one in s.lines.values()]
             for s in self._scenes
         ])  # fmt: skip
 
@@ -78,24 +79,29 @@ def topology_of(scene):
     junctions = [name for name, point in scene.points.items() if point.free]
     names = (*scene.bodies, *junctions)
     index = {name: place for place, name in enumerate(names)}
-    cables = scene.cables.values()
+    cables, lines = scene.cables.values(), scene.lines.values()
     free = (tuple([motion in body.free for motion in MOTIONS]) for body in scene.bodies.values())
     return {
         "body_names": names,
         "free": (*free, *[OF_JUNCTION] * len(junctions)),
         "junctions": len(junctions),
         "cable_names": tuple(scene.cables),
-        "owner": tuple([tuple([index.get(scene.attachment(end)[0], GROUND) for end in c.ends]) for c in cables]),
+        "owner": tuple([tuple([index.get(scene.attachment(end)[0], GROUND) for end in one.ends]) for one in lines]),
+        "link_names": tuple(scene.links),
         "given": tuple([cable.stated for cable in cables]),
     }
 
 
 def connected_alike(scene, other):
     """True if two scenes share the very tables of what is connected with what, as rows do that vary other numbers."""
-    shared = scene.cables is other.cables and scene.points is other.points and len(scene.bodies) == len(other.bodies)
-    return shared and all(
-        name == other_name and body.free is known.free and body.attachments is known.attachments
-        for (name, body), (other_name, known) in zip(scene.bodies.items(), other.bodies.items(), strict=True)
+    shared = scene.cables is other.cables and scene.points is other.points and scene.links is other.links
+    return (
+        shared
+        and len(scene.bodies) == len(other.bodies)
+        and all(
+            name == other_name and body.free is known.free and body.attachments is known.attachments
+            for (name, body), (other_name, known) in zip(scene.bodies.items(), other.bodies.items(), strict=True)
+        )
     )
 
 
@@ -134,6 +140,7 @@ def numbers_of(scenes, count=None):
     of_cables = each_with(_cable_numbers, scenes)
     listed = [_numbers(scene) | numbers for scene, numbers in zip(scenes, of_cables, strict=True)]
     n, b, c = count or len(scenes), len(topology["body_names"]), len(topology["cable_names"])
+    links = len(topology["link_names"])
 
     def array(name, *shape):
         if count is None:
@@ -153,15 +160,16 @@ def numbers_of(scenes, count=None):
         inertia=array("inertia", b, 6)[..., TENSOR],
         force=array("force", b, 3),
         moment=array("moment", b, 3),
-        place=array("place", c, 2, 3),
+        place=array("place", c + links, 2, 3),
         axial_stiffness=array("axial_stiffness", c),
         cable_mass=array("cable_mass", c),
         value=array("value", c),
         force_density=None if np.isnan(density).all() else density,
+        **({name: array(name, links) for name in OF_LINKS} if links else {}),
         **topology
         | {
             "free": np.array(topology["free"], dtype=bool).reshape(b, 6),
-            "owner": np.array(topology["owner"], dtype=int).reshape(c, 2),
+            "owner": np.array(topology["owner"], dtype=int).reshape(c + links, 2),
         },
     )
 
@@ -218,14 +226,15 @@ def _numbers(scene):
 
 
 def _cable_numbers(scene):
-    """The same of its cables, and where they end."""
-    cables = scene.cables.values()
+    """The same of its cables and links, and where they end."""
+    cables, links = scene.cables.values(), scene.links.values()
     return {
-        "place": [number for cable in cables for end in cable.ends for number in scene.attachment(end)[1]],
+        "place": [number for one in scene.lines.values() for end in one.ends for number in scene.attachment(end)[1]],
         "axial_stiffness": [cable.section_axial_stiffness for cable in cables],
         "cable_mass": [cable.section_mass for cable in cables],
         "value": [cable.stated_value for cable in cables],
         "force_density": [cable.force_density for cable in cables],
+        **{name: [getattr(link, name.removeprefix("link_")) for link in links] for name in OF_LINKS},
     }
 
 

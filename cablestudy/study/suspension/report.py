@@ -9,7 +9,7 @@ from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.study.columns import ROUNDING, find, relative
 from cablestudy.study.notes import of_comparison
 from cablestudy.study.report import modes_as_rows, shapes_table
-from cablestudy.study.suspension.columns import body_columns, cable_columns, has_key, point_columns
+from cablestudy.study.suspension.columns import body_columns, cable_columns, has_key, link_columns, point_columns
 from cablestudy.study.suspension.numbers import numbers_of
 from cablestudy.study.suspension.rows import value
 from cablestudy.study.table import Field, Table
@@ -21,7 +21,7 @@ FIRST = ("preload", "max_tension", "unstretched_length", "sag", "utilisation", "
 
 
 def static_tables(case, only=None, failures=None):
-    """The tables bodies, points, cables and stiffness of a case.
+    """The tables bodies, points, cables and stiffness of a case, and links where it has any.
 
     Parameters
     ----------
@@ -56,6 +56,8 @@ def static_tables(case, only=None, failures=None):
         "cables": lambda: _first_things(of_cables()),
         "stiffness": lambda: _stiffness_table(case),
     }
+    if case.scene.links:
+        makers["links"] = lambda: listed(case, list(case.scene.links), link_columns, failures=failures)
     return {name: make() for name, make in chosen_tables(makers, only).items()}
 
 

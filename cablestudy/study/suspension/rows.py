@@ -41,7 +41,7 @@ def evaluate_suspensions(scenes, columns, estimate=False):
     columns = [OF_THE_WHOLE.get(column.name, column) for column in columns]
     rows, needed = [], any(column.needs in ("statics", "stiffness", "modes", "loop", "wind") for column in columns)
     most = max((len(scene.cables) for scene in scenes), default=1)
-    at_once = max(AT_ONCE, CABLES_AT_ONCE // most)
+    at_once = max(AT_ONCE, CABLES_AT_ONCE // max(1, most))
     for first in range(0, len(scenes), at_once):
         some = scenes[first : first + at_once]
         begin = time.perf_counter()
@@ -49,7 +49,7 @@ def evaluate_suspensions(scenes, columns, estimate=False):
         if estimate or "error_estimate" in [column.name for column in columns]:
             _compare(cases, columns)
         shared, moving = (time.perf_counter() - begin) / len(some), any(column.needs in SYSTEM for column in columns)
-        together = max(1, TOGETHER // max(len(scene.cables) for scene in some)) if moving else len(cases)
+        together = max(1, TOGETHER // max(1, *(len(scene.cables) for scene in some))) if moving else len(cases)
         for place in range(0, len(cases), together):
             block, begin = cases[place : place + together], time.perf_counter()
             if moving:

@@ -3,6 +3,8 @@
 `gondola.rms_x`, `gondola.focus.peak`, `n1.least_tension`, `mass_x.peak_stroke`: what it is of, a dot and a quantity.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError
@@ -178,7 +180,7 @@ def actuator_columns(name, wheel=None):
     kinds = {None: tuple(QUANTITIES), True: ("momentum", "torque"), False: ("stroke", "force")}[wheel]
 
     def rms(quantity, unit):
-        return lambda case: scaled(_rms(case, [f"{name}.{quantity}"]), unit)
+        return lambda case: scaled(_rms(case, [_directed(case, f"{name}.{quantity}")]), unit)
 
     def peak(quantity, unit):
         return lambda case: scaled(case.in_wind.peak([f"{name}.{quantity}"], 0.0), unit)
@@ -191,6 +193,20 @@ def actuator_columns(name, wheel=None):
             Column(f"{name}.peak_{quantity}", unit, f"expected peak: {meaning}", "wind", peak(quantity, scale), "wind"),
         ]
     return found
+
+
+def _directed(case, output):
+    """The name of an output, which is refused if it is the force of a link whose two places are one."""
+    names, link = list(case.scene.links), output.rpartition(".")[0]
+    if link in names and not case.equilibrium.links.direction[names.index(link)].any():
+        raise NoSolutionError(f"{link}: its two places are one, so that its force has no direction")
+    return output
+
+
+def link_force_column(name):
+    """The column of a link: an actuator has one of the same name."""
+    column = next(column for column in actuator_columns(name) if column.name == f"{name}.rms_force")
+    return replace(column, meaning="RMS force along the link, spring and dashpot together")
 
 
 def exceeded_limits(case):

@@ -19,6 +19,7 @@ from cablestudy.study.suspension.wind_columns import (
     WINCHES,
     actuator_columns,
     exceeded_limits,
+    link_force_column,
     peak_along,
     place_columns,
     slackened,
@@ -167,6 +168,8 @@ TABLES = {  # name -> the key of the scene that it needs, and what makes it of a
         case, list(case.scene.cables), partial(_cable_columns, case.scene), failures=why)),
     "actuators": ("actuators", lambda case, why: _listed(
         case, list(case.scene.actuators), _actuator_columns(case.scene), why)),
+    "links": ("links", lambda case, why: _listed(
+        case, list(case.scene.links), lambda name: [link_force_column(name)], why)),
     "loop": ("control", lambda case, why: loop_table(case, why, WINCHES if case.scene.control.max_speed else ())),
     "coordinates": ("control", coordinate_table),
 }  # fmt: skip

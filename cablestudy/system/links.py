@@ -1,0 +1,108 @@
+"""Links: springs and dashpots between two places, without mass.
+
+With d the distance of the two places, t the unit vector from the first to the second, and l the length at which the
+spring carries nothing, the force F along the link (positive in tension; in compression it pushes), its tangent K and
+the damping C of a movement of one end beside the other are
+
+    F = k (d - l),    K = k t t^T + F/d (I - t t^T),    C = c t t^T,
+
+and the energy is k (d - l)^2/2. A link with l = 0 is a mount that resists any movement of one place beside the other:
+K = k I and C = c I at any distance, and at none.
+
+A link whose length is not stated (not a number) is mounted in the reference state: there it carries nothing, and is no
+part of the search; its length is the distance that this state has.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.system.rigid import size
+
+NEAREST = 1e-9  # of the length: places closer than this are taken as this far apart in F/d
+TINY = 1e-300
+
+
+@dataclass(frozen=True)
+class Links:
+    """The links of a suspension in a state, l of them.
+
+    Attributes
+    ----------
+    vector : ndarray, shape (..., l, 3)
+        From the first place to the second. [m]
+    extension : ndarray, shape (..., l)
+        Distance less length. Both keep their digits while a search changes them by little. [m]
+    stiffness, damping, length : ndarray, shape (..., l)
+        [N/m], [N s/m], [m]
+    """
+
+    vector: np.ndarray
+    extension: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    length: np.ndarray
+
+    @classmethod
+    def of(cls, suspension, vector, extension):
+        """Those of a `SuspendedSystem` in a state; None where it has none."""
+        if not suspension.link_names:
+            return None
+        length, damping = np.nan_to_num(suspension.link_length), suspension.link_damping
+        there = ~np.isnan(suspension.link_length)
+        stiffness, extension = (np.where(there, part, 0.0) for part in (suspension.link_stiffness, extension))
+        return cls(vector, np.where(there & (length == 0), size(vector), extension), stiffness, damping, length)
+
+    @cached_property
+    def distance(self):
+        """d, shape (..., l). [m]"""
+        return size(self.vector)
+
+    @property
+    def force(self):
+        """F, shape (..., l). [N]"""
+        return self.stiffness * self.extension
+
+    @cached_property
+    def direction(self):
+        """t, shape (..., l, 3); zero where both places are one."""
+        return self.vector / np.maximum(self.distance, TINY)[..., None]
+
+    @property
+    def across(self):
+        """F/d, shape (..., l). [N/m]"""
+        distance = np.maximum(self.distance, np.maximum(NEAREST * self.length, TINY))
+        return self.stiffness * np.where(self.length > 0, self.extension / distance, 1.0)
+
+    @property
+    def end_forces(self):
+        """Force of each link on what holds its two ends, global axes, shape (..., l, 2, 3). [N]"""
+        pulled = self.force[..., None] * self.direction
+        return np.stack([pulled, -pulled], axis=-2)
+
+    @property
+    def end_stiffness(self):
+        """K, global axes, shape (..., l, 3, 3). [N/m]"""
+        return _along_and_across(self.direction, self.stiffness, self.across)
+
+    @property
+    def end_damping(self):
+        """C, global axes, shape (..., l, 3, 3). [N s/m]"""
+        return _along_and_across(self.direction, self.damping, np.where(self.length > 0, 0.0, self.damping))
+
+    @property
+    def energy(self):
+        """Shape (..., l). [J]"""
+        return self.force * self.extension / 2
+
+
+def _along_and_across(direction, along, across):
+    """a t t^T + b (I - t t^T), shape (..., 3, 3)."""
+    tangent = direction[..., :, None] * direction[..., None, :]
+    return across[..., None, None] * np.eye(3) + (along - across)[..., None, None] * tangent
+
+
+def joined(of_cables, of_links, axis=-3):
+    """Numbers of all cables and then of all links, along an axis; without links (None) those of the cables."""
+    return of_cables if of_links is None else np.concatenate([of_cables, of_links], axis=axis)
