@@ -28,6 +28,7 @@ from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import ModelTable
 from cablestudy.scene.one_cable import CABLE
 from cablestudy.scene.section import limited
+from cablestudy.scene.stress_strain_table import curve_tables
 from cablestudy.scene.strict_yaml import refuse
 from cablestudy.scene.suspension import SUSPENSION_TABLES, WHEEL_TABLES, is_suspension, read_suspension
 from cablestudy.scene.units import show
@@ -153,6 +154,7 @@ TABLES = {
     ("cable", "loads", "*"): Load,
     ("cable", "tension"): TensionAt,
     ("cable", "reference"): ReferenceTable,
+    **curve_tables("cable"),
     ("cases", "*"): LoadCase,
     ("cases", "*", "ice"): Ice,
     ("cases", "*", "wind"): SteadyWind,
@@ -169,6 +171,7 @@ TABLES = {
     ("wind",): Wind,
     ("correction",): Correction,
     ("materials", "*"): Material,
+    **curve_tables("materials", "*"),
     ("model",): ModelTable,
 }
 

@@ -40,6 +40,7 @@ from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import ModelTable
 from cablestudy.scene.references import case_mistakes, reference_mistakes
 from cablestudy.scene.section import limited, within
+from cablestudy.scene.stress_strain_table import curve_tables
 from cablestudy.scene.suspension_tables import (
     MOTIONS,
     Body,
@@ -314,6 +315,7 @@ SUSPENSION_TABLES = {
     ("cable", "reference"): ReferenceTable,
     ("cable", "loads", "*"): Load,
     ("cable", "tension"): TensionAt,
+    **curve_tables("cable"),
     ("points", "*"): PointTable,
     ("bodies", "*"): Body,
     ("bodies", "*", "wind"): BodyWind,
@@ -322,6 +324,7 @@ SUSPENSION_TABLES = {
     ("cables", "*", "reference"): ReferenceTable,
     ("cables", "*", "loads", "*"): Load,
     ("cables", "*", "tension"): TensionAt,
+    **curve_tables("cables", "*"),
     ("cases", "*"): SuspensionLoadCase,
     ("cases", "*", "ice"): Ice,
     ("cases", "*", "wind"): SteadyWind,
@@ -340,6 +343,7 @@ SUSPENSION_TABLES = {
     ("wind",): SuspensionWind,
     ("correction",): MarkerCorrection,
     ("materials", "*"): Material,
+    **curve_tables("materials", "*"),
     ("model",): ModelTable,
 }
 # The other kind of what lies under actuators.
