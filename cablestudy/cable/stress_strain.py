@@ -131,7 +131,7 @@ class Condition:
         start = self.slack_strain + tension / self.curves.final.sum(axis=-1)
         return self.settle(lambda strain, value, slope: tension, start)
 
-    def settle(self, tension_at, start, alone=True):
+    def settle(self, tension_at, start, alone=True, accuracy=ACCURACY):
         """Strains with the tensions that something else has at them, by Newton's method, shape (...). [-]
 
         Parameters
@@ -143,6 +143,8 @@ class Condition:
             [-]
         alone : bool
             Whether it depends on the own strain only, so that each step narrows a bracket.
+        accuracy : float
+            What may be left of the tension, relative.
         """
         low = self.slack_strain
         strain, high = np.maximum(start, low + EPSILON), np.full(np.shape(low), np.inf)
@@ -151,7 +153,7 @@ class Condition:
             value, slope = self.pull(strain)
             tension = tension_at(strain, value, slope)
             gap = tension - value
-            done = done | ~(np.abs(gap) > ACCURACY * tension + EPSILON * np.abs(strain) * slope)
+            done = done | ~(np.abs(gap) > accuracy * tension + EPSILON * np.abs(strain) * slope)
             if done.all():
                 break
             if alone:

@@ -189,8 +189,8 @@ class Material(Properties):
         if not {"area", "diameter"} <= given | {key for key, value in found.items() if value is not None}:
             found["fill_factor"] = self.section_fill_factor
         found["expansion"] = self.expansion
-        if "state" in given:  # else its cable is linear
-            stiffness = [key for group in OF_SECTION[0] for key in group] if self.stress_strain else []
+        stiffness = {key for group in OF_SECTION[0] for key in group}
+        if "state" in given and self.stress_strain and given.isdisjoint(stiffness):  # else its cable is linear
             found = {key: value for key, value in found.items() if key not in stiffness}
             found["stress_strain"] = self.stress_strain
         return {key: value for key, value in found.items() if value is not None and key not in given}

@@ -86,8 +86,8 @@ class Section(Properties):
     )
     state: State | None = Field(
         None,
-        description="Of a conductor with curves, its own stress_strain or those of its material: initial (new), after_load "
-        "(stretched by the heaviest case), after_creep (10 years later), final (both; the default beside stress_strain)",
+        description="Of a conductor with curves, its stress_strain or those of its material: initial (new), after_load "
+        "(stretched by the heaviest case), after_creep (10 years on), final (both; the default beside stress_strain)",
     )
 
     @model_validator(mode="before")
@@ -132,9 +132,7 @@ class Section(Properties):
         """An area that its circle holds, products within what the solvers can hold: a list as of `relations`."""
         product = "times the area of the cross-section is {:g} "
         stiffness, mass = self.section_axial_stiffness, self.section_mass
-        curves = self.state is None or self.stress_strain is not None
-        message = "the cable has no curves: give stress_strain, or a material that has them (state: null is linear)"
-        found = [*self.size_relations(), (("state",), curves, lambda: message)]
+        found = self.size_relations()
         if stiffness is not None:  # it is of a material that is wrong itself
             found.append(limited("elastic_modulus", stiffness, STIFFNESS_RANGE, "N", f"{product}N".format))
         if mass is not None:

@@ -24,8 +24,8 @@ class PartTable(KeyTable):
     """Curves of one part of a conductor: its outer strands or its core."""
 
     initial: Coefficients = Field(
-        description="Curve of a new conductor: stress over the whole area by strain in percent, coefficients in `unit`, "
-        "constant first"
+        description="Curve of a new conductor, stress over the whole area by strain in percent: its coefficients, constant "
+        "first, in `unit`"
     )
     creep: Coefficients | None = Field(
         None, description="The same after 10 years under a constant tension (default: that of initial)"
@@ -114,8 +114,8 @@ class StressStrainTable(KeyTable):
             start, final = self.coefficients(name, "initial")[0][1], self.final_modulus(name)
             low, high = LIKELY_START
             message = (
-                f"the curve begins at {start / 1e9:.3g} GPa, {start / final:.2g} times the final modulus over the whole area "
-                f"(allowed: {low:g} to {high:g} times; coefficients are in {self.unit} per percent^k, see unit)"
+                f"the curve begins at {start / 1e9:.3g} GPa, {start / final:.2g} times the final modulus over all of the "
+                f"area (allowed: {low:g} to {high:g}; coefficients are in {self.unit} per percent^k, see unit)"
             )
             yield [((name, "initial"), low <= start / final <= high, lambda message=message: message)]
 

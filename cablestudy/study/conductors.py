@@ -12,10 +12,13 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from cablestudy.cable.stress_strain import NO_SET, TERMS, Condition, Curves, linear_cable
+from cablestudy.cable.stress_strain import NO_SET, TERMS, Condition, Curves, linear_cable, uneven_strain
+from cablestudy.study.load_cases import SECOND_ORDER, UNKNOWN
 
 NAMES = tuple(field.name for field in fields(Curves))
 GUESS = 1e-3  # strain of a conductor, to begin with
+ACCURACY = 1e-8  # of its tension, relative: the tangent cable has an error of the order of its square
+POINTS = 9  # along a cable, at which its tension differs from the mean one
 CREPT, LOADED = ("after_creep", "final"), ("after_load", "final")  # states with a permanent set by creep, by load
 
 
@@ -107,10 +110,8 @@ class Conductors:
             self.reference = stated(*self._linear(tangent))
             return self.reference[0]
 
-        self._strain = new.settle(tension_at, self._begin + GUESS, alone)
-        value = new.pull(self._strain)
-        self.reference = stated(*self._linear((self._strain, *value)))
-        self.reference_cables = self._linear((self._strain, *value))
+        self._strain = new.settle(tension_at, self._begin + GUESS, alone, ACCURACY)
+        tension_at(self._strain, *new.pull(self._strain))
 
     def _linear(self, tangent, rows=slice(None)):
         """EA and relative lengths of the linear cables at strains, tensions and slopes."""
@@ -123,7 +124,7 @@ class Conductors:
         def tension_at(*tangent):
             return self._loaded(rows, scenes, self.reference, *self._linear(tangent, rows))
 
-        strain = condition.settle(tension_at, self._strain[rows], self._alone)
+        strain = condition.settle(tension_at, self._strain[rows], self._alone, ACCURACY)
         return strain, condition.pull(strain)[0]
 
     def _condition(self, rows, scenes, sets, creeping=False):
@@ -181,3 +182,26 @@ class Conductors:
         for part, name in enumerate((", outer slack", ", core slack")):
             labels = np.where(slack[..., part], labels + name, labels)
         return LinearCables(stiffness, longer, condition, strain, labels)
+
+
+def uneven_errors(condition, strain, catenary):
+    """Relative errors, since k conductors are taken as linear along each cable, whose tension changes, shape (k,). [-]
+
+    The strain that a conductor has on the average beyond that at its mean tension lengthens it; the stiffness of the
+    span makes a tension of that, to first order.
+
+    Parameters
+    ----------
+    condition : Condition
+    strain : ndarray, shape (k,)
+        At the mean tensions. [-]
+    catenary : Catenary
+        Of the linear cables in their place.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
+    force = catenary.at((1 + nodes) / 2)[1]
+    tension, mean = np.sqrt((force**2).sum(axis=-1)), np.maximum(catenary.mean_tension, np.finfo(float).tiny)
+    with np.errstate(all="ignore"):
+        more = np.abs(uneven_strain(condition, strain, tension, weights / 2))
+        change = more * catenary.span.unstretched_length * catenary.end_stiffness[..., 0, 0] / mean
+    return np.minimum(np.nan_to_num(SECOND_ORDER * change, nan=UNKNOWN), UNKNOWN)

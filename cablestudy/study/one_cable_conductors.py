@@ -5,13 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.cable.catenary import solve
-from cablestudy.cable.stress_strain import uneven_strain
 from cablestudy.study import load_cases
-from cablestudy.study.conductors import Conductors, LinearCables
+from cablestudy.study.conductors import Conductors, LinearCables, uneven_errors
 from cablestudy.study.reference_length import chord_strain
 from cablestudy.study.scene_values import SceneValues
-
-POINTS = 9  # along a cable, at which its tension differs from the mean one
 
 
 @dataclass(frozen=True)
@@ -105,19 +102,8 @@ def _stated(values, stiffness, longer):
 
 
 def uneven_stretch_errors(results):
-    """Relative errors, since conductors are taken as linear along each cable, whose tension changes, shape (n,). [-]
-
-    The strain that a conductor has on the average beyond that at its mean tension lengthens it; the stiffness of the
-    span makes a tension of that, to first order.
-    """
-    rows, cables = results.alike.rows, results.alike.cables
-    error, catenary = np.zeros(len(results.values)), results.catenary.take(rows)
-    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
-    force = catenary.at((1 + nodes) / 2)[1]
-    tension, mean = np.sqrt((force**2).sum(axis=-1)), np.maximum(catenary.mean_tension, np.finfo(float).tiny)
-    with np.errstate(all="ignore"):
-        more = np.abs(uneven_strain(cables.condition, cables.strain, tension, weights / 2))
-        change = more * catenary.span.unstretched_length * catenary.end_stiffness[..., 0, 0] / mean
-    known = np.nan_to_num(load_cases.SECOND_ORDER * change, nan=load_cases.UNKNOWN)
-    error[rows] = np.minimum(known, load_cases.UNKNOWN)
+    """`conductors.uneven_errors` of `Results`, zero of linear cables, shape (n,). [-]"""
+    alike, error = results.alike, np.zeros(len(results.values))
+    error[alike.rows] = uneven_errors(alike.cables.condition, alike.cables.strain,
+                                                 results.catenary.take(alike.rows))  # fmt: skip
     return error
