@@ -1,7 +1,8 @@
 """Tension of a conductor of two parts by its strain: initial and creep curves, permanent stretch, and the knee.
 
-Both parts, outer strands and core, have the strain e of the cable. Less its own thermal strain a part has the strain
-e_p = e - alpha_p (T - T_c), with the temperature T_c of its curves, and carries by
+Both parts, outer strands and core, are as long as the cable, whose strain is e. A part that would be longer by
+a_p = alpha_p (T - T_c) without tension, with the temperature T_c of its curves, has the strain
+e_p = (1 + e)/(1 + a_p) - 1 of its own, and carries by
 
     N_p = max(0, min(I_p(e_p), F_p (e_p - z_p))),
 
@@ -100,14 +101,18 @@ class Condition:
         warmer = self.temperature - self.curves.temperature
         return self.curves.expansion * warmer[..., None]
 
+    def _own(self, strain):
+        """Strain of each part, shape (..., 2). [-]"""
+        return (strain[..., None] - self._thermal) / (1.0 + self._thermal)
+
     def parts(self, strain):
         """Tension of each part [N], and its slope with the strain [N], each of shape (..., 2)."""
-        own = strain[..., None] - self._thermal
+        own = self._own(strain)
         value, slope = curve(*self._curve, own)
         line = self.curves.final * (own - np.where(np.isfinite(self.sets), self.sets, 0.0))
         on_line = np.isfinite(self.sets) & (line < value)
         value, slope = np.where(on_line, line, value), np.where(on_line, self.curves.final, slope)
-        return np.where(value > 0, value, 0.0), np.where(value > 0, slope, 0.0)
+        return np.where(value > 0, value, 0.0), np.where(value > 0, slope / (1.0 + self._thermal), 0.0)
 
     def pull(self, strain):
         """Tension [N] and its slope with the strain [N] of each conductor at a strain, each of shape (...)."""
@@ -115,7 +120,7 @@ class Condition:
 
     def sets_after(self, strain):
         """Permanent sets, once the conductors were stretched to a strain, shape (..., 2). [-]"""
-        own = strain[..., None] - self._thermal
+        own = self._own(strain)
         value, final = curve(*self._curve, own)[0], self.curves.final
         there = (value > 0) & (final > 0)
         return np.where(there, np.maximum(self.sets, own - value / np.where(there, final, 1.0)), self.sets)
@@ -123,8 +128,8 @@ class Condition:
     @cached_property
     def slack_strain(self):
         """Largest strain without tension, shape (...). [-]"""
-        begin = _beginning(*self._curve)
-        return (np.maximum(begin, self.sets) + self._thermal).min(axis=-1)
+        begin, longer = np.maximum(_beginning(*self._curve), self.sets), self._thermal
+        return (begin * (1.0 + longer) + longer).min(axis=-1)
 
     def strain_at(self, tension):
         """Strains with given tensions > 0, shape (...). [-]"""

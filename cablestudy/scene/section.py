@@ -11,6 +11,8 @@ from cablestudy.scene.stress_strain_table import State
 from cablestudy.scene.units import show, to_si
 
 ROPES = ("rope", "cable", "strand")  # words of a name that ask for one
+PER_AREA = ("elastic_modulus", "density", "stress_strain")  # keys that need an area
+NO_SIZE = "missing key: one of area, diameter (or give axial_stiffness and mass_per_length)"
 PRESTRAIN_RANGE = (1e-18, 10.0)  # tension over axial stiffness [-]
 
 
@@ -108,13 +110,10 @@ class Section(Properties):
             return found
         for keys in (("axial_stiffness", "elastic_modulus", "stress_strain"), ("mass_per_length", "density")):
             if given.isdisjoint((*keys, "material")):
-                found.append(((), f"missing key: one of {', '.join(keys)} (or give material)"))
-        sized = not given.isdisjoint(("area", "diameter"))
-        if "stress_strain" in given:
-            stated = given & {"axial_stiffness", "elastic_modulus"}
-            found += [((key,), "no effect: the curves of stress_strain give the stiffness") for key in sorted(stated)]
-        if not (sized or given.isdisjoint(("elastic_modulus", "density", "stress_strain"))):
-            found.append(((), "missing key: one of area, diameter (or give axial_stiffness and mass_per_length)"))
+                found.append(((), f"missing key: one of {', '.join(keys[:2])} (or give material)"))
+        sized = not given.isdisjoint(("area", "diameter", "material"))  # of a material: see `section_relations`
+        if not (sized or given.isdisjoint(PER_AREA)):
+            found.append(((), NO_SIZE))
         return found
 
     def force_of(self, stated):
@@ -132,7 +131,8 @@ class Section(Properties):
         """An area that its circle holds, products within what the solvers can hold: a list as of `relations`."""
         product = "times the area of the cross-section is {:g} "
         stiffness, mass = self.section_axial_stiffness, self.section_mass
-        found = self.size_relations()
+        sized = self.section_area is not None or all(getattr(self, key) is None for key in PER_AREA)
+        found = [((), sized, lambda: NO_SIZE), *self.size_relations()]
         if stiffness is not None:  # it is of a material that is wrong itself
             found.append(limited("elastic_modulus", stiffness, STIFFNESS_RANGE, "N", f"{product}N".format))
         if mass is not None:

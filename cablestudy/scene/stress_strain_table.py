@@ -24,8 +24,8 @@ class PartTable(KeyTable):
     """Curves of one part of a conductor: its outer strands or its core."""
 
     initial: Coefficients = Field(
-        description="Curve of a new conductor, stress over the whole area by strain in percent: its coefficients, constant "
-        "first, in `unit`"
+        description="Curve of a new conductor, stress over the whole area by strain in percent: coefficients, in "
+        "`unit`, the constant first"
     )
     creep: Coefficients | None = Field(
         None, description="The same after 10 years under a constant tension (default: that of initial)"
@@ -72,8 +72,8 @@ class StressStrainTable(KeyTable):
     outer: PartTable = Field(description="The outer strands; of a conductor of one metal the whole")
     core: PartTable | None = Field(None, description="The core")
     unit: Literal[tuple(UNITS)] = Field("psi", description="Of the coefficients: psi, MPa or Pa, per percent^k")
-    temperature: Annotated[float, Quantity("K", 60, 5000, limits="from 60 K to 5000 K (a bare number is K)")] = Field(
-        294.2611111111111, description="At which the curves were measured (default: 70 degF)"
+    measured_at: Annotated[float, Quantity("K", 60, 5000, limits="from 60 K to 5000 K (a bare number is K)")] = Field(
+        294.2611111111111, description="Temperature of the curves (default: 70 degF)"
     )
 
     @property
@@ -114,8 +114,8 @@ class StressStrainTable(KeyTable):
             start, final = self.coefficients(name, "initial")[0][1], self.final_modulus(name)
             low, high = LIKELY_START
             message = (
-                f"the curve begins at {start / 1e9:.3g} GPa, {start / final:.2g} times the final modulus over all of the "
-                f"area (allowed: {low:g} to {high:g}; coefficients are in {self.unit} per percent^k, see unit)"
+                f"the curve begins at {start / 1e9:.3g} GPa, {start / final:.2g} times the final modulus over the "
+                f"whole area (allowed: {low:g} to {high:g}; coefficients are in {self.unit} per percent^k: see unit)"
             )
             yield [((name, "initial"), low <= start / final <= high, lambda message=message: message)]
 
@@ -124,3 +124,9 @@ def curve_tables(*path):
     """Where the mappings of the key `stress_strain` of a table at a path lie -> their models."""
     parts = {(*path, "stress_strain", part): PartTable for part in ("outer", "core")}
     return {(*path, "stress_strain"): StressStrainTable, **parts}
+
+
+def loaded_by_a_case(path, cable, cases):
+    """The relation that a conductor after load has load cases, of which the heaviest has stretched it."""
+    there = bool(cases) or cable.conductor_state != "after_load"
+    return (*path, "state"), there, lambda: "after_load: missing key: cases, of which the heaviest stretches it"

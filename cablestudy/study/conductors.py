@@ -32,6 +32,9 @@ class LinearCables:
         EA. [N]
     longer : ndarray, shape (...)
         Unstretched length over that of the new conductor in the reference state, less one. [-]
+    share : ndarray, shape (...)
+        Length of the conductor without tension, as it is in the case, over that unstretched length: ice and wind are
+        those per length of it. [-]
     condition : Condition
         Of the conductors.
     strain : ndarray, shape (...)
@@ -42,6 +45,7 @@ class LinearCables:
 
     stiffness: np.ndarray
     longer: np.ndarray
+    share: np.ndarray
     condition: Condition
     strain: np.ndarray
     labels: np.ndarray
@@ -74,7 +78,7 @@ def _numbers(cable):
         "ends": [[end for _, end in own] for own in found.values()],
         "final": [area * table.final_modulus(name) if part else 0.0 for name, part in zip(both, parts, strict=True)],
         "expansion": [part.expansion if part else 0.0 for part in parts],
-        "temperature": table.temperature,
+        "temperature": table.measured_at,
     }
 
 
@@ -88,11 +92,11 @@ class Conductors:
     shape : tuple of int
         Of what each cable has: (n,), or (n, c).
     stated : callable
-        EA [N], and unstretched length over that of the new conductor less one [-], each of `shape` -> mean tensions in
-        the reference state [N], and what `loaded` needs of it.
+        `stiffness`, `longer` and `share` of `LinearCables`, of `shape` -> mean tensions in the reference state [N],
+        and what `loaded` needs of it.
     loaded : callable
-        Indices of some scenes, the same with the cases that they shall have, what `stated` found, EA, and the same of
-        their lengths -> mean tensions. [N]
+        Indices of some scenes, the same with the cases that they shall have, what `stated` found, and the same three of
+        their cables -> mean tensions. [N]
     alone : bool
         As of `Condition.settle`.
     """
@@ -107,22 +111,22 @@ class Conductors:
         self._begin = new.slack_strain
 
         def tension_at(*tangent):
-            self.reference = stated(*self._linear(tangent))
+            self.reference = stated(*self._linear(tangent, new))
             return self.reference[0]
 
         self._strain = new.settle(tension_at, self._begin + GUESS, alone, ACCURACY)
         tension_at(self._strain, *new.pull(self._strain))
 
-    def _linear(self, tangent, rows=slice(None)):
-        """EA and relative lengths of the linear cables at strains, tensions and slopes."""
+    def _linear(self, tangent, condition, rows=slice(None)):
+        """`stiffness`, `longer` and `share` of the linear cables at strains, tensions and slopes."""
         stiffness, ratio = linear_cable(*tangent)
-        return stiffness, ratio / (1.0 + self._begin[rows]) - 1.0
+        return stiffness, ratio / (1.0 + self._begin[rows]) - 1.0, (1.0 + condition.slack_strain) / ratio
 
     def _settled(self, rows, scenes, condition):
         """Strains of some conductors in their cases, and their mean tensions there."""
 
         def tension_at(*tangent):
-            return self._loaded(rows, scenes, self.reference, *self._linear(tangent, rows))
+            return self._loaded(rows, scenes, self.reference, *self._linear(tangent, condition, rows))
 
         strain = condition.settle(tension_at, self._strain[rows], self._alone, ACCURACY)
         return strain, condition.pull(strain)[0]
@@ -171,7 +175,7 @@ class Conductors:
         sets = np.where(loaded[..., None], sets, by_creep)
         condition = self._condition(rows, self._scenes, sets)
         strain, _ = self._settled(rows, self._scenes, condition)
-        stiffness, longer = self._linear((strain, *condition.pull(strain)))
+        linear = self._linear((strain, *condition.pull(strain)), condition)
         labels = np.array(self.states, dtype=object)
         if loaded.any():
             softer = [Condition(condition.curves, condition.temperature, left, condition.creeping).pull(strain)[0]
@@ -181,7 +185,7 @@ class Conductors:
         slack = (condition.parts(strain)[0] == 0) & (self.curves.final > 0)
         for part, name in enumerate((", outer slack", ", core slack")):
             labels = np.where(slack[..., part], labels + name, labels)
-        return LinearCables(stiffness, longer, condition, strain, labels)
+        return LinearCables(*linear, condition, strain, labels)
 
 
 def uneven_errors(condition, strain, catenary):

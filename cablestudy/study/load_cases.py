@@ -111,7 +111,7 @@ def with_loads(span, values, of_case, warm=None):
     )
 
 
-def loaded_spans(span, values, strain, shift=None, longer=None):
+def loaded_spans(span, values, strain, shift=None, changed=None):
     """Cables under the loads of their cases, with the unstretched lengths that the case gives them.
 
     Parameters
@@ -123,8 +123,9 @@ def loaded_spans(span, values, strain, shift=None, longer=None):
         Chord strain in the reference state. [-]
     shift : ndarray, shape (n,), optional
         Displacement of end 2 along x beside the moves of the case. [m]
-    longer : ndarray, shape (n,), optional
-        Relative change of the unstretched lengths; by default `elongation`. [-]
+    changed : ndarray, shape (2, n), optional
+        Relative change of the unstretched lengths, by default `elongation`; ice and wind per unstretched length over
+        those of the scenes. [-]
 
     Returns
     -------
@@ -137,10 +138,11 @@ def loaded_spans(span, values, strain, shift=None, longer=None):
     if moves.any():
         ends = ends + moves
         span, strain = _moved(span, strain, ends, moves)
-    longer = elongation(values) if longer is None else longer
+    longer, share = (elongation(values), 1.0) if changed is None else changed
     warm = 1.0 + longer
-    span = replace(span, mass=span.mass / warm + ice_mass(values))
+    span = replace(span, mass=span.mass / warm + ice_mass(values) * share)
     pressed, direction = pressed_by_wind(values)
+    pressed = pressed * share
     if pressed.any():
         span = _in_wind(span, ends, pressed[:, None] * across(direction, span.frame[..., 0, :]))
     span = with_loads(span, values, of_case=True)

@@ -33,17 +33,19 @@ class HangingAlike:
     reasons: dict
 
     def in_place_of(self, span, values, strain, reasons):
-        """Spans with the stiffness of these cables, and relative changes of all lengths, shape (n,).
+        """Spans with the stiffness of these cables, and `changed` of `load_cases.loaded_spans`, shape (2, n).
 
         `strain` and `reasons` are filled in.
         """
         stiffness, longer = np.array(span.axial_stiffness), np.array(load_cases.elongation(values))
         stiffness[self.rows], longer[self.rows] = self.cables.stiffness, self.cables.longer
+        share = np.ones(len(stiffness))
+        share[self.rows] = self.cables.share
         strain[self.rows] = self.chord_strain
         for row in self.rows.tolist():
             reasons.pop(row, None)
         reasons.update((int(self.rows[place]), reason) for place, reason in self.reasons.items())
-        return replace(span, axial_stiffness=stiffness), longer
+        return replace(span, axial_stiffness=stiffness), np.array([longer, share])
 
     def labels_of(self, count):
         """`LinearCables.labels` of all scenes, empty of those with linear cables: ndarray, shape (n,)."""
@@ -69,12 +71,12 @@ def hanging_alike(values, results):
     scenes, found = [scenes[row] for row in rows], {}
     known = SceneValues(scenes)
 
-    def stated(stiffness, longer):
+    def stated(stiffness, longer, _):
         found["strain"], found["reasons"], tension = _stated(known, stiffness, longer)
         return tension, found["strain"]
 
-    def loaded(chosen, cases, reference, stiffness, longer):
-        cables = LinearCables(stiffness, longer, None, None, None)
+    def loaded(chosen, cases, reference, *linear):
+        cables = LinearCables(*linear, None, None, None)
         alike = HangingAlike(np.arange(len(chosen)), cables, reference[1][chosen], {})
         hanging = results(SceneValues(cases), alike)
         tension = np.array(hanging.catenary.mean_tension)

@@ -39,16 +39,16 @@ class Results:
     @cached_property
     def _span_and_reasons(self):
         """The cables, case -> why its cable does not exist, and the lengths; a taut one takes its place."""
-        span, longer = load_cases.bare_spans(self.values), None
+        span, changed = load_cases.bare_spans(self.values), None
         strain, reasons = (np.zeros(len(self.values)), {}) if self._alike else chord_strain(span, self.values)
         if self.alike is not None:
-            span, longer = self.alike.in_place_of(span, self.values, strain, reasons)
+            span, changed = self.alike.in_place_of(span, self.values, strain, reasons)
         for case in np.flatnonzero(load_cases.shrunk(self.values)).tolist():
             reasons[case] = "at the temperature of the case next to nothing is left of the cable's length"
         length = span.with_chord_strain(strain).unstretched_length
 
         def at(shift):
-            return _loads_on_cable(load_cases.loaded_spans(span, self.values, strain, shift, longer), reasons)
+            return _loads_on_cable(load_cases.loaded_spans(span, self.values, strain, shift, changed), reasons)
 
         push = self.values.push
         self._push = pushed_ends(at, push) if push.any() else None

@@ -37,13 +37,14 @@ class SuspendedConductors:
         conductors = Conductors(scenes, self._stretching.shape, self._stated, self._loaded, alone=False)
         _, self.reference, lengths = conductors.reference
         self._found = conductors.in_their_cases()
-        self.of_case = self._cables(slice(None), lengths, self._found.stiffness, self._found.longer)
+        linear = self._found.stiffness, self._found.longer, self._found.share
+        self.of_case = self._cables(slice(None), lengths, *linear)
         self.labels = np.where(self._stretching, self._found.labels, "")
 
-    def _cables(self, rows, lengths, stiffness, longer):
-        return CablesOfCase(lengths[rows], 1.0 + longer, stiffness, self._numbers.cable_mass[rows])
+    def _cables(self, rows, lengths, stiffness, longer, share):
+        return CablesOfCase(lengths[rows], 1.0 + longer, stiffness, self._numbers.cable_mass[rows], share)
 
-    def _stated(self, stiffness, longer):
+    def _stated(self, stiffness, longer, _):
         """Mean tensions [N] in the reference state, its `Equilibrium`, and lengths without tension there [m]."""
         numbers, warm = self._numbers, 1.0 + longer
         length = np.array([kind == "unstretched_length" for kind in numbers.given])
@@ -58,14 +59,14 @@ class SuspendedConductors:
         tension = np.where(found.record.converged[:, None], found.catenary.mean_tension, np.nan)
         return tension, found, found.lengths / warm
 
-    def _loaded(self, rows, scenes, reference, stiffness, longer):
+    def _loaded(self, rows, scenes, reference, *linear):
         """Mean tensions of suspensions in some cases. [N]"""
-        tension, groups = np.full(stiffness.shape, np.nan), {}
+        tension, groups = np.full(linear[0].shape, np.nan), {}
         for place, scene in enumerate(scenes):
             groups.setdefault(kind_of_case(scene), []).append(place)
         for places in groups.values():
             chosen = rows[places]
-            cables = self._cables(chosen, reference[2], stiffness[places], longer[places])
+            cables = self._cables(chosen, reference[2], *(part[places] for part in linear))
             some = [scenes[place] for place in places]
             found = loaded_state(reference[1].take(chosen), some, cables=cables).equilibrium
             tension[places] = np.where(found.record.converged[:, None], found.catenary.mean_tension, np.nan)

@@ -147,12 +147,15 @@ class CablesOfCase:
         Those of the case over them. [-]
     stiffness, mass : ndarray
         EA [N], and mass per unstretched length in the reference state [kg/m].
+    share : ndarray or float
+        Ice and wind per unstretched length of the case over those of the scenes. [-]
     """
 
     lengths: np.ndarray
     warm: np.ndarray
     stiffness: np.ndarray
     mass: np.ndarray
+    share: np.ndarray = 1.0
 
 
 def loaded_state(reference, scenes, forced=True, cables=None):
@@ -189,7 +192,7 @@ def loaded_state(reference, scenes, forced=True, cables=None):
         given=("unstretched_length",) * warm.shape[-1],
         value=cables.lengths * warm,
         axial_stiffness=cables.stiffness,
-        cable_mass=cables.mass / warm + ice_mass(values),
+        cable_mass=cables.mass / warm + ice_mass(values) * cables.share,
         position=np.where(standing[:, None, None], reference.position, suspension.position) + _moves_of_bodies(scenes),
         rotation=np.where(standing[:, None, None, None], reference.rotation, suspension.rotation),
         place=suspension.place + values.moves,
@@ -201,7 +204,7 @@ def loaded_state(reference, scenes, forced=True, cables=None):
     calm = statics.pose(loaded)
     if all(scene.load_case.wind is None for scene in scenes):
         return LoadedState(calm, calm, None, problems)
-    drag = _steady_drag(scenes, drag_width(values), suspension.body_names)
+    drag = _steady_drag(scenes, drag_width(values) * cables.share, suspension.body_names)
     # without an equilibrium there is nothing that the wind could move
     drag = replace(drag, velocity=np.where(calm.record.converged[:, None], drag.velocity, 0.0))
     return LoadedState(calm, equilibrium_in_wind(calm, drag), drag, problems)
