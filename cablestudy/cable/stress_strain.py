@@ -118,6 +118,12 @@ class Condition:
         """Tension [N] and its slope with the strain [N] of each conductor at a strain, each of shape (...)."""
         return tuple(part[..., 0] + part[..., 1] for part in self.parts(strain))
 
+    def elastic(self, strain):
+        """Slope of the tension where it falls, by the final moduli of the parts that are tight, shape (...). [N]"""
+        tight = self.parts(strain)[0] > 0
+        slopes = np.where(tight, self.curves.final / (1.0 + self._thermal), 0.0)
+        return slopes[..., 0] + slopes[..., 1]
+
     def sets_after(self, strain):
         """Permanent sets, once the conductors were stretched to a strain, shape (..., 2). [-]"""
         own = self._own(strain)

@@ -4,6 +4,9 @@ A stated tension or sag is that of the new conductor in the reference state; its
 that all states share. The load that stretches a conductor is the case in which its mean tension is largest; creep is
 that of the conductor without a case, for 10 years. In the state `final` it creeps first and is loaded then.
 
+Motion and stiffness are those about the equilibrium with the final moduli of the parts that are tight: what falls below
+the tension of a day, and comes back, follows these. The end that the force of a load case pushes goes along the curve.
+
 The catenary is that of a linear cable. At a strain e of the conductor its tangent gives one (`cable.stress_strain`),
 whose mean tension in turn gives the next strain: Newton's method, to the strain at which both have one tension.
 """
@@ -166,6 +169,11 @@ class Conductors:
             largest[row] = np.where(heavier, tension[place], largest[row])
         return np.maximum(sets, alone), alone, heaviest
 
+    def _pushed(self):
+        """Which cables a force of their case has pushed to where they are, from where it began, shape (n, ...)."""
+        forces = [getattr(scene.load_case.forces, "end_2", (0.0,)) for scene in self._scenes]
+        return np.array([any(force) for force in forces]).reshape(-1, *(1,) * (len(self._shape) - 1))
+
     def in_their_cases(self):
         """`LinearCables` of all scenes, each in its case and its state."""
         rows, unset = np.arange(len(self._scenes)), self.curves.unset
@@ -175,7 +183,9 @@ class Conductors:
         sets = np.where(loaded[..., None], sets, by_creep)
         condition = self._condition(rows, self._scenes, sets)
         strain, _ = self._settled(rows, self._scenes, condition)
-        linear = self._linear((strain, *condition.pull(strain)), condition)
+        tension, slope = condition.pull(strain)
+        slope = np.where(self._pushed(), slope, condition.elastic(strain))
+        linear = self._linear((strain, tension, slope), condition)
         labels = np.array(self.states, dtype=object)
         if loaded.any():
             softer = [Condition(condition.curves, condition.temperature, left, condition.creeping).pull(strain)[0]
