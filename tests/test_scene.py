@@ -182,7 +182,7 @@ BAD = [
      "3:3: cable: missing key: one of area, diameter (or give axial_stiffness and mass_per_length)"),
     ("  area: 2.69 mm^2\n", "  area: 2.69 mm^2\n  axial_stiffness: 189 kN\n",
      "5:3: cable.elastic_modulus: given together with axial_stiffness: give exactly one of axial_stiffness, "
-     "elastic_modulus"),
+     "elastic_modulus, stress_strain"),
     ("  area: 2.69 mm^2\n", "  area: 2.69 mm^2\n  diameter: 1.8 mm\n",
      "8:13: cable.diameter: a circle of it has 2.54469e-06 m^2, less than 2.69e-06 m^2"),
     ("  area: 2.69 mm^2\n", "  area: 2.69 mm^2\n  diameter: 2 mm\n  fill_factor: 0.8\n",

@@ -126,13 +126,15 @@ class Conductors:
         return stiffness, ratio / (1.0 + self._begin[rows]) - 1.0, (1.0 + condition.slack_strain) / ratio
 
     def _settled(self, rows, scenes, condition):
-        """Strains of some conductors in their cases, and their mean tensions there."""
+        """Strains of some conductors in their cases, and mean tensions there, not a number without an equilibrium."""
+        tensions = []
 
         def tension_at(*tangent):
-            return self._loaded(rows, scenes, self.reference, *self._linear(tangent, condition, rows))
+            tensions.append(self._loaded(rows, scenes, self.reference, *self._linear(tangent, condition, rows)))
+            return tensions[-1]
 
         strain = condition.settle(tension_at, self._strain[rows], self._alone, ACCURACY)
-        return strain, condition.pull(strain)[0]
+        return strain, tensions[-1]
 
     def _condition(self, rows, scenes, sets, creeping=False):
         temperature = np.array([
@@ -171,7 +173,7 @@ class Conductors:
 
     def _pushed(self):
         """Which cables a force of their case has pushed to where they are, from where it began, shape (n, ...)."""
-        forces = [getattr(scene.load_case.forces, "end_2", (0.0,)) for scene in self._scenes]
+        forces = [getattr(scene.load_case.forces, "end_2", ()) for scene in self._scenes]
         return np.array([any(force) for force in forces]).reshape(-1, *(1,) * (len(self._shape) - 1))
 
     def in_their_cases(self):
@@ -202,7 +204,8 @@ def uneven_errors(condition, strain, catenary):
     """Relative errors, since k conductors are taken as linear along each cable, whose tension changes, shape (k,). [-]
 
     The strain that a conductor has on the average beyond that at its mean tension lengthens it; the stiffness of the
-    span makes a tension of that, to first order.
+    span makes a tension of that, to first order. And where its tension is not the mean one it has another strain than
+    the linear cable, whose slope is that of the final moduli: so much the places of its points may differ.
 
     Parameters
     ----------
@@ -218,4 +221,6 @@ def uneven_errors(condition, strain, catenary):
     with np.errstate(all="ignore"):
         more = np.abs(uneven_strain(condition, strain, tension, weights / 2))
         change = more * catenary.span.unstretched_length * catenary.end_stiffness[..., 0, 0] / mean
+        slopes = np.abs(1 / condition.pull(strain)[1] - 1 / condition.elastic(strain))
+        change = change + slopes * np.abs(tension - mean[:, None]).max(axis=-1)
     return np.minimum(np.nan_to_num(SECOND_ORDER * change, nan=UNKNOWN), UNKNOWN)
