@@ -137,7 +137,7 @@ def _by_bodies(found, place, forces):
 
 @dataclass(frozen=True)
 class CablesOfCase:
-    """What a load case takes from the cables of the reference state, shape (n, c).
+    """Cables of the reference state as a load case takes them, shape (n, c).
 
     Attributes
     ----------

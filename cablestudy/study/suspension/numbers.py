@@ -65,7 +65,7 @@ def loads_of(scene, of_case):
 
 
 def kind_of_case(scene):
-    """What load cases of suspensions that are solved together share: wind or none, and at how many places loads are."""
+    """Kind of a load case, which cases solved together share: wind or none, and at how many places loads are."""
     of_case = scene.load_case.loads and [places_of(loads) for loads in loads_of(scene, True)]
     return scene.load_case.wind is None, *of_case
 
