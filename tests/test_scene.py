@@ -182,7 +182,7 @@ BAD = [
      "3:3: cable: missing key: one of area, diameter (or give axial_stiffness and mass_per_length)"),
     ("  area: 2.69 mm^2\n", "  area: 2.69 mm^2\n  axial_stiffness: 189 kN\n",
      "5:3: cable.elastic_modulus: given together with axial_stiffness: give exactly one of axial_stiffness, "
-     "elastic_modulus"),
+     "elastic_modulus, stress_strain"),
     ("  area: 2.69 mm^2\n", "  area: 2.69 mm^2\n  diameter: 1.8 mm\n",
      "8:13: cable.diameter: a circle of it has 2.54469e-06 m^2, less than 2.69e-06 m^2"),
     ("  area: 2.69 mm^2\n", "  area: 2.69 mm^2\n  diameter: 2 mm\n  fill_factor: 0.8\n",
@@ -334,6 +334,9 @@ KEYS = [
 RANGES = {key: quantity_of(key) for key in KEYS if quantity_of(key)}
 AUTO = "winch.controller.gain={auto: {gain_margin: 6}}"
 ICE, WIND, LOAD = "{ice: {thickness: 1 mm}}", "{wind: {speed: 1}}", "{loads: [{at: 1, mass: 1}]}"
+METAL = "{elastic_modulus: 1e9, density: 1}"
+CURVES = "{outer: {initial: [0, 1e4], final: 7e9, expansion: 0}, core: {initial: [0, 1e4], final: 7e9, expansion: 0}}"
+OF_PART = ("initial", "creep", "final", "expansion", "area_share")
 BESIDE = {
     "cable.tension.value": ("cable.tension={at: mean, value: 1}",),
     **{f"cases.day.ice.{key}": (f"cases={{day: {ICE}}}",) for key in ("density", "lift_slope", "drag_coefficient")},
@@ -348,6 +351,11 @@ BESIDE = {
     },
     **{f"materials.day.{key}": ("materials={day: {density: 1}}",) for key in ("axial_stiffness", "elastic_modulus")},
     **{f"materials.day.{key}": ("materials={day: {elastic_modulus: 1}}",) for key in ("mass_per_length", "density")},
+    **{
+        f"{table}.stress_strain.{key}": (f"materials={{day: {METAL}}}", f"{table}.stress_strain={CURVES}")
+        for table in ("cable", "materials.day")
+        for key in ("measured_at", *(f"{part}.{name}" for part in ("outer", "core") for name in OF_PART))
+    },
     "winch.controller.gain.auto": (AUTO,),
     "winch.controller.gain.auto.gain_margin": (AUTO,),
     "winch.controller.gain.auto.sensitivity": (AUTO,),
@@ -361,11 +369,17 @@ VECTORS = {
     "cases.day.forces.end_2": "[{}, 0, 0]",
     "cases.day.moves.end_1": "[0, {}, 0]",
     "cases.day.moves.end_2": "[0, 0, {}]",
+    **{
+        f"{table}.stress_strain.{part}.{curve}": "[0, {}]"
+        for table in ("cable", "materials.day")
+        for part in ("outer", "core")
+        for curve in ("initial", "creep")
+    },
 }
 
 
 def test_every_quantity_has_a_range_whose_products_do_not_overflow():
-    assert len(RANGES) == 84
+    assert len(RANGES) == 106
     for key, quantity in RANGES.items():
         ends = [abs(end) for end in (quantity.low, quantity.high, quantity.least) if end]
         assert 1e-30 <= min(ends) <= max(ends) <= 1e30, key  # so that products of ten are finite
@@ -427,7 +441,7 @@ def test_long_values_are_cut_in_messages(text, sets):
 
 
 def test_models_built_in_python_keep_the_same_rules():
-    with pytest.raises(ValidationError, match="give exactly one of axial_stiffness, elastic_modulus"):
+    with pytest.raises(ValidationError, match="give exactly one of axial_stiffness, elastic_modulus, stress_strain"):
         Cable(chord=1, material="steel", area=1e-6, axial_stiffness=1e6, elastic_modulus=1e11, preload=1)
     scene = CableScene(
         cable=Cable(chord=1, material="steel", area=1e-6, preload=1), model=ModelTable(elements=4, order=2)

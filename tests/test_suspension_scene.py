@@ -379,8 +379,8 @@ MISTAKES = {
          "12:1: cabels: unknown key (did you mean cables?)"]),
     "a number for a cable": ([("{from: north, to: knot, preload: 1000}", "5")],
         "13:6: cables.n: expected a mapping with the keys axial_stiffness, elastic_modulus, "
-        "mass_per_length, density, breaking_force, strength, area, diameter, fill_factor, expansion, "
-        "material, damping, unstretched_length, preload, sag, tension_to, tension, force_density, "
+        "mass_per_length, density, breaking_force, strength, area, diameter, fill_factor, expansion, stress_strain, "
+        "material, state, damping, unstretched_length, preload, sag, tension_to, tension, force_density, "
         "reference, loads, from, to, got 5"),
     "several mistakes": ([("mass: 50", "mass: -50"), ("preload: 1000", "prelod: 100"),
          ("to: gondola.b", "to: gondola.q")],

@@ -12,6 +12,7 @@ from cablestudy.scene.section import Section, Tension, limited, within
 # Unstretched length over distance of the ends, and what of it is likely when a unit was mistaken.
 LENGTH_RATIO = (0.2, 200.0)
 LIKELY_RATIO = (0.5, 5.0)
+NO_CURVES = "no effect: give stress_strain, or a material that has such curves and no stiffness beside it"
 CHORD_RANGE = (1e-9, 1e9)  # [m] squares, and those of frequencies, stay finite
 
 Coordinate = Annotated[float, Quantity("m", -1e9, 1e9)]
@@ -142,7 +143,9 @@ class Cable(CableProperties):
         yield [(("ends",), chord > 0, lambda: "the two ends coincide")]
         yield [limited("ends", chord, CHORD_RANGE, "m", "the two ends are {:g} m apart".format)]
         stated = {("preload",): self.preload, ("tension", "value"): self.tension and self.tension.value}
-        products = [*self.section_relations(), *self.tension_relations(stated)]
+        curves = self.state is None or self.stress_strain is not None
+        products = [(("state",), curves, lambda: NO_CURVES)]
+        products += [*self.section_relations(), *self.tension_relations(stated)]
         if length is not None:
             holds = within(length / chord, LENGTH_RATIO)
             products.append((("unstretched_length",), holds, lambda: length_ratio(length, chord)))

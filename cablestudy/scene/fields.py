@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 from pydantic import AfterValidator, BaseModel, ConfigDict, StringConstraints, model_validator
 from pydantic_core import PydanticCustomError, core_schema
 
-from cablestudy.scene.layers import ALTERNATIVES, OF_SECTION, matches
+from cablestudy.scene.layers import ALTERNATIVES, OF_CABLE, OF_SECTION, matches
 from cablestudy.scene.units import DIMENSIONS, article, expected, show, to_si
 
 ALL = "all"  # of --case: each of the load cases
@@ -235,7 +235,7 @@ def group_mistakes(table, given, optional=False):
             found += [((key,), message) for key in present if key not in used[0]]
         elif used and used[0][0] not in given:
             found.append(((), f"missing key: {used[0][0]} ({present[0]} goes with it)"))
-        elif not (used or optional or groups in OF_SECTION):
+        elif not (used or optional or groups in OF_SECTION + OF_CABLE):
             found.append(((), f"missing key: one of {_first_keys(groups)}"))
     return found
 

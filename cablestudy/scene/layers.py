@@ -15,16 +15,17 @@ OF_SECTION = (
     (("mass_per_length",), ("density",)),
     (("breaking_force",), ("strength",)),
 )
+OF_CABLE = ((*OF_SECTION[0], ("stress_strain",)), *OF_SECTION[1:])
 # Table -> rows of alternatives: of the groups of a row exactly one may be given.
 ALTERNATIVES = {
     "cable": (
         (("ends",), ("chord", "inclination")),
         (("unstretched_length",), ("preload",), ("sag",), ("tension",)),
-        *OF_SECTION,
+        *OF_CABLE,
     ),
     "cables": (
         (("unstretched_length",), ("preload",), ("sag",), ("tension_to",), ("tension",)),
-        *OF_SECTION,
+        *OF_CABLE,
     ),
     "material": OF_SECTION,
     "cable.damping": ((("ratio",), ("loss_factor",), ("time",)),),
@@ -62,7 +63,7 @@ def _replaces():
     table = {}
     for key, other in _alternatives():
         table.setdefault(key, []).append(other)
-    own = ("fill_factor", "expansion", *(group[0] for groups in OF_SECTION for group in groups))
+    own = ("fill_factor", "expansion", *(group[0] for groups in OF_CABLE for group in groups))
     damping = ("ratio", "loss_factor", "time")
     for cable in (("cable",), ("cables", "*")):
         table[*cable, "material"] = [(*cable, key) for key in own]

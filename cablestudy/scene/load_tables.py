@@ -151,7 +151,7 @@ class CommonLoadCase(KeyTable):
         return [
             (path, not around or cable.section_diameter is not None,
              partial(text, "diameter", name, "wind or ice around the cable")),
-            (path, self.temperature is None or cable.expansion is not None,
+            (path, self.temperature is None or cable.expansion is not None or cable.stress_strain is not None,
              partial(text, "expansion", name, "a temperature")),
         ]  # fmt: skip
 

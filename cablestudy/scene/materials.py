@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field, ValidationError
 from cablestudy.scene.document import read_file
 from cablestudy.scene.fields import KeyTable, MaterialName, Quantity, wrong
 from cablestudy.scene.layers import OF_SECTION
+from cablestudy.scene.stress_strain_table import StressStrainTable
 from cablestudy.scene.units import show
 
 # Products of keys, beyond any cable by many powers of ten: their squares and those of frequencies stay finite.
@@ -54,6 +55,9 @@ class Properties(KeyTable):
     expansion: Annotated[float, Quantity("1/K", -1e-2, 1e-2)] | None = Field(
         None, description="Coefficient of thermal expansion, along the cable"
     )
+    stress_strain: StressStrainTable | None = Field(
+        None, description="Curves of a conductor that stretches for good, by part (instead of elastic_modulus)"
+    )
 
     @classmethod
     def key_mistakes(cls, given):
@@ -97,7 +101,7 @@ class Properties(KeyTable):
     @property
     def section_axial_stiffness(self):
         """EA, given or elastic modulus times area; or None. [N]"""
-        return self._or_times_area(self.axial_stiffness, self.elastic_modulus)
+        return self._or_times_area(self.axial_stiffness, self._modulus)
 
     @property
     def section_mass(self):
@@ -112,7 +116,7 @@ class Properties(KeyTable):
     @property
     def section_elastic_modulus(self):
         """Elastic modulus, given or EA over area; or None. [Pa]"""
-        return self._or_over_area(self.elastic_modulus, self.axial_stiffness)
+        return self._or_over_area(self._modulus, self.axial_stiffness)
 
     @property
     def section_density(self):
@@ -123,6 +127,12 @@ class Properties(KeyTable):
     def section_strength(self):
         """Strength, given or breaking force over area; or None. [Pa]"""
         return self._or_over_area(self.strength, self.breaking_force)
+
+    @property
+    def _modulus(self):
+        """Elastic modulus, given or the final one of the curves; or None. [Pa]"""
+        curves = self.stress_strain
+        return curves.modulus if self.elastic_modulus is None and curves else self.elastic_modulus
 
     def _or_times_area(self, whole, per_area):
         if whole is not None or per_area is None or self.section_area is None:
@@ -179,6 +189,10 @@ class Material(Properties):
         if not {"area", "diameter"} <= given | {key for key, value in found.items() if value is not None}:
             found["fill_factor"] = self.section_fill_factor
         found["expansion"] = self.expansion
+        stiffness = {key for group in OF_SECTION[0] for key in group}
+        if "state" in given and self.stress_strain and given.isdisjoint(stiffness):  # else its cable is linear
+            found = {key: value for key, value in found.items() if key not in stiffness}
+            found["stress_strain"] = self.stress_strain
         return {key: value for key, value in found.items() if value is not None and key not in given}
 
 

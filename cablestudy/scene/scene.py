@@ -28,6 +28,7 @@ from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import ModelTable
 from cablestudy.scene.one_cable import CABLE
 from cablestudy.scene.section import limited
+from cablestudy.scene.stress_strain_table import curve_tables, loaded_by_a_case
 from cablestudy.scene.strict_yaml import refuse
 from cablestudy.scene.suspension import SUSPENSION_TABLES, WHEEL_TABLES, is_suspension, read_suspension
 from cablestudy.scene.units import show
@@ -121,6 +122,7 @@ class CableScene(KeyTable):
         known = self.case is None or self.case in self.cases
         yield [(("case",), known, lambda: f"unknown case {show(self.case)} ({suggestion(self.case, self.cases)})")]
         cable, length = self.cable, self.cable.unstretched_length
+        yield [loaded_by_a_case(("cable",), cable, self.cases)]
         yield [relation for name, case in self.cases.items() for relation in case.needs_of(cable, ("cable",), name)]
         for name, case in self.cases.items():
             if length is not None:
@@ -153,6 +155,7 @@ TABLES = {
     ("cable", "loads", "*"): Load,
     ("cable", "tension"): TensionAt,
     ("cable", "reference"): ReferenceTable,
+    **curve_tables("cable"),
     ("cases", "*"): LoadCase,
     ("cases", "*", "ice"): Ice,
     ("cases", "*", "wind"): SteadyWind,
@@ -169,6 +172,7 @@ TABLES = {
     ("wind",): Wind,
     ("correction",): Correction,
     ("materials", "*"): Material,
+    **curve_tables("materials", "*"),
     ("model",): ModelTable,
 }
 

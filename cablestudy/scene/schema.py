@@ -5,7 +5,7 @@ from itertools import combinations
 from pydantic.json_schema import GenerateJsonSchema, models_json_schema
 
 from cablestudy.scene.entries import ALL, ALTERNATIVE
-from cablestudy.scene.layers import ALTERNATIVES, OF_SECTION, prune
+from cablestudy.scene.layers import ALTERNATIVES, OF_CABLE, OF_SECTION, prune
 from cablestudy.scene.materials import materials
 from cablestudy.scene.ranges import MAX_COUNT, MEANINGS, SPACINGS
 from cablestudy.scene.scene import TABLES
@@ -17,7 +17,7 @@ BASE = {"type": "string", "minLength": 1, "description": "File that this one cha
 # A scene upon a base may lack any key; what is inside of a list or a gain is never merged.
 _ALWAYS_WHOLE = ("Load", "AutoGain", "Margin")
 _SECTION = (  # of each row one must be given; of the last, a size or both of what it would serve for
-    ({"required": ["material"]}, {"required": ["axial_stiffness"]}, {"required": ["elastic_modulus"]}),
+    tuple({"required": [key]} for key in ("material", "axial_stiffness", "elastic_modulus", "stress_strain")),
     ({"required": ["material"]}, {"required": ["mass_per_length"]}, {"required": ["density"]}),
     ({"required": ["area"]}, {"required": ["diameter"]}, {"required": ["axial_stiffness", "mass_per_length"]}),
 )
@@ -173,7 +173,7 @@ def _complete(model, table):
     conditions = [{"anyOf": list(ways)} for ways in _SECTION] if model.table == "cable" else []
     if not model.optional_groups:
         for groups in ALTERNATIVES.get(model.table, ()):
-            if groups not in OF_SECTION:
+            if groups not in OF_SECTION + OF_CABLE:
                 conditions.append({"oneOf": [{"required": [group[0]]} for group in groups]})
     return ({"required": list(required)} if required else {}) | ({"allOf": conditions} if conditions else {})
 

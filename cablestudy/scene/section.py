@@ -7,9 +7,12 @@ from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
 from cablestudy.scene.fields import Quantity, suggestion, wrong
 from cablestudy.scene.materials import MASS_RANGE, STIFFNESS_RANGE, Properties, known_materials, materials
+from cablestudy.scene.stress_strain_table import State
 from cablestudy.scene.units import show, to_si
 
 ROPES = ("rope", "cable", "strand")  # words of a name that ask for one
+PER_AREA = ("elastic_modulus", "density", "stress_strain")  # keys that need an area
+NO_SIZE = "missing key: one of area, diameter (or give axial_stiffness and mass_per_length)"
 PRESTRAIN_RANGE = (1e-18, 10.0)  # tension over axial stiffness [-]
 
 
@@ -83,6 +86,11 @@ class Section(Properties):
     material: Annotated[str, Field(strict=True), AfterValidator(_known_material)] | None = Field(
         None, description="Name in the table of materials: for what is not given here"
     )
+    state: State | None = Field(
+        None,
+        description="Of a conductor with curves, its stress_strain or those of its material: initial (new), after_load "
+        "(stretched by the heaviest case), after_creep (10 years on), final (both; the default beside stress_strain)",
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -100,17 +108,22 @@ class Section(Properties):
         found, given = super().key_mistakes(given), set(given)
         if not cls.complete:
             return found
-        for keys in (("axial_stiffness", "elastic_modulus"), ("mass_per_length", "density")):
+        for keys in (("axial_stiffness", "elastic_modulus", "stress_strain"), ("mass_per_length", "density")):
             if given.isdisjoint((*keys, "material")):
-                found.append(((), f"missing key: one of {', '.join(keys)} (or give material)"))
-        sized = not given.isdisjoint(("area", "diameter"))
-        if not (sized or given.isdisjoint(("elastic_modulus", "density"))):
-            found.append(((), "missing key: one of area, diameter (or give axial_stiffness and mass_per_length)"))
+                found.append(((), f"missing key: one of {', '.join(keys[:2])} (or give material)"))
+        sized = not given.isdisjoint(("area", "diameter", "material"))  # of a material: see `section_relations`
+        if not (sized or given.isdisjoint(PER_AREA)):
+            found.append(((), NO_SIZE))
         return found
 
     def force_of(self, stated):
         """A force stated in newtons or as a share of the breaking force; None stays None. [N]"""
         return stated.value * self.section_breaking_force if isinstance(stated, Share) else stated
+
+    @property
+    def conductor_state(self):
+        """The state of a conductor with curves, by default final; None of a linear cable."""
+        return (self.state or "final") if self.stress_strain else None
 
     # ---------------------------------------------------------------------------------------------- relations
 
@@ -118,7 +131,8 @@ class Section(Properties):
         """An area that its circle holds, products within what the solvers can hold: a list as of `relations`."""
         product = "times the area of the cross-section is {:g} "
         stiffness, mass = self.section_axial_stiffness, self.section_mass
-        found = self.size_relations()
+        sized = self.section_area is not None or all(getattr(self, key) is None for key in PER_AREA)
+        found = [((), sized, lambda: NO_SIZE), *self.size_relations()]
         if stiffness is not None:  # it is of a material that is wrong itself
             found.append(limited("elastic_modulus", stiffness, STIFFNESS_RANGE, "N", f"{product}N".format))
         if mass is not None:

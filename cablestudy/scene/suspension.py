@@ -11,6 +11,7 @@ from cablestudy.scene.actuator_tables import LIMITS, Actuator, ReactionMass, Rea
 from cablestudy.scene.cable_table import (
     CHORD_RANGE,
     LENGTH_RATIO,
+    NO_CURVES,
     DampingTable,
     TensionAt,
     beyond_the_end,
@@ -40,6 +41,7 @@ from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import ModelTable
 from cablestudy.scene.references import case_mistakes, reference_mistakes
 from cablestudy.scene.section import limited, within
+from cablestudy.scene.stress_strain_table import curve_tables, loaded_by_a_case
 from cablestudy.scene.suspension_tables import (
     MOTIONS,
     Body,
@@ -202,6 +204,10 @@ class SuspensionScene(KeyTable):
         """The case is one of the cases, all cables have what the cases need, and the ground is in order."""
         known = self.case is None or self.case in self.cases
         yield [(("case",), known, lambda: f"unknown case {show(self.case)} ({suggestion(self.case, self.cases)})")]
+        yield [loaded_by_a_case(("cables", name), table, self.cases) for name, table in self.cables.items()]
+        stated = [name for name, table in self.cables.items() if table.state]
+        curves = not stated or any(table.stress_strain for table in self.cables.values())
+        yield [(("cables", name, "state"), curves, lambda: NO_CURVES) for name in stated[:1]]
         yield [
             relation
             for name, case in self.cases.items()
@@ -314,6 +320,7 @@ SUSPENSION_TABLES = {
     ("cable", "reference"): ReferenceTable,
     ("cable", "loads", "*"): Load,
     ("cable", "tension"): TensionAt,
+    **curve_tables("cable"),
     ("points", "*"): PointTable,
     ("bodies", "*"): Body,
     ("bodies", "*", "wind"): BodyWind,
@@ -322,6 +329,7 @@ SUSPENSION_TABLES = {
     ("cables", "*", "reference"): ReferenceTable,
     ("cables", "*", "loads", "*"): Load,
     ("cables", "*", "tension"): TensionAt,
+    **curve_tables("cables", "*"),
     ("cases", "*"): SuspensionLoadCase,
     ("cases", "*", "ice"): Ice,
     ("cases", "*", "wind"): SteadyWind,
@@ -340,6 +348,7 @@ SUSPENSION_TABLES = {
     ("wind",): SuspensionWind,
     ("correction",): MarkerCorrection,
     ("materials", "*"): Material,
+    **curve_tables("materials", "*"),
     ("model",): ModelTable,
 }
 # The other kind of what lies under actuators.

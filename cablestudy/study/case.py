@@ -441,7 +441,8 @@ class _ClosedForm:
         cable = self._scene.cable
         scene = self._scene
         stated = (getattr(cable, key) for key in CABLE)
-        return (scene.gravity, *map(frozen, stated), frozen(scene.load_case), frozen(scene.model))
+        stretched = cable.stress_strain and (cable.stress_strain, cable.state, *scene.cases.items())
+        return (scene.gravity, *map(frozen, stated), frozen(stretched), frozen(scene.load_case), frozen(scene.model))
 
     @cached_property
     def span(self):

@@ -235,7 +235,7 @@ def _of_column(failures, column):
 
 def _coarse_errors(results, required):
     """Case -> {header: estimated relative error}, where rounding exceeds ROUNDING."""
-    statics = np.maximum(results.statics_rounding, results.drag_error)
+    statics = np.maximum(results.statics_rounding, results.model_error)
     sags = [column.header for column in required.closed if column.name in ("sag", "sag_ratio")]
     sag = results.sag_rounding if sags else np.zeros(len(statics))
     pushed = [column.header for column in required.closed if column.name == "force_displacement"]
@@ -261,7 +261,7 @@ def evaluate_table(table, columns):
         dict of header -> estimated relative error where it exceeds ROUNDING or, None, is not known. None where a column
         is computed case by case.
     """
-    if not all(map(is_own, columns)):
+    if not all(map(is_own, columns)) or table.scene.cable.stress_strain is not None:
         return None
     required = ColumnRequirements(columns)
     if required.run or len(required.closed) < len(required.physical):

@@ -40,8 +40,8 @@ def freeze_suspension(document, scene):
 
     Free points, and bodies as far as they move, stand where the reference state has them: there a search begins.
     """
-    value, found = document.given, SuspensionCase(_without_case(scene)).group.reference
-    lengths = dict(zip(scene.cables, found.lengths[0].tolist(), strict=True))
+    value, group = document.given, SuspensionCase(_without_case(scene)).group
+    found, lengths = group.reference, dict(zip(scene.cables, group.cables.reference_length[0].tolist(), strict=True))
     lengths |= {name: cable.unstretched_length for name, cable in scene.cables.items() if cable.unstretched_length}
     changed = {"cables": {name: _with_length(cable, lengths[name]) for name, cable in value["cables"].items()}}
     if scene.links:

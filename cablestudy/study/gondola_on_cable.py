@@ -25,7 +25,7 @@ class OneCableGroup(Group):
         self._case, self.reference, self._loaded, self._coordinates = case, equilibria_of([case]), None, {}
         self.cable_places, self.body_places = {CABLE: 0}, {GONDOLA: 0}
         results, index = case.results, case.index
-        self._rounding_errors = [float(max(results.statics_rounding[index], results.drag_error[index]))]
+        self._rounding_errors = [float(max(results.statics_rounding[index], results.model_error[index]))]
         self._rounding_movement = np.zeros((1, 1, 6))
         self._drag_change = self._drag_change_in_wind = np.zeros(1), self._rounding_movement
 

@@ -84,7 +84,7 @@ def on_cable(places, length):
     return np.where(absent, begin + gap * number / (number[..., -1:] + 1), places)
 
 
-def with_loads(span, values, of_case):
+def with_loads(span, values, of_case, warm=None):
     """Cables with their point loads.
 
     Parameters
@@ -93,8 +93,11 @@ def with_loads(span, values, of_case):
         Fields of shape (n,).
     values, of_case
         As of `point_loads`.
+    warm : ndarray, shape (n,), optional
+        Unstretched lengths of the cables over those along which places are stated. [-]
     """
     positions, fractions, forces, masses = point_loads(values, of_case)
+    positions = positions if warm is None else positions * warm[:, None]
     if not positions.shape[-1]:
         return span
     forces = (forces[..., None, :] * span.frame[..., None, :, :]).sum(axis=-1)
@@ -108,7 +111,7 @@ def with_loads(span, values, of_case):
     )
 
 
-def loaded_spans(span, values, strain, shift=None):
+def loaded_spans(span, values, strain, shift=None, changed=None):
     """Cables under the loads of their cases, with the unstretched lengths that the case gives them.
 
     Parameters
@@ -120,6 +123,9 @@ def loaded_spans(span, values, strain, shift=None):
         Chord strain in the reference state. [-]
     shift : ndarray, shape (n,), optional
         Displacement of end 2 along x beside the moves of the case. [m]
+    changed : ndarray, shape (2, n), optional
+        Relative change of the unstretched lengths, by default `elongation`; ice and wind per unstretched length over
+        those of the scenes. [-]
 
     Returns
     -------
@@ -132,10 +138,11 @@ def loaded_spans(span, values, strain, shift=None):
     if moves.any():
         ends = ends + moves
         span, strain = _moved(span, strain, ends, moves)
-    longer = elongation(values)
+    longer, share = (elongation(values), 1.0) if changed is None else changed
     warm = 1.0 + longer
-    span = replace(span, mass=span.mass / warm + ice_mass(values))
+    span = replace(span, mass=span.mass / warm + ice_mass(values) * share)
     pressed, direction = pressed_by_wind(values)
+    pressed = pressed * share
     if pressed.any():
         span = _in_wind(span, ends, pressed[:, None] * across(direction, span.frame[..., 0, :]))
     span = with_loads(span, values, of_case=True)

@@ -10,6 +10,7 @@ from cablestudy.study.table import Field, Table
 
 PARTICIPATION = "N/(m sqrt(kg))"  # unit
 SHAPE_POINTS = 41  # along a cable in closed form
+STATE = Field("state", "state", text=True)  # of a conductor that stretches for good, see `LinearCables.labels`
 
 
 def static_table(scene, estimate=False):
@@ -20,8 +21,12 @@ def static_table(scene, estimate=False):
     kinds = ("scene", "statics", "stiffness")
     columns = [column for column in COLUMNS if column.needs in kinds and not lacks(scene, column)]
     row = evaluate(scene, columns, estimate)
-    fields = (*(column.field for column in columns), STATUS)
-    return Table(fields, [row.cells], single=True, errors=row.known_errors), row
+    state, cells = (), row.cells
+    if scene.cable.stress_strain is not None:
+        state, results = (STATE,), row.case.results
+        cells = cells | {STATE.name: str(results.state[row.case.index])}
+    fields = (*(column.field for column in columns), *state, STATUS)
+    return Table(fields, [cells], single=True, errors=row.known_errors), row
 
 
 def shape_table(case):

@@ -1,12 +1,10 @@
 """Results of many cases in closed form, as arrays with an axis of cases."""
 
 from dataclasses import replace
-from functools import cached_property, partial
-from itertools import product
+from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable import initial_length
 from cablestudy.cable.catenary import FOLDED, solve, travel_shares
 from cablestudy.cable.element import pieces
 from cablestudy.cable.newton import UNDETERMINED
@@ -14,11 +12,12 @@ from cablestudy.cable.taut import lambda_squared
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study import load_cases
 from cablestudy.study.columns import LIMP, ROUNDING
+from cablestudy.study.one_cable_conductors import hanging_alike, uneven_stretch_errors
 from cablestudy.study.push import pushed_ends
+from cablestudy.study.reference_length import chord_strain
 from cablestudy.study.statics import ClosedStatics
 
 EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
-STAND_IN_STRAIN = 1e-3  # of a cable that does not exist: taut, so that arrays hold a solvable cable in its place
 UNPUSHED = "the force of the load case on end 2 leads to no equilibrium"
 NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffness about it"
 
@@ -27,11 +26,11 @@ class Results:
     """Closed-form results of a batch of n cases, each computed when it is first needed.
 
     A single case is a batch of one. `values` are `SceneValues` or a `CaseTable`. Numbers of a case in `failures` mean
-    nothing.
+    nothing. `alike` are `HangingAlike` where they are known.
     """
 
-    def __init__(self, values):
-        self.values, self._along = values, {}
+    def __init__(self, values, alike=None):
+        self.values, self._along, self._alike = values, {}, alike
 
     def given(self, path):
         """A number that each scene states, shape (n,); see `SceneValues.given`."""
@@ -40,14 +39,16 @@ class Results:
     @cached_property
     def _span_and_reasons(self):
         """The cables, case -> why its cable does not exist, and the lengths; a taut one takes its place."""
-        span = load_cases.bare_spans(self.values)
-        strain, reasons = _chord_strain(span, self.values)
+        span, changed = load_cases.bare_spans(self.values), None
+        strain, reasons = (np.zeros(len(self.values)), {}) if self._alike else chord_strain(span, self.values)
+        if self.alike is not None:
+            span, changed = self.alike.in_place_of(span, self.values, strain, reasons)
         for case in np.flatnonzero(load_cases.shrunk(self.values)).tolist():
             reasons[case] = "at the temperature of the case next to nothing is left of the cable's length"
         length = span.with_chord_strain(strain).unstretched_length
 
         def at(shift):
-            return _loads_on_cable(load_cases.loaded_spans(span, self.values, strain, shift), reasons)
+            return _loads_on_cable(load_cases.loaded_spans(span, self.values, strain, shift, changed), reasons)
 
         push = self.values.push
         self._push = pushed_ends(at, push) if push.any() else None
@@ -56,6 +57,16 @@ class Results:
         for case in np.flatnonzero(~self._push.record.converged).tolist():
             reasons.setdefault(case, f"{UNPUSHED} ({self._push.record.describe(case)})")
         return at(self._push.shift), reasons, length
+
+    @cached_property
+    def alike(self):
+        """`HangingAlike` of the conductors that stretch for good; None where there is none."""
+        return self._alike or hanging_alike(self.values, Results)
+
+    @cached_property
+    def state(self):
+        """In which state each conductor is, see `LinearCables.labels`; empty of linear cables: ndarray, shape (n,)."""
+        return np.full(len(self.values), "") if self.alike is None else self.alike.labels_of(len(self.values))
 
     @property
     def span(self):
@@ -204,6 +215,11 @@ class Results:
         return load_cases.uneven_drag_errors(pressed, direction, self.catenary)[0] if pressed.any() else pressed
 
     @cached_property
+    def model_error(self):
+        """Relative error of all results: by the drag, and by conductors that are no linear cables, shape (n,). [-]"""
+        return self.drag_error if self.alike is None else self.drag_error + uneven_stretch_errors(self)
+
+    @cached_property
     def sag_rounding(self):
         """Relative error of the sag of exactly vertical cables by the rounding of the chord, shape (n,). [-]"""
         span = self.span
@@ -275,47 +291,6 @@ class Results:
     def travel_shares(self, case, edges):
         """Travel time of a transverse wave along each piece over the longest one, see `catenary.travel_shares`."""
         return travel_shares(self.catenary.take(case), edges)
-
-
-def _chord_strain(span, values):
-    """Chord strain of each cable in its reference state, and reasons where there is none."""
-    strain, reasons = np.zeros(len(values)), {}
-    length = values.given("cable.unstretched_length")
-    given = np.isfinite(length)
-    strain[given] = (span.chord[given] - length[given]) / length[given]
-    loaded = values.given("cable.reference.loads") > 0
-    states = [(~loaded, span)]
-    if loaded.any():
-        states.append((loaded, load_cases.with_loads(span, values, of_case=False)))
-    for (chosen, state), search in product(states, _searches(values)):
-        _search_strain(state, chosen, search, strain, reasons)
-    return strain, reasons
-
-
-def _searches(values):
-    """What cables may state instead of a length: values, shape (n,), search of many, search of one or its refusal."""
-    found = [(values.given("cable.sag"), initial_length.strains_for_sag, initial_length.no_strain_for_sag)]
-    stated = [(values.given("cable.stated_preload"), "mean")]
-    places = values.words("cable.tension.at")
-    stated += [(np.where(places == at, values.given("cable.stated_tension"), np.nan), at) for at in set(places) - {""}]
-    for tension, at in stated:
-        many, one = initial_length.strains_for_tension, initial_length.closer_strain_for_tension
-        found.append((tension, partial(many, at=at), partial(one, at=at)))
-    return found
-
-
-def _search_strain(span, chosen, search, strain, reasons):
-    """Find the chord strain of the chosen cables that state a value; `strain` and `reasons` are filled in."""
-    target, search_many, search_one = search
-    chosen = np.flatnonzero(chosen & np.isfinite(target))
-    if not len(chosen):
-        return
-    strain[chosen] = search_many(span.take(chosen), target[chosen])
-    for case in chosen[~np.isfinite(strain[chosen])].tolist():
-        try:
-            strain[case] = search_one(span.take(case), target[case])
-        except NoSolutionError as error:
-            reasons[case], strain[case] = str(error), STAND_IN_STRAIN
 
 
 def _loads_on_cable(span, reasons):

@@ -296,7 +296,7 @@ def _modal_gondola(scene):
 def _solve_system(answer, required):
     """Compute what gondola and cable do as one linear system, which states its own errors."""
     case, columns = answer.case, required.system
-    drag, accuracy = case.results.drag_error[case.index], case.scene.model.accuracy
+    drag, accuracy = case.results.model_error[case.index], case.scene.model.accuracy
     if _modal_gondola(case.scene):
         answer.fail([c for c in columns if c.needs != "gondola" or c.name == DAMPING_RATIO], NoSolutionError(MODAL))
     answer.compute(columns)
@@ -337,7 +337,7 @@ def _take_over(answer, needed, search):
     solved = {name: wind for name, wind in answer.case.__dict__.items() if name in ("in_wind", "in_cable_wind")}
     answer.case, answer.dof = search.used, max(search.used.dof, answer.dof)
     answer.case.__dict__.update(solved)
-    drag = float(search.used.results.drag_error[search.used.index])
+    drag = float(search.used.results.model_error[search.used.index])
     for column in needed.modes:
         name = column.header
         if name in search.values:

@@ -18,7 +18,7 @@ from cablestudy.scene.scene import CableScene, quantity_of
 from cablestudy.study.columns import attribute, lacks, without
 
 # names in keys of quantities that are no columns: a scene takes their sine, compares them one by one, or cables follow
-NOT_COLUMNS = ("materials", "inclination", "attitude", "ends", "loads", "forces", "moves")
+NOT_COLUMNS = ("materials", "inclination", "attitude", "ends", "loads", "forces", "moves", "stress_strain")
 NO_LOAD = np.nan, np.nan, (0.0, 0.0, 0.0), 0.0  # in the place of one of `merged_loads`
 
 

@@ -17,7 +17,7 @@ from cablestudy.study.suspension.cable_modes import CableModes
 from cablestudy.study.suspension.group import Group, HangingCable
 from cablestudy.study.suspension.in_wind import InWind, solve_modes
 from cablestudy.study.suspension.linear_motion import drag_of
-from cablestudy.study.suspension.numbers import CableValues, each_with, loads_of, topology_of
+from cablestudy.study.suspension.numbers import CableValues, each_with, kind_of_case, loads_of, topology_of
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
@@ -465,9 +465,8 @@ def cases_of(scenes):
     groups = {}
     for place, (scene, connected) in enumerate(zip(scenes, each_with(_connections, scenes), strict=True)):
         method = scene.tensions and scene.tensions.method
-        kinds = scene.case is None, scene.load_case.wind is None, scene.wind and scene.wind.mean
-        of_case = scene.load_case.loads and [places_of(loads) for loads in loads_of(scene, True)]
-        groups.setdefault((connected, scene.solve_for, method, *kinds, *of_case), []).append(place)
+        kinds = scene.case is None, scene.wind and scene.wind.mean, *kind_of_case(scene)
+        groups.setdefault((connected, scene.solve_for, method, *kinds), []).append(place)
     cases = [None] * len(scenes)
     for places in groups.values():
         different = _different_at_rest(scenes, places)

@@ -10,6 +10,7 @@ from cablestudy.cable.catenary import Catenary
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING, utilisation_of
 from cablestudy.study.statics import ClosedStatics
+from cablestudy.study.suspension.conductors import conductors_of
 from cablestudy.study.suspension.linear_motion import drag_of
 from cablestudy.study.suspension.load_cases import (
     drag_change,
@@ -145,15 +146,30 @@ class Group:
         self._scenes, self._modes, self._coordinates = scenes, {}, {}
         # linear models of each, and its coupled modes in the mean wind: see `InWind`
         self.known, self.windy_modes = ([{} for _ in scenes] for _ in range(2))
-        if scenes[0].solve_for == "lengths":
-            self.reference, self.problems = lengths.solve(numbers, **distribution_of(scenes))
-        else:
-            self.reference = statics.pose(_formed(numbers))
-        bare = scenes[0].case is None and not any(loads_of(scenes[0], of_case=True))
-        self._loaded = None if bare else loaded_state(self.reference, scenes)
-        self.cables = CableResults(scenes, self.equilibrium, self.reference.lengths)
+        self._conductors = conductors_of(scenes, numbers, self._at_rest)
+        self.reference = self._at_rest(numbers) if self._conductors is None else self._conductors.reference
+        bare = scenes[0].case is None and not any(loads_of(scenes[0], of_case=True)) and self._conductors is None
+        self._loaded = None if bare else loaded_state(self.reference, scenes, cables=self._of_case)
+        unstretched = self.reference.lengths if self._of_case is None else self._of_case.lengths
+        self.cables = CableResults(scenes, self.equilibrium, unstretched)
         self.cable_places = {name: place for place, name in enumerate(numbers.cable_names)}
         self.body_places = {name: place for place, name in enumerate(numbers.body_names)}
+
+    def _at_rest(self, numbers):
+        """`Equilibrium` of the suspensions in the reference state; `problems` says what has none."""
+        if self._scenes[0].solve_for == "lengths":
+            found, self.problems = lengths.solve(numbers, **distribution_of(self._scenes))
+            return found
+        return statics.pose(_formed(numbers))
+
+    @property
+    def _of_case(self):
+        """`CablesOfCase` of conductors that stretch for good; None where there is none."""
+        return self._conductors and self._conductors.of_case
+
+    def conductor_states(self, place):
+        """In which state each cable of a case is, see `LinearCables.labels`; empty of linear ones: list of str."""
+        return [""] * len(self.cable_places) if self._conductors is None else self._conductors.labels[place].tolist()
 
     @cached_property
     def _too_long(self):
@@ -174,7 +190,7 @@ class Group:
     @cached_property
     def _unforced(self):
         """`LoadedState` of all cases without the forces of their load cases."""
-        return loaded_state(self.reference, self._scenes, forced=False)
+        return loaded_state(self.reference, self._scenes, forced=False, cables=self._of_case)
 
     def force_displacement(self, place):
         """Displacement of bodies and points by the forces of the load case of a case, and its error by rounding.
@@ -219,11 +235,17 @@ class Group:
         return self._drag_change if found is self.equilibrium else drag_change(found, drag)
 
     def drag_error(self, place, in_wind=False):
-        """Estimated relative error of a case, since drag is taken as uniform along each cable. [-]
+        """Estimated relative error of a case, since drag, and the curve of a conductor, are uniform along each cable.
 
         In the steady wind of its load case, or `in_wind`, in which it moves.
         """
-        return float((self._drag_change_in_wind if in_wind else self._drag_change)[0][place])
+        stretch = 0.0 if self._conductors is None else self._stretch_errors[place]
+        return float((self._drag_change_in_wind if in_wind else self._drag_change)[0][place] + stretch)
+
+    @cached_property
+    def _stretch_errors(self):
+        """Relative errors, since conductors are taken as linear along each cable, shape (n,). [-]"""
+        return self._conductors.uneven_errors(self.equilibrium)
 
     def drag_movement(self, place, in_wind=False):
         """Estimated error of places [m] and attitudes [rad] of bodies and points for the same reason, shape (b, 6)."""

@@ -135,7 +135,30 @@ def _by_bodies(found, place, forces):
     return np.abs((pulled * held).sum(axis=-1) / square).max(axis=-1), whole
 
 
-def loaded_state(reference, scenes, forced=True):
+@dataclass(frozen=True)
+class CablesOfCase:
+    """Cables of the reference state as a load case takes them, shape (n, c).
+
+    Attributes
+    ----------
+    lengths : ndarray
+        Unstretched, in the reference state. [m]
+    warm : ndarray
+        Those of the case over them. [-]
+    stiffness, mass : ndarray
+        EA [N], and mass per unstretched length in the reference state [kg/m].
+    share : ndarray or float
+        Ice and wind per unstretched length of the case over those of the scenes. [-]
+    """
+
+    lengths: np.ndarray
+    warm: np.ndarray
+    stiffness: np.ndarray
+    mass: np.ndarray
+    share: np.ndarray = 1.0
+
+
+def loaded_state(reference, scenes, forced=True, cables=None):
     """Suspensions in the load cases of their scenes.
 
     Parameters
@@ -146,6 +169,8 @@ def loaded_state(reference, scenes, forced=True):
         n of them; all of their load cases have a steady wind, or none has.
     forced : bool
         Whether the forces of the load cases on bodies and points act too.
+    cables : CablesOfCase, optional
+        By default those of the reference state, as warm as the cases.
 
     Returns
     -------
@@ -157,14 +182,17 @@ def loaded_state(reference, scenes, forced=True):
         Forces of the steady wind and the attitude that they lead to do not agree.
     """
     suspension, values = reference.suspension, CableValues(scenes)
-    warm, problems = 1.0 + elongation(values), _shrunk(values, suspension.cable_names)
+    own = reference.lengths, 1.0 + elongation(values), suspension.axial_stiffness, suspension.cable_mass
+    cables, problems = cables or CablesOfCase(*own), _shrunk(values, suspension.cable_names)
+    warm = cables.warm
     standing = reference.record.converged
     loaded = replace(
         suspension,
         load_fractions=None,
         given=("unstretched_length",) * warm.shape[-1],
-        value=reference.lengths * warm,
-        cable_mass=suspension.cable_mass / warm + ice_mass(values),
+        value=cables.lengths * warm,
+        axial_stiffness=cables.stiffness,
+        cable_mass=cables.mass / warm + ice_mass(values) * cables.share,
         position=np.where(standing[:, None, None], reference.position, suspension.position) + _moves_of_bodies(scenes),
         rotation=np.where(standing[:, None, None, None], reference.rotation, suspension.rotation),
         place=suspension.place + values.moves,
@@ -176,7 +204,7 @@ def loaded_state(reference, scenes, forced=True):
     calm = statics.pose(loaded)
     if all(scene.load_case.wind is None for scene in scenes):
         return LoadedState(calm, calm, None, problems)
-    drag = _steady_drag(scenes, drag_width(values), suspension.body_names)
+    drag = _steady_drag(scenes, drag_width(values) * cables.share, suspension.body_names)
     # without an equilibrium there is nothing that the wind could move
     drag = replace(drag, velocity=np.where(calm.record.converged[:, None], drag.velocity, 0.0))
     return LoadedState(calm, equilibrium_in_wind(calm, drag), drag, problems)

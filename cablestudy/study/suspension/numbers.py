@@ -7,7 +7,7 @@ import numpy as np
 from cablestudy.scene.determinacy import found_rotations
 from cablestudy.scene.suspension_tables import MOTIONS, Tensions
 from cablestudy.study.columns import attribute
-from cablestudy.study.scene_values import load_arrays
+from cablestudy.study.scene_values import load_arrays, places_of
 from cablestudy.system import rigid
 from cablestudy.system.suspension import GROUND, SuspendedSystem
 
@@ -62,6 +62,12 @@ def loads_of(scene, of_case):
     if of_case:
         return [scene.loads_on(name) for name in scene.cables]
     return [cable.loads if cable.reference.loads else () for cable in scene.cables.values()]
+
+
+def kind_of_case(scene):
+    """Kind of a load case, which cases solved together share: wind or none, and at how many places loads are."""
+    of_case = scene.load_case.loads and [places_of(loads) for loads in loads_of(scene, True)]
+    return scene.load_case.wind is None, *of_case
 
 
 def topology_of(scene):

@@ -8,7 +8,7 @@ import numpy as np
 from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.study.columns import ROUNDING, find, relative
 from cablestudy.study.notes import of_comparison
-from cablestudy.study.report import modes_as_rows, shapes_table
+from cablestudy.study.report import STATE, modes_as_rows, shapes_table
 from cablestudy.study.suspension.columns import body_columns, cable_columns, has_key, link_columns, point_columns
 from cablestudy.study.suspension.numbers import numbers_of
 from cablestudy.study.suspension.rows import value
@@ -53,7 +53,7 @@ def static_tables(case, only=None, failures=None):
     makers = {
         "bodies": lambda: listed(case, bodies, lambda name: body_columns(name)[:-1], body_columns("")[:-1]),
         "points": lambda: listed(case, points, lambda name: point_columns(name)[:3], point_columns("")[:3]),
-        "cables": lambda: _first_things(of_cables()),
+        "cables": lambda: _first_things(_with_states(of_cables(), case)),
         "stiffness": lambda: _stiffness_table(case),
     }
     if case.scene.links:
@@ -72,6 +72,15 @@ def chosen_tables(known, only):
     if only not in (None, *known):
         raise SceneError(f"--table {only}: there are the tables {', '.join(known)}")
     return {name: one for name, one in known.items() if only in (None, name)}
+
+
+def _with_states(table, case):
+    """The table of the cables, of conductors that stretch for good with the state of each."""
+    states = case.group.conductor_states(case.place)
+    if not any(states):
+        return table
+    rows = [{**row, STATE.name: state} for row, state in zip(table.rows, states, strict=True)]
+    return replace(table, fields=(*table.fields, STATE), rows=rows)
 
 
 def _first_things(table):

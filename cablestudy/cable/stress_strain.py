@@ -1,0 +1,255 @@
+"""Tension of a conductor of two parts by its strain: initial and creep curves, permanent stretch, and the knee.
+
+Both parts, outer strands and core, are as long as the cable, whose strain is e. A part that would be longer by
+a_p = alpha_p (T - T_c) without tension, with the temperature T_c of its curves, has the strain
+e_p = (1 + e)/(1 + a_p) - 1 of its own, and carries by
+
+    N_p = max(0, min(I_p(e_p), F_p (e_p - z_p))),
+
+with the initial curve I_p and, once it was stretched, the line of the final modulus F_p that rises from its permanent
+set z_p. A part that would be pushed is slack: the knee of the conductor is where the outer strands become it. After
+years under the everyday tension a part is on its creep curve C_p instead, which leaves it a set of e_p - C_p(e_p)/F_p.
+
+A curve is a polynomial as far as it is measured, and goes on along its tangent; so it does below zero.
+
+References
+----------
+Aluminum Association 1974, A method of stress-strain testing of aluminum conductor and ACSR; and: Thrash and others, Sag
+and tension of conductor, in Grigsby (ed.), Electric Power Generation, Transmission, and Distribution, chapter 14.
+"""
+
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+import numpy as np
+
+NO_SET = -np.inf  # of a part that was not yet stretched
+TERMS = 5  # coefficients of a curve
+MAX_STEPS = 100
+ACCURACY = 1e-12  # of a tension, relative
+EPSILON = 4e-16  # rounding of one number
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Curves of n conductors, of the parts outer and core; one without a core has zeros for it.
+
+    Attributes
+    ----------
+    initial, creep : ndarray, shape (..., 2, TERMS)
+        Coefficients of tension by strain, the constant first. [N]
+    ends : ndarray, shape (..., 2, 2)
+        Strains to which the curves hold: of both parts the initial one, then the one after creep. [-]
+    final : ndarray, shape (..., 2)
+        EA of each part along the line of the final modulus. [N]
+    expansion : ndarray, shape (..., 2)
+        [1/K]
+    temperature : ndarray, shape (...)
+        At which the curves hold. [K]
+    """
+
+    initial: np.ndarray
+    creep: np.ndarray
+    ends: np.ndarray
+    final: np.ndarray
+    expansion: np.ndarray
+    temperature: np.ndarray
+
+    def take(self, index):
+        """Some of the conductors."""
+        return Curves(**{field.name: getattr(self, field.name)[index] for field in fields(self)})
+
+    @cached_property
+    def unset(self):
+        """Permanent sets of conductors that were not yet stretched, shape (..., 2). [-]"""
+        return np.full(self.final.shape, NO_SET)
+
+
+@dataclass(frozen=True)
+class Condition:
+    """Conductors at a temperature, with what earlier loads left in them.
+
+    Attributes
+    ----------
+    curves : Curves
+    temperature : ndarray, shape (...)
+        [K]
+    sets : ndarray, shape (..., 2)
+        Permanent set of each part, NO_SET where there is none. [-]
+    creeping : ndarray of bool, shape (...)
+        Whether the parts are on their creep curves.
+    """
+
+    curves: Curves
+    temperature: np.ndarray
+    sets: np.ndarray
+    creeping: np.ndarray
+
+    def take(self, index):
+        """Some of the conductors."""
+        return Condition(self.curves.take(index), self.temperature[index], self.sets[index], self.creeping[index])
+
+    @cached_property
+    def _curve(self):
+        """Coefficients of the curves that the parts are on, shape (..., 2, TERMS), and their ends, shape (..., 2)."""
+        creeping, (initial, creep) = self.creeping[..., None], np.moveaxis(self.curves.ends, -2, 0)
+        chosen = np.where(creeping[..., None], self.curves.creep, self.curves.initial)
+        return chosen, np.where(creeping, creep, initial)
+
+    @property
+    def _thermal(self):
+        warmer = self.temperature - self.curves.temperature
+        return self.curves.expansion * warmer[..., None]
+
+    def _own(self, strain):
+        """Strain of each part, shape (..., 2). [-]"""
+        return (strain[..., None] - self._thermal) / (1.0 + self._thermal)
+
+    def parts(self, strain):
+        """Tension of each part [N], and its slope with the strain [N], each of shape (..., 2)."""
+        own = self._own(strain)
+        value, slope = curve(*self._curve, own)
+        line = self.curves.final * (own - np.where(np.isfinite(self.sets), self.sets, 0.0))
+        on_line = np.isfinite(self.sets) & (line < value)
+        value, slope = np.where(on_line, line, value), np.where(on_line, self.curves.final, slope)
+        return np.where(value > 0, value, 0.0), np.where(value > 0, slope / (1.0 + self._thermal), 0.0)
+
+    def pull(self, strain):
+        """Tension [N] and its slope with the strain [N] of each conductor at a strain, each of shape (...)."""
+        return tuple(part[..., 0] + part[..., 1] for part in self.parts(strain))
+
+    def elastic(self, strain):
+        """Slope of the tension where it falls, by the final moduli of the parts that are tight, shape (...). [N]"""
+        tight = self.parts(strain)[0] > 0
+        slopes = np.where(tight, self.curves.final / (1.0 + self._thermal), 0.0)
+        return slopes[..., 0] + slopes[..., 1]
+
+    def sets_after(self, strain):
+        """Permanent sets, once the conductors were stretched to a strain, shape (..., 2). [-]"""
+        own = self._own(strain)
+        value, final = curve(*self._curve, own)[0], self.curves.final
+        there = (value > 0) & (final > 0)
+        return np.where(there, np.maximum(self.sets, own - value / np.where(there, final, 1.0)), self.sets)
+
+    @cached_property
+    def slack_strain(self):
+        """Largest strain without tension, shape (...). [-]"""
+        begin, longer = np.maximum(_beginning(*self._curve), self.sets), self._thermal
+        return (begin * (1.0 + longer) + longer).min(axis=-1)
+
+    def strain_at(self, tension):
+        """Strains with given tensions > 0, shape (...). [-]"""
+        start = self.slack_strain + tension / self.curves.final.sum(axis=-1)
+        return self.settle(lambda strain, value, slope: tension, start)
+
+    def settle(self, tension_at, start, alone=True, accuracy=ACCURACY):
+        """Strains with the tensions that something else has at them, by Newton's method, shape (...). [-]
+
+        Parameters
+        ----------
+        tension_at : callable
+            Strain [-], tension and its slope with the strain [N], each of shape (...) -> tension [N], which falls as
+            the strain grows, or stays; not a number where there is none.
+        start : ndarray, shape (...)
+            [-]
+        alone : bool
+            Whether it depends on the own strain only, so that each step narrows a bracket.
+        accuracy : float
+            What may be left of the tension, relative.
+        """
+        low = self.slack_strain
+        strain, high = np.maximum(start, low + EPSILON), np.full(np.shape(low), np.inf)
+        done = np.zeros(np.shape(low), dtype=bool)
+        for _ in range(MAX_STEPS):
+            value, slope = self.pull(strain)
+            tension = tension_at(strain, value, slope)
+            gap = tension - value
+            done = done | ~(np.abs(gap) > accuracy * tension + EPSILON * np.abs(strain) * slope)
+            if done.all():
+                break
+            if alone:
+                low, high = np.where(gap > 0, strain, low), np.where(gap < 0, strain, high)
+            strain = np.where(done, strain, next_strain(strain, gap, slope, low, high))
+        return strain
+
+
+def next_strain(strain, gap, slope, low, high):
+    """The strain that Newton's method has next, or the middle of its bracket where it would leave that; shape (...).
+
+    Parameters
+    ----------
+    strain : ndarray
+        [-]
+    gap, slope : ndarray
+        What the tension lacks, and its slope. [N]
+    low, high : ndarray
+        Bracket; `high` may be infinite. [-]
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        trial = strain + gap / slope
+        middle = (low + np.where(np.isfinite(high), high, strain)) / 2
+    return np.where((trial > low) & (trial < high), trial, middle)
+
+
+def curve(coefficients, end, strain):
+    """Values and slopes of polynomials from zero to their ends, and along their tangents beyond; each of shape (...).
+
+    Parameters
+    ----------
+    coefficients : ndarray, shape (..., TERMS)
+        [N]
+    end, strain : ndarray, shape (...)
+        [-]
+    """
+    inside = np.clip(strain, 0.0, end)
+    value, slope = np.zeros(strain.shape), np.zeros(strain.shape)
+    for term in range(coefficients.shape[-1] - 1, -1, -1):
+        slope = slope * inside + value
+        value = value * inside + coefficients[..., term]
+    return value + slope * (strain - inside), slope
+
+
+def _beginning(coefficients, end):
+    """Strains from which curves are above zero, shape (...); infinite where a curve is zero throughout. [-]"""
+    zero, first = np.zeros(coefficients.shape[:-1]), coefficients[..., 1]
+    high = end
+    none = ~(curve(coefficients, end, high)[0] > 0)
+    low = zero
+    for _ in range(60):
+        middle = (low + high) / 2
+        above = curve(coefficients, end, middle)[0] > 0
+        low, high = np.where(above, low, middle), np.where(above, middle, high)
+    below = -coefficients[..., 0] / np.where(first > 0, first, 1.0)  # along the tangent at zero
+    return np.where(none, np.inf, np.where(coefficients[..., 0] >= 0, below, low))
+
+
+def linear_cable(strain, tension, slope):
+    """The linear cable that is tangent to conductors at a strain: its EA [N], and its unstretched length over that of
+    the curves [-], each of shape (...).
+
+    It has the conductor's tension and length at that strain, and its slope: L_e = L (1 + e - T/K), EA = K L_e/L.
+    """
+    ratio = 1.0 + strain - tension / slope
+    return slope * ratio, ratio
+
+
+def uneven_strain(condition, strain, tensions, weights):
+    """Mean strain of conductors beyond the strain at their mean tension, since their curve is no line, shape (n,). [-]
+
+    Parameters
+    ----------
+    condition : Condition
+        Of n conductors.
+    strain : ndarray, shape (n,)
+        At the mean tension. [-]
+    tensions : ndarray, shape (n, k)
+        At points along the cables. [N]
+    weights : ndarray, shape (k,)
+        Of the points; their sum is 1.
+    """
+    mean, slope = condition.pull(strain)
+    found = np.zeros(len(strain))
+    for place, weight in enumerate(weights.tolist()):
+        tension = np.maximum(tensions[:, place], EPSILON * mean)
+        found = found + weight * (condition.strain_at(tension) - strain - (tension - mean) / slope)
+    return found

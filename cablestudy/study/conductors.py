@@ -1,0 +1,226 @@
+"""Conductors that stretch for good: the linear cables that hang as they do, in the state that each scene asks for.
+
+A stated tension or sag is that of the new conductor in the reference state; its length without tension there is the one
+that all states share. The load that stretches a conductor is the case in which its mean tension is largest; creep is
+that of the conductor without a case, for 10 years. In the state `final` it creeps first and is loaded then.
+
+Motion and stiffness are those about the equilibrium with the final moduli of the parts that are tight: what falls below
+the tension of a day, and comes back, follows these. The end that the force of a load case pushes goes along the curve.
+
+The catenary is that of a linear cable. At a strain e of the conductor its tangent gives one (`cable.stress_strain`),
+whose mean tension in turn gives the next strain: Newton's method, to the strain at which both have one tension.
+"""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from cablestudy.cable.stress_strain import NO_SET, TERMS, Condition, Curves, linear_cable, uneven_strain
+from cablestudy.study.load_cases import SECOND_ORDER, UNKNOWN
+
+NAMES = tuple(field.name for field in fields(Curves))
+GUESS = 1e-3  # strain of a conductor, to begin with
+ACCURACY = 1e-8  # of its tension, relative: the tangent cable has an error of the order of its square
+POINTS = 9  # along a cable, at which its tension differs from the mean one
+CREPT, LOADED = ("after_creep", "final"), ("after_load", "final")  # states with a permanent set by creep, by load
+
+
+@dataclass(frozen=True)
+class LinearCables:
+    """Linear cables that hang as conductors do, shape (...).
+
+    Attributes
+    ----------
+    stiffness : ndarray, shape (...)
+        EA. [N]
+    longer : ndarray, shape (...)
+        Unstretched length over that of the new conductor in the reference state, less one. [-]
+    share : ndarray, shape (...)
+        Length of the conductor without tension, as it is in the case, over that unstretched length: ice and wind are
+        those per length of it. [-]
+    condition : Condition
+        Of the conductors.
+    strain : ndarray, shape (...)
+        At their mean tension. [-]
+    labels : ndarray of str, shape (...)
+        The state, of `final` the one that leaves the conductor longer, and the part that is slack.
+    """
+
+    stiffness: np.ndarray
+    longer: np.ndarray
+    share: np.ndarray
+    condition: Condition
+    strain: np.ndarray
+    labels: np.ndarray
+
+
+def curves_of(cables, shape):
+    """Curves of some cables, of a linear one straight ones, shape `shape`.
+
+    Parameters
+    ----------
+    cables : list of CableProperties
+    shape : tuple of int
+    """
+    listed = [_numbers(cable) for cable in cables]
+    arrays = [np.array([numbers[name] for numbers in listed], dtype=float) for name in NAMES]
+    return Curves(*(array.reshape(*shape, *array.shape[1:]) for array in arrays))
+
+
+def _numbers(cable):
+    table, stiffness = cable.stress_strain, cable.section_axial_stiffness
+    if table is None:
+        line = [[0.0, stiffness] + [0.0] * (TERMS - 2), [0.0] * TERMS]
+        numbers = line, line, np.ones((2, 2)), [stiffness, 0.0], [cable.expansion or 0.0, 0.0]
+        return dict(zip(NAMES, (*numbers, cable.reference.temperature), strict=True))
+    area, both = cable.section_area, ("outer", "core")
+    found = {curve: [table.coefficients(name, curve) for name in both] for curve in ("initial", "creep")}
+    parts = [table.parts.get(name) for name in both]
+    return {
+        **{curve: area * np.array([factors for factors, _ in own]) for curve, own in found.items()},
+        "ends": [[end for _, end in own] for own in found.values()],
+        "final": [area * table.final_modulus(name) if part else 0.0 for name, part in zip(both, parts, strict=True)],
+        "expansion": [part.expansion if part else 0.0 for part in parts],
+        "temperature": table.measured_at,
+    }
+
+
+class Conductors:
+    """Conductors of n scenes, and what their states leave of them.
+
+    Parameters
+    ----------
+    scenes : sequence of scenes
+        n of them, of one kind and alike.
+    shape : tuple of int
+        Of what each cable has: (n,), or (n, c).
+    stated : callable
+        `stiffness`, `longer` and `share` of `LinearCables`, of `shape` -> mean tensions in the reference state [N],
+        and what `loaded` needs of it.
+    loaded : callable
+        Indices of some scenes, the same with the cases that they shall have, what `stated` found, and the same three of
+        their cables -> mean tensions. [N]
+    alone : bool
+        As of `Condition.settle`.
+    """
+
+    def __init__(self, scenes, shape, stated, loaded, alone):
+        cables = [cable for scene in scenes for cable in scene.cables.values()]
+        self._scenes, self._shape, self._loaded, self._alone = scenes, shape, loaded, alone
+        self.curves = curves_of(cables, shape)
+        self.states = np.array([cable.conductor_state or "initial" for cable in cables]).reshape(shape)
+        at_rest = np.array([cable.reference.temperature for cable in cables]).reshape(shape)
+        new = Condition(self.curves, at_rest, self.curves.unset, np.zeros(shape, dtype=bool))
+        self._begin = new.slack_strain
+
+        def tension_at(*tangent):
+            self.reference = stated(*self._linear(tangent, new))
+            return self.reference[0]
+
+        self._strain = new.settle(tension_at, self._begin + GUESS, alone, ACCURACY)
+        tension_at(self._strain, *new.pull(self._strain))
+
+    def _linear(self, tangent, condition, rows=slice(None)):
+        """`stiffness`, `longer` and `share` of the linear cables at strains, tensions and slopes."""
+        stiffness, ratio = linear_cable(*tangent)
+        return stiffness, ratio / (1.0 + self._begin[rows]) - 1.0, (1.0 + condition.slack_strain) / ratio
+
+    def _settled(self, rows, scenes, condition):
+        """Strains of some conductors in their cases, and mean tensions there, not a number without an equilibrium."""
+        tensions = []
+
+        def tension_at(*tangent):
+            tensions.append(self._loaded(rows, scenes, self.reference, *self._linear(tangent, condition, rows)))
+            return tensions[-1]
+
+        strain = condition.settle(tension_at, self._strain[rows], self._alone, ACCURACY)
+        return strain, tensions[-1]
+
+    def _condition(self, rows, scenes, sets, creeping=False):
+        temperature = np.array([
+            cable.reference.temperature if scene.load_case.temperature is None else scene.load_case.temperature
+            for scene in scenes for cable in scene.cables.values()
+        ]).reshape(len(scenes), *self._shape[1:])  # fmt: skip
+        return Condition(self.curves.take(rows), temperature, sets, np.full(temperature.shape, creeping))
+
+    def _sets_by_creep(self):
+        """Sets that the everyday tension leaves in 10 years, in all."""
+        rows = np.arange(len(self._scenes))
+        everyday = [scene.model_copy(update={"case": None}) for scene in self._scenes]
+        condition = self._condition(rows, everyday, self.curves.unset, creeping=True)
+        return condition.sets_after(self._settled(rows, everyday, condition)[0])
+
+    def _sets_by_load(self, sets):
+        """Sets that the heaviest cases leave beside those from before, those of the cases alone, and their names."""
+        pairs = [(row, scene.model_copy(update={"case": name}))
+                 for row, scene in enumerate(self._scenes) for name in scene.cases]  # fmt: skip
+        largest, alone = np.zeros(self._shape), self.curves.unset.copy()
+        heaviest = np.full(self._shape, "", dtype=object)
+        if not pairs:
+            return sets, alone, heaviest
+        rows, scenes = np.array([row for row, _ in pairs]), [scene for _, scene in pairs]
+        condition = self._condition(rows, scenes, sets[rows])
+        strain, tension = self._settled(rows, scenes, condition)
+        for place, row in enumerate(rows.tolist()):
+            heavier = tension[place] > largest[row]
+            here = Condition(condition.curves.take(place), condition.temperature[place],
+                             np.full(sets[row].shape, NO_SET), condition.creeping[place])  # fmt: skip
+            left = here.sets_after(strain[place])
+            alone[row] = np.where(heavier[..., None], left, alone[row])
+            heaviest[row] = np.where(heavier, scenes[place].case, heaviest[row])[()]
+            largest[row] = np.where(heavier, tension[place], largest[row])
+        return np.maximum(sets, alone), alone, heaviest
+
+    def _pushed(self):
+        """Which cables a force of their case has pushed to where they are, from where it began, shape (n, ...)."""
+        forces = [getattr(scene.load_case.forces, "end_2", ()) for scene in self._scenes]
+        return np.array([any(force) for force in forces]).reshape(-1, *(1,) * (len(self._shape) - 1))
+
+    def in_their_cases(self):
+        """`LinearCables` of all scenes, each in its case and its state."""
+        rows, unset = np.arange(len(self._scenes)), self.curves.unset
+        crept, loaded = np.isin(self.states, CREPT), np.isin(self.states, LOADED)
+        by_creep = np.where(crept[..., None], self._sets_by_creep(), unset) if crept.any() else unset
+        sets, by_load, heaviest = self._sets_by_load(by_creep) if loaded.any() else (by_creep, unset, None)
+        sets = np.where(loaded[..., None], sets, by_creep)
+        condition = self._condition(rows, self._scenes, sets)
+        strain, _ = self._settled(rows, self._scenes, condition)
+        tension, slope = condition.pull(strain)
+        slope = np.where(self._pushed(), slope, condition.elastic(strain))
+        linear = self._linear((strain, tension, slope), condition)
+        labels = np.array(self.states, dtype=object)
+        if loaded.any():
+            softer = [Condition(condition.curves, condition.temperature, left, condition.creeping).pull(strain)[0]
+                      for left in (by_creep, by_load)]  # fmt: skip
+            governs = np.where(crept & (softer[0] <= softer[1]), "after_creep", "after_load (" + heaviest + ")")
+            labels = np.where(loaded, governs, labels)
+        slack = (condition.parts(strain)[0] == 0) & (self.curves.final > 0)
+        for part, name in enumerate((", outer slack", ", core slack")):
+            labels = np.where(slack[..., part], labels + name, labels)
+        return LinearCables(*linear, condition, strain, labels)
+
+
+def uneven_errors(condition, strain, catenary):
+    """Relative errors, since k conductors are taken as linear along each cable, whose tension changes, shape (k,). [-]
+
+    The strain that a conductor has on the average beyond that at its mean tension lengthens it; the stiffness of the
+    span makes a tension of that, to first order. And where its tension is not the mean one it has another strain than
+    the linear cable, whose slope is that of the final moduli: so much the places of its points may differ.
+
+    Parameters
+    ----------
+    condition : Condition
+    strain : ndarray, shape (k,)
+        At the mean tensions. [-]
+    catenary : Catenary
+        Of the linear cables in their place.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
+    force = catenary.at((1 + nodes) / 2)[1]
+    tension, mean = np.sqrt((force**2).sum(axis=-1)), np.maximum(catenary.mean_tension, np.finfo(float).tiny)
+    with np.errstate(all="ignore"):
+        more = np.abs(uneven_strain(condition, strain, tension, weights / 2))
+        change = more * catenary.span.unstretched_length * catenary.end_stiffness[..., 0, 0] / mean
+        slopes = np.abs(1 / condition.pull(strain)[1] - 1 / condition.elastic(strain))
+        change = change + slopes * np.abs(tension - mean[:, None]).max(axis=-1)
+    return np.minimum(np.nan_to_num(SECOND_ORDER * change, nan=UNKNOWN), UNKNOWN)
