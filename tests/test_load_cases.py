@@ -365,7 +365,7 @@ def test_a_load_case_in_the_name_of_a_column_is_told_apart_from_a_body(folder):
     study = study_file(folder, "columns: [sag, cold.sag, hail.sag]\n", base=CONFIGS / "line.yaml")
     assert run("sweep", study, code=2).lines == [
         f"{study}:2:16: columns.1: cold is a load case: --case cold, or vary: [{{case: [cold]}}], has the column sag",
-        f"{study}:2:26: columns.2: no body, free point or cable hail (allowed: cable)",
+        f"{study}:2:26: columns.2: no body, free point, cable or link hail (allowed: cable)",
     ]
 
 
