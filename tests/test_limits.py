@@ -463,7 +463,7 @@ def test_limits_that_have_no_effect_or_are_not_there(folder):
 def test_a_suspension_names_what_its_cables_lack():
     for limit, words in {
         "clearance >= 3 m": "guy1.clearance needs the key ground, which the scene does not have",
-        "guy9.sag <= 1 m": "no body, free point or cable guy9 (did you mean guy3?)",
+        "guy9.sag <= 1 m": "no body, free point, cable or link guy9 (did you mean guy3?)",
         "tension_1 <= 3 kN": "tension_1 is a column of a single cable; here it is CABLE.tension_from",
     }.items():
         done = run("validate", "mast.yaml", "--set", f"limits={{a: {limit}}}", code=2)

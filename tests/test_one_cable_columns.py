@@ -75,7 +75,7 @@ def test_the_tension_at_a_gondola_is_that_of_its_stiffness_where_all_is_slow():
     [
         ("gondola.rms_x", "gondola.rms_x needs the key wind, which the scene does not have"),
         ("cable.least_tension", "cable.least_tension needs the key wind, which the scene does not have"),
-        ("knot.x", "no body, free point or cable knot (allowed: gondola, cable)"),
+        ("knot.x", "no body, free point, cable or link knot (allowed: gondola, cable)"),
         ("gondola.end_stiffness_along", "gondola has no column end_stiffness_along"),
         ("cable.frequency_2", "cable has no column frequency_2"),
     ],

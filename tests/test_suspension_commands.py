@@ -413,10 +413,10 @@ def test_a_case_without_equilibrium_leaves_the_others_as_they_are():
 @pytest.mark.parametrize(
     ("column", "message"),
     [
-        ("disk.z", "no body, free point or cable disk (did you mean disc?)"),
+        ("disk.z", "no body, free point, cable or link disk (did you mean disc?)"),
         ("disc.zz", "unknown column of a suspension 'disc.zz' (did you mean disc.z?)"),
         ("w1.preloads", "unknown column of a suspension 'w1.preloads' (did you mean w1.preload?)"),
-        ("w9.sag", "no body, free point or cable w9 (allowed: disc, w1, w2, w3)"),
+        ("w9.sag", "no body, free point, cable or link w9 (allowed: disc, w1, w2, w3)"),
         ("top1.x", "top1 is a fixed point, which has no columns"),
         ("w1.roll", "w1 has no column roll (allowed: w1.preload"),
         ("disc.sag", "disc has no column sag (did you mean disc.yaw?)"),
@@ -451,7 +451,7 @@ def test_an_unknown_column_is_told_at_its_place(column, message):
 def test_columns_of_a_gondola_need_one():
     name = study_file(".", "vary: [{gravity: [9.81]}]\ncolumns: [sag, gondola.x, frequency_2]\n", CONFIGS / "guy.yaml")
     assert run("sweep", name, code=2).lines == [
-        f"{name}:3:16: columns.1: no body, free point or cable gondola (allowed: cable)",
+        f"{name}:3:16: columns.1: no body, free point, cable or link gondola (allowed: cable)",
         f"{name}:3:27: columns.2: frequency_2 needs the key gondola.mass, which the scene does not have",
     ]
 
@@ -470,7 +470,7 @@ def test_rows_are_chosen_and_sorted_by_columns_by_path():
     (line,) = run("sweep", name, "--no-write", "--sort", "disk.z", code=2).lines
     assert line == (
         "--sort: the study does not vary 'disk.z' (varied: bodies.disc.mass), "
-        "and it is no column: no body, free point or cable disk (did you mean disc?)"
+        "and it is no column: no body, free point, cable or link disk (did you mean disc?)"
     )
     (line,) = run("sweep", name, "--no-write", "--where", "bodies.disc.mas > 1 kg", code=2).lines
     assert "did you mean bodies.disc.mass?" in line

@@ -141,7 +141,7 @@ def test_the_columns_by_default():
     ("name", "message"),
     [
         ("cabin.stifness_zz", "unknown column of a suspension 'cabin.stifness_zz' (did you mean cabin.stiffness_zz?)"),
-        ("cabn.z", "no body, free point or cable cabn (did you mean cabin?)"),
+        ("cabn.z", "no body, free point, cable or link cabn (did you mean cabin?)"),
         ("preload", "preload is a column of a single cable; here it is CABLE.preload"),
         ("end_stiffness", "end_stiffness is a column of a single cable"),
         ("c1.utilisation", "c1.utilisation needs the key cables.c1.breaking_force, which the scene does not have"),
