@@ -46,7 +46,7 @@ PLACES = {
 # Tables whose keys are names ("*": any name) -> what a name stands for, and keys by which a dotted key adds a new one.
 NAMED = {
     ("cables",): ("cable", ("from", "to")),
-    ("cases",): ("case", ("temperature", "ice", "wind", "loads", "forces", "moves")),
+    ("cases",): ("case", ("temperature", "ice", "wind", "loads", "forces", "moves", "lost")),
     ("bodies",): ("body", ("at",)),
     ("points",): ("point", ("at",)),
     ("actuators",): ("actuator", ("axis",)),

@@ -213,8 +213,27 @@ ForceOrLoad = Annotated[
 ]
 
 
+Names = Annotated[tuple[Name, ...], Field(min_length=1)]
+
+
+class IceOnCables(Ice):
+    """Ice on the cables of a suspension, or on some of them."""
+
+    on: Names | None = Field(None, description="Names of the cables that carry it; without it all")
+
+
+class SteadyWindOn(SteadyWind):
+    """A steady wind on the cables and bodies of a suspension, or on some of them."""
+
+    on: Names | None = Field(None, description="Names of the cables and bodies on which it acts; without it all")
+
+
 class SuspensionLoadCase(CommonLoadCase):
     """One of the days of a suspension."""
+
+    ice: IceOnCables | None = Field(None, description="Ice, or any other load per length")
+    wind: SteadyWindOn | None = Field(None, description="Steady wind on cables and bodies")
+    lost: tuple[Name, ...] = Field((), description="Names of cables that are not there, nor their mass and wind")
 
     forces: dict[Name, ForceOrLoad] = Field(
         {}, description="Name of a free point, a body or BODY.MARKER -> force [x, y, z], or {force, moment} of a body"
@@ -226,6 +245,17 @@ class SuspensionLoadCase(CommonLoadCase):
     loads: Annotated[
         dict[Name, Annotated[tuple[Load, ...], Field(max_length=MAX_LOADS)]], BeforeValidator(_by_cable)
     ] = Field({}, description="Name of a cable -> point loads beside those of the cable")
+
+    @property
+    def listed(self):
+        """Key -> the names of cables and bodies that ice or wind list; without those that list none: dict."""
+        tables = {"ice": self.ice, "wind": self.wind}
+        return {key: table.on for key, table in tables.items() if table is not None and table.on is not None}
+
+    def of_cable(self, name):
+        """The case as the cable of a name has it: without ice and wind that are on others."""
+        absent = [key for key, names in self.listed.items() if name not in names]
+        return self.model_copy(update=dict.fromkeys(absent)) if absent else self
 
 
 class ReferenceTable(KeyTable):

@@ -25,6 +25,10 @@ CORES = {
     "eccentric_loads": 3, "place": 3, "axial_stiffness": 1, "cable_mass": 1, "value": 1, "force_density": 1,
     "cable_wind": 2, "load_positions": 2, "load_forces": 3, "load_masses": 2, "load_fractions": 2,
 }  # fmt: skip
+OF_CABLES = (
+    "place", "axial_stiffness", "cable_mass", "value", "force_density", "cable_wind", "load_positions", "load_forces",
+    "load_masses", "load_fractions",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -155,6 +159,13 @@ class SuspendedSystem:
     def take(self, index):
         """One case of a batch of shape (n,), or some of them."""
         return replace(self, **{name: array[index] for name, array in self.broadcast()._arrays().items()})
+
+    def with_cables(self, cables):
+        """Copy with some of its cables only, by their numbers."""
+        arrays = {name: array.take(cables, axis=array.ndim - CORES[name])
+                  for name, array in self._arrays().items() if name in OF_CABLES}  # fmt: skip
+        names, given = ([own[cable] for cable in cables] for own in (self.cable_names, self.given))
+        return replace(self, owner=self.owner[cables], cable_names=tuple(names), given=tuple(given), **arrays)
 
     def arms(self, rotation):
         """From the reference point of its owner to each end, global axes; from the origin where it is fixed.

@@ -12,6 +12,7 @@ from cablestudy.study.columns import ROUNDING, utilisation_of
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.linear_motion import drag_of
 from cablestudy.study.suspension.load_cases import (
+    cables_left,
     drag_change,
     loaded_state,
     pressed_cables,
@@ -131,7 +132,7 @@ class Group:
     Parameters
     ----------
     scenes : sequence of SuspensionScene
-        All in the mean wind, or none.
+        With all of their cables. All in the mean wind, or none; all of their load cases lack the same cables.
 
     Raises
     ------
@@ -142,7 +143,7 @@ class Group:
     def __init__(self, scenes):
         numbers, self.problems = numbers_of(scenes), [""] * len(scenes)
         numbers = replace(numbers, **reference_loads(scenes))
-        self._scenes, self._modes, self._coordinates = scenes, {}, {}
+        self._modes, self._coordinates = {}, {}
         # linear models of each, and its coupled modes in the mean wind: see `InWind`
         self.known, self.windy_modes = ([{} for _ in scenes] for _ in range(2))
         if scenes[0].solve_for == "lengths":
@@ -150,9 +151,15 @@ class Group:
         else:
             self.reference = statics.pose(_formed(numbers))
         bare = scenes[0].case is None and not any(loads_of(scenes[0], of_case=True))
-        self._loaded = None if bare else loaded_state(self.reference, scenes)
-        self.cables = CableResults(scenes, self.equilibrium, self.reference.lengths)
-        self.cable_places = {name: place for place, name in enumerate(numbers.cable_names)}
+        lost, self._scenes = scenes[0].load_case.lost, [scene.without_lost() for scene in scenes]
+        self._lost = f"without {', '.join(lost)}: " if lost else ""
+        try:
+            self._loaded = None if bare else loaded_state(self.reference, self._scenes)
+        except NoSolutionError as error:
+            raise NoSolutionError(f"{self._lost}{error}") from None
+        left = cables_left(self.reference, self._scenes[0])
+        self.cables = CableResults(self._scenes, self.equilibrium, self.reference.lengths[:, left])
+        self.cable_places = {name: place for place, name in enumerate(self._scenes[0].cables)}
         self.body_places = {name: place for place, name in enumerate(numbers.body_names)}
 
     @cached_property
@@ -308,7 +315,8 @@ class Group:
                 return NoSolutionError(f"in the reference state: {self._too_long[place]}")
         if reference is None and self._loaded.problems[place]:
             return NoSolutionError(self._loaded.problems[place])
-        return reference or _failure(self.calm, place) or _failure(self.equilibrium, place)
+        states = (self.calm, self.equilibrium)
+        return reference or next(filter(None, (_failure(state, place, self._lost) for state in states)), None)
 
     def take(self, place):
         """The `Equilibrium` of one case."""

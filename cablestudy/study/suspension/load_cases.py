@@ -140,9 +140,9 @@ def loaded_state(reference, scenes, forced=True):
     Parameters
     ----------
     reference : Equilibrium
-        In the reference state, shape (n,).
+        In the reference state, with all cables, shape (n,).
     scenes : sequence of SuspensionScene
-        n of them; all of their load cases have a steady wind, or none has.
+        n of them, `without_lost`; all of their load cases have a steady wind, or none has.
     forced : bool
         Whether the forces of the load cases on bodies and points act too.
 
@@ -155,14 +155,17 @@ def loaded_state(reference, scenes, forced=True):
     ConvergenceError
         Forces of the steady wind and the attitude that they lead to do not agree.
     """
-    suspension, values = reference.suspension, CableValues(scenes)
+    left = cables_left(reference, scenes[0])
+    suspension, lengths, values = reference.suspension, reference.lengths, CableValues(scenes)
+    if len(left) < lengths.shape[-1]:
+        suspension, lengths = suspension.with_cables(left), lengths[:, left]
     warm, problems = 1.0 + elongation(values), _shrunk(values, suspension.cable_names)
     standing = reference.record.converged
     loaded = replace(
         suspension,
         load_fractions=None,
         given=("unstretched_length",) * warm.shape[-1],
-        value=reference.lengths * warm,
+        value=lengths * warm,
         cable_mass=suspension.cable_mass / warm + ice_mass(values),
         position=np.where(standing[:, None, None], reference.position, suspension.position) + _moves_of_bodies(scenes),
         rotation=np.where(standing[:, None, None, None], reference.rotation, suspension.rotation),
@@ -175,10 +178,15 @@ def loaded_state(reference, scenes, forced=True):
     calm = statics.pose(loaded)
     if all(scene.load_case.wind is None for scene in scenes):
         return LoadedState(calm, calm, None, problems)
-    drag = _steady_drag(scenes, drag_width(values), suspension.body_names)
+    drag = _steady_drag(scenes, np.nan_to_num(drag_width(values)), suspension.body_names)
     # without an equilibrium there is nothing that the wind could move
     drag = replace(drag, velocity=np.where(calm.record.converged[:, None], drag.velocity, 0.0))
     return LoadedState(calm, equilibrium_in_wind(calm, drag), drag, problems)
+
+
+def cables_left(reference, scene):
+    """Numbers of the cables of a reference state that are there in the load case of a scene: list of int."""
+    return [number for number, name in enumerate(reference.suspension.cable_names) if name in scene.cables]
 
 
 def _moves_of_bodies(scenes):
@@ -292,4 +300,7 @@ def _steady_drag(scenes, cables, body_names):
     level = wind_direction(np.array([wind.direction for wind in winds]))
     speed = np.sqrt([wind.dynamic_pressure for wind in winds])  # with a density of 2 kg/m^3
     bodies, centers = map(np.array, zip(*(offered_by_bodies(s, body_names) for s in scenes), strict=True))
+    for case, wind in enumerate(winds):
+        if wind.on is not None:
+            bodies[case, [name not in wind.on for name in body_names]] = 0.0
     return Drag(speed[:, None] * level, np.full(len(scenes), 2.0), cables, bodies, centers, stretched=False)

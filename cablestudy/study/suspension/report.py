@@ -10,6 +10,7 @@ from cablestudy.study.columns import ROUNDING, find, relative
 from cablestudy.study.notes import of_comparison
 from cablestudy.study.report import modes_as_rows, shapes_table
 from cablestudy.study.suspension.columns import body_columns, cable_columns, has_key, point_columns
+from cablestudy.study.suspension.lost_cables import slack_cables
 from cablestudy.study.suspension.numbers import numbers_of
 from cablestudy.study.suspension.rows import value
 from cablestudy.study.table import Field, Table
@@ -45,10 +46,12 @@ def static_tables(case, only=None, failures=None):
     bodies, points = np.split(np.array(suspension.body_names, dtype=object), [suspension.bodies])
 
     def columns_of_cable(name):
-        return [column for column in cable_columns(name) if has_key(case.scene, name, column)]
+        there = name in case.scene.cables
+        return [column for column in cable_columns(name) if has_key(case.scene, name, column)] if there else []
 
     def of_cables():
-        return listed(case, suspension.cable_names, columns_of_cable, cable_columns(""), failures)
+        names = case.with_all_cables.cables
+        return _with_state(case, listed(case, names, columns_of_cable, cable_columns(""), failures))
 
     makers = {
         "bodies": lambda: listed(case, bodies, lambda name: body_columns(name)[:-1], body_columns("")[:-1]),
@@ -76,6 +79,16 @@ def _first_things(table):
     """The table of the cables, of which a narrow terminal keeps the columns FIRST."""
     fields = (replace(field, secondary=not (field.label or field.plain in FIRST)) for field in table.fields)
     return replace(table, fields=tuple(fields))
+
+
+def _with_state(case, table):
+    """The table of the cables with the state of each, where some are lost: lost, slack or taut."""
+    if not case.scene.load_case.lost:
+        return table
+    known = dict.fromkeys(case.scene.cables, "taut") | dict.fromkeys(slack_cables(case.equilibrium), "slack")
+    rows = [{"name": row["name"], "state": known.get(row["name"], "lost"), **row} for row in table.rows]
+    fields = (table.fields[0], Field("state", "state", label=True), *table.fields[1:])
+    return replace(table, fields=fields, rows=rows)
 
 
 def listed(case, names, columns_of, kinds=(), failures=None):
