@@ -111,7 +111,7 @@ def _list_mistakes(scene, case):
             elif known[key][name] is None:
                 yield (
                     path,
-                    f"the body {name} has no key wind (area, drag_coefficient), so that there is nothing to act on",
+                    f"{name} has no key wind (area, drag_coefficient): there is nothing to act on",
                 )
     if case.lost and not set(cables) - set(case.lost):
         yield ("lost",), "no cable is left"

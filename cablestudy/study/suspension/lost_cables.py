@@ -13,7 +13,7 @@ MOST_TURNED, MOST_MOVED = 30.0, 0.1
 
 
 def lost_notes(case):
-    """What a load case with lost cables comes to, against the same load case with all cables.
+    """Notes on a load case with lost cables, against the same load case with all cables.
 
     Parameters
     ----------

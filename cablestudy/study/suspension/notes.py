@@ -56,7 +56,8 @@ def strength_warning(case):
 def warnings_of(case):
     """Warnings and notes on a case beside its results, a tuple of str.
 
-    `strength_warning`, `lost_notes`, `moved_note`, and where cables state what only a much longer cable has `notes.long_cables`.
+    `strength_warning`, `lost_notes`, `moved_note`, and where cables state what only a much longer cable has
+    `notes.long_cables`.
     """
     reference, place = case.group.reference, case.place
     chord = np.asarray(reference.catenary.span.chord)[place]
