@@ -172,6 +172,11 @@ class Case:
         return shift[self.index], error[self.index]
 
     @property
+    def pressure_on_gondola(self):
+        """See `Results.pressure_on_gondola`. [-]"""
+        return self.results.pressure_on_gondola[self.index]
+
+    @property
     def planar(self):
         """True if no load leaves the cable's plane: in-plane and out-of-plane motion decouple."""
         return bool(self.results.planar[self.index])
@@ -441,7 +446,8 @@ class _ClosedForm:
         cable = self._scene.cable
         scene = self._scene
         stated = (getattr(cable, key) for key in CABLE)
-        return (scene.gravity, *map(frozen, stated), frozen(scene.load_case), frozen(scene.model))
+        ground = scene.ground if scene.load_case.grows_with_height else None
+        return (scene.gravity, *map(frozen, stated), frozen(scene.load_case), frozen(scene.model), ground)
 
     @cached_property
     def span(self):

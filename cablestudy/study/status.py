@@ -16,8 +16,8 @@ def status_of(failures, *doubts):
         Header -> CablestudyError of a column that cannot be had. Each reason is told once, and
         not by itself where another one contains it.
     *doubts : str
-        Any of DOUBTS, followed by names where there are several cables or bodies; an empty one does not count. They come
-        last, so that a status that begins with one has no other reason.
+        Any of DOUBTS, followed by names where there are several cables or bodies; an empty one does not count. They
+        come last, so that a status that begins with one has no other reason.
     """
     reasons = list(dict.fromkeys(" ".join(str(error).split()) for error in failures.values()))
     reasons = [one for one in reasons if not any(one in other for other in reasons if other != one)]

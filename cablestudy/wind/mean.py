@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cablestudy.cable.steady_drag import Profile
 from cablestudy.system import statics
 from cablestudy.system.descent import DISAGREED, ROUNDED
 from cablestudy.system.rigid import size
@@ -43,6 +44,8 @@ class Drag:
         Centres of pressure from the reference points, body axes. [m]
     stretched : bool
         Whether the length of a cable that the wind meets is the stretched one, or the unstretched one.
+    profile : Profile or None
+        How its pressure changes with the height; None where it does not.
     """
 
     velocity: np.ndarray
@@ -51,11 +54,13 @@ class Drag:
     bodies: np.ndarray
     centers: np.ndarray
     stretched: bool = True
+    profile: Profile | None = None
 
     def take(self, place):
         """That of one case."""
         parts = (self.velocity, self.density, self.cables, self.bodies, self.centers)
-        return Drag(*(np.asarray(part)[place] for part in parts), self.stretched)
+        profile = self.profile and self.profile.take(place)
+        return Drag(*(np.asarray(part)[place] for part in parts), self.stretched, profile)
 
 
 def body_forces(drag, rotation):
@@ -76,13 +81,24 @@ def body_forces(drag, rotation):
     return (rotation @ pressed[..., None])[..., 0], (rotation @ drag.centers[..., None])[..., 0]
 
 
-def cable_loads(drag, catenary):
-    """Mean force per unstretched length on each cable, global axes, shape (..., c, 3). [N/m]"""
+def cable_loads(drag, catenary, end_1=None):
+    """Mean force per unstretched length on each cable, global axes, shape (..., c, 3). [N/m]
+
+    Parameters
+    ----------
+    drag : Drag
+    catenary : Catenary
+        Of shape (..., c).
+    end_1 : ndarray, shape (..., c, 3), optional
+        Places of their ends 1, where the wind has a profile. [m]
+    """
     chord = catenary.span.frame[..., 0, :]
     wind = np.broadcast_to(drag.velocity[..., None, :], chord.shape)
     across = wind - chord * (wind * chord).sum(axis=-1, keepdims=True)
     stretch = 1 + catenary.mean_tension / catenary.span.axial_stiffness if drag.stretched else 1.0
     factor = np.asarray(drag.density)[..., None] / 2 * drag.cables * stretch * size(across)
+    if drag.profile is not None:
+        factor = factor * drag.profile.over(factor.shape[-1]).mean_pressure(catenary, end_1)
     return factor[..., None] * across
 
 
@@ -125,10 +141,12 @@ def equilibrium_in_wind(calm, drag):
     least, reason = np.full(shape, np.inf), np.full(shape, DISAGREED)
     for _ in range(MOST):
         force, arm = body_forces(drag, found.rotation)
+        if drag.profile is not None:
+            force = force * drag.profile.pressure(found.position + arm)[..., None]
         fresh = {
             "force": suspension.force + force,
             "moment": suspension.moment + np.cross(arm, force),
-            "cable_wind": cable_loads(drag, found.catenary),
+            "cable_wind": cable_loads(drag, found.catenary, found.ends[..., 0, :]),
             "position": found.position,
             "rotation": found.rotation,
         }

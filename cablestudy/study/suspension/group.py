@@ -14,8 +14,8 @@ from cablestudy.study.suspension.linear_motion import drag_of
 from cablestudy.study.suspension.load_cases import (
     cables_left,
     drag_change,
+    drag_on_cables,
     loaded_state,
-    pressed_cables,
     reference_loads,
     too_long,
 )
@@ -205,14 +205,14 @@ class Group:
 
     @cached_property
     def _steady_drag(self):
-        """`pressed_cables` of all cases; None without a steady wind."""
+        """`drag_on_cables` of all cases; None without a steady wind."""
         if self._loaded is None or self._loaded.drag is None:
             return None
-        return pressed_cables(self._loaded.drag, self.equilibrium.suspension.cable_mass)
+        return drag_on_cables(self._loaded.drag, self.equilibrium)
 
     def steady_drag(self, place):
         """That of a case on its cables, as `FixedModel.drag`; None without a steady wind."""
-        return self._steady_drag and tuple(part[place] for part in self._steady_drag)
+        return self._steady_drag and self._steady_drag.take(place)
 
     @cached_property
     def _drag_change(self):

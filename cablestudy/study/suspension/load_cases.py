@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cablestudy.cable.steady_drag import Profile, SteadyDrag
 from cablestudy.study.load_cases import (
     SECOND_ORDER,
     UNKNOWN,
@@ -52,27 +53,27 @@ class LoadedState:
     problems: list
 
 
-def pressed_cables(drag, mass):
-    """Drag of a length of each cable across the wind, zero of those without mass, and the direction of the wind.
+def drag_on_cables(drag, found):
+    """`SteadyDrag` on each cable, none on those without mass, of shape (n, c).
 
     Parameters
     ----------
     drag : Drag
         Of n cases.
-    mass : ndarray, shape (n, c)
-        Per length. [kg/m]
-
-    Returns
-    -------
-    pressed : ndarray, shape (n, c)
-        [N/m]
-    direction : ndarray, shape (n, c, 3)
-        [-]
+    found : Equilibrium
+        Of these, in the wind.
     """
+    mass = found.suspension.cable_mass
     pressure, speed = drag.density / 2 * (drag.velocity**2).sum(axis=-1), size(drag.velocity)
     direction = drag.velocity / np.maximum(speed, np.finfo(float).tiny)[:, None]
     pressed = np.where(mass > 0, pressure[:, None] * drag.cables, 0.0)
-    return pressed, np.broadcast_to(direction[:, None], (*mass.shape, 3))
+    whole = SteadyDrag(pressed, np.broadcast_to(direction[:, None], (*mass.shape, 3)))
+    if drag.profile is None:
+        return whole
+    whole = replace(
+        whole, profile=drag.profile.over(mass.shape[1]), end_1=found.ends[..., 0, :], mean=np.ones(mass.shape)
+    )
+    return whole.about(found.catenary)
 
 
 def drag_change(found, drag):
@@ -95,11 +96,11 @@ def drag_change(found, drag):
     error, moved = np.zeros(shape[0]), np.zeros((*found.position.shape[:2], 6))
     if drag is None:
         return error, moved
-    pressed, direction = pressed_cables(drag, found.suspension.cable_mass)
-    case, cable = np.nonzero((pressed > 0) & found.record.converged[:, None])
+    whole = drag_on_cables(drag, found)
+    case, cable = np.nonzero((whole.pressed > 0) & found.record.converged[:, None])
     own, forces = np.zeros(shape), np.zeros((*shape, 2, 3))
     if len(case):
-        about = pressed[case, cable], direction[case, cable], found.catenary.take((case, cable)), drag.stretched
+        about = whole.take((case, cable)), found.catenary.take((case, cable)), drag.stretched
         own[case, cable], forces[case, cable] = uneven_drag_errors(*about)
     for place in np.unique(case).tolist():
         more, moved[place] = _by_bodies(found, place, forces[place])
@@ -303,4 +304,6 @@ def _steady_drag(scenes, cables, body_names):
     for case, wind in enumerate(winds):
         if wind.on is not None:
             bodies[case, [name not in wind.on for name in body_names]] = 0.0
-    return Drag(speed[:, None] * level, np.full(len(scenes), 2.0), cables, bodies, centers, stretched=False)
+    exponent, height = (np.array([getattr(wind, key) for wind in winds], dtype=float) for key in ("exponent", "at"))
+    profile = Profile.of(exponent, height, [scene.ground for scene in scenes])
+    return Drag(speed[:, None] * level, np.full(len(scenes), 2.0), cables, bodies, centers, False, profile)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from cablestudy.scene.words import counted, first_of
-from cablestudy.study.notes import long_cables, of_comparison
+from cablestudy.study.notes import averaged_wind, long_cables, of_comparison
 from cablestudy.study.ssm import DAMPING_NOTES
 from cablestudy.study.suspension.lost_cables import LISTED, lost_notes, slack_cables
 from cablestudy.system.superelement import grows_with_modes
@@ -56,14 +56,15 @@ def strength_warning(case):
 def warnings_of(case):
     """Warnings and notes on a case beside its results, a tuple of str.
 
-    `strength_warning`, `lost_notes`, `moved_note`, and where cables state what only a much longer cable has
-    `notes.long_cables`.
+    `strength_warning`, `averaged_wind`, `lost_notes`, `moved_note`, and where cables state what only a much longer
+    cable has `notes.long_cables`.
     """
     reference, place = case.group.reference, case.place
     chord = np.asarray(reference.catenary.span.chord)[place]
     names, given = reference.suspension.cable_names, reference.suspension.given
     long = long_cables(names, np.asarray(reference.lengths)[place].tolist(), chord.tolist(), given)
-    return (*strength_warning(case), *lost_notes(case), *moved_note(case), *long)
+    averaged = averaged_wind(case.scene.load_case, case.group.drag_error(case.place))
+    return (*strength_warning(case), *averaged, *lost_notes(case), *moved_note(case), *long)
 
 
 def moved_note(case):
