@@ -213,6 +213,20 @@ def uneven_drag_errors(drag, catenary, stretched=False):
     the tension over the tension and of the movement at mid-length over the distance from the chord there. In a wind
     that grows with the height, `profile_error` finds the changes, which are larger, to all orders.
     """
+    if drag.profile is None:
+        error, ends = _first_order(drag, catenary, stretched)
+    else:
+        growing = drag.profile.exponent > 0
+        error, ends = np.zeros(len(growing)), np.zeros((len(growing), 2, 3))
+        for chosen, changes in ((growing, profile_error.changes), (~growing, _first_order)):
+            if chosen.any():
+                error[chosen], ends[chosen] = changes(drag.take(chosen), catenary.take(chosen))
+    error = SECOND_ORDER * np.minimum(np.nan_to_num(error, nan=UNKNOWN), UNKNOWN)
+    return np.where(drag.pressed > 0, error, 0.0), ends * np.array([1.0, -1.0])[:, None]
+
+
+def _first_order(drag, catenary, stretched=False):
+    """Error and change of the tension vector at both ends, see `uneven_drag_errors`."""
     span, length = catenary.span, catenary.span.unstretched_length
     nodes, weights = np.polynomial.legendre.leggauss(DRAG_POINTS)
     places, near = (1 + nodes) / 2, [*range(DRAG_POINTS), 0, -1]
@@ -238,12 +252,7 @@ def uneven_drag_errors(drag, catenary, stretched=False):
     moved = (running_integral(nodes) @ (compliance @ change[..., None])[..., 0])[:, DRAG_POINTS // 2]
     away = np.sqrt((catenary.at(np.array([0.5]))[0] ** 2).sum(axis=-1))[:, 0]
     moved = np.hypot(np.hypot(moved[:, 0], moved[:, 1]), moved[:, 2]) / np.maximum(away, np.finfo(float).tiny)
-    error = np.maximum(pulled.max(axis=-1), moved)
-    growing = np.flatnonzero([] if drag.profile is None else drag.profile.exponent > 0)
-    if len(growing):
-        error[growing], ends[growing] = profile_error.changes(drag.take(growing), catenary.take(growing))
-    error = SECOND_ORDER * np.minimum(np.nan_to_num(error, nan=UNKNOWN), UNKNOWN)
-    return np.where(drag.pressed > 0, error, 0.0), ends * np.array([1.0, -1.0])[:, None]
+    return np.maximum(pulled.max(axis=-1), moved), ends
 
 
 def wind_direction(angle):

@@ -10,8 +10,8 @@ import numpy as np
 from cablestudy.cable.geometry import places as places_along
 from cablestudy.cable.steady_drag import DRAG_POINTS, across
 
-PANELS = 3  # of DRAG_POINTS each, an odd number: also where a cable passes through the ground
-STEPS = 8  # in which c and d settle; what is left in the last one is added to the error
+# panels of DRAG_POINTS each, an odd number, and steps in which c and d settle; what is left in the last one is added
+SMOOTH, ENDING = (1, 3), (5, 10)  # above the ground, and where a cable passes through it: there the pressure ends
 
 
 def changes(drag, catenary):
@@ -32,31 +32,46 @@ def changes(drag, catenary):
     ends : ndarray, shape (n, 2, 3)
         Change of the tension vector at both ends, global axes. [N]
     """
+    error, ends = np.zeros(len(drag.pressed)), np.zeros((len(drag.pressed), 2, 3))
+    inside = np.linspace(0.0, 1.0, 2 * DRAG_POINTS)[1:-1]
+    pressure = drag.profile.pressure(places_along(catenary, inside) + drag.end_1[:, None])
+    ending = pressure.min(axis=-1) <= 0
+    for chosen, settings in ((~ending, SMOOTH), (ending, ENDING)):
+        if chosen.any():
+            error[chosen], ends[chosen] = _changes(drag.take(chosen), catenary.take(chosen), *settings)
+    return error, ends
+
+
+def _changes(drag, catenary, panels, steps):
+    """`changes` by Gauss's points on so many equal parts of each cable, in so many steps."""
     span = catenary.span
-    points, weights, running = _panels()
-    stiffness = np.asarray(span.axial_stiffness)[:, None, None]
+    points, weights, running = _panels(panels)
+    stiffness, length = (np.asarray(part)[:, None, None] for part in (span.axial_stiffness, span.unstretched_length))
     given = span.in_frame(catenary.at(np.concatenate([points, [0.0, 1.0]]))[1], "global")
     first, where = given[:, :-2], places_along(catenary, points)
-    slopes, length = _slope(first, stiffness)[0], span.unstretched_length[:, None, None]
     uniform = drag.averaged(across(drag.direction, span.frame[..., 0, :]))[:, None]
-    constant, differs = np.zeros((len(first), 1, 3)), np.zeros_like(first)
-    for _ in range(STEPS):
-        slope, tension, tangent = _slope(first + constant - running @ differs, stiffness)
-        longer = slope - slopes
-        outer = tangent[..., :, None] * tangent[..., None, :]
-        compliance = (np.eye(3) - outer) / tension[..., None] + (np.eye(3) / stiffness)[:, None]
-        mean, gap = (weights[:, None, None] * compliance).sum(axis=1), (weights[:, None] * longer).sum(axis=1)
-        step = np.linalg.solve(mean, gap[..., None])[:, None, :, 0]
-        moved = running @ longer
+    constant, moved = np.zeros((len(first), 1, 3)), np.zeros_like(first)
+    start, tension, tangent = _slope(first, stiffness)
+    for _ in range(steps):
         there = (1 + tension / stiffness) * across(drag.direction[:, None], tangent)
         there = drag.locally(there, lambda moved=moved: where + length * moved)
-        constant, differs = constant - step, drag.pressed[:, None, None] * length * (there - uniform)
+        differs = drag.pressed[:, None, None] * length * (there - uniform)
+        loaded = first - running @ differs
+        slope, tension, tangent = _slope(loaded + constant, stiffness)
+        share, gap = weights[:, None] / tension, (weights[:, None] * (slope - start)).sum(axis=1)
+        mean = (share.sum(axis=1, keepdims=True) + 1 / stiffness) * np.eye(3)
+        mean = mean - ((share * tangent)[..., :, None] * tangent[..., None, :]).sum(axis=1)
+        step = np.linalg.solve(mean, gap[..., None])[:, None, :, 0]
+        constant = constant - step
+        slope, tension, tangent = _slope(loaded + constant, stiffness)
+        before, moved = moved, running @ (slope - start)
     ends = constant - np.stack([0 * differs[:, 0], (weights[:, None] * differs).sum(axis=1)], axis=1)
-    change, before = np.concatenate([constant - running @ differs, ends], axis=1), _size(given)
-    pulled = _size(change) + _size(step)
+    change = np.concatenate([loaded + constant - first, ends], axis=1)
+    pulled = ((_size(change) + _size(step)) / np.maximum(_size(given), np.finfo(float).tiny)).max(axis=-1)
     away = np.maximum(_size(catenary.at(np.array([0.5]))[0])[:, 0], np.finfo(float).tiny)
-    aside = _size(moved[:, len(points) // 2]) / away
-    return np.maximum((pulled / np.maximum(before, np.finfo(float).tiny)).max(axis=-1), aside), ends
+    middle = len(points) // 2
+    aside = (_size(moved[:, middle]) + _size((moved - before)[:, middle])) / away
+    return np.maximum(pulled, aside), ends
 
 
 def _slope(force, stiffness):
@@ -69,13 +84,13 @@ def _size(vectors):
     return np.sqrt((vectors**2).sum(axis=-1))
 
 
-def _panels():
-    """Gauss's points of PANELS equal parts of [0, 1], their weights, and the matrix of the integrals up to them."""
+def _panels(count):
+    """Gauss's points of equal parts of [0, 1], their weights, and the matrix of the integrals up to them."""
     nodes, weights = np.polynomial.legendre.leggauss(DRAG_POINTS)
-    within, parts = running_integral(nodes), np.arange(PANELS)
-    points = ((1 + nodes) / 2 + parts[:, None]).ravel() / PANELS
+    within, parts = running_integral(nodes), np.arange(count)
+    points = ((1 + nodes) / 2 + parts[:, None]).ravel() / count
     before = np.kron(parts[:, None] > parts, np.ones((DRAG_POINTS, 1)) * weights / 2)
-    return points, np.tile(weights / 2, PANELS) / PANELS, (np.kron(np.eye(PANELS), within) + before) / PANELS
+    return points, np.tile(weights / 2, count) / count, (np.kron(np.eye(count), within) + before) / count
 
 
 def running_integral(nodes):

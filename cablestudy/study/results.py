@@ -19,7 +19,7 @@ from cablestudy.study.statics import ClosedStatics
 
 EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
 STAND_IN_STRAIN = 1e-3  # of a cable that does not exist: taut, so that arrays hold a solvable cable in its place
-PASSES = 4  # in which the mean pressure of a wind over height along a cable and its form are brought together
+PASSES, SETTLED = 8, 1e-7  # in which mean pressure and form of a cable come together, and what change of it is left
 UNPUSHED = "the force of the load case on end 2 leads to no equilibrium"
 NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffness about it"
 
@@ -54,7 +54,11 @@ class Results:
         def blown(shift):
             found, drag = at(shift)
             for _ in range(0 if drag.profile is None else PASSES):
-                found, drag = at(shift, drag.about(solve(found)))
+                mean = drag.about(solve(found)).mean
+                moving = np.abs(mean - drag.mean) > SETTLED * np.abs(drag.mean)
+                if not moving.any():
+                    break
+                found, drag = at(shift, replace(drag, mean=np.where(moving, mean, drag.mean)))
             return found, drag
 
         push = self.values.push
