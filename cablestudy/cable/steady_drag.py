@@ -27,8 +27,8 @@ class Profile:
         Of the speed; zero where the wind is the same at all heights. [-]
     height : ndarray, shape (...)
         Above the ground, at which the pressure is that stated. [m]
-    ground : ndarray of object, shape (...)
-        A level [m], or arrays of x and z of points between which the ground is straight [m].
+    ground : ndarray of float or object, shape (...)
+        Levels, or where one is none for each the arrays of x and z of points between which it is straight. [m]
     """
 
     exponent: np.ndarray
@@ -49,9 +49,12 @@ class Profile:
         exponent = np.nan_to_num(exponent)
         if not exponent.any():
             return None
-        ground = np.empty(len(exponent), dtype=object)
-        for row, own in enumerate(grounds):
-            ground[row] = tuple(np.array(own, dtype=float).T) if isinstance(own, tuple) else float(own or 0.0)
+        if any(isinstance(own, tuple) for own in grounds):
+            ground = np.empty(len(exponent), dtype=object)
+            for row, own in enumerate(grounds):
+                ground[row] = tuple(np.array(own if isinstance(own, tuple) else [(0.0, own or 0.0)], dtype=float).T)
+        else:
+            ground = np.array([own or 0.0 for own in grounds])
         return cls(exponent, np.where(exponent > 0, height, 1.0), ground)
 
     def take(self, index):
@@ -71,9 +74,9 @@ class Profile:
         ndarray, shape (..., k)
             Exactly 1 where the wind is uniform. [-]
         """
-        above = where[..., 2] - self._ground_under(where[..., 0])
-        more = (1,) * (above.ndim - np.ndim(self.exponent))
-        exponent, height = (part.reshape(part.shape + more) for part in (self.exponent, self.height))
+        more = (1,) * (where.ndim - 1 - self.exponent.ndim)
+        exponent, height, level = (own.reshape(own.shape + more) for own in (self.exponent, self.height, self.ground))
+        above = where[..., 2] - (self._ground_under(where[..., 0]) if level.dtype == object else level)
         return np.where(exponent > 0, (np.maximum(above, 0.0) / height) ** (2 * exponent), 1.0)
 
     def mean_pressure(self, cable, end_1):
@@ -94,8 +97,7 @@ class Profile:
         """Height of the ground at x, shape (..., k); beyond the points of a ground that of the last one. [m]"""
         found = np.empty(x.shape)
         for row in np.ndindex(self.ground.shape):
-            own = self.ground[row]
-            found[row] = own if isinstance(own, float) else np.interp(x[row], *own)
+            found[row] = np.interp(x[row], *self.ground[row])
         return found
 
 

@@ -81,7 +81,9 @@ def averaged_wind(load_case, error, remedy=""):
     """
     if not load_case.grows_with_height or error <= POOR_STATICS:
         return ()
-    return (f"note: the wind is averaged over the height of each cable: estimated error {100 * error:.2g} %{remedy}",)
+    return (
+        f"note: the wind is averaged over the height of each cable: estimated error up to {100 * error:.2g} %{remedy}",
+    )
 
 
 def of_closed_form(case, over_strength):

@@ -33,7 +33,7 @@ def changes(drag, catenary):
         Change of the tension vector at both ends, global axes. [N]
     """
     error, ends = np.zeros(len(drag.pressed)), np.zeros((len(drag.pressed), 2, 3))
-    inside = np.linspace(0.0, 1.0, 2 * DRAG_POINTS)[1:-1]
+    inside = np.linspace(0.0, 1.0, DRAG_POINTS)[1:-1]
     pressure = drag.profile.pressure(places_along(catenary, inside) + drag.end_1[:, None])
     ending = pressure.min(axis=-1) <= 0
     for chosen, settings in ((~ending, SMOOTH), (ending, ENDING)):

@@ -23,6 +23,7 @@ from cablestudy.system.rounding import SUMS, UNIT
 from cablestudy.system.tangent import GROUND
 
 MOST = 40  # equilibria until forces and attitude agree
+SETTLED = 1e-7  # change of the load of a cable, relative, up to which it is that of where it hangs
 SLOW = 0.9  # an equilibrium that changes places by more than this share of the smallest change comes no closer
 
 
@@ -126,7 +127,7 @@ def equilibrium_in_wind(calm, drag):
     -----
     Forces and attitude agree where a new equilibrium has its cable ends where the last one had them, but for the
     rounding of places; or where they come no closer, and are within what rounding leaves of the places
-    (`uncertainty.judge`).
+    (`uncertainty.judge`). Where the wind has a profile the loads of the cables have to be settled too.
     """
     lengths = np.asarray(calm.lengths)
     suspension = replace(
@@ -155,7 +156,8 @@ def equilibrium_in_wind(calm, drag):
         before, found = found, statics.pose(replace(suspension, **loads))
         change = size(found.ends - before.ends).max(axis=(-1, -2))
         agreed = change <= SUMS * UNIT * np.abs(found.ends).max(axis=(-1, -2, -3))
-        rounded = ~agreed & (change >= SLOW * least)
+        settled = _settled(drag, found, loads["cable_wind"])
+        agreed, rounded = agreed & settled, settled & ~agreed & (change >= SLOW * least)
         least = np.minimum(least, change)
         if (rounded & ~ended).any():
             rounded &= change <= _unknown(found)
@@ -166,6 +168,14 @@ def equilibrium_in_wind(calm, drag):
         if ended.all():
             break
     return replace(found, record=replace(found.record, reason=reason[()]))
+
+
+def _settled(drag, found, used):
+    """Cases whose cables hang where the loads that were used are those of a wind with a profile, or that has none."""
+    if drag.profile is None:
+        return np.ones(np.shape(found.record.converged), dtype=bool)
+    there = cable_loads(drag, found.catenary, found.ends[..., 0, :])
+    return (size(there - used) <= SETTLED * size(used)).all(axis=-1)
 
 
 def _unknown(found):

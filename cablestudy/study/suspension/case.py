@@ -73,10 +73,10 @@ class SuspensionCase:
         cases = {**self.scene.cases, name: whole}
         return SuspensionCase(self.with_all_cables.model_copy(update={"cases": cases}))
 
-    def refuse_lost(self, name):
-        """Raise the NoSolutionError of a cable that the load case lacks."""
+    def refuse_lost(self, name, words="{0} is lost in the load case {1}"):
+        """Raise the NoSolutionError of a cable that the load case lacks, in words with the names of both."""
         if name in self.scene.load_case.lost:
-            raise NoSolutionError(f"{name} is lost in the load case {self.scene.case}")
+            raise NoSolutionError(words.format(name, self.scene.case))
 
     @property
     def damped_by_modes(self):
@@ -126,7 +126,7 @@ class SuspensionCase:
         """
         if self.scene.control is not None:
             for name in self.with_all_cables.winches:
-                self.refuse_lost(name)  # the loop has no winch there
+                self.refuse_lost(name, "the loop needs the winch of {0}, which is lost in the load case {1}")
         (found, drag), known = self.group.windy, self.group.known[self.place]
         about, modes = (self._exact_model, known), self.group.windy_modes[self.place]
         if drag is None:
