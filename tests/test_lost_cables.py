@@ -17,6 +17,7 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.study.status import FALLEN
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
+from cablestudy.study.suspension.lost_cables import lost_notes
 from cablestudy.study.suspension.rows import evaluate_suspensions
 
 MAST = CONFIGS / "suspensions" / "mast-levels.yaml"
@@ -151,9 +152,9 @@ def test_what_static_says(tmp_path):
     done = run("static", MAST, "--case", "broken", "--format", "json", "--table", "cables")
     rows = {one["name"]: one for one in json.loads(done.out)["rows"]}
     assert list(rows) == list(CABLES)
-    assert rows["north-high"] == {"name": "north-high", "state": "lost"} | dict.fromkeys(
-        set(rows["north-low"]) - {"name", "state"}
-    ) or set(rows["north-high"]) == {"name", "state"}
+    assert {key: value for key, value in rows["north-high"].items() if value is not None} == {
+        "name": "north-high", "state": "lost"
+    }  # fmt: skip
     assert {one["state"] for name, one in rows.items() if name != "north-high"} == {"taut"}
     before = {one["name"]: one for one in table_of("static", MAST, "--table", "cables")}
     share = 100 * (rows["north-low"]["max_tension_N"] / before["north-low"]["max_tension_N"] - 1)
@@ -176,11 +177,7 @@ def test_slack_cables_are_named(made):
     """The rope beside the one that takes the load hangs by its own weight."""
     text = SWING.replace("1e-9 kg/m", "0.2 kg/m").replace("  right:", "  spare: {from: a, to: load, "
                          "unstretched_length: 5.5 m}\n  right:")  # fmt: skip
-    made(text)
-    scene = made(text, "case=torn")
-    from cablestudy.study.suspension.lost_cables import lost_notes
-
-    assert "; slack: spare; this is" in lost_notes(SuspensionCase(scene))[0]
+    assert "; slack: spare; this is" in lost_notes(SuspensionCase(made(text, "case=torn")))[0]
 
 
 @pytest.mark.parametrize("command", ["loop", "windrms", "ssm"])
@@ -241,7 +238,7 @@ def test_wind_on_some_is_drag_on_these_alone(made):
     everything = seen("")
     assert seen(", on: [two, box, one, three]") == everything
     assert seen(", on: [box]") == seen(", cable_drag_coefficient: 0")
-    bare = text.replace("80 kg, free: [x, y, z]", "80 kg, free: [x, y, z]").replace(
+    bare = text.replace(
         "eye: [0, 0, 0]},\n        wind: {area: [1 m^2, 1 m^2, 1 m^2], drag_coefficient: 1.1}}", "eye: [0, 0, 0]}}"
     )
     cables, _ = row(made(bare + f"  day: {{wind: {{{wind}}}}}\n", "case=day"), *SEEN)
