@@ -132,12 +132,6 @@ class SteadyDrag:
             return own
         return replace(own, profile=self.profile.take(index), end_1=self.end_1[index], mean=self.mean[index])
 
-    def about(self, cable):
-        """The same with the mean pressure along cables where they hang, a `Catenary`."""
-        if self.profile is None:
-            return self
-        return replace(self, mean=self.profile.mean_pressure(cable, self.end_1))
-
     def uniform(self, chord):
         """Uniform force per unstretched length, by directions of the chord, shape (..., 3). [N/m]"""
         return self.pressed[..., None] * self.averaged(across(self.direction, chord))

@@ -10,8 +10,7 @@ import numpy as np
 from cablestudy.cable.geometry import places as places_along
 from cablestudy.cable.steady_drag import DRAG_POINTS, across
 
-# panels of DRAG_POINTS each, an odd number, and steps in which c and d settle; what is left in the last one is added
-SMOOTH, ENDING = (1, 3), (5, 10)  # above the ground, and where a cable passes through it: there the pressure ends
+STEPS = 3  # in which c and d settle; what is left in the last one is added to the error
 
 
 def changes(drag, catenary):
@@ -32,27 +31,16 @@ def changes(drag, catenary):
     ends : ndarray, shape (n, 2, 3)
         Change of the tension vector at both ends, global axes. [N]
     """
-    error, ends = np.zeros(len(drag.pressed)), np.zeros((len(drag.pressed), 2, 3))
-    inside = np.linspace(0.0, 1.0, DRAG_POINTS)[1:-1]
-    pressure = drag.profile.pressure(places_along(catenary, inside) + drag.end_1[:, None])
-    ending = pressure.min(axis=-1) <= 0
-    for chosen, settings in ((~ending, SMOOTH), (ending, ENDING)):
-        if chosen.any():
-            error[chosen], ends[chosen] = _changes(drag.take(chosen), catenary.take(chosen), *settings)
-    return error, ends
-
-
-def _changes(drag, catenary, panels, steps):
-    """`changes` by Gauss's points on so many equal parts of each cable, in so many steps."""
     span = catenary.span
-    points, weights, running = _panels(panels)
+    nodes, weights = np.polynomial.legendre.leggauss(DRAG_POINTS)
+    points, weights, running = (1 + nodes) / 2, weights / 2, running_integral(nodes)
     stiffness, length = (np.asarray(part)[:, None, None] for part in (span.axial_stiffness, span.unstretched_length))
     given = span.in_frame(catenary.at(np.concatenate([points, [0.0, 1.0]]))[1], "global")
     first, where = given[:, :-2], places_along(catenary, points)
     uniform = drag.averaged(across(drag.direction, span.frame[..., 0, :]))[:, None]
     constant, moved = np.zeros((len(first), 1, 3)), np.zeros_like(first)
     start, tension, tangent = _slope(first, stiffness)
-    for _ in range(steps):
+    for _ in range(STEPS):
         there = (1 + tension / stiffness) * across(drag.direction[:, None], tangent)
         there = drag.locally(there, lambda moved=moved: where + length * moved)
         differs = drag.pressed[:, None, None] * length * (there - uniform)
@@ -69,8 +57,7 @@ def _changes(drag, catenary, panels, steps):
     change = np.concatenate([loaded + constant - first, ends], axis=1)
     pulled = ((_size(change) + _size(step)) / np.maximum(_size(given), np.finfo(float).tiny)).max(axis=-1)
     away = np.maximum(_size(catenary.at(np.array([0.5]))[0])[:, 0], np.finfo(float).tiny)
-    middle = len(points) // 2
-    aside = (_size(moved[:, middle]) + _size((moved - before)[:, middle])) / away
+    aside = (_size(moved) + _size(moved - before))[:, DRAG_POINTS // 2] / away
     return np.maximum(pulled, aside), ends
 
 
@@ -82,15 +69,6 @@ def _slope(force, stiffness):
 
 def _size(vectors):
     return np.sqrt((vectors**2).sum(axis=-1))
-
-
-def _panels(count):
-    """Gauss's points of equal parts of [0, 1], their weights, and the matrix of the integrals up to them."""
-    nodes, weights = np.polynomial.legendre.leggauss(DRAG_POINTS)
-    within, parts = running_integral(nodes), np.arange(count)
-    points = ((1 + nodes) / 2 + parts[:, None]).ravel() / count
-    before = np.kron(parts[:, None] > parts, np.ones((DRAG_POINTS, 1)) * weights / 2)
-    return points, np.tile(weights / 2, count) / count, (np.kron(np.eye(count), within) + before) / count
 
 
 def running_integral(nodes):

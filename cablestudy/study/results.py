@@ -54,7 +54,7 @@ class Results:
         def blown(shift):
             found, drag = at(shift)
             for _ in range(0 if drag.profile is None else PASSES):
-                mean = drag.about(solve(found)).mean
+                mean = drag.profile.mean_pressure(solve(found), drag.end_1)
                 moving = np.abs(mean - drag.mean) > SETTLED * np.abs(drag.mean)
                 if not moving.any():
                     break
@@ -181,7 +181,7 @@ class Results:
         """Whether drag changes along a cable: in a steady wind, with a fixed number of elements, shape (n,)."""
         return (self.drag.pressed > 0) & np.isfinite(self.given("model.elements"))
 
-    @property
+    @cached_property
     def drag(self):
         """`SteadyDrag` on the cables, shape (n,)."""
         return self._span_and_reasons[3]

@@ -34,12 +34,7 @@ class CablesAtRest(Results):
         super().__init__(None)
         count = len(catenary.span.chord)
         self.catenary, self._exact = catenary, exact
-        self._steady = SteadyDrag(np.zeros(count), np.zeros((count, 3))) if drag is None else drag
-
-    @property
-    def drag(self):
-        """`SteadyDrag` on the cables, shape (c,)."""
-        return self._steady
+        self.drag = SteadyDrag(np.zeros(count), np.zeros((count, 3))) if drag is None else drag
 
     @property
     def failures(self):

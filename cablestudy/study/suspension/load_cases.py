@@ -70,10 +70,8 @@ def drag_on_cables(drag, found):
     whole = SteadyDrag(pressed, np.broadcast_to(direction[:, None], (*mass.shape, 3)))
     if drag.profile is None:
         return whole
-    whole = replace(
-        whole, profile=drag.profile.over(mass.shape[1]), end_1=found.ends[..., 0, :], mean=np.ones(mass.shape)
-    )
-    return whole.about(found.catenary)
+    profile, end_1 = drag.profile.over(mass.shape[1]), found.ends[..., 0, :]
+    return replace(whole, profile=profile, end_1=end_1, mean=profile.mean_pressure(found.catenary, end_1))
 
 
 def drag_change(found, drag):
