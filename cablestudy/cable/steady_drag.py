@@ -62,7 +62,7 @@ class Profile:
         return Profile(self.exponent[index], self.height[index], self.ground[index])
 
     def over(self, count):
-        """The same with a last axis of so many cables."""
+        """Profile of the same rows with a last axis of so many cables."""
         parts = (self.exponent, self.height, self.ground)
         return Profile(*(np.broadcast_to(part[..., None], (*part.shape, count)) for part in parts))
 

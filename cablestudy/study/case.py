@@ -173,7 +173,7 @@ class Case:
 
     @property
     def pressure_on_gondola(self):
-        """See `Results.pressure_on_gondola`. [-]"""
+        """Dynamic pressure of the steady wind at end 2 over the stated one. [-]"""
         return self.results.pressure_on_gondola[self.index]
 
     @property

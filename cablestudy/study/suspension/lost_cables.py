@@ -72,7 +72,7 @@ def _changes(case):
     found = {"more": [], "less": []}
     pairs = zip(case.scene.cables, case.of_cables(tension).tolist(), strict=True)
     changes = [(now / before[name] - 1, name, now) for name, now in pairs if before[name] > 0]
-    for change, name, now in sorted(changes, key=lambda one: -abs(one[0])):
+    for change, name, now in sorted(changes, key=lambda one: -round(abs(one[0]), 6)):  # alike in their order
         if abs(change) > LEAST_CHANGE:
             found["more" if change > 0 else "less"].append(f"{name} ({now:.4g} N, {100 * change:+.3g} %)")
     return found
