@@ -168,6 +168,8 @@ def test_what_static_says(tmp_path):
     assert re.search("less in .*east-high .*west-low", text)
     fallen = run("static", MAST, "--case", "both", "--table", "bodies")
     assert "warning: without north-high, north-low it falls to where it hangs now: mast turns by 17" in fallen.err
+    run("report", MAST, "--out", tmp_path / "report.html", "--quiet")
+    assert "north-high it stands" in (tmp_path / "report.html").read_text(encoding="utf-8")
     whole = run("static", MAST, "--case", "all", "--plot", tmp_path / "all.svg", "--table", "cables")
     assert "case broken: note: without north-high it stands" in whole.err
     assert "6 cables" in (tmp_path / "all.svg").read_text(encoding="utf-8")
