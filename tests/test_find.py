@@ -217,7 +217,11 @@ def test_the_mass_at_a_knot():
         ("find: status is text", "status = ok", "--by cable.preload"),
         ("find: dof describes the computation", "dof = 3", "--by cable.preload"),
         ("find: deflection needs the key cable.loads", "deflection = 1 mm", "--by cable.preload"),
-        ("find: no body, free point, cable or link knot (allowed: gondola, cable)", "knot.x = 1 m", "--by cable.preload"),
+        (
+            "find: no body, free point, cable or link knot (allowed: gondola, cable)",
+            "knot.x = 1 m",
+            "--by cable.preload",
+        ),
         ("--by cable.densty: unknown key (did you mean density?)", "sag = 2 m", "--by cable.densty"),
         ("--by cable.material: holds no number", "sag = 2 m", "--by cable.material"),
         ("--by model.elements: holds no number that varies continuously", "sag = 2 m", "--by model.elements"),

@@ -2,12 +2,152 @@
 
 With the unit vector u of the wind and the tangent t of the cable, u_n = u - t (t . u), the force per unstretched length
 is C_d q D (1 + strain) |u_n| u_n. As a uniform load it is that of the chord, in the place of the tangent, without
-strain.
+strain. Over the height h above the ground the dynamic pressure q may grow as (h/h_0)^(2 a), with the exponent a of the
+speed; the uniform load then has its mean along the cable where it hangs.
 """
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cablestudy.cable.element import basis, lagrange
+from cablestudy.cable.geometry import places
+
 ALONG_CHORD = np.array([1.0, 0.0, 0.0])  # chord frame
+DRAG_POINTS = 9  # along a cable, at which the drag that it has is compared with the uniform one
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Power law of a wind over the height above the ground, of rows or cables of some shape.
+
+    Attributes
+    ----------
+    exponent : ndarray, shape (...)
+        Of the speed; zero where the wind is the same at all heights. [-]
+    height : ndarray, shape (...)
+        Above the ground, at which the pressure is that stated. [m]
+    ground : ndarray of float or object, shape (...)
+        Levels, or where one is none for each the arrays of x and z of points between which it is straight. [m]
+    """
+
+    exponent: np.ndarray
+    height: np.ndarray
+    ground: np.ndarray
+
+    @classmethod
+    def of(cls, exponent, height, grounds):
+        """Profile of n rows, None where all are uniform.
+
+        Parameters
+        ----------
+        exponent, height : ndarray, shape (n,)
+            Not a number where there is none.
+        grounds : sequence
+            Level, or tuple of (x, z), or None for the level 0. [m]
+        """
+        exponent = np.nan_to_num(exponent)
+        if not exponent.any():
+            return None
+        if any(isinstance(own, tuple) for own in grounds):
+            ground = np.empty(len(exponent), dtype=object)
+            for row, own in enumerate(grounds):
+                ground[row] = tuple(np.array(own if isinstance(own, tuple) else [(0.0, own or 0.0)], dtype=float).T)
+        else:
+            ground = np.array([own or 0.0 for own in grounds])
+        return cls(exponent, np.where(exponent > 0, height, 1.0), ground)
+
+    def take(self, index):
+        """That of some rows or cables, or of one."""
+        return Profile(self.exponent[index], self.height[index], self.ground[index])
+
+    def over(self, count):
+        """Profile of the same rows with a last axis of so many cables."""
+        parts = (self.exponent, self.height, self.ground)
+        return Profile(*(np.broadcast_to(part[..., None], (*part.shape, count)) for part in parts))
+
+    def pressure(self, where):
+        """Dynamic pressure over the stated one at places, shape (..., k, 3) [m]: none at and below the ground.
+
+        Returns
+        -------
+        ndarray, shape (..., k)
+            Exactly 1 where the wind is uniform. [-]
+        """
+        more = (1,) * (where.ndim - 1 - self.exponent.ndim)
+        exponent, height, level = (own.reshape(own.shape + more) for own in (self.exponent, self.height, self.ground))
+        above = where[..., 2] - (self._ground_under(where[..., 0]) if level.dtype == object else level)
+        return np.where(exponent > 0, (np.maximum(above, 0.0) / height) ** (2 * exponent), 1.0)
+
+    def mean_pressure(self, cable, end_1):
+        """Mean of `pressure` along cables where they hang, by Gauss's rule, shape (...). [-]
+
+        Parameters
+        ----------
+        cable : Catenary
+            Of the shape (...).
+        end_1 : ndarray, shape (..., 3)
+            Places of their ends 1. [m]
+        """
+        nodes, weights = np.polynomial.legendre.leggauss(DRAG_POINTS)
+        found = self.pressure(places(cable, (1 + nodes) / 2) + end_1[..., None, :])
+        return np.where(self.exponent > 0, np.nan_to_num((found * weights).sum(axis=-1) / 2, nan=1.0), 1.0)
+
+    def _ground_under(self, x):
+        """Height of the ground at x, shape (..., k); beyond the points of a ground that of the last one. [m]"""
+        found = np.empty(x.shape)
+        for row in np.ndindex(self.ground.shape):
+            found[row] = np.interp(x[row], *self.ground[row])
+        return found
+
+
+@dataclass(frozen=True)
+class SteadyDrag:
+    """Drag of a steady wind on cables of some shape.
+
+    Attributes
+    ----------
+    pressed : ndarray, shape (...)
+        Drag of a length across the wind, C_d q D. [N/m]
+    direction : ndarray, shape (..., 3)
+        Of the wind, global axes. [-]
+    profile : Profile or None
+        How q changes with the height; None where it does not.
+    end_1 : ndarray, shape (..., 3), or None
+        Places of their ends 1, with a profile. [m]
+    mean : ndarray, shape (...), or None
+        Mean pressure over the stated one in their uniform loads, with a profile. [-]
+    """
+
+    pressed: np.ndarray
+    direction: np.ndarray
+    profile: Profile | None = None
+    end_1: np.ndarray | None = None
+    mean: np.ndarray | None = None
+
+    def take(self, index):
+        """That on some cables, or on one."""
+        own = SteadyDrag(self.pressed[index], self.direction[index])
+        if self.profile is None:
+            return own
+        return replace(own, profile=self.profile.take(index), end_1=self.end_1[index], mean=self.mean[index])
+
+    def uniform(self, chord):
+        """Uniform force per unstretched length, by directions of the chord, shape (..., 3). [N/m]"""
+        return self.pressed[..., None] * self.averaged(across(self.direction, chord))
+
+    def averaged(self, values):
+        """Values along cables, shape (..., k or not, 3), times their mean pressures."""
+        if self.profile is None:
+            return values
+        return values * self.mean.reshape(self.mean.shape + (1,) * (np.ndim(values) - self.mean.ndim))
+
+    def locally(self, values, where):
+        """Values at places from ends 1, shape (..., k, 3), times the pressures there; `where` gives the places. [m]"""
+        if self.profile is None:
+            return values
+        end_1 = self.end_1.reshape(self.mean.shape + (1,) * (np.ndim(values) - self.mean.ndim - 1) + (3,))
+        return values * self.profile.pressure(where() + end_1)[..., None]
 
 
 def across(direction, tangent):
@@ -16,15 +156,13 @@ def across(direction, tangent):
     return np.sqrt((normal**2).sum(axis=-1, keepdims=True)) * normal
 
 
-def uneven_drag(pressed, direction):
+def uneven_drag(drag):
     """Difference of the drag of cables made of elements, where they hang, from the uniform one.
 
     Parameters
     ----------
-    pressed : ndarray, shape (n,)
-        Drag of a length across the wind, C_d q D. [N/m]
-    direction : ndarray, shape (n, 3)
-        Of the wind, global axes. [-]
+    drag : SteadyDrag
+        Of shape (n,).
 
     Returns
     -------
@@ -32,12 +170,22 @@ def uneven_drag(pressed, direction):
         `State` of these cables -> force per unstretched length at the Gauss points, chord frame, shape (n, e, q, 3)
         [N/m]; None where no wind blows.
     """
-    if not pressed.any():
+    if not drag.pressed.any():
         return None
 
     def at_points(state):
-        local = (state.span.frame @ direction[..., None])[:, None, None, :, 0]
-        there = state.stretch[..., None] * across(local, state.direction)
-        return pressed[:, None, None, None] * (there - across(local, ALONG_CHORD))
+        local = (state.span.frame @ drag.direction[..., None])[:, None, None, :, 0]
+        there = drag.locally(state.stretch[..., None] * across(local, state.direction), lambda: point_places(state))
+        return drag.pressed[:, None, None, None] * (there - drag.averaged(across(local, ALONG_CHORD)))
 
     return at_points
+
+
+def point_places(state):
+    """Places of the Gauss points of elements from end 1, global axes, shape (n, e, q, 3). [m]"""
+    mesh, span = state.mesh, state.span
+    element = basis(mesh.order)
+    local = lagrange(element.nodes, element.points) @ state.displacement[:, mesh.element_nodes]
+    local[..., 0] += (1 + np.asarray(span.chord_strain))[:, None, None] * mesh.point_positions
+    found = span.in_frame((local * span.unstretched_length[:, None, None, None]).reshape(len(local), -1, 3), "global")
+    return found.reshape(local.shape)

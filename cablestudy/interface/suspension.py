@@ -110,6 +110,7 @@ def _modes_of_cable(case, name, size, limit):
     from cablestudy.study.suspension.report import cable_mode_table
     from cablestudy.study.vibration import diameters_of_modes, with_lock_in
 
+    case.refuse_lost(name)
     if name not in case.scene.cables:
         raise SceneError(f"--cable {name}: no such cable ({suggestion(name, case.scene.cables)})")
     found = case.modes_of_cable(name, size, limit)

@@ -186,6 +186,8 @@ def _of_each_cable(cables, column, cases):
     rows, errors = {}, {}
     for row, own in zip(cables.rows, cables.errors(), strict=True):
         rows.setdefault(row["name"], {"name": row["name"]})[row["case"]] = row.get(column)
-        errors.setdefault(row["name"], {})[row["case"]] = own.get(column)
+        errors.setdefault(row["name"], {}).update(
+            {row["case"]: own[column]} if column in own else {}
+        )  # none of a lost one
     fields = Field("name", "cable", label=True), *(Field(case, case) for case in cases)
     return Table(fields, list(rows.values()), errors=lambda: iter(errors.values()))

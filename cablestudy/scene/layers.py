@@ -47,7 +47,7 @@ PLACES = {
 # Tables whose keys are names ("*": any name) -> what a name stands for, and keys by which a dotted key adds a new one.
 NAMED = {
     ("cables",): ("cable", ("from", "to")),
-    ("cases",): ("case", ("temperature", "ice", "wind", "loads", "forces", "moves")),
+    ("cases",): ("case", ("temperature", "ice", "wind", "loads", "forces", "moves", "lost")),
     ("limits",): ("limit", ("that",)),
     ("bodies",): ("body", ("at",)),
     ("points",): ("point", ("at",)),

@@ -107,11 +107,28 @@ class SteadyWind(KeyTable):
     cable_drag_coefficient: Annotated[float, Quantity("", 0, 1e6)] = Field(
         1.2, description="Drag coefficient of the cable, across the wind"
     )
+    at: Annotated[float, Quantity("m", 1e-3, 1e9)] | None = Field(
+        None, description="Height above the ground at which it has this speed or pressure; without it everywhere"
+    )
+    exponent: Annotated[float, Quantity("", 0, 1)] | None = Field(
+        None, description="With at: the speed is that at this height times (height/at)^exponent, none below the ground"
+    )
+    gust_factor: Annotated[float, Quantity("", 1e-3, 1e3)] = Field(
+        1.0, description="Factor of the speed; of the pressure its square"
+    )
 
     @property
     def dynamic_pressure(self):
-        """Given, or rho/2 v^2. [Pa]"""
-        return self.pressure if self.pressure is not None else self.air_density / 2 * self.speed**2
+        """Given, or rho/2 v^2, times the square of the gust factor; at the height that is stated. [Pa]"""
+        steady = self.pressure if self.pressure is not None else self.air_density / 2 * self.speed**2
+        return steady * self.gust_factor**2
+
+    def relations(self):
+        """The height of a speed and the exponent go together."""
+        given, other = ("at", "exponent") if self.exponent is None else ("exponent", "at")
+        yield [
+            ((), (self.at is None) == (self.exponent is None), lambda: f"missing key: {other} ({given} goes with it)")
+        ]
 
 
 class CommonLoadCase(KeyTable):
@@ -122,6 +139,11 @@ class CommonLoadCase(KeyTable):
     )
     ice: Ice | None = Field(None, description="Ice, or any other load per length")
     wind: SteadyWind | None = Field(None, description="Steady wind on cables, and on the gondola or the bodies")
+
+    @property
+    def grows_with_height(self):
+        """True if the wind is not the same at all heights."""
+        return self.wind is not None and bool(self.wind.exponent)
 
     def elongation(self, cable):
         """Relative change of the unstretched length of a cable by the temperature. [-]"""
@@ -213,8 +235,27 @@ ForceOrLoad = Annotated[
 ]
 
 
+Names = Annotated[tuple[Name, ...], Field(min_length=1)]
+
+
+class IceOnCables(Ice):
+    """Ice on the cables of a suspension, or on some of them."""
+
+    on: Names | None = Field(None, description="Names of the cables that carry it; without it all")
+
+
+class SteadyWindOn(SteadyWind):
+    """A steady wind on the cables and bodies of a suspension, or on some of them."""
+
+    on: Names | None = Field(None, description="Names of the cables and bodies on which it acts; without it all")
+
+
 class SuspensionLoadCase(CommonLoadCase):
     """One of the days of a suspension."""
+
+    ice: IceOnCables | None = Field(None, description="Ice, or any other load per length")
+    wind: SteadyWindOn | None = Field(None, description="Steady wind on cables and bodies")
+    lost: tuple[Name, ...] = Field((), description="Names of cables that are not there, nor their mass and wind")
 
     forces: dict[Name, ForceOrLoad] = Field(
         {}, description="Name of a free point, a body or BODY.MARKER -> force [x, y, z], or {force, moment} of a body"
@@ -226,6 +267,17 @@ class SuspensionLoadCase(CommonLoadCase):
     loads: Annotated[
         dict[Name, Annotated[tuple[Load, ...], Field(max_length=MAX_LOADS)]], BeforeValidator(_by_cable)
     ] = Field({}, description="Name of a cable -> point loads beside those of the cable")
+
+    @property
+    def listed(self):
+        """Key -> the names of cables and bodies that ice or wind list; without those that list none: dict."""
+        tables = {"ice": self.ice, "wind": self.wind}
+        return {key: table.on for key, table in tables.items() if table is not None and table.on is not None}
+
+    def of_cable(self, name):
+        """The case as the cable of a name has it: without ice and wind that are on others."""
+        absent = [key for key, names in self.listed.items() if name not in names]
+        return self.model_copy(update=dict.fromkeys(absent)) if absent else self
 
 
 class ReferenceTable(KeyTable):

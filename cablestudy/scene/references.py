@@ -72,7 +72,7 @@ def _marker_mistakes(bodies, marker):
 
 
 def case_mistakes(scene):
-    """Forces and moves of load cases on what does not exist, does not move or is not held.
+    """Forces, moves, ice and wind of load cases on what does not exist, move, stand or carry them; lost cables.
 
     Parameters
     ----------
@@ -90,7 +90,33 @@ def case_mistakes(scene):
             found += [((*path, "forces", place), text) for text in _force_mistakes(scene, place, load)]
         for place, move in case.moves.items():
             found += [((*path, "moves", place), text) for text in _move_mistakes(scene, place, move)]
+        found += [((*path, *inside), text) for inside, text in _list_mistakes(scene, case)]
     return found
+
+
+def _list_mistakes(scene, case):
+    """Yield path in a load case and message of wrong names in its lists of cables and bodies."""
+    cables, blown = scene.cables, {name: body.wind for name, body in scene.bodies.items()}
+    known = {"lost": cables, "ice": cables, "wind": {**cables, **blown}}
+    for key, names in {"lost": case.lost, **case.listed}.items():
+        for place, name in enumerate(names):
+            path = (key, place) if key == "lost" else (key, "on", place)
+            if name not in known[key]:
+                kind = "cable or body" if key == "wind" else "cable"
+                yield path, f"unknown {kind} {show(name)} ({suggestion(name, known[key])})"
+            elif name in names[:place]:
+                yield path, f"{name} is named twice"
+            elif key != "lost" and name in case.lost:
+                yield path, f"{name} is lost in this load case"
+            elif known[key][name] is None:
+                yield (
+                    path,
+                    f"{name} has no key wind (area, drag_coefficient): there is nothing to act on",
+                )
+    if case.lost and not set(cables) - set(case.lost):
+        yield ("lost",), "no cable is left"
+    for name in set(case.lost).intersection(case.loads):
+        yield ("loads", name), f"{name} is lost in this load case"
 
 
 def _force_mistakes(scene, place, load):

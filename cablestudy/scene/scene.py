@@ -35,6 +35,11 @@ from cablestudy.scene.units import show
 from cablestudy.scene.wind_tables import Coefficient, Wind
 
 STUDY_KEYS = ("vary", "columns")
+# keys of load cases of suspensions -> why a scene of one cable has none
+OF_SUSPENSIONS = {
+    "lost": "without it nothing is left",
+    "on": "ice and steady wind act on it, there is nothing to choose from",
+}
 
 
 class Gondola(KeyTable):
@@ -236,10 +241,20 @@ def read_scene(document):
     try:
         scene = CableScene.model_validate(document.value, context={"materials": document.value.get("materials")})
     except ValidationError as error:
-        raise located(found + findings(error, document.value, TABLES), document) from None
+        raise located(found + _explained(findings(error, document.value, TABLES)), document) from None
     if found:
         raise located(found, document)
     return scene
+
+
+def _explained(found):
+    """Findings in which keys of load cases of suspensions are told why a scene of one cable has none: a list."""
+    return [
+        (path, f"unknown key for one cable: {OF_SUSPENSIONS[path[-1]]}")
+        if path[0] == "cases" and path[-1] in OF_SUSPENSIONS and message.startswith("unknown key")
+        else (path, message)
+        for path, message in found
+    ]
 
 
 def load_scene(path, sets=(), case=None):

@@ -29,10 +29,10 @@ from cablestudy.scene.layers import merge
 from cablestudy.scene.limit_table import Limits, LimitTable, limit_relations
 from cablestudy.scene.load_tables import (
     DeadLoad,
-    Ice,
+    IceOnCables,
     Load,
     ReferenceTable,
-    SteadyWind,
+    SteadyWindOn,
     SuspensionLoadCase,
     paths_of_loads,
 )
@@ -88,7 +88,7 @@ class SuspensionScene(KeyTable):
     wind: SuspensionWind | None = Field(None, description="The wind on bodies and cables")
     ground: Ground | None = Field(None, description="Level of the ground, or [x, z] of points under the cables")
     cases: dict[CaseName, SuspensionLoadCase] = Field(
-        {}, description="Name -> temperature, ice, wind, loads, forces and moves of one day"
+        {}, description="Name -> temperature, ice, wind, loads, forces, moves and lost cables of one day"
     )
     case: Name | None = Field(None, description="Which of the cases; without it the reference state")
     limits: Limits = Field({}, description="Name -> what must hold in load cases: a comparison, or {that, cases}")
@@ -133,6 +133,15 @@ class SuspensionScene(KeyTable):
     def lines(self):
         """All that has two ends, in the order of `SuspendedSystem`: name -> cable, then name -> link."""
         return {**self.cables, **self.links}
+
+    def without_lost(self):
+        """Copy with the cables that its load case leaves, and with the winches of these; itself where none is lost."""
+        lost = self.load_case.lost
+        if not lost:
+            return self
+        left = {name: {key: one for key, one in getattr(self, name).items() if key not in lost}
+                for name in ("cables", "winches")}  # fmt: skip
+        return self.model_copy(update=left)
 
     def loads_on(self, cable):
         """All point loads on the cable of a name: its own, then those of the case."""
@@ -212,7 +221,8 @@ class SuspensionScene(KeyTable):
             relation
             for name, case in self.cases.items()
             for cable, table in self.cables.items()
-            for relation in case.needs_of(table, ("cables", cable), name)
+            if cable not in case.lost
+            for relation in case.of_cable(cable).needs_of(table, ("cables", cable), name)
         ]
         loads = [
             (("cases", name, "loads", cable), case.loads[cable])
@@ -331,8 +341,8 @@ SUSPENSION_TABLES = {
     ("cables", "*", "tension"): TensionAt,
     **curve_tables("cables", "*"),
     ("cases", "*"): SuspensionLoadCase,
-    ("cases", "*", "ice"): Ice,
-    ("cases", "*", "wind"): SteadyWind,
+    ("cases", "*", "ice"): IceOnCables,
+    ("cases", "*", "wind"): SteadyWindOn,
     ("cases", "*", "loads", "*", "*"): Load,
     ("cases", "*", "forces", "*"): DeadLoad,
     ("limits", "*"): LimitTable,

@@ -172,6 +172,11 @@ class Case:
         return shift[self.index], error[self.index]
 
     @property
+    def pressure_on_gondola(self):
+        """Dynamic pressure of the steady wind at end 2 over the stated one. [-]"""
+        return self.results.pressure_on_gondola[self.index]
+
+    @property
     def planar(self):
         """True if no load leaves the cable's plane: in-plane and out-of-plane motion decouple."""
         return bool(self.results.planar[self.index])
@@ -442,7 +447,9 @@ class _ClosedForm:
         scene = self._scene
         stated = (getattr(cable, key) for key in CABLE)
         stretched = cable.stress_strain and (cable.stress_strain, cable.state, *scene.cases.items())
-        return (scene.gravity, *map(frozen, stated), frozen(stretched), frozen(scene.load_case), frozen(scene.model))
+        ground = scene.ground if scene.load_case.grows_with_height else None
+        parts = frozen(stretched), frozen(scene.load_case), frozen(scene.model), frozen(ground)
+        return (scene.gravity, *map(frozen, stated), *parts)
 
     @cached_property
     def span(self):

@@ -156,7 +156,7 @@ def mean_displacement(results):
     steady = results.given("load_case.wind.dynamic_pressure")
     mean = np.where(wind("mean"), wind("air_density") / 2 * wind("speed") ** 2, 0.0)
     along = wind_direction(results.given("load_case.wind.direction"))[..., 0]
-    pressure = np.where(np.isnan(steady), mean, steady * along)
+    pressure = np.where(np.isnan(steady), mean, steady * along * results.pressure_on_gondola)
     with np.errstate(divide="ignore"):  # of cases that have no equilibrium
         return pressure * gondola("drag_coefficient") * gondola("area") / results.end_stiffness_along(0)
 

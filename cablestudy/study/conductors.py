@@ -153,7 +153,8 @@ class Conductors:
     def _sets_by_load(self, sets):
         """Sets that the heaviest cases leave beside those from before, those of the cases alone, and their names."""
         pairs = [(row, scene.model_copy(update={"case": name}))
-                 for row, scene in enumerate(self._scenes) for name in scene.cases]  # fmt: skip
+                 for row, scene in enumerate(self._scenes) for name, case in scene.cases.items()
+                 if not getattr(case, "lost", ())]  # fmt: skip
         largest, alone = np.zeros(self._shape), self.curves.unset.copy()
         heaviest = np.full(self._shape, "", dtype=object)
         if not pairs:

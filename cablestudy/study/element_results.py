@@ -31,8 +31,8 @@ class ElementResults(Results):
     def __init__(self, closed, places, models):
         super().__init__(closed.values.take(places))
         self.models = models
-        _, _, length = closed._span_and_reasons
-        self._span_and_reasons = models.span, {}, length[places]
+        known = closed.reference_length[places], closed.drag.take(places)
+        self._span_and_reasons = models.span, {}, *known
         self.catenary = closed.catenary.take(places)
         self.pushed = tuple(part[places] for part in closed.pushed)
         self.statics = ElementStatics(models.state, models.record, self.catenary.middle)
@@ -109,7 +109,7 @@ def _on_equal_meshes(results, places):
     values = results.values
     _, kind = np.unique(values.words("model.mass"), return_inverse=True)
     alike = [values.given("model.elements"), values.given("model.order"), kind, results.planar,
-             results.mirror_symmetric, results.pressed[0] > 0, *results.catenary.segments.fraction.T]  # fmt: skip
+             results.mirror_symmetric, results.drag.pressed > 0, *results.catenary.segments.fraction.T]  # fmt: skip
     rows = np.stack([np.broadcast_to(part, (len(values),)) for part in alike], axis=1)[places]
     group = np.unique(rows, axis=0, return_inverse=True)[1].ravel()
     return [places[group == number] for number in range(group.max() + 1)]

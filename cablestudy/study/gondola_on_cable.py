@@ -39,7 +39,7 @@ class OneCableGroup(Group):
 
     def steady_drag(self, _):
         """Drag of the steady wind on the cable, as `FixedModel.drag`."""
-        return tuple(part[[self._case.index]] for part in self._case.results.pressed)
+        return self._case.results.drag.take([self._case.index])
 
 
 class GondolaOnCable(SuspensionCase):

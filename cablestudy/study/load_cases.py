@@ -2,7 +2,8 @@
 
 Temperature changes the unstretched length, L (1 + alpha dT), and leaves the mass of the cable as it is. Ice adds to the
 mass per length, and so to the weight and to the inertia. A steady wind adds a uniform force per unstretched length,
-C_d q D |u_n| u_n, with the part u_n of its direction across the chord and the diameter D with ice.
+C_d q D |u_n| u_n, with the part u_n of its direction across the chord and the diameter D with ice; where the wind
+grows with the height, with the mean of q along the cable.
 
 `values` are those of n scenes of one cable, `SceneValues` or a `CaseTable`, or of c cables each, `CableValues`: the
 shape (...) of what follows from them is (n,) or (n, c).
@@ -13,9 +14,10 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.cable.span import Span
-from cablestudy.cable.steady_drag import across
+from cablestudy.cable.steady_drag import DRAG_POINTS, Profile, SteadyDrag, across
+from cablestudy.study import profile_error
+from cablestudy.study.profile_error import running_integral
 
-DRAG_POINTS = 9  # along a cable, at which the drag that it has is compared with the uniform one
 SECOND_ORDER = 1.2  # safety factor on an error that is computed to first order
 LEAST_LENGTH = 0.1  # at the temperature of a case over that of the reference state
 ROUNDED = 1e-15  # cosine or sine of a direction: what is less is not zero for rounding only
@@ -111,7 +113,7 @@ def with_loads(span, values, of_case, warm=None):
     )
 
 
-def loaded_spans(span, values, strain, shift=None, changed=None):
+def loaded_spans(span, values, strain, shift=None, changed=None, drag=None):
     """Cables under the loads of their cases, with the unstretched lengths that the case gives them.
 
     Parameters
@@ -126,11 +128,14 @@ def loaded_spans(span, values, strain, shift=None, changed=None):
     changed : ndarray, shape (2, n), optional
         Relative change of the unstretched lengths, by default `elongation`; ice and wind per unstretched length over
         those of the scenes. [-]
+    drag : SteadyDrag, optional
+        With the mean pressures along the cables; without it with the pressures halfway between their ends.
 
     Returns
     -------
-    Span
+    span : Span
         Fields of shape (n,).
+    drag : SteadyDrag
     """
     ends, moves = np.stack(values.ends, axis=-2), values.moves
     if shift is not None:
@@ -141,12 +146,12 @@ def loaded_spans(span, values, strain, shift=None, changed=None):
     longer, share = (elongation(values), 1.0) if changed is None else changed
     warm = 1.0 + longer
     span = replace(span, mass=span.mass / warm + ice_mass(values) * share)
-    pressed, direction = pressed_by_wind(values)
-    pressed = pressed * share
-    if pressed.any():
-        span = _in_wind(span, ends, pressed[:, None] * across(direction, span.frame[..., 0, :]))
+    drag = steady_drag(values, ends, share) if drag is None else drag
+    if drag.pressed.any():
+        span = _in_wind(span, ends, drag.uniform(span.frame[..., 0, :]))
     span = with_loads(span, values, of_case=True)
-    return replace(span, load_positions=span.load_positions * warm[:, None]).with_chord_strain((strain - longer) / warm)
+    span = replace(span, load_positions=span.load_positions * warm[:, None])
+    return span.with_chord_strain((strain - longer) / warm), drag
 
 
 def elongation(values):
@@ -168,13 +173,21 @@ def ice_mass(values):
     return layer + np.where(gravity > 0, weight / np.where(gravity > 0, gravity, 1.0), 0.0)
 
 
-def pressed_by_wind(values):
-    """Drag of a length across the steady wind, C_d q D, shape (n,) [N/m]; its direction, shape (n, 3)."""
+def steady_drag(values, ends, share=1.0):
+    """`SteadyDrag` on cables between ends, shape (n, 2, 3) [m], with the pressures halfway between these.
+
+    With `share` of it on an unstretched length. [-]
+    """
     pressure = np.nan_to_num(values.given("load_case.wind.dynamic_pressure"))
     if not pressure.any():
-        return pressure, np.zeros((len(values), 3))
+        return SteadyDrag(pressure, np.zeros((len(values), 3)))
     angle = np.nan_to_num(values.given("load_case.wind.direction"))
-    return np.where(pressure > 0, pressure * drag_width(values), 0.0), wind_direction(angle)
+    drag = SteadyDrag(np.where(pressure > 0, pressure * drag_width(values), 0.0) * share, wind_direction(angle))
+    profile = Profile.of(*(values.given(f"load_case.wind.{key}") for key in ("exponent", "at")), values.grounds)
+    if profile is None:
+        return drag
+    halfway = profile.pressure(ends.mean(axis=1, keepdims=True))[:, 0]
+    return replace(drag, profile=profile, end_1=ends[:, 0], mean=halfway)
 
 
 def drag_width(values):
@@ -182,15 +195,13 @@ def drag_width(values):
     return values.given("load_case.wind.cable_drag_coefficient") * values.given("wind_diameter")
 
 
-def uneven_drag_errors(pressed, direction, catenary, stretched=False):
+def uneven_drag_errors(drag, catenary, stretched=False):
     """Changes of cables with fixed ends, since their drag is taken as uniform along them.
 
     Parameters
     ----------
-    pressed : ndarray, shape (n,)
-        Drag of a length across the wind, C_d q D. [N/m]
-    direction : ndarray, shape (n, 3)
-        Of the wind. [-]
+    drag : SteadyDrag
+        Of shape (n,).
     catenary : Catenary
         Of shape (n,).
     stretched : bool
@@ -208,8 +219,23 @@ def uneven_drag_errors(pressed, direction, catenary, stretched=False):
     The drag of the cable where it hangs, by its own tangent t and stretched length, differs from the uniform one by
     d(s). To first order the tension vector changes by N = c - integral of d, with the constant c for which the ends
     stay where they are: integral of A N = 0, A = (I - t t^T)/T + t t^T/EA. The error is the larger one of the change of
-    the tension over the tension and of the movement at mid-length over the distance from the chord there.
+    the tension over the tension and of the movement at mid-length over the distance from the chord there. In a wind
+    that grows with the height, `profile_error` finds the changes, which are larger, to all orders.
     """
+    if drag.profile is None:
+        error, ends = _first_order(drag, catenary, stretched)
+    else:
+        growing = drag.profile.exponent > 0
+        error, ends = np.zeros(len(growing)), np.zeros((len(growing), 2, 3))
+        for chosen, changes in ((growing, profile_error.changes), (~growing, _first_order)):
+            if chosen.any():
+                error[chosen], ends[chosen] = changes(drag.take(chosen), catenary.take(chosen))
+    error = SECOND_ORDER * np.minimum(np.nan_to_num(error, nan=UNKNOWN), UNKNOWN)
+    return np.where(drag.pressed > 0, error, 0.0), ends * np.array([1.0, -1.0])[:, None]
+
+
+def _first_order(drag, catenary, stretched=False):
+    """Error and change of the tension vector at both ends, see `uneven_drag_errors`."""
     span, length = catenary.span, catenary.span.unstretched_length
     nodes, weights = np.polynomial.legendre.leggauss(DRAG_POINTS)
     places, near = (1 + nodes) / 2, [*range(DRAG_POINTS), 0, -1]
@@ -217,12 +243,12 @@ def uneven_drag_errors(pressed, direction, catenary, stretched=False):
     tension = np.sqrt((force**2).sum(axis=-1, keepdims=True))
     tension = np.maximum(tension, SLACK * np.maximum(tension.max(axis=1, keepdims=True), SLACK))
     tangent, stiffness = force / tension, np.asarray(span.axial_stiffness)[:, None, None]
-    there = (1 + tension / stiffness) * across(direction[:, None], tangent)
-    uniform = across(direction, span.frame[..., 0, :])
+    there = (1 + tension / stiffness) * across(drag.direction[:, None], tangent)
+    uniform = across(drag.direction, span.frame[..., 0, :])
     if stretched:
         uniform = uniform * (1 + catenary.mean_tension / span.axial_stiffness)[:, None]
-    differs = (pressed * length)[:, None, None] * (there - uniform[:, None])
-    passed = _running_integral(nodes) @ differs
+    differs = (drag.pressed * length)[:, None, None] * (there - uniform[:, None])
+    passed = running_integral(nodes) @ differs
     outer = tangent[..., :, None] * tangent[..., None, :]
     compliance = (np.eye(3) - outer) / tension[..., None] + outer / stiffness[..., None]
     mean = (weights[:, None, None] / 2 * compliance).sum(axis=1)
@@ -232,19 +258,10 @@ def uneven_drag_errors(pressed, direction, catenary, stretched=False):
     # at the points, and with the change at the ends over the tension near them
     ends = constant - np.stack([0 * passed[:, 0], (weights[:, None] / 2 * differs).sum(axis=1)], axis=1)
     pulled = np.abs((np.concatenate([change, ends], axis=1) * tangent[:, near]).sum(axis=-1)) / tension[:, near, 0]
-    moved = (_running_integral(nodes) @ (compliance @ change[..., None])[..., 0])[:, DRAG_POINTS // 2]
+    moved = (running_integral(nodes) @ (compliance @ change[..., None])[..., 0])[:, DRAG_POINTS // 2]
     away = np.sqrt((catenary.at(np.array([0.5]))[0] ** 2).sum(axis=-1))[:, 0]
     moved = np.hypot(np.hypot(moved[:, 0], moved[:, 1]), moved[:, 2]) / np.maximum(away, np.finfo(float).tiny)
-    error = np.minimum(np.maximum(pulled.max(axis=-1), moved), UNKNOWN)
-    return np.where(pressed > 0, SECOND_ORDER * error, 0.0), ends * np.array([1.0, -1.0])[:, None]
-
-
-def _running_integral(nodes):
-    """Matrix that takes values at Gauss's points of [0, 1] to their integral up to each point, by their polynomial."""
-    order = np.arange(len(nodes))
-    powers = nodes[:, None] ** order
-    upper, lower = nodes[:, None] ** (order + 1), (-1.0) ** (order + 1)
-    return (upper - lower) / (2 * (order + 1)) @ np.linalg.inv(powers)
+    return np.maximum(pulled.max(axis=-1), moved), ends
 
 
 def wind_direction(angle):

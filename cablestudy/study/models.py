@@ -282,5 +282,5 @@ def solve_elements(results, cases, mesh):
     mesh : Mesh
     """
     catenary = results.catenary.take(cases)
-    drag = uneven_drag(*(part[cases] for part in results.pressed))
+    drag = uneven_drag(results.drag.take(cases))
     return BatchElements(*equilibrium.solve_many(catenary, mesh, drag), catenary.span, 1)

@@ -53,17 +53,46 @@ def of_gondola(case):
 def of_fixed(case):
     """Notes on fixed elements; warnings where a stress is too large, or their statics far from the continuous cable."""
     model, error, warnings = case.scene.model, statics_error(case), strength_warning(case)
+    averaged = float(case.results.drag_error[case.index]) if case.scene.load_case.grows_with_height else 0.0
+    known = f", in which the wind is averaged over the height: estimated error {averaged:.1e}" if averaged else ""
     notes = (
         f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says",
-        f"statics: {case.model.convergence}; tensions and sag within {error:.1e} of the closed form",
+        f"statics: {case.model.convergence}; tensions and sag within {error:.1e} of the closed form{known}",
     )
-    if error <= POOR_STATICS:
+    if error <= max(POOR_STATICS, averaged):
         return notes, warnings
     return notes, (
         *warnings,
         f"warning: tensions or sag of {model.elements} elements of order {model.order} are {100 * error:.2g} % off"
         " those of the continuous cable; take more elements, or model.accuracy instead",
     )
+
+
+def averaged_wind(load_case, error, remedy=""):
+    """A note on a wind that grows with the height and is averaged along cables, at most one. Returns a tuple of str.
+
+    Parameters
+    ----------
+    load_case : CommonLoadCase
+    error : float
+        Estimated, of drag that is taken as uniform, relative. [-]
+    remedy : str
+        What has none.
+    """
+    if not load_case.grows_with_height or error <= POOR_STATICS:
+        return ()
+    return (
+        f"note: the wind is averaged over the height of each cable: estimated error up to {100 * error:.2g} %{remedy}",
+    )
+
+
+def of_closed_form(case, over_strength):
+    """Warnings on a case in closed form: a stress above the strength, a wind whose growth matters. Tuple of str."""
+    found = strength_warning(case) if over_strength else ()
+    if not case.scene.load_case.grows_with_height or case.index in case.results.failures:
+        return found
+    error = float(case.results.drag_error[case.index])
+    return found + averaged_wind(case.scene.load_case, error, "; the elements of model: {elements: 100} follow it")
 
 
 def judged_by(scene):

@@ -263,5 +263,5 @@ def equilibria_of(cases):
 
 def exact_model(case):
     """`FixedModel` of the scene, or None where it states an accuracy."""
-    model, drag = case.scene.model, tuple(part[[case.index]] for part in case.results.pressed)
+    model, drag = case.scene.model, case.results.drag.take([case.index])
     return FixedModel(model.elements, model.order, model.mass, drag) if model.elements else None

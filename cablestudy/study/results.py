@@ -18,6 +18,7 @@ from cablestudy.study.reference_length import chord_strain
 from cablestudy.study.statics import ClosedStatics
 
 EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
+PASSES, SETTLED = 8, 1e-7  # in which mean pressure and form of a cable come together, and what change of it is left
 UNPUSHED = "the force of the load case on end 2 leads to no equilibrium"
 NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffness about it"
 
@@ -38,7 +39,7 @@ class Results:
 
     @cached_property
     def _span_and_reasons(self):
-        """The cables, case -> why its cable does not exist, and the lengths; a taut one takes its place."""
+        """The cables, case -> why its cable does not exist, the lengths, and the drag; a taut one takes its place."""
         span, changed = load_cases.bare_spans(self.values), None
         strain, reasons = (np.zeros(len(self.values)), {}) if self._alike else chord_strain(span, self.values)
         if self.alike is not None:
@@ -47,16 +48,26 @@ class Results:
             reasons[case] = "at the temperature of the case next to nothing is left of the cable's length"
         length = span.with_chord_strain(strain).unstretched_length
 
-        def at(shift):
-            return _loads_on_cable(load_cases.loaded_spans(span, self.values, strain, shift, changed), reasons)
+        def at(shift, drag=None):
+            loaded, drag = load_cases.loaded_spans(span, self.values, strain, shift, changed, drag)
+            return _loads_on_cable(loaded, reasons), drag
+
+        def blown(shift):
+            found, drag = at(shift)
+            for _ in range(0 if drag.profile is None else PASSES):
+                mean = drag.profile.mean_pressure(solve(found), drag.end_1)
+                moving = np.abs(mean - drag.mean) > SETTLED * np.abs(drag.mean)
+                if not moving.any():
+                    break
+                found, drag = at(shift, replace(drag, mean=np.where(moving, mean, drag.mean)))
+            return found, drag
 
         push = self.values.push
-        self._push = pushed_ends(at, push) if push.any() else None
-        if self._push is None:
-            return at(None), reasons, length
-        for case in np.flatnonzero(~self._push.record.converged).tolist():
+        self._push = pushed_ends(lambda shift: blown(shift)[0], push) if push.any() else None
+        found, drag = blown(self._push and self._push.shift)
+        for case in np.flatnonzero(~self._push.record.converged).tolist() if self._push else ():
             reasons.setdefault(case, f"{UNPUSHED} ({self._push.record.describe(case)})")
-        return at(self._push.shift), reasons, length
+        return found, reasons, length, drag
 
     @cached_property
     def alike(self):
@@ -86,7 +97,7 @@ class Results:
     @cached_property
     def failures(self):
         """Case -> NoSolutionError or ConvergenceError of a case without an equilibrium."""
-        _, reasons, _ = self._span_and_reasons
+        reasons = self._span_and_reasons[1]
         record = self.catenary.record
         failures = {}
         for case in np.flatnonzero(~record.converged & ~self.limp).tolist():
@@ -179,12 +190,19 @@ class Results:
     @cached_property
     def _uneven(self):
         """Whether drag changes along a cable: in a steady wind, with a fixed number of elements, shape (n,)."""
-        return (self.pressed[0] > 0) & np.isfinite(self.given("model.elements"))
+        return (self.drag.pressed > 0) & np.isfinite(self.given("model.elements"))
 
     @cached_property
-    def pressed(self):
-        """Drag of a length across the steady wind, and its direction; see `load_cases.pressed_by_wind`."""
-        return load_cases.pressed_by_wind(self.values)
+    def drag(self):
+        """`SteadyDrag` on the cables, shape (n,)."""
+        return self._span_and_reasons[3]
+
+    @property
+    def pressure_on_gondola(self):
+        """Dynamic pressure of the steady wind at end 2 over the stated one, shape (n,). [-]"""
+        profile, span = self.drag.profile, self.span
+        end_2 = self.end_1 + span.chord[:, None] * span.frame[:, 0]
+        return np.ones(len(end_2)) if profile is None else profile.pressure(end_2[:, None])[:, 0]
 
     @cached_property
     def length_rounding(self):
@@ -211,8 +229,8 @@ class Results:
     @cached_property
     def drag_error(self):
         """Relative error of all results in a steady wind, as drag is taken as uniform along a cable, shape (n,). [-]"""
-        pressed, direction = self.pressed
-        return load_cases.uneven_drag_errors(pressed, direction, self.catenary)[0] if pressed.any() else pressed
+        blown = self.drag.pressed.any()
+        return load_cases.uneven_drag_errors(self.drag, self.catenary)[0] if blown else self.drag.pressed
 
     @cached_property
     def model_error(self):

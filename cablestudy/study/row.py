@@ -236,7 +236,7 @@ def _closed_rows(results, closed, cells, required, cache):
             errors = {name: error for name, error in errors.items() if name not in failures}
         row = {**required.empty, **cells[index], "status": closed.status(index)}
         case, over = Case(results.values.scenes[index], results, index, cache=cache), index in closed.over_strength
-        yield Row(row, case, about, errors, notes.strength_warning(case) if over else ())
+        yield Row(row, case, about, errors, () if required.scene_only else notes.of_closed_form(case, over))
 
 
 def _answer(case, closed, cells, required):
@@ -246,7 +246,7 @@ def _answer(case, closed, cells, required):
     errors = dict(closed.errors_of(case.index))
     about = notes.NOTHING if required.scene_only else notes.STATIC
     over = case.index in closed.over_strength
-    warnings = notes.strength_warning(case) if over and case.exact_statics else ()
+    warnings = notes.of_closed_form(case, over) if case.exact_statics and not required.scene_only else ()
     return _Answer(case, values, failures, errors, about, over, warnings=warnings)
 
 

@@ -73,6 +73,11 @@ class SceneValues:
         """Forces of the load cases on end 2 along x, shape (n,). [N]"""
         return np.array(self._at("load_case.forces.end_2"))[:, 0]
 
+    @property
+    def grounds(self):
+        """Ground of each scene: list of n."""
+        return self._at("ground")
+
     def loads(self, of_case):
         """Point loads of the cables themselves, `of_case` with those of their chosen cases; see `load_arrays`."""
         return load_arrays(self._at("loads" if of_case else "cable.loads"))
@@ -171,6 +176,11 @@ class CaseTable:
     def push(self):
         """Forces of the load cases on end 2 along x, see `SceneValues.push`."""
         return np.repeat(SceneValues([self.scene]).push, len(self))
+
+    @property
+    def grounds(self):
+        """Ground of each case, see `SceneValues.grounds`."""
+        return [self.scene.ground] * len(self)
 
     def loads(self, of_case):
         """Point loads, see `SceneValues.loads`."""

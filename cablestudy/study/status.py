@@ -1,7 +1,7 @@
-"""The status of a row: `ok`, `over strength`, a cable that goes slack in the wind, or why cells are empty."""
+"""The status of a row: `ok`, `over strength` and other doubts about an answer, or why cells are empty."""
 
-OK, OVER_STRENGTH, SLACK = "ok", "over strength", "a cable goes slack in the wind"
-DOUBTS = OVER_STRENGTH, SLACK  # what a status says of an answer
+OK, OVER_STRENGTH, SLACK, FALLEN = "ok", "over strength", "a cable goes slack in the wind", "fallen"
+DOUBTS = OVER_STRENGTH, SLACK, FALLEN  # what a status says of an answer
 MAX_REASONS = 3  # in a status
 # why there is no number to an accuracy
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
@@ -16,8 +16,8 @@ def status_of(failures, *doubts):
         Header -> CablestudyError of a column that cannot be had. Each reason is told once, and
         not by itself where another one contains it.
     *doubts : str
-        Any of DOUBTS, followed by names where there are several cables; an empty one does not count. They come last, so
-        that a status that begins with one has no other reason.
+        Any of DOUBTS, followed by names where there are several cables or bodies; an empty one does not count. They
+        come last, so that a status that begins with one has no other reason.
     """
     reasons = list(dict.fromkeys(" ".join(str(error).split()) for error in failures.values()))
     reasons = [one for one in reasons if not any(one in other for other in reasons if other != one)]

@@ -17,7 +17,7 @@ from cablestudy.interrupts import Interrupts
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.prepare import prepare
 from cablestudy.study.scene_kind import kind_of
-from cablestudy.study.status import OVER_STRENGTH, SLACK
+from cablestudy.study.status import FALLEN, OVER_STRENGTH, SLACK
 from cablestudy.study.table import write_whole
 from cablestudy.sweeps.chunks import Chunks
 from cablestudy.sweeps.driver import compute_here
@@ -31,7 +31,10 @@ from cablestudy.version import __version__
 SHOWN = 10  # failures, and rows over strength, that are listed
 REPLAYED = 3  # failures whose command is given
 KINDS = 5  # of failures that are counted each
-DOUBTS = (OVER_STRENGTH, "the stress is above the strength"), (SLACK, SLACK)  # beginning of a status, and in a warning
+# beginning of a status, and in a warning
+DOUBTS = (
+    (OVER_STRENGTH, "the stress is above the strength"), (SLACK, SLACK), (FALLEN, "without the lost cables it falls"),
+)  # fmt: skip
 NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 
 

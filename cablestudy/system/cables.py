@@ -17,7 +17,7 @@ from cablestudy.cable.catenary import GAUSS_POINTS, travel_shares
 from cablestudy.cable.dynamics import ALL_AT_ONCE, Dynamics
 from cablestudy.cable.element import basis, counts_of_pieces, mesh_pieces, mesh_segments, pieces
 from cablestudy.cable.plane_modes import nodal_tangent
-from cablestudy.cable.steady_drag import uneven_drag
+from cablestudy.cable.steady_drag import SteadyDrag, uneven_drag
 from cablestudy.system.cable_coordinates import Coordinates, MeshGroup
 from cablestudy.system.coupling_damping import Strain
 from cablestudy.system.ends import Ends, EndsOfLarge
@@ -36,14 +36,14 @@ class FixedModel:
     ----------
     elements, order : int
     mass : {"lumped", "consistent", "blended"}
-    drag : tuple of ndarray, optional
-        Of a steady wind, of shapes (c,) [N/m] and (c, 3) [-]: see `steady_drag.uneven_drag`. The elements follow it.
+    drag : SteadyDrag, optional
+        Of a steady wind, of shape (c,). The elements follow it.
     """
 
     elements: int
     order: int = 1
     mass: str = "lumped"
-    drag: tuple | None = None
+    drag: SteadyDrag | None = None
 
 
 class Cables:
@@ -57,7 +57,7 @@ class Cables:
         Of all cables, or of each: model, and ratio [-], loss_factor [-] or time [s]; viscous [N s/m^2].
     static : ndarray, shape (c, 3, 3), optional
         Their `Catenary.global_end_stiffness`, where it is known. [N/m]
-    drag : tuple of ndarray, optional
+    drag : SteadyDrag, optional
         As of `FixedModel`.
     planes : tuple, optional
         Of `Dynamics`: directions in which they move; without it all.
@@ -104,11 +104,11 @@ class Cables:
     @cached_property
     def blown(self):
         """Which of them are in a steady wind that their elements follow, shape (c,)."""
-        return np.zeros(self.count, dtype=bool) if self._drag is None else self.heavy & (self._drag[0] > 0)
+        return np.zeros(self.count, dtype=bool) if self._drag is None else self.heavy & (self._drag.pressed > 0)
 
     def uneven_drag(self, places):
         """Uneven drag of some cables, see `steady_drag.uneven_drag`; None where none of them is blown."""
-        return uneven_drag(*(part[places] for part in self._drag)) if self.blown[places].any() else None
+        return uneven_drag(self._drag.take(places)) if self.blown[places].any() else None
 
     @cached_property
     def travel_time(self):

@@ -27,6 +27,10 @@ CORES = {
     "cable_wind": 2, "link_stiffness": 1, "link_damping": 1, "link_length": 1,
     "load_positions": 2, "load_forces": 3, "load_masses": 2, "load_fractions": 2,
 }  # fmt: skip
+OF_CABLES = (
+    "axial_stiffness", "cable_mass", "value", "force_density", "cable_wind", "load_positions", "load_forces",
+    "load_masses", "load_fractions",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -171,6 +175,15 @@ class SuspendedSystem:
     def take(self, index):
         """One case of a batch of shape (n,), or some of them."""
         return replace(self, **{name: array[index] for name, array in self.broadcast()._arrays().items()})
+
+    def with_cables(self, cables):
+        """Copy with some of its cables only, by their numbers, and with all links."""
+        arrays = {name: array.take(cables, axis=array.ndim - CORES[name])
+                  for name, array in self._arrays().items() if name in OF_CABLES}  # fmt: skip
+        lines = [*cables, *range(len(self.cable_names), len(self.owner))]
+        ends = {"owner": self.owner[lines], "place": self.place.take(lines, axis=-3)}
+        names, given = (tuple(own[cable] for cable in cables) for own in (self.cable_names, self.given))
+        return replace(self, cable_names=names, given=given, **ends, **arrays)
 
     def arms(self, rotation):
         """From the reference point of its owner to each end, global axes; from the origin where it is fixed.

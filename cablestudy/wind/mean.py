@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cablestudy.cable.steady_drag import Profile
 from cablestudy.system import statics
 from cablestudy.system.descent import DISAGREED, ROUNDED
 from cablestudy.system.rigid import size
@@ -22,6 +23,7 @@ from cablestudy.system.rounding import SUMS, UNIT
 from cablestudy.system.tangent import GROUND
 
 MOST = 40  # equilibria until forces and attitude agree
+SETTLED = 1e-7  # change of the load of a cable, relative, up to which it is that of where it hangs
 SLOW = 0.9  # an equilibrium that changes places by more than this share of the smallest change comes no closer
 
 
@@ -43,6 +45,8 @@ class Drag:
         Centres of pressure from the reference points, body axes. [m]
     stretched : bool
         Whether the length of a cable that the wind meets is the stretched one, or the unstretched one.
+    profile : Profile or None
+        How its pressure changes with the height; None where it does not.
     """
 
     velocity: np.ndarray
@@ -51,11 +55,13 @@ class Drag:
     bodies: np.ndarray
     centers: np.ndarray
     stretched: bool = True
+    profile: Profile | None = None
 
     def take(self, place):
         """That of one case."""
         parts = (self.velocity, self.density, self.cables, self.bodies, self.centers)
-        return Drag(*(np.asarray(part)[place] for part in parts), self.stretched)
+        profile = self.profile and self.profile.take(place)
+        return Drag(*(np.asarray(part)[place] for part in parts), self.stretched, profile)
 
 
 def body_forces(drag, rotation):
@@ -76,13 +82,24 @@ def body_forces(drag, rotation):
     return (rotation @ pressed[..., None])[..., 0], (rotation @ drag.centers[..., None])[..., 0]
 
 
-def cable_loads(drag, catenary):
-    """Mean force per unstretched length on each cable, global axes, shape (..., c, 3). [N/m]"""
+def cable_loads(drag, catenary, end_1=None):
+    """Mean force per unstretched length on each cable, global axes, shape (..., c, 3). [N/m]
+
+    Parameters
+    ----------
+    drag : Drag
+    catenary : Catenary
+        Of shape (..., c).
+    end_1 : ndarray, shape (..., c, 3), optional
+        Places of their ends 1, where the wind has a profile. [m]
+    """
     chord = catenary.span.frame[..., 0, :]
     wind = np.broadcast_to(drag.velocity[..., None, :], chord.shape)
     across = wind - chord * (wind * chord).sum(axis=-1, keepdims=True)
     stretch = 1 + catenary.mean_tension / catenary.span.axial_stiffness if drag.stretched else 1.0
     factor = np.asarray(drag.density)[..., None] / 2 * drag.cables * stretch * size(across)
+    if drag.profile is not None:
+        factor = factor * drag.profile.over(factor.shape[-1]).mean_pressure(catenary, end_1)
     return factor[..., None] * across
 
 
@@ -110,7 +127,7 @@ def equilibrium_in_wind(calm, drag):
     -----
     Forces and attitude agree where a new equilibrium has its cable ends where the last one had them, but for the
     rounding of places; or where they come no closer, and are within what rounding leaves of the places
-    (`uncertainty.judge`).
+    (`uncertainty.judge`). Where the wind has a profile the loads of the cables have to be settled too.
     """
     lengths = np.asarray(calm.lengths)
     suspension = replace(
@@ -125,10 +142,12 @@ def equilibrium_in_wind(calm, drag):
     least, reason = np.full(shape, np.inf), np.full(shape, DISAGREED)
     for _ in range(MOST):
         force, arm = body_forces(drag, found.rotation)
+        if drag.profile is not None:
+            force = force * drag.profile.pressure(found.position + arm)[..., None]
         fresh = {
             "force": suspension.force + force,
             "moment": suspension.moment + np.cross(arm, force),
-            "cable_wind": cable_loads(drag, found.catenary),
+            "cable_wind": cable_loads(drag, found.catenary, found.ends[..., 0, :]),
             "position": found.position,
             "rotation": found.rotation,
         }
@@ -137,7 +156,8 @@ def equilibrium_in_wind(calm, drag):
         before, found = found, statics.pose(replace(suspension, **loads))
         change = size(found.ends - before.ends).max(axis=(-1, -2))
         agreed = change <= SUMS * UNIT * np.abs(found.ends).max(axis=(-1, -2, -3))
-        rounded = ~agreed & (change >= SLOW * least)
+        settled = _settled(drag, found, loads["cable_wind"])
+        agreed, rounded = agreed & settled, settled & ~agreed & (change >= SLOW * least)
         least = np.minimum(least, change)
         if (rounded & ~ended).any():
             rounded &= change <= _unknown(found)
@@ -148,6 +168,14 @@ def equilibrium_in_wind(calm, drag):
         if ended.all():
             break
     return replace(found, record=replace(found.record, reason=reason[()]))
+
+
+def _settled(drag, found, used):
+    """Cases whose cables hang where the loads that were used are those of a wind with a profile, or that has none."""
+    if drag.profile is None:
+        return np.ones(np.shape(found.record.converged), dtype=bool)
+    there = cable_loads(drag, found.catenary, found.ends[..., 0, :])
+    return (size(there - used) <= SETTLED * size(used)).all(axis=-1)
 
 
 def _unknown(found):

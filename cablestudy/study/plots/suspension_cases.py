@@ -51,7 +51,7 @@ def suspension_case_views(cases):
         axes.set_title(f"{title}, {window.note}", loc="left", color=GREY)
     entries = {label: artist for axes in grid for artist, label in zip(*axes.get_legend_handles_labels(), strict=True)}
     legend_below(figure, [(artist, label) for label, artist in entries.items()])
-    heading(figure, f"Load cases: {len(next(iter(drawings.values())).cables)} cables")
+    heading(figure, f"Load cases: {max(len(drawing.cables) for drawing in drawings.values())} cables")
     return figure
 
 

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from cablestudy.cable.steady_drag import SteadyDrag
 from cablestudy.study.case import Case
 from cablestudy.study.case_modes import solved_modes
 from cablestudy.study.closed_form import ColumnRequirements
@@ -25,7 +26,7 @@ class CablesAtRest(Results):
         Of shape (c,).
     exact : bool
         Whether their elements are an exact choice, which follows the drag of a steady wind.
-    drag : tuple of ndarray or None
+    drag : SteadyDrag or None
         As of `FixedModel`.
     """
 
@@ -33,7 +34,7 @@ class CablesAtRest(Results):
         super().__init__(None)
         count = len(catenary.span.chord)
         self.catenary, self._exact = catenary, exact
-        self.pressed = (np.zeros(count), np.zeros((count, 3))) if drag is None else drag
+        self.drag = SteadyDrag(np.zeros(count), np.zeros((count, 3))) if drag is None else drag
 
     @property
     def failures(self):
@@ -52,7 +53,7 @@ class CablesAtRest(Results):
 
     @property
     def _uneven(self):
-        return (self.pressed[0] > 0) & self._exact
+        return (self.drag.pressed > 0) & self._exact
 
 
 class CableModes:

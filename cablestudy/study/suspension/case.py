@@ -37,6 +37,7 @@ class SuspensionCase:
     Parameters
     ----------
     scene : SuspensionScene
+        With all cables.
     group : Group or CablestudyError, optional
         With its statics, or why there are none, where they were computed with those of others.
     place : int
@@ -46,6 +47,8 @@ class SuspensionCase:
 
     Attributes
     ----------
+    scene : SuspensionScene
+        With the cables that are there in its load case.
     differences : dict
         Header -> relative error of what was held against `finer`, None where it is not known.
     reason : str
@@ -53,13 +56,27 @@ class SuspensionCase:
     """
 
     def __init__(self, scene, group=None, place=0, estimate=False):
-        self.scene, self._group, self.place, self._modes = scene, group, place, {}
+        self.scene, self.with_all_cables, self._group = scene.without_lost(), scene, group
+        self.place, self._modes = place, {}
         self.estimate, self.differences, self.reason = estimate and self.model is not None, {}, ""
 
     @cached_property
     def finer(self):
         """Copy of the case with a model to an accuracy of `refinement.REFERENCE`."""
-        return SuspensionCase(reference_scene(self.scene))
+        return SuspensionCase(reference_scene(self.with_all_cables))
+
+    @cached_property
+    def unbroken(self):
+        """Copy of the case with its lost cables, for comparison."""
+        name = self.scene.case
+        whole = self.with_all_cables.cases[name].model_copy(update={"lost": ()})
+        cases = {**self.scene.cases, name: whole}
+        return SuspensionCase(self.with_all_cables.model_copy(update={"cases": cases}))
+
+    def refuse_lost(self, name, words="{0} is lost in the load case {1}"):
+        """Raise the NoSolutionError of a cable that the load case lacks, in words with the names of both."""
+        if name in self.scene.load_case.lost:
+            raise NoSolutionError(words.format(name, self.scene.case))
 
     @property
     def damped_by_modes(self):
@@ -83,7 +100,7 @@ class SuspensionCase:
     @cached_property
     def _solved_group(self):
         """The same, also of a case that failed, whose numbers mean nothing."""
-        group = Group([self.scene]) if self._group is None else self._group
+        group = Group([self.with_all_cables]) if self._group is None else self._group
         if isinstance(group, Exception):
             raise group
         return group
@@ -105,8 +122,11 @@ class SuspensionCase:
         Raises
         ------
         NoSolutionError, ConvergenceError
-            There is no stable equilibrium, or none in the mean wind.
+            There is no stable equilibrium, or none in the mean wind; the loop lacks the cable of a winch.
         """
+        if self.scene.control is not None:
+            for name in self.with_all_cables.winches:
+                self.refuse_lost(name, "the loop needs the winch of {0}, which is lost in the load case {1}")
         (found, drag), known = self.group.windy, self.group.known[self.place]
         about, modes = (self._exact_model, known), self.group.windy_modes[self.place]
         if drag is None:

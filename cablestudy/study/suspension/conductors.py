@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.study.conductors import Conductors, uneven_errors
-from cablestudy.study.suspension.load_cases import CablesOfCase, loaded_state
+from cablestudy.study.suspension.load_cases import CablesOfCase, cables_left, loaded_state
 from cablestudy.study.suspension.numbers import kind_of_case
 
 
@@ -67,16 +67,20 @@ class SuspendedConductors:
         for places in groups.values():
             chosen = rows[places]
             cables = self._cables(chosen, reference[2], *(part[places] for part in linear))
-            some = [scenes[place] for place in places]
+            some = [scenes[place].without_lost() for place in places]
+            left = cables_left(reference[1], some[0])
             found = loaded_state(reference[1].take(chosen), some, cables=cables).equilibrium
-            tension[places] = np.where(found.record.converged[:, None], found.catenary.mean_tension, np.nan)
+            own = np.where(found.record.converged[:, None], found.catenary.mean_tension, np.nan)
+            tension[np.ix_(places, left)] = own
         return tension
 
     def uneven_errors(self, equilibrium):
         """Largest of `conductors.uneven_errors` of the cables of each suspension, shape (n,). [-]"""
-        error, there = np.zeros(self._stretching.shape), np.nonzero(self._stretching)
-        found = self._found
-        error[there] = uneven_errors(found.condition.take(there), found.strain[there], equilibrium.catenary.take(there))
+        left = np.array([self._numbers.cable_names.index(name) for name in equilibrium.suspension.cable_names])
+        row, cable = np.nonzero(self._stretching[:, left])
+        there, found, error = (row, left[cable]), self._found, np.zeros((len(self._stretching), len(left)))
+        linear = equilibrium.catenary.take((row, cable))
+        error[row, cable] = uneven_errors(found.condition.take(there), found.strain[there], linear)
         return error.max(axis=-1)
 
 

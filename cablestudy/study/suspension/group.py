@@ -13,9 +13,10 @@ from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.conductors import conductors_of
 from cablestudy.study.suspension.linear_motion import drag_of
 from cablestudy.study.suspension.load_cases import (
+    cables_left,
     drag_change,
+    drag_on_cables,
     loaded_state,
-    pressed_cables,
     reference_loads,
     too_long,
 )
@@ -132,7 +133,7 @@ class Group:
     Parameters
     ----------
     scenes : sequence of SuspensionScene
-        All in the mean wind, or none.
+        With all of their cables. All in the mean wind, or none; all of their load cases lack the same cables.
 
     Raises
     ------
@@ -143,16 +144,23 @@ class Group:
     def __init__(self, scenes):
         numbers, self.problems = numbers_of(scenes), [""] * len(scenes)
         numbers = replace(numbers, **reference_loads(scenes))
-        self._scenes, self._modes, self._coordinates = scenes, {}, {}
+        self._modes, self._coordinates = {}, {}
         # linear models of each, and its coupled modes in the mean wind: see `InWind`
         self.known, self.windy_modes = ([{} for _ in scenes] for _ in range(2))
+        self._scenes = scenes
         self._conductors = conductors_of(scenes, numbers, self._at_rest)
         self.reference = self._at_rest(numbers) if self._conductors is None else self._conductors.reference
         bare = scenes[0].case is None and not any(loads_of(scenes[0], of_case=True)) and self._conductors is None
-        self._loaded = None if bare else loaded_state(self.reference, scenes, cables=self._of_case)
+        lost, self._scenes = scenes[0].load_case.lost, [scene.without_lost() for scene in scenes]
+        self._lost = f"without {', '.join(lost)}: " if lost else ""
+        try:
+            self._loaded = None if bare else loaded_state(self.reference, self._scenes, cables=self._of_case)
+        except NoSolutionError as error:
+            raise NoSolutionError(f"{self._lost}{error}") from None
         unstretched = self.reference.lengths if self._of_case is None else self._of_case.lengths
-        self.cables = CableResults(scenes, self.equilibrium, unstretched)
-        self.cable_places = {name: place for place, name in enumerate(numbers.cable_names)}
+        left = cables_left(self.reference, self._scenes[0])
+        self.cables = CableResults(self._scenes, self.equilibrium, unstretched[:, left])
+        self.cable_places = {name: place for place, name in enumerate(self._scenes[0].cables)}
         self.body_places = {name: place for place, name in enumerate(numbers.body_names)}
 
     def _at_rest(self, numbers):
@@ -168,8 +176,8 @@ class Group:
         return self._conductors and self._conductors.of_case
 
     def conductor_states(self, place):
-        """In which state each cable of a case is, see `LinearCables.labels`; empty of linear ones: list of str."""
-        return [""] * len(self.cable_places) if self._conductors is None else self._conductors.labels[place].tolist()
+        """States of all cables of a case, see `LinearCables.labels`; empty where all are linear: list of str."""
+        return [] if self._conductors is None else self._conductors.labels[place].tolist()
 
     @cached_property
     def _too_long(self):
@@ -214,14 +222,14 @@ class Group:
 
     @cached_property
     def _steady_drag(self):
-        """`pressed_cables` of all cases; None without a steady wind."""
+        """`drag_on_cables` of all cases; None without a steady wind."""
         if self._loaded is None or self._loaded.drag is None:
             return None
-        return pressed_cables(self._loaded.drag, self.equilibrium.suspension.cable_mass)
+        return drag_on_cables(self._loaded.drag, self.equilibrium)
 
     def steady_drag(self, place):
         """That of a case on its cables, as `FixedModel.drag`; None without a steady wind."""
-        return self._steady_drag and tuple(part[place] for part in self._steady_drag)
+        return self._steady_drag and self._steady_drag.take(place)
 
     @cached_property
     def _drag_change(self):
@@ -330,7 +338,8 @@ class Group:
                 return NoSolutionError(f"in the reference state: {self._too_long[place]}")
         if reference is None and self._loaded.problems[place]:
             return NoSolutionError(self._loaded.problems[place])
-        return reference or _failure(self.calm, place) or _failure(self.equilibrium, place)
+        states = (self.calm, self.equilibrium)
+        return reference or next(filter(None, (_failure(state, place, self._lost) for state in states)), None)
 
     def take(self, place):
         """The `Equilibrium` of one case."""

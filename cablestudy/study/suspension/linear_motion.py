@@ -54,7 +54,7 @@ def drag_of(scenes, body_names, cable_names):
 
 def wind_diameters(scene):
     """Diameter of each cable that the wind sees, ice included, shape (c,). [m]"""
-    return np.array([scene.load_case.wind_diameter(cable) for cable in scene.cables.values()])
+    return np.array([scene.load_case.of_cable(name).wind_diameter(cable) for name, cable in scene.cables.items()])
 
 
 def offered_by_bodies(scene, body_names):

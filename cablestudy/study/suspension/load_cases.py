@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cablestudy.cable.steady_drag import Profile, SteadyDrag
 from cablestudy.study.load_cases import (
     SECOND_ORDER,
     UNKNOWN,
@@ -52,27 +53,25 @@ class LoadedState:
     problems: list
 
 
-def pressed_cables(drag, mass):
-    """Drag of a length of each cable across the wind, zero of those without mass, and the direction of the wind.
+def drag_on_cables(drag, found):
+    """`SteadyDrag` on each cable, none on those without mass, of shape (n, c).
 
     Parameters
     ----------
     drag : Drag
         Of n cases.
-    mass : ndarray, shape (n, c)
-        Per length. [kg/m]
-
-    Returns
-    -------
-    pressed : ndarray, shape (n, c)
-        [N/m]
-    direction : ndarray, shape (n, c, 3)
-        [-]
+    found : Equilibrium
+        Of these, in the wind.
     """
+    mass = found.suspension.cable_mass
     pressure, speed = drag.density / 2 * (drag.velocity**2).sum(axis=-1), size(drag.velocity)
     direction = drag.velocity / np.maximum(speed, np.finfo(float).tiny)[:, None]
     pressed = np.where(mass > 0, pressure[:, None] * drag.cables, 0.0)
-    return pressed, np.broadcast_to(direction[:, None], (*mass.shape, 3))
+    whole = SteadyDrag(pressed, np.broadcast_to(direction[:, None], (*mass.shape, 3)))
+    if drag.profile is None:
+        return whole
+    profile, end_1 = drag.profile.over(mass.shape[1]), found.ends[..., 0, :]
+    return replace(whole, profile=profile, end_1=end_1, mean=profile.mean_pressure(found.catenary, end_1))
 
 
 def drag_change(found, drag):
@@ -95,11 +94,11 @@ def drag_change(found, drag):
     error, moved = np.zeros(shape[0]), np.zeros((*found.position.shape[:2], 6))
     if drag is None:
         return error, moved
-    pressed, direction = pressed_cables(drag, found.suspension.cable_mass)
-    case, cable = np.nonzero((pressed > 0) & found.record.converged[:, None])
+    whole = drag_on_cables(drag, found)
+    case, cable = np.nonzero((whole.pressed > 0) & found.record.converged[:, None])
     own, forces = np.zeros(shape), np.zeros((*shape, 2, 3))
     if len(case):
-        about = pressed[case, cable], direction[case, cable], found.catenary.take((case, cable)), drag.stretched
+        about = whole.take((case, cable)), found.catenary.take((case, cable)), drag.stretched
         own[case, cable], forces[case, cable] = uneven_drag_errors(*about)
     for place in np.unique(case).tolist():
         more, moved[place] = _by_bodies(found, place, forces[place])
@@ -155,7 +154,12 @@ class CablesOfCase:
     warm: np.ndarray
     stiffness: np.ndarray
     mass: np.ndarray
-    share: np.ndarray = 1.0
+    share: np.ndarray | float = 1.0
+
+    def take(self, cables):
+        """Those of some cables, by their numbers."""
+        parts = (self.lengths, self.warm, self.stiffness, self.mass, np.broadcast_to(self.share, self.warm.shape))
+        return CablesOfCase(*(part[:, cables] for part in parts))
 
 
 def loaded_state(reference, scenes, forced=True, cables=None):
@@ -164,9 +168,9 @@ def loaded_state(reference, scenes, forced=True, cables=None):
     Parameters
     ----------
     reference : Equilibrium
-        In the reference state, shape (n,).
+        In the reference state, with all cables, shape (n,).
     scenes : sequence of SuspensionScene
-        n of them; all of their load cases have a steady wind, or none has.
+        n of them, `without_lost`; all of their load cases have a steady wind, or none has.
     forced : bool
         Whether the forces of the load cases on bodies and points act too.
     cables : CablesOfCase, optional
@@ -181,8 +185,11 @@ def loaded_state(reference, scenes, forced=True, cables=None):
     ConvergenceError
         Forces of the steady wind and the attitude that they lead to do not agree.
     """
-    suspension, values = reference.suspension, CableValues(scenes)
-    own = reference.lengths, 1.0 + elongation(values), suspension.axial_stiffness, suspension.cable_mass
+    left, values = cables_left(reference, scenes[0]), CableValues(scenes)
+    suspension, lengths = reference.suspension, reference.lengths
+    if len(left) < lengths.shape[-1]:
+        suspension, lengths, cables = suspension.with_cables(left), lengths[:, left], cables and cables.take(left)
+    own = lengths, 1.0 + elongation(values), suspension.axial_stiffness, suspension.cable_mass
     cables, problems = cables or CablesOfCase(*own), _shrunk(values, suspension.cable_names)
     warm = cables.warm
     standing = reference.record.converged
@@ -204,10 +211,15 @@ def loaded_state(reference, scenes, forced=True, cables=None):
     calm = statics.pose(loaded)
     if all(scene.load_case.wind is None for scene in scenes):
         return LoadedState(calm, calm, None, problems)
-    drag = _steady_drag(scenes, drag_width(values) * cables.share, suspension.body_names)
+    drag = _steady_drag(scenes, np.nan_to_num(drag_width(values)) * cables.share, suspension.body_names)
     # without an equilibrium there is nothing that the wind could move
     drag = replace(drag, velocity=np.where(calm.record.converged[:, None], drag.velocity, 0.0))
     return LoadedState(calm, equilibrium_in_wind(calm, drag), drag, problems)
+
+
+def cables_left(reference, scene):
+    """Numbers of the cables of a reference state that are there in the load case of a scene: list of int."""
+    return [number for number, name in enumerate(reference.suspension.cable_names) if name in scene.cables]
 
 
 def _moves_of_bodies(scenes):
@@ -321,4 +333,9 @@ def _steady_drag(scenes, cables, body_names):
     level = wind_direction(np.array([wind.direction for wind in winds]))
     speed = np.sqrt([wind.dynamic_pressure for wind in winds])  # with a density of 2 kg/m^3
     bodies, centers = map(np.array, zip(*(offered_by_bodies(s, body_names) for s in scenes), strict=True))
-    return Drag(speed[:, None] * level, np.full(len(scenes), 2.0), cables, bodies, centers, stretched=False)
+    for case, wind in enumerate(winds):
+        if wind.on is not None:
+            bodies[case, [name not in wind.on for name in body_names]] = 0.0
+    exponent, height = (np.array([getattr(wind, key) for wind in winds], dtype=float) for key in ("exponent", "at"))
+    profile = Profile.of(exponent, height, [scene.ground for scene in scenes])
+    return Drag(speed[:, None] * level, np.full(len(scenes), 2.0), cables, bodies, centers, False, profile)

@@ -3,11 +3,11 @@
 import numpy as np
 
 from cablestudy.scene.words import counted, first_of
-from cablestudy.study.notes import long_cables, of_comparison
+from cablestudy.study.notes import averaged_wind, long_cables, of_comparison
 from cablestudy.study.ssm import DAMPING_NOTES
+from cablestudy.study.suspension.lost_cables import LISTED, lost_notes, slack_cables
 from cablestudy.system.superelement import grows_with_modes
 
-LISTED = 12  # cables, or runs of modes, that are named one by one
 LEAST = 1e-11  # net force over the forces: what is less is rounding
 
 
@@ -56,13 +56,15 @@ def strength_warning(case):
 def warnings_of(case):
     """Warnings and notes on a case beside its results, a tuple of str.
 
-    `strength_warning`, `moved_note`, and where cables state what only a much longer cable has `notes.long_cables`.
+    `strength_warning`, `averaged_wind`, `lost_notes`, `moved_note`, and where cables state what only a much longer
+    cable has `notes.long_cables`.
     """
     reference, place = case.group.reference, case.place
     chord = np.asarray(reference.catenary.span.chord)[place]
     names, given = reference.suspension.cable_names, reference.suspension.given
     long = long_cables(names, np.asarray(reference.lengths)[place].tolist(), chord.tolist(), given)
-    return (*strength_warning(case), *moved_note(case), *long)
+    averaged = averaged_wind(case.scene.load_case, case.group.drag_error(case.place))
+    return (*strength_warning(case), *averaged, *lost_notes(case), *moved_note(case), *long)
 
 
 def moved_note(case):
@@ -109,10 +111,8 @@ def _of_load_case(case):
 
 def _of_slack(found):
     """Cables that hang by their own weight: the mean tension is below it."""
-    span, tension = found.catenary.span, np.asarray(found.catenary.mean_tension)
-    slack = np.flatnonzero((np.asarray(span.chord_strain) < 0) & (tension < span.weight))
-    if len(slack):
-        yield f"slack: {first_of([found.suspension.cable_names[place] for place in slack], LISTED)}"
+    if slack := slack_cables(found):
+        yield f"slack: {first_of(slack, LISTED)}"
 
 
 def _of_wind(case):

@@ -37,7 +37,11 @@ class CableValues:
         if table == "cable":
             values = [[getattr(cable, name, None) for cable in scene.cables.values()] for scene in self._scenes]
         elif name in OF_CASE_AND_CABLE:
-            values = [[getattr(s.load_case, name)(cable) for cable in s.cables.values()] for s in self._scenes]
+            values = [[getattr(scene.load_case.of_cable(own), name)(cable) for own, cable in scene.cables.items()]
+                      for scene in self._scenes]  # fmt: skip
+        elif table.startswith("load_case."):
+            inside = path.partition(".")[2]
+            values = [_of_case(scene, inside) for scene in self._scenes]
         else:
             values = [[attribute(scene, path)] * len(scene.cables) for scene in self._scenes]
         return np.array(values, dtype=float)
@@ -57,6 +61,14 @@ class CableValues:
         return tuple(part.reshape(len(self._scenes), -1, *part.shape[1:]) for part in parts)
 
 
+def _of_case(scene, path):
+    """A number of the load case of a scene as each of its cables has it: list."""
+    case = scene.load_case
+    if not case.listed:
+        return [attribute(case, path)] * len(scene.cables)
+    return [attribute(case.of_cable(name), path) for name in scene.cables]
+
+
 def loads_of(scene, of_case):
     """Point loads that each cable of a scene carries in the reference state, or `of_case`: list of tuple of Load."""
     if of_case:
@@ -65,9 +77,9 @@ def loads_of(scene, of_case):
 
 
 def kind_of_case(scene):
-    """Kind of a load case, which cases solved together share: wind or none, and at how many places loads are."""
+    """Kind of a load case, which cases solved together share: wind or none, loads at how many places, lost cables."""
     of_case = scene.load_case.loads and [places_of(loads) for loads in loads_of(scene, True)]
-    return scene.load_case.wind is None, *of_case
+    return scene.load_case.wind is None, *of_case, scene.load_case.lost
 
 
 def topology_of(scene):

@@ -10,6 +10,7 @@ from cablestudy.study.columns import ROUNDING, find, relative
 from cablestudy.study.notes import of_comparison
 from cablestudy.study.report import STATE, modes_as_rows, shapes_table
 from cablestudy.study.suspension.columns import body_columns, cable_columns, has_key, link_columns, point_columns
+from cablestudy.study.suspension.lost_cables import slack_cables
 from cablestudy.study.suspension.numbers import numbers_of
 from cablestudy.study.suspension.rows import value
 from cablestudy.study.table import Field, Table
@@ -45,15 +46,17 @@ def static_tables(case, only=None, failures=None):
     bodies, points = np.split(np.array(suspension.body_names, dtype=object), [suspension.bodies])
 
     def columns_of_cable(name):
-        return [column for column in cable_columns(name) if has_key(case.scene, name, column)]
+        there = name in case.scene.cables
+        return [column for column in cable_columns(name) if has_key(case.scene, name, column)] if there else []
 
     def of_cables():
-        return listed(case, suspension.cable_names, columns_of_cable, cable_columns(""), failures)
+        names = case.with_all_cables.cables
+        return _with_state(case, listed(case, names, columns_of_cable, cable_columns(""), failures))
 
     makers = {
         "bodies": lambda: listed(case, bodies, lambda name: body_columns(name)[:-1], body_columns("")[:-1]),
         "points": lambda: listed(case, points, lambda name: point_columns(name)[:3], point_columns("")[:3]),
-        "cables": lambda: _first_things(_with_states(of_cables(), case)),
+        "cables": lambda: _first_things(of_cables()),
         "stiffness": lambda: _stiffness_table(case),
     }
     if case.scene.links:
@@ -74,19 +77,24 @@ def chosen_tables(known, only):
     return {name: one for name, one in known.items() if only in (None, name)}
 
 
-def _with_states(table, case):
-    """The table of the cables, of conductors that stretch for good with the state of each."""
-    states = case.group.conductor_states(case.place)
-    if not any(states):
-        return table
-    rows = [{**row, STATE.name: state} for row, state in zip(table.rows, states, strict=True)]
-    return replace(table, fields=(*table.fields, STATE), rows=rows)
-
-
 def _first_things(table):
     """The table of the cables, of which a narrow terminal keeps the columns FIRST."""
     fields = (replace(field, secondary=not (field.label or field.plain in FIRST)) for field in table.fields)
     return replace(table, fields=tuple(fields))
+
+
+def _with_state(case, table):
+    """The table of the cables with the state of each: where some are lost, lost, slack or taut; of conductors that
+    stretch for good what governs their length."""
+    conductors = case.group.conductor_states(case.place)
+    if not (case.scene.load_case.lost or any(conductors)):
+        return table
+    known = dict(zip(case.with_all_cables.cables, conductors, strict=False))
+    if case.scene.load_case.lost:
+        known |= dict.fromkeys(slack_cables(case.equilibrium), "slack")
+        known |= dict.fromkeys(set(case.with_all_cables.cables) - set(case.scene.cables), "lost")
+    rows = [{"name": row["name"], STATE.name: known.get(row["name"]) or "taut", **row} for row in table.rows]
+    return replace(table, fields=(table.fields[0], replace(STATE, label=True), *table.fields[1:]), rows=rows)
 
 
 def listed(case, names, columns_of, kinds=(), failures=None):

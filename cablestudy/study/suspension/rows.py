@@ -11,11 +11,12 @@ from cablestudy.study.closed_form import DISCRETE, SYSTEM
 from cablestudy.study.columns import ROUNDING, most_modes_first, not_finite, relative
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.row import Row
-from cablestudy.study.status import MODAL, OVER_STRENGTH, SLACK, status_of
+from cablestudy.study.status import FALLEN, MODAL, OVER_STRENGTH, SLACK, status_of
 from cablestudy.study.suspension.case import SuspensionCase, cases_of, prepare
 from cablestudy.study.suspension.columns import WHOLE
 from cablestudy.study.suspension.group import TOGETHER
-from cablestudy.study.suspension.notes import LISTED, notes_of, strength_warning
+from cablestudy.study.suspension.lost_cables import LISTED, fallen
+from cablestudy.study.suspension.notes import notes_of, strength_warning
 from cablestudy.study.suspension.wind_columns import exceeded_limits, slackened
 
 OF_THE_WHOLE = {column.name: column for column in WHOLE}
@@ -63,7 +64,7 @@ def _compare(cases, columns):
     """Let exact elements be held against finer models, whose statics are computed together."""
     exact = [case for case in cases if case.model is not None]
     if exact and any(column.needs in DISCRETE for column in columns):
-        for case, finer in zip(exact, cases_of([reference_scene(case.scene) for case in exact]), strict=True):
+        for case, finer in zip(exact, cases_of([reference_scene(case.with_all_cables) for case in exact]), strict=True):
             case.estimate, case.finer = True, finer
 
 
@@ -80,7 +81,7 @@ def _row(case, columns, seconds, noted):
     cells.update((header, number) for header, number in run.items() if header in cells)
     weak = list(case.over_strength) if case.solved else []
     slack = slackened(case) if any(column.needs == "wind" for column in columns) and case.moves else []
-    doubts = (OVER_STRENGTH, weak), (SLACK, slack)
+    doubts = (OVER_STRENGTH, weak), (SLACK, slack), (FALLEN, fallen(case) if case.solved else [])
     cells["status"] = status_of(failures, *(f"{words}: {first_of(names, LISTED)}" for words, names in doubts if names))
     return Row(cells, case, notes_of(case) if noted else (), errors, strength_warning(case) if weak else ())
 
@@ -124,6 +125,7 @@ def value(case, column):
     NoSolutionError, ConvergenceError
         It cannot be had.
     """
+    case.refuse_lost(column.name.partition(".")[0])
     found = column.compute(case)
     number, error = found if isinstance(found, tuple) else (found, case.statics_error(column))
     if column.needs in ("loop", "wind") and error:

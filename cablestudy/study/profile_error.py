@@ -1,0 +1,79 @@
+"""Errors of cables whose drag is taken as uniform in a wind that grows with the height, against that where they hang.
+
+The tension vector at Gauss's points is N = N_0 + c - integral of d, with N_0 under the uniform drag, the difference
+d(s) of the drag where the cable hangs from that, and the constant c for which the ends stay where they are: the
+integral of r' = N/EA + N/|N| is the chord. d depends on the form: c and d are found in turns, c by Newton's method.
+"""
+
+import numpy as np
+
+from cablestudy.cable.geometry import places as places_along
+from cablestudy.cable.steady_drag import DRAG_POINTS, across
+
+STEPS = 3  # in which c and d settle; what is left in the last one is added to the error
+
+
+def changes(drag, catenary):
+    """Changes of cables between their ends as their drag follows the wind where they hang.
+
+    Parameters
+    ----------
+    drag : SteadyDrag
+        Of shape (n,), with a profile.
+    catenary : Catenary
+        Of shape (n,), under the uniform drag.
+
+    Returns
+    -------
+    error : ndarray, shape (n,)
+        The larger one of the change of the tension vector over the tension and of the movement at mid-length over the
+        distance from the chord there. [-]
+    ends : ndarray, shape (n, 2, 3)
+        Change of the tension vector at both ends, global axes. [N]
+    """
+    span = catenary.span
+    nodes, weights = np.polynomial.legendre.leggauss(DRAG_POINTS)
+    points, weights, running = (1 + nodes) / 2, weights / 2, running_integral(nodes)
+    stiffness, length = (np.asarray(part)[:, None, None] for part in (span.axial_stiffness, span.unstretched_length))
+    given = span.in_frame(catenary.at(np.concatenate([points, [0.0, 1.0]]))[1], "global")
+    first, where = given[:, :-2], places_along(catenary, points)
+    uniform = drag.averaged(across(drag.direction, span.frame[..., 0, :]))[:, None]
+    constant, moved = np.zeros((len(first), 1, 3)), np.zeros_like(first)
+    start, tension, tangent = _slope(first, stiffness)
+    for _ in range(STEPS):
+        there = (1 + tension / stiffness) * across(drag.direction[:, None], tangent)
+        there = drag.locally(there, lambda moved=moved: where + length * moved)
+        differs = drag.pressed[:, None, None] * length * (there - uniform)
+        loaded = first - running @ differs
+        slope, tension, tangent = _slope(loaded + constant, stiffness)
+        share, gap = weights[:, None] / tension, (weights[:, None] * (slope - start)).sum(axis=1)
+        mean = (share.sum(axis=1, keepdims=True) + 1 / stiffness) * np.eye(3)
+        mean = mean - ((share * tangent)[..., :, None] * tangent[..., None, :]).sum(axis=1)
+        step = np.linalg.solve(mean, gap[..., None])[:, None, :, 0]
+        constant = constant - step
+        slope, tension, tangent = _slope(loaded + constant, stiffness)
+        before, moved = moved, running @ (slope - start)
+    ends = constant - np.stack([0 * differs[:, 0], (weights[:, None] * differs).sum(axis=1)], axis=1)
+    change = np.concatenate([loaded + constant - first, ends], axis=1)
+    pulled = ((_size(change) + _size(step)) / np.maximum(_size(given), np.finfo(float).tiny)).max(axis=-1)
+    away = np.maximum(_size(catenary.at(np.array([0.5]))[0])[:, 0], np.finfo(float).tiny)
+    aside = (_size(moved) + _size(moved - before))[:, DRAG_POINTS // 2] / away
+    return np.maximum(pulled, aside), ends
+
+
+def _slope(force, stiffness):
+    """r' of tension vectors, shape (n, k, 3) [-], their sizes, shape (n, k, 1) [N], and directions."""
+    tension = np.maximum(_size(force), np.finfo(float).tiny)[..., None]
+    return force / stiffness + force / tension, tension, force / tension
+
+
+def _size(vectors):
+    return np.sqrt((vectors**2).sum(axis=-1))
+
+
+def running_integral(nodes):
+    """Matrix that takes values at Gauss's points of [0, 1] to their integral up to each point, by their polynomial."""
+    order = np.arange(len(nodes))
+    powers = nodes[:, None] ** order
+    upper, lower = nodes[:, None] ** (order + 1), (-1.0) ** (order + 1)
+    return (upper - lower) / (2 * (order + 1)) @ np.linalg.inv(powers)
