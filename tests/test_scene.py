@@ -342,7 +342,7 @@ BESIDE = {
     **{f"cases.day.ice.{key}": (f"cases={{day: {ICE}}}",) for key in ("density", "lift_slope", "drag_coefficient")},
     **{
         f"cases.day.wind.{key}": (f"cases={{day: {WIND}}}",)
-        for key in ("direction", "air_density", "cable_drag_coefficient")
+        for key in ("direction", "air_density", "cable_drag_coefficient", "at", "exponent", "gust_factor")
     },
     **{f"cases.day.loads.0.{key}": (f"cases={{day: {LOAD}}}",) for key in ("at", "fraction", "force", "mass")},
     **{
@@ -379,7 +379,7 @@ VECTORS = {
 
 
 def test_every_quantity_has_a_range_whose_products_do_not_overflow():
-    assert len(RANGES) == 106
+    assert len(RANGES) == 109
     for key, quantity in RANGES.items():
         ends = [abs(end) for end in (quantity.low, quantity.high, quantity.least) if end]
         assert 1e-30 <= min(ends) <= max(ends) <= 1e30, key  # so that products of ten are finite

@@ -12,6 +12,7 @@ from cablestudy.scene.mistakes import located
 from cablestudy.study.all_columns import find, why_not
 from cablestudy.study.goal import number_in_unit
 from cablestudy.study.scene_kind import kind_of
+from cablestudy.study.status import FALLEN
 from cablestudy.study.table import Field, Table
 
 SMALLEST = 1e-30  # size of a number that a limit may have, in the unit of its column: a margin is relative to it
@@ -126,8 +127,11 @@ def _limit(scene, name, table):
         raise ValueError(f"a margin is relative to the limit, which must not be 0: {table.that}")
     terms, refused = [], []
     for case in table.cases or (*scene.cases, *({REFERENCE} - scene.cases.keys())):
-        lacking = [why_not(in_case(scene, case), column) for _, column in pairs]
-        terms += [(case, *pair) for pair, reason in zip(pairs, lacking, strict=True) if not reason]
+        there = in_case(scene, case)
+        lacking = [why_not(there, column) for _, column in pairs]
+        lost = getattr(there.load_case, "lost", ())  # which has nothing that could be held against a limit
+        terms += [(case, *pair) for pair, reason in zip(pairs, lacking, strict=True)
+                  if not reason and pair[0] not in lost]  # fmt: skip
         refused += [lacking[0] + (f" (load case {case})" if table.cases else "")] if all(lacking) else []
     if refused and (table.cases or not terms):
         raise ValueError(refused[0])
@@ -154,9 +158,9 @@ def least_margin(limit, rows):
     least, failures = None, {}
     for case, cable, column in limit.terms:
         row, name = rows[case], column.header
-        value = row.cells[name]
-        if value is None:
-            failures.setdefault(case, row.cells["status"] if row.failed else f"{column.name} has no value")
+        value, status = row.cells[name], row.cells["status"]
+        if value is None or FALLEN in status:
+            failures.setdefault(case, status if row.failed or FALLEN in status else f"{column.name} has no value")
         elif least is None or limit.margin(value) < limit.margin(least[2]):
             least = case, cable, value, row.errors.get(name)
     return Check(limit, *(least or ()), failures=failures)
