@@ -19,7 +19,7 @@ from cablestudy.scene.document import read_document
 from cablestudy.scene.scene import load_scene, quantity_of, read_scene
 from cablestudy.scene.schema import suspension_schema
 from cablestudy.scene.study import read_study
-from cablestudy.scene.suspension import SUSPENSION_TABLES, WHEEL_TABLES
+from cablestudy.scene.suspension import SUSPENSION_TABLES
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of
 from cablestudy.system.suspension import CORES
@@ -710,7 +710,7 @@ def test_validate_reports_each_mistake_with_exit_code_2():
 
 def test_the_schema_knows_every_key():
     schema = suspension_schema()
-    for path, model in (*SUSPENSION_TABLES.items(), *WHEEL_TABLES.items()):
+    for path, model in SUSPENSION_TABLES:
         mapping = schema["$defs"][model.__name__] if path else schema
         keys = {field.alias or name for name, field in model.model_fields.items()}
         assert set(mapping["properties"]) - {"base"} == keys
