@@ -28,7 +28,7 @@ from cablestudy.interface.kinds import (
     Texts,
     WindOn,
 )
-from cablestudy.interface.one_cable import ANSWERS
+from cablestudy.interface.one_cable import ANSWERS, solve_loop
 from cablestudy.interface.plain import shown
 from cablestudy.interface.search import find
 from cablestudy.interface.state_space import ssm
@@ -49,7 +49,7 @@ TABLES = ("cable", "gondola", "winch", "wind", "cases")
 NAMED = 120  # characters of path and changes in a representation
 OF_COMMANDS = {
     "absent", "answers", "attachable", "check_state_space", "compute", "compute_cases", "document", "heading",
-    "kept_modes", "loads_key", "loop_key",
+    "kept_modes", "loads_key", "loop_key", "solve_loop",
 }  # fmt: skip
 ONE_CABLE = "no effect: the scene has one cable"
 
@@ -85,6 +85,7 @@ class Scene:
         "trade": compare_models,
         "find": find,
     }
+    solve_loop = staticmethod(solve_loop)
 
     @checked
     def __init__(self, path: Text, changes: Texts, document: Document, model: KeyTable) -> None:
