@@ -111,7 +111,7 @@ class Scene:
         return ", ".join(name for name in TABLES if getattr(self.model, name))
 
     def kept_modes(self, options, highest=None):
-        """The modes of a state space, and the module with their tables and curves.
+        """The modes of a state space, their table and curves: `ssm_of_cable.Choice`, of a suspension `CoupledChoice`.
 
         Parameters
         ----------
@@ -119,9 +119,9 @@ class Scene:
         highest : float, optional
             Frequency up to which a response is shown. [Hz]
         """
-        from cablestudy.study import ssm, ssm_tables
+        from cablestudy.study.ssm_of_cable import choose
 
-        return ssm.choose(self.document, self.model, options), ssm_tables
+        return choose(self.document, self.model, options)
 
     @staticmethod
     def check_state_space(options, responds, out):
@@ -360,7 +360,7 @@ class Scene:
             raise SceneError(f"with_: unknown {with_!r} (allowed: {', '.join(self.attachable)})")
         names = {"input": input, "output": output, "proper": proper}
         options = StateSpaceOptions(count=modes, upto=upto, error=error, attached=with_, wind=wind, **names)
-        choice, _ = self.kept_modes(options)
+        choice = self.kept_modes(options)
         for line in choice.warnings:
             warnings.warn(
                 line.removeprefix("warning: "), stacklevel=4

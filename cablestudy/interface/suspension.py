@@ -191,10 +191,10 @@ class Suspension(Scene):
             return Answer(failures=(str(error),))
 
     def kept_modes(self, options, highest=None):
-        """Coupled modes of a state space, and the module with their tables and curves; see `Scene.kept_modes`."""
-        from cablestudy.study.suspension import ssm
+        """Coupled modes of a state space; see `Scene.kept_modes`."""
+        from cablestudy.study.suspension.ssm import choose
 
-        return ssm.choose(self.document, self.model, options, highest), ssm
+        return choose(self.document, self.model, options, highest)
 
     @staticmethod
     def check_state_space(options, responds, out):
