@@ -10,13 +10,14 @@ from command import calls
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
+from scenes import mistakes_of, scene_of
 
 from cablestudy.errors import SceneError
 from cablestudy.scene import scene, suspension
 from cablestudy.scene.cable_table import Cable
 from cablestudy.scene.document import read_document
 from cablestudy.scene.fields import KeyTable
-from cablestudy.scene.scene import TABLES, CableScene, ModelTable, load_scene, missing, quantity_of, read_scene
+from cablestudy.scene.scene import TABLES, CableScene, ModelTable, missing, quantity_of, read_scene
 from cablestudy.scene.schema import scene_schema, study_schema
 
 GOOD = """\
@@ -38,17 +39,6 @@ model: {elements: 40}
 
 
 pytestmark = pytest.mark.usefixtures("folder")
-
-
-def scene_of(text, *sets):
-    Path("s.yaml").write_text(text, encoding="utf-8")
-    return load_scene("s.yaml", sets)[1]
-
-
-def mistakes_of(text, *sets):
-    with pytest.raises(SceneError) as caught:
-        scene_of(text, *sets)
-    return str(caught.value).splitlines()
 
 
 def test_a_scene_is_read_into_si():

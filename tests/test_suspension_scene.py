@@ -12,6 +12,7 @@ import pytest
 from command import CONFIGS, LONGEST, calls, run, study_file, table_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scenes import mistakes_of, scene_of
 from scipy.spatial.transform import Rotation
 
 from cablestudy.errors import SceneError
@@ -61,22 +62,10 @@ def changed(*pairs, text=GOOD):
     return text
 
 
-def scene_of(text, *sets):
-    Path("s.yaml").write_text(text, encoding="utf-8")
-    return load_scene("s.yaml", sets)[1]
-
-
 def study_on_good(text):
     """A study upon the scene GOOD; its name."""
     Path("s.yaml").write_text(GOOD, encoding="utf-8")
     return study_file("", text, base="s.yaml")
-
-
-def mistakes_of(text, *sets):
-    with pytest.raises(SceneError) as caught:
-        scene_of(text, *sets)
-    assert caught.value.exit_code == 2
-    return [str(mistake) for mistake in caught.value.mistakes]
 
 
 # -------------------------------------------------------------------------------------------------------- what is read
