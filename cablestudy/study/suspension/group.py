@@ -12,7 +12,13 @@ from cablestudy.study.columns import ROUNDING, utilisation_of
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.conductors import conductors_of
 from cablestudy.study.suspension.linear_motion import drag_of
-from cablestudy.study.suspension.load_cases import drag_change, loaded_state, pressed_cables, reference_loads, too_long
+from cablestudy.study.suspension.load_cases import (
+    drag_change,
+    loaded_state,
+    pressed_cables,
+    reference_loads,
+    too_long,
+)
 from cablestudy.study.suspension.numbers import CableValues, distribution_of, loads_of, numbers_of
 from cablestudy.system import lengths, statics
 from cablestudy.system.coupled_modes import coupled_modes_of_cases
