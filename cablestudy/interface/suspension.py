@@ -120,7 +120,7 @@ def solve_loop(scene, span, asked, table, estimate):
 
 
 def _named(name, tables):
-    """What an `Answer` has of several tables, or of the one of a name."""
+    """Arguments of an `Answer` with several tables, or with the one of a name."""
     return {"table": tables[name]} if name else {"tables": tables}
 
 

@@ -26,7 +26,7 @@ TURNS = ("roll", "pitch", "yaw")
 
 
 class CoupledChoice:
-    """What a state space keeps of a suspension, with or without control.
+    """Modes that a state space keeps of a suspension, with or without control, their table and its responses.
 
     Subclasses have the `case`, the `CoupledModes` that were `found` and which of them are `chosen`, the `pairs` of
     outputs and inputs of a response, its `highest` frequency, and whether the static part of other modes is kept
@@ -120,7 +120,7 @@ class ControlledChoice(CoupledChoice):
         return state_space(motion, forces, _labels(movement, bool(self.loop)), self.loop, movement.actuators)
 
     def system(self):
-        """As `shown`."""
+        """The `StateSpace`, see `shown`."""
         return self.shown
 
     def response(self, pair, frequency):
