@@ -47,11 +47,6 @@ def straight_scene(seed):
     return scene
 
 
-def drawn_scenes(count):
-    """The first scenes: list."""
-    return [random_scene(seed) for seed in range(count)]
-
-
 def _power(draw, low, high):
     return float(10 ** draw.uniform(low, high))
 

@@ -1,12 +1,17 @@
 """Scenes that the tests of the study layer share, and their twins for the references."""
 
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 
 import numpy as np
+import pytest
 from command import CARLINA
 from references import bars, continuous_cable
 
+from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
+from cablestudy.study.case import Case
 from cablestudy.study.columns import find
 from cablestudy.study.prepare import prepare
 from cablestudy.study.row import evaluate
@@ -23,6 +28,26 @@ G = 9.81
 def scene(*sets, base=CARLINA):
     """A scene of configs/ with changes."""
     return load_scene(base, sets)[1]
+
+
+@cache
+def case_of(*sets):
+    """The case of Carlina with changes."""
+    return Case(scene(*sets))
+
+
+def scene_of(text, *sets):
+    """A scene of either kind from its text, with changes: the file s.yaml of the working directory."""
+    Path("s.yaml").write_text(text, encoding="utf-8")
+    return load_scene("s.yaml", sets)[1]
+
+
+def mistakes_of(text, *sets):
+    """Lines of all mistakes of such a scene."""
+    with pytest.raises(SceneError) as caught:
+        scene_of(text, *sets)
+    assert caught.value.exit_code == 2
+    return [str(mistake) for mistake in caught.value.mistakes]
 
 
 def cells(scene, *names):

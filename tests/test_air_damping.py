@@ -1,7 +1,5 @@
 """Damping of gondola and cable by the air: closed forms, dense matrices, and what it leaves as it was."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 from cables import along_x, pole_of_mass
@@ -9,7 +7,7 @@ from command import CARLINA, run, table_of
 from complex_stiffness import ComplexStiffness, damped_mode, excited
 from one_loop import OneLoop
 from references import loop_matrix
-from scenes import cells, scene
+from scenes import case_of, cells, scene
 from test_windrms import WHITE, case_with, loop_of, lyapunov, rms_of, white  # noqa: F401 a fixture
 
 from cablestudy.control import response, statespace
@@ -20,11 +18,6 @@ from cablestudy.study.row import evaluate, evaluate_cases
 
 AIR = "wind.aerodynamic_damping=true"
 C = 1.2 * 1.17 * 0.6 * 6.0  # rho C_d A v of configs/carlina.yaml [N s/m]
-
-
-@cache
-def case_of(*sets):
-    return Case(scene(*sets))
 
 
 LIGHT = ("gravity=0", "cable.density=1e-6", "cable.unstretched_length=184.4883 m", AIR)

@@ -28,7 +28,7 @@ from cablestudy.study.case_modes import modes
 from cablestudy.study.models import solve_models
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues
-from cablestudy.study.ssm import nodal_forces
+from cablestudy.study.ssm_of_cable import nodal_forces
 from cablestudy.system.cables import Cables, FixedModel, Models, fixed_meshes
 from cablestudy.system.ends import Ends
 from cablestudy.system.superelement import Damping

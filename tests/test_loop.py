@@ -1,7 +1,6 @@
 """Margins and response in time of the winch loop: python-control, closed forms, encirclements; the command `loop`."""
 
 from dataclasses import replace
-from functools import cache
 from math import factorial
 from types import SimpleNamespace
 
@@ -12,7 +11,7 @@ import scipy.integrate
 from cables import along_x
 from command import CARLINA, ROOT, process, rows_of, run, table_of
 from references import loop_matrix
-from scenes import AREA, DENSITY, MODULUS, cells, scene
+from scenes import AREA, DENSITY, MODULUS, case_of, cells, scene
 
 from cablestudy.control import response
 from cablestudy.errors import NoSolutionError
@@ -38,11 +37,6 @@ BARS = {
     "sagging": (*SAGGING, COUPLED),
     "no notch": ("winch.location=gondola", "winch.controller.notch=none"),
 }
-
-
-@cache
-def case_of(*sets):
-    return Case(scene(*sets))
 
 
 def automatic(margin):

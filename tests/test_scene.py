@@ -10,13 +10,14 @@ from command import calls
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
+from scenes import mistakes_of, scene_of
 
 from cablestudy.errors import SceneError
 from cablestudy.scene import scene, suspension
 from cablestudy.scene.cable_table import Cable
 from cablestudy.scene.document import read_document
 from cablestudy.scene.fields import KeyTable
-from cablestudy.scene.scene import TABLES, CableScene, ModelTable, load_scene, missing, quantity_of, read_scene
+from cablestudy.scene.scene import TABLES, CableScene, ModelTable, missing, quantity_of, read_scene
 from cablestudy.scene.schema import scene_schema, study_schema
 
 GOOD = """\
@@ -38,17 +39,6 @@ model: {elements: 40}
 
 
 pytestmark = pytest.mark.usefixtures("folder")
-
-
-def scene_of(text, *sets):
-    Path("s.yaml").write_text(text, encoding="utf-8")
-    return load_scene("s.yaml", sets)[1]
-
-
-def mistakes_of(text, *sets):
-    with pytest.raises(SceneError) as caught:
-        scene_of(text, *sets)
-    return str(caught.value).splitlines()
 
 
 def test_a_scene_is_read_into_si():
@@ -328,7 +318,7 @@ def test_values_that_do_not_go_together_are_refused(sets, messages):
 
 KEYS = [
     ".".join((*path, name)).replace("loads.*", "loads.0").replace("*", "day")
-    for path, model in TABLES.items()
+    for path, model in TABLES
     for name in model.model_fields
 ]
 RANGES = {key: quantity_of(key) for key in KEYS if quantity_of(key)}
@@ -472,7 +462,7 @@ def test_a_case_is_read_without_much_work():
 
 _SCALARS = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5)
 _SCALARS |= st.sampled_from(["1 m", "2 mm^2", "3 kg", "none", "modal", "aramid", "0 deg", "coupled", 1e308, 10**400])
-_KEYS = sorted({key for model in TABLES.values() for key in model.model_fields} | {"x", "vary"})
+_KEYS = sorted({key for _, model in TABLES for key in model.model_fields} | {"x", "vary"})
 _TREES = st.recursive(
     _SCALARS,
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from(_KEYS), inner, max_size=4),
@@ -482,7 +472,7 @@ _TREES = st.recursive(
 
 # The fixture only changes the working directory, which every example may share.
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
-@given(key=st.sampled_from(_KEYS), table=st.sampled_from(sorted(".".join(path) for path in TABLES)), value=_TREES)
+@given(key=st.sampled_from(_KEYS), table=st.sampled_from(sorted(".".join(path) for path, _ in TABLES)), value=_TREES)
 def test_any_value_of_any_key_gives_a_scene_or_a_scene_error(tmp_path_factory, key, table, value):
     path = tmp_path_factory.getbasetemp() / "any.yaml"
     path.write_text(GOOD, encoding="utf-8")
@@ -519,7 +509,7 @@ def test_schemas_describe_every_key_and_refuse_others(schema):
 
 def test_the_scene_schema_knows_every_key_and_group():
     schema = scene_schema()
-    for path, model in TABLES.items():
+    for path, model in TABLES:
         mapping = schema["$defs"][model.__name__] if path else schema
         assert set(mapping["properties"]) - {"base"} == set(model.model_fields)
     cable = schema["$defs"]["Cable"]

@@ -8,8 +8,8 @@ import pytest
 from command import rows_of, run, study_file
 
 from cablestudy.scene.study import read_study
-from cablestudy.sweeps import pareto
-from cablestudy.sweeps.pareto import pareto_front
+from cablestudy.study import pareto
+from cablestudy.study.pareto import pareto_front
 from cablestudy.sweeps.select import read_selection
 
 # the third one is over strength, the fourth too slack for its weight

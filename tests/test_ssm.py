@@ -15,7 +15,7 @@ from scipy.io import loadmat
 
 from cablestudy.control import export, statespace
 from cablestudy.scene.scene import load_scene
-from cablestudy.study import plots, ssm, ssm_tables
+from cablestudy.study import plots, ssm, ssm_of_cable, ssm_tables
 from cablestudy.study.case import Case
 
 AXIAL = ("--kinds", "axial", "--modes", "5")
@@ -27,7 +27,7 @@ pytestmark = pytest.mark.usefixtures("folder")
 
 def system_of(path=CARLINA, *sets, **options):
     document, scene = load_scene(path, sets)
-    return ssm.choose(document, scene, ssm.StateSpaceOptions(**options)).system()
+    return ssm_of_cable.choose(document, scene, ssm.StateSpaceOptions(**options)).system()
 
 
 def exported(*arguments):
@@ -292,8 +292,8 @@ def test_bode_plot(folder):
 )
 def test_bode_plot_draws_the_curves(attached, labels):
     document, scene = load_scene(CARLINA)
-    choice = ssm.choose(document, scene, ssm.StateSpaceOptions(attached=attached))
-    span, shown = ssm.read_span("0.1:100:50"), ssm_tables.curves(choice)
+    choice = ssm_of_cable.choose(document, scene, ssm.StateSpaceOptions(attached=attached))
+    span, shown = ssm.read_span("0.1:100:50"), choice.curves()
     frequency, *numbers = ssm_tables.drawn(span, shown)
     magnitude, phase = plots.bode(shown, frequency, *numbers).axes
     drawn = [line.get_label() for line in magnitude.lines]

@@ -10,7 +10,7 @@ from cablestudy.control import response, statespace
 from cablestudy.control.law import Law
 from cablestudy.control.notch import Notch
 from cablestudy.scene.scene import load_scene
-from cablestudy.study import ssm
+from cablestudy.study import ssm, ssm_of_cable
 from cablestudy.study.case import Case
 
 RATIO, GONDOLA_MASS = 0.01, 50.0
@@ -277,10 +277,10 @@ def test_another_law_than_an_integrator(name, location, model):
 @pytest.mark.parametrize("selection", ["all", "third"])
 def test_forces_on_nodes_are_those_of_dense_bars(dense, selection):
     document, scene = load_scene(CARLINA)
-    choice = ssm.choose(document, scene, ssm.StateSpaceOptions(wind=True))
+    choice = ssm_of_cable.choose(document, scene, ssm.StateSpaceOptions(wind=True))
     model = choice.case.end_model
     kept = chosen(model, selection)
-    system = statespace.cable(model, kept, forces=ssm.nodal_forces(choice.case, choice.modes))
+    system = statespace.cable(model, kept, forces=ssm_of_cable.nodal_forces(choice.case, choice.modes))
     K, M, C, _ = dense
     for s in [0j] if selection == "third" else [0j, 5j, 100j]:
         full = K + s * C + s**2 * M
@@ -295,7 +295,7 @@ def test_forces_on_nodes_are_those_of_dense_bars(dense, selection):
 
 def test_forces_on_an_inclined_cable_are_in_global_axes():
     document, scene = load_scene(CARLINA, ["cable.ends=[[0, 0, 0], [120, 80, 116]]"])
-    system = ssm.choose(document, scene, ssm.StateSpaceOptions(wind=True, count=3)).system()
+    system = ssm_of_cable.choose(document, scene, ssm.StateSpaceOptions(wind=True, count=3)).system()
     held = system.response([0j])[0, :, 6:].real.reshape(2, 3, -1, 3)
     # whatever direction a force has, both ends together hold it (statics)
     np.testing.assert_allclose(held.sum(axis=0), -np.eye(3)[:, None] * np.ones((3, 39, 3)), atol=1e-8)

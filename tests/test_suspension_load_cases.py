@@ -10,7 +10,7 @@ import re
 
 import numpy as np
 import pytest
-from command import CONFIGS, run, table_of
+from command import run, table_of
 from references import catenary_mp
 from scenes import cells, scene
 from scipy.optimize import root

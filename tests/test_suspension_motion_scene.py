@@ -8,12 +8,13 @@ import pytest
 from command import run
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scenes import mistakes_of, scene_of
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.actuator_tables import ReactionMass, ReactionWheel
 from cablestudy.scene.carried_mass import actuator_relations
 from cablestudy.scene.control_tables import NotchTable
-from cablestudy.scene.scene import load_scene, quantity_of
+from cablestudy.scene.scene import quantity_of
 from cablestudy.scene.schema import suspension_schema
 from cablestudy.scene.study import read_study
 from cablestudy.study.scene_values import tables_of
@@ -55,18 +56,6 @@ ONE_CABLE = "cable: {chord: 185.8 m, material: aramid, area: 2.69 mm^2, preload:
 @pytest.fixture(autouse=True)
 def _here(folder):
     """In a folder of its own, so that names in messages are short."""
-
-
-def scene_of(text, *sets):
-    Path("s.yaml").write_text(text, encoding="utf-8")
-    return load_scene("s.yaml", sets)[1]
-
-
-def mistakes_of(text, *sets):
-    with pytest.raises(SceneError) as caught:
-        scene_of(text, *sets)
-    assert caught.value.exit_code == 2
-    return [str(mistake) for mistake in caught.value.mistakes]
 
 
 def changed(*pairs):

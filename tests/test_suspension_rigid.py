@@ -58,5 +58,8 @@ def test_another_reference_point():
             total[3:, 3:] -= rigid.cross_matrix(force) @ rigid.cross_matrix(r)
         return total
 
-    moved = rigid.moved_reference(stiffness(np.zeros(3)), offset, forces.sum(axis=0))
+    d = rigid.cross_matrix(offset)
+    k11, k12, k21, k22 = (stiffness(np.zeros(3))[i : i + 3, j : j + 3] for i in (0, 3) for j in (0, 3))
+    corner = k22 + k21 @ d - d @ (k12 + k11 @ d) + rigid.cross_matrix(forces.sum(axis=0)) @ d
+    moved = np.block([[k11, k12 + k11 @ d], [k21 - d @ k11, corner]])
     np.testing.assert_allclose(moved, stiffness(offset), rtol=1e-12, atol=1e-12)

@@ -12,6 +12,7 @@ import pytest
 from command import CONFIGS, LONGEST, calls, run, study_file, table_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scenes import mistakes_of, scene_of
 from scipy.spatial.transform import Rotation
 
 from cablestudy.errors import SceneError
@@ -19,7 +20,7 @@ from cablestudy.scene.document import read_document
 from cablestudy.scene.scene import load_scene, quantity_of, read_scene
 from cablestudy.scene.schema import suspension_schema
 from cablestudy.scene.study import read_study
-from cablestudy.scene.suspension import SUSPENSION_TABLES, WHEEL_TABLES
+from cablestudy.scene.suspension import SUSPENSION_TABLES
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of
 from cablestudy.system.suspension import CORES
@@ -61,22 +62,10 @@ def changed(*pairs, text=GOOD):
     return text
 
 
-def scene_of(text, *sets):
-    Path("s.yaml").write_text(text, encoding="utf-8")
-    return load_scene("s.yaml", sets)[1]
-
-
 def study_on_good(text):
     """A study upon the scene GOOD; its name."""
     Path("s.yaml").write_text(GOOD, encoding="utf-8")
     return study_file("", text, base="s.yaml")
-
-
-def mistakes_of(text, *sets):
-    with pytest.raises(SceneError) as caught:
-        scene_of(text, *sets)
-    assert caught.value.exit_code == 2
-    return [str(mistake) for mistake in caught.value.mistakes]
 
 
 # -------------------------------------------------------------------------------------------------------- what is read
@@ -710,7 +699,7 @@ def test_validate_reports_each_mistake_with_exit_code_2():
 
 def test_the_schema_knows_every_key():
     schema = suspension_schema()
-    for path, model in (*SUSPENSION_TABLES.items(), *WHEEL_TABLES.items()):
+    for path, model in SUSPENSION_TABLES:
         mapping = schema["$defs"][model.__name__] if path else schema
         keys = {field.alias or name for name, field in model.model_fields.items()}
         assert set(mapping["properties"]) - {"base"} == keys

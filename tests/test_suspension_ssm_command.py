@@ -21,7 +21,7 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots
 from cablestudy.study.case import Case
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.node_forces import with_node_forces
+from cablestudy.study.suspension.ssm import with_node_forces
 from cablestudy.system.cables import Cables, FixedModel, Models, fixed_meshes
 from cablestudy.system.coupled import Layout
 from cablestudy.system.linear import LinearSystem

@@ -197,12 +197,6 @@ actuators:
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-@pytest.fixture
 def scene(folder):
     path = folder / "scene.yaml"
     path.write_text(CONTROLLED.format(net=NET), encoding="utf-8")

@@ -234,10 +234,14 @@ def test_front_by_brute_force():
     for size in (0, 1, 2, 5, 40):
         for _ in range(40):
             points = list(map(tuple, random.integers(1, 9, (size, 2)).astype(float)))  # with ties
-            best = [
-                i for i, p in enumerate(points) if not any(q[0] <= p[0] and q[1] <= p[1] and q != p for q in points)
-            ]
-            assert trade.pareto([p[0] for p in points], [p[1] for p in points]) == best
+            best = {
+                str(i) for i, p in enumerate(points)
+                if not any(q[0] <= p[0] and q[1] <= p[1] and q != p for q in points)
+            }  # fmt: skip
+            entries = [Mock(time=time, largest=error) for time, error in points]
+            for place, entry in enumerate(entries):
+                entry.name = str(place)
+            assert trade.Trade([], None, entries).front == best
 
 
 def test_only_models_with_every_column_are_on_the_front():

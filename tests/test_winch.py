@@ -187,8 +187,9 @@ def loop_gain(loop, omega):
     column, sign = (0, -1) if loop.location == "ground" else (3, 1)
     p_end, p_winch = cable.participation[:, 3], cable.participation[:, column]
     receptance = 1 / (cable.omega**2 + s**2 + 2 * cable.damping_ratio * cable.omega * s)
-    own = cable.feedthrough[3, 3] + cable.residual_inertia[3, 3] * square - receptance @ p_end**2
-    driven = cable.feedthrough[3, column] + cable.residual_inertia[3, column] * square - receptance @ (p_end * p_winch)
+    direct = loop_matrix.feedthrough(cable)[3]
+    own = direct[3] + cable.residual_inertia[3, 3] * square - receptance @ p_end**2
+    driven = direct[column] + cable.residual_inertia[3, column] * square - receptance @ (p_end * p_winch)
     control = loop.gain / (1j * omega)
     if loop.notch is not None:
         w1, w2 = loop.notch.omega, loop.notch.rolloff_omega

@@ -1,6 +1,5 @@
 """The wind on the cable: dense matrices with the covariance of all nodes, closed forms, limits; vortices."""
 
-from functools import cache
 from itertools import pairwise, product
 from types import SimpleNamespace
 
@@ -8,7 +7,7 @@ import numpy as np
 import pytest
 from cables import matrices_of_all_nodes
 from command import CARLINA, rows_of, run, table_of
-from scenes import cells, scene
+from scenes import case_of, cells, scene
 from scipy.integrate import trapezoid
 
 from cablestudy.cable.element import Mesh, basis, lagrange
@@ -27,11 +26,6 @@ AIR = "wind.aerodynamic_damping=true"
 VERTICAL = "cable.ends=[[0, 0, 0], [0, 0, 185.8]]"
 SAGGING = "cable.unstretched_length=186.5 m"
 ASIDE = "cable.loads=[{at: 60 m, force: [0, 30 N, -10 N]}]"
-
-
-@cache
-def case_of(*sets):
-    return Case(scene(*sets))
 
 
 def integral(load, ratio, points=4000):

@@ -11,7 +11,7 @@ import scipy.linalg
 from cables import along_x
 from command import CARLINA, process, rows_of, run, study_file, table_of
 from references import loop_matrix
-from scenes import cells, scene
+from scenes import case_of, cells, scene
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
@@ -21,11 +21,6 @@ from cablestudy.wind import gusts
 
 SPEED, LENGTH_SCALE, AREA, DRAG, AIR, INTENSITY = 6.0, 25.0, 0.6, 1.17, 1.2, 0.15  # configs/carlina.yaml
 AUTO = "winch.controller.gain={auto: {gain_margin: 6 dB, sensitivity: 1000}}"
-
-
-@cache
-def case_of(*sets):
-    return Case(scene(*sets))
 
 
 def force(frequency, speed=SPEED):

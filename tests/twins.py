@@ -24,7 +24,6 @@ ENDS = ("ends", "chord", "inclination")
 STATED = ("unstretched_length", "preload", "sag", "tension")
 DRIVE = ("delay", "bandwidth", "max_speed")
 SHARED = ("gravity", "materials", "model", "ground", "exposure", "case")
-COHERENT = 1e9  # coherence length from which the wind on a cable is the same everywhere [m]
 
 # ----------------------------------------------------------------------------------------------- columns of one cable
 
@@ -150,7 +149,7 @@ def swinging(scene):
 def blown(scene, across):
     """The twin in the wind on its cable alone, across the vertical plane of the cable or along it. A mapping.
 
-    The body swings where the scene has a gondola, and is held where it has none. Coherence: see `is_coherent`.
+    The body swings where the scene has a gondola, and is held where it has none. Its wind is the same along the cable.
     """
     twin = swinging(scene) if "gondola" in scene else held(scene)
     begin, end = end_places(scene["cable"])
@@ -161,12 +160,6 @@ def blown(scene, across):
     direction = along + (math.pi / 2 if across else 0.0)
     twin["wind"] = wind | {"on": "cables", "direction": direction, "coherence_decay": 0.0}
     return twin
-
-
-def is_coherent(scene):
-    """Whether the wind is the same along the whole cable, which both files can say; else their coherences differ."""
-    given = scene.get("wind", {}).get("coherence_length")
-    return given is not None and number(given, "m") >= COHERENT
 
 
 def _body(scene, end):

@@ -5,14 +5,7 @@ import itertools
 import click
 
 from cablestudy.cli.error_handling import FAILED_CHECK, NO_ANSWER, echo_notes, interruptible, show
-from cablestudy.cli.options import (
-    EXPLAIN,
-    JOBS,
-    SELECTION,
-    exclude,
-    selection_options,
-    study_command,
-)
+from cablestudy.cli.options import EXPLAIN, JOBS, SELECTION, exclude, selection_options, study_command
 from cablestudy.errors import refuse_options
 
 MOST_DIFFERENCES = 1000  # that a check shows one by one

@@ -316,24 +316,9 @@ def _free_cable(model, chosen, residual, forces):
     chosen = np.arange(len(model.omega)) if chosen is None else np.asarray(chosen, dtype=int)
     source = model.condense(chosen) if residual else model.truncate(chosen)
     n = len(chosen)
-    mass = np.eye(n + ENDS)
-    mass[n:, n:] = source.residual_inertia
-    participation = source.participation
-    stiffness = np.block([[np.diag(source.omega**2), participation], [participation.T, source.feedthrough]])
-    damping, absolute = source.viscous * mass, np.eye(n + ENDS)
+    absolute = np.eye(n + ENDS)
     absolute[:n, n:] = -source.coupling  # amplitudes about the static shapes: q = y - m u
-    if source.uneven:
-        carried = source.carried @ absolute
-        damping = damping - source.viscous * carried.T @ carried
-    if source.strain is None:
-        damping[:n, :n] += np.diag(2 * source.damping_ratio * source.omega)
-        damping[n:, n:] += source.residual_damping
-    else:
-        elastic = source.strain.amount * absolute.T @ source.strain.matrix @ absolute
-        if source.strain.law == "kelvin_voigt":
-            damping = damping + elastic
-        else:
-            stiffness = stiffness + 1j * elastic
+    mass, damping, stiffness = (absolute.T @ part @ absolute for part in source.matrices())
     labels, generalised = (), np.zeros((n + ENDS, 0))
     if forces is not None:
         # y is the absolute movement: the kept modes bring their part of the static forces at the ends

@@ -135,6 +135,7 @@ def loop(
     scene,
     response: Frequencies | None = None,
     time: Duration | None = None,
+    table: Text | None = None,
     input: Text | None = None,
     size: Size | None = None,
     length: Duration | None = None,
@@ -142,24 +143,37 @@ def loop(
     estimate: bool = False,
 ):
     """The loop, or its `response` over a range of frequencies, or what it does in `time`; see `Scene.loop_in_time`."""
+    from cablestudy.study.loop_in_time import TimeOptions
+    from cablestudy.study.ssm import read_span
+
+    span = read_span(response) if response else None
+    asked = TimeOptions(time, input=input, size=size, length=length, output=output) if time else None
+    return scene.solve_loop(scene, span, asked, table, estimate)
+
+
+def solve_loop(scene, span, asked, _, estimate):
+    """`Answer` of the loop.
+
+    Parameters
+    ----------
+    scene : Scene
+    span : (float, float, int) or None
+        From `ssm.read_span`, of its response over frequency.
+    asked : TimeOptions or None
+        For its response in time.
+    table : str or None
+        Of a suspension, the only one that is asked for.
+    estimate : bool
+    """
     from cablestudy.scene.one_cable import NAMES, WIND_KEYS
     from cablestudy.study import loop_report
 
-    if output is not None:
+    if asked and asked.output is not None:
         raise SceneError("--output: no effect: the scene has one cable")
-    span, asked = loop_options(response, time, input=input, size=size, length=length, output=output)
     answer = _of_row(scene, *loop_report.loop_table(scene.document, scene.model, estimate), None)
     if (asked and answer.failures) or not loop_report.has_loop(answer.case):
         return replace(answer, table=None) if asked or span else answer
     return with_loop(answer, scene, answer.case.in_wind, span, asked, names=NAMES, wind_keys=WIND_KEYS)
-
-
-def loop_options(response, time, **timed):
-    """The range of frequencies and the `TimeOptions` of the command `loop`, None each where it is not asked for."""
-    from cablestudy.study.loop_in_time import TimeOptions
-    from cablestudy.study.ssm import read_span
-
-    return read_span(response) if response else None, TimeOptions(time, **timed) if time else None
 
 
 def with_loop(answer, scene, in_wind, span, asked, **named):
@@ -171,7 +185,7 @@ def with_loop(answer, scene, in_wind, span, asked, **named):
     scene : Scene
     in_wind : InWind
     span, asked
-        From `loop_options`.
+        As of `solve_loop`.
     **named
         Of `loop_in_time.time_case`.
     """

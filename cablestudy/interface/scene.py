@@ -28,7 +28,7 @@ from cablestudy.interface.kinds import (
     Texts,
     WindOn,
 )
-from cablestudy.interface.one_cable import ANSWERS
+from cablestudy.interface.one_cable import ANSWERS, solve_loop
 from cablestudy.interface.plain import shown
 from cablestudy.interface.search import find
 from cablestudy.interface.state_space import ssm
@@ -49,7 +49,7 @@ TABLES = ("cable", "gondola", "winch", "wind", "cases")
 NAMED = 120  # characters of path and changes in a representation
 OF_COMMANDS = {
     "absent", "answers", "attachable", "check_state_space", "compute", "compute_cases", "document", "heading",
-    "kept_modes", "loads_key", "loop_key",
+    "kept_modes", "loads_key", "loop_key", "solve_loop",
 }  # fmt: skip
 ONE_CABLE = "no effect: the scene has one cable"
 
@@ -85,6 +85,7 @@ class Scene:
         "trade": compare_models,
         "find": find,
     }
+    solve_loop = staticmethod(solve_loop)
 
     @checked
     def __init__(self, path: Text, changes: Texts, document: Document, model: KeyTable) -> None:
@@ -110,7 +111,7 @@ class Scene:
         return ", ".join(name for name in TABLES if getattr(self.model, name))
 
     def kept_modes(self, options, highest=None):
-        """The modes of a state space, and the module with their tables and curves.
+        """The modes of a state space, their table and curves: `ssm_of_cable.Choice`, of a suspension `CoupledChoice`.
 
         Parameters
         ----------
@@ -118,9 +119,9 @@ class Scene:
         highest : float, optional
             Frequency up to which a response is shown. [Hz]
         """
-        from cablestudy.study import ssm, ssm_tables
+        from cablestudy.study.ssm_of_cable import choose
 
-        return ssm.choose(self.document, self.model, options), ssm_tables
+        return choose(self.document, self.model, options)
 
     @staticmethod
     def check_state_space(options, responds, out):
@@ -359,7 +360,7 @@ class Scene:
             raise SceneError(f"with_: unknown {with_!r} (allowed: {', '.join(self.attachable)})")
         names = {"input": input, "output": output, "proper": proper}
         options = StateSpaceOptions(count=modes, upto=upto, error=error, attached=with_, wind=wind, **names)
-        choice, _ = self.kept_modes(options)
+        choice = self.kept_modes(options)
         for line in choice.warnings:
             warnings.warn(
                 line.removeprefix("warning: "), stacklevel=4

@@ -37,7 +37,7 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
     if asked.attached in scene.absent:
         raise SceneError(scene.absent[asked.attached])
     scene.check_state_space(asked, bool(span), out)
-    choice, tables = scene.kept_modes(asked, span and span[1])
+    choice = scene.kept_modes(asked, span and span[1])
     lines = [*reference_without_loads(scene.model), *choice.warnings]
     if out:
         system = exported(choice.system(), asked)
@@ -48,7 +48,7 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
         lines.append(size_line(choice, choice.system()))
     answer = Answer(explain=lambda: tuple(choice.notes), warnings=tuple(lines), case=choice)
     if span:
-        curves = tables.curves(choice)
+        curves = choice.curves()
         with suppress(NoSolutionError):  # a state space that overflows: then its poles are not known
             span = with_resonances(span, choice.poles)
         return replace(
@@ -57,4 +57,4 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
             draw=lambda plots: _bode(plots, curves, drawn(span, curves), asked.attached),
         )
     loop = (lambda plots: plots.loop_margins(choice.whole)) if asked.attached == "loop" else None
-    return replace(answer, table=None if out else tables.mode_table(choice), draw=loop)
+    return replace(answer, table=None if out else choice.mode_table(), draw=loop)

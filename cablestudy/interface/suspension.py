@@ -3,22 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Set
-from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.interface.answer import Answer, Tables
 from cablestudy.interface.arguments import checked
-from cablestudy.interface.kinds import Duration, Frequencies, Frequency, Modes, Size, Text, WindOn
-from cablestudy.interface.one_cable import (
-    DEFAULT_MODES,
-    fewer_modes,
-    frequency_limit,
-    loop_options,
-    with_loads,
-    with_loop,
-)
+from cablestudy.interface.kinds import Frequency, Modes, Text, WindOn
+from cablestudy.interface.one_cable import DEFAULT_MODES, fewer_modes, frequency_limit, with_loads, with_loop
 from cablestudy.interface.scene import Scene
 from cablestudy.scene.words import counted
 
@@ -28,35 +20,20 @@ if TYPE_CHECKING:
 
 def static(scene, table: Text | None = None, estimate: bool = False):
     """`table`: the only one that is asked for; `estimate` changes nothing: the errors are known."""
-    from cablestudy.study.suspension.notes import notes_of, warnings_of
     from cablestudy.study.suspension.report import static_tables
 
     case, failures = scene.case, []
-    answer = _of_tables(
-        table,
-        static_tables(case, table, failures),
-        case,
-        lambda: notes_of(case),
-        warnings_of(case),
-        lambda plots: plots.suspension_views(case),
-    )
-    return replace(answer, failures=tuple(dict.fromkeys(failures)))
+    tables = static_tables(case, table, failures)
+    return _of_case(case, failures, **_named(table, tables), draw=lambda plots: plots.suspension_views(case))
 
 
 def shape(scene, estimate: bool = False):
     """The static shapes of all cables, point by point; `estimate` changes nothing."""
-    from cablestudy.study.suspension.notes import notes_of, warnings_of
     from cablestudy.study.suspension.report import shape_table
 
     case, failures = scene.case, []
-    return Answer(
-        table=shape_table(case, failures),
-        explain=lambda: notes_of(case),
-        warnings=tuple(warnings_of(case)),
-        failures=tuple(failures),
-        draw=lambda plots: plots.suspension_views(case),
-        case=case,
-    )
+    table = shape_table(case, failures)
+    return _of_case(case, failures, table=table, draw=lambda plots: plots.suspension_views(case))
 
 
 def loads(scene, estimate: bool = False):
@@ -68,7 +45,7 @@ def form(scene, table: Text | None = None):
     """The form of a net by force densities."""
     from cablestudy.study.suspension.report import chosen_tables, form_tables
 
-    return _of_tables(table, chosen_tables(form_tables(scene.model), table))
+    return Answer(**_named(table, chosen_tables(form_tables(scene.model), table)))
 
 
 def modes(
@@ -79,7 +56,6 @@ def modes(
     estimate: bool = False,
 ):
     """Coupled modes, or those of one `cable` between fixed ends; `estimate` changes nothing: the errors are known."""
-    from cablestudy.study.suspension.notes import notes_of, warnings_of
     from cablestudy.study.suspension.report import mode_notes, mode_table
     from cablestudy.study.vibration import diameters_of_coupled_modes, galloping_notes, tension_notes, with_lock_in
 
@@ -89,16 +65,12 @@ def modes(
     found = case.modes(size) if limit is None else case.modes_up_to(limit)
     asked = range(len(found)) if limit is None else found.up_to(limit)
     table, group = mode_table(case, found, asked), case.group
-    return Answer(
+    return _of_case(
+        case,
+        warnings=(*galloping_notes(case.scene.load_case), *fewer_modes(found, size, limit)),
+        notes=lambda: (*mode_notes(case, found, len(asked)), *tension_notes(case.scene, group.cables)),
         table=with_lock_in(table, diameters_of_coupled_modes(table, case.scene)),
-        explain=lambda: (
-            *notes_of(case),
-            *mode_notes(case, found, len(asked)),
-            *tension_notes(case.scene, group.cables),
-        ),
-        warnings=(*warnings_of(case), *galloping_notes(case.scene.load_case), *fewer_modes(found, size, limit)),
         draw=lambda plots, share=None: plots.suspension_modes(case, found, len(asked), share),
-        case=case,
     )
 
 
@@ -106,7 +78,6 @@ def _modes_of_cable(case, name, size, limit):
     """The modes of one cable between its ends where they are, both held."""
     from cablestudy.scene.fields import suggestion
     from cablestudy.study.suspension.linear_motion import wind_diameters
-    from cablestudy.study.suspension.notes import notes_of, warnings_of
     from cablestudy.study.suspension.report import cable_mode_table
     from cablestudy.study.vibration import diameters_of_modes, with_lock_in
 
@@ -115,60 +86,56 @@ def _modes_of_cable(case, name, size, limit):
         raise SceneError(f"--cable {name}: no such cable ({suggestion(name, case.scene.cables)})")
     found = case.modes_of_cable(name, size, limit)
     table, diameter = cable_mode_table(case, name, found), wind_diameters(case.scene)[case.cable(name)]
-    return Answer(
+    return _of_case(
+        case,
+        warnings=fewer_modes(found[1], size, limit),
         table=with_lock_in(table, diameters_of_modes(table, diameter)),
-        explain=lambda: notes_of(case),
-        warnings=(*warnings_of(case), *fewer_modes(found[1], size, limit)),
         draw=lambda plots, share=None: plots.mode_shapes(*found, share),
-        case=case,
     )
 
 
 def windrms(scene, table: Text | None = None, estimate: bool = False):
     """`table`: the only one that is asked for; `estimate`: whether the errors of fixed elements are estimated."""
-    from cablestudy.study.suspension.notes import notes_of, warnings_of
     from cablestudy.study.suspension.wind_report import remarks_of, wind_tables
 
     case = scene.estimated if estimate else scene.case
     tables, failures = wind_tables(scene.document, case, table)
-    remarks = warnings_of(case) if failures else remarks_of(case, tables)
     draw = None if failures else lambda plots: plots.wind_response([case.in_wind])
-    answer = _of_tables(table, tables, case, lambda: notes_of(case), remarks, draw)
-    return replace(answer, failures=failures)
+    remarks = () if failures else remarks_of(case, tables)
+    return _of_case(case, failures, remarks, **_named(table, tables), draw=draw)
 
 
-def loop(
-    scene,
-    response: Frequencies | None = None,
-    time: Duration | None = None,
-    table: Text | None = None,
-    input: Text | None = None,
-    size: Size | None = None,
-    length: Duration | None = None,
-    output: Text | None = None,
-    estimate: bool = False,
-):
-    """The loop, or its `response` over a range of frequencies, or what it does in `time`; see `Scene.loop_in_time`."""
+def solve_loop(scene, span, asked, table, estimate):
+    """`Answer` of the loop, see `one_cable.solve_loop`."""
     from cablestudy.scene.scene import missing
     from cablestudy.study.loop_report import unstable
-    from cablestudy.study.suspension.notes import notes_of, warnings_of
     from cablestudy.study.suspension.wind_report import loop_remarks, loop_tables
 
-    span, asked = loop_options(response, time, input=input, size=size, length=length, output=output)
     if scene.model.control is None:
         raise missing(scene.document, "control", "loop")
     case = scene.estimated if estimate else scene.case
     tables, failures = ({}, ()) if span or asked else loop_tables(case, table)
-    remarks = warnings_of(case) if failures else (*warnings_of(case), *loop_remarks(case, tables))
-    answer = _of_tables(table, tables, case, lambda: notes_of(case), remarks)
-    answer = replace(answer, failures=unstable(case.in_wind.controlled) if span else failures)
-    return with_loop(answer, scene, case.in_wind, span, asked)
+    remarks = () if failures else loop_remarks(case, tables)
+    failures = unstable(case.in_wind.controlled) if span else failures
+    return with_loop(_of_case(case, failures, remarks, **_named(table, tables)), scene, case.in_wind, span, asked)
 
 
-def _of_tables(name, tables, case=None, explain=tuple, warnings=(), draw=None):
-    """The `Answer` of several tables, or of the one of a name."""
-    known = {"table": tables[name]} if name else {"tables": tables}
-    return Answer(**known, explain=explain, warnings=tuple(warnings), draw=draw, case=case)
+def _named(name, tables):
+    """Arguments of an `Answer` with several tables, or with the one of a name."""
+    return {"table": tables[name]} if name else {"tables": tables}
+
+
+def _of_case(case, failures=(), warnings=(), notes=tuple, **parts):
+    """The `Answer` of a `SuspensionCase`, with what is said of it beside `notes`, a function, and `warnings`."""
+    from cablestudy.study.suspension.notes import notes_of, warnings_of
+
+    return Answer(
+        explain=lambda: (*notes_of(case), *notes()),
+        warnings=(*warnings_of(case), *warnings),
+        failures=tuple(dict.fromkeys(failures)),
+        case=case,
+        **parts,
+    )
 
 
 class Suspension(Scene):
@@ -189,9 +156,9 @@ class Suspension(Scene):
         "loads": loads,
         "modes": modes,
         "windrms": windrms,
-        "loop": loop,
-        **{name: Scene.answers[name] for name in ("locus", "ssm", "trade", "find", "limits")},
+        **{name: Scene.answers[name] for name in ("loop", "locus", "ssm", "trade", "find", "limits")},
     }
+    solve_loop = staticmethod(solve_loop)
 
     @property
     def heading(self) -> str:
@@ -225,10 +192,10 @@ class Suspension(Scene):
             return Answer(failures=(str(error),))
 
     def kept_modes(self, options, highest=None):
-        """Coupled modes of a state space, and the module with their tables and curves; see `Scene.kept_modes`."""
-        from cablestudy.study.suspension import ssm
+        """Coupled modes of a state space; see `Scene.kept_modes`."""
+        from cablestudy.study.suspension.ssm import choose
 
-        return ssm.choose(self.document, self.model, options, highest), ssm
+        return choose(self.document, self.model, options, highest)
 
     @staticmethod
     def check_state_space(options, responds, out):

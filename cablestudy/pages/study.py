@@ -1,6 +1,5 @@
 """The results of a study, as sections of a page: rows, their range, pictures, sensitivities, rows without an answer."""
 
-import re
 from functools import partial
 
 from cablestudy.pages.markup import listed, paragraph, text, unit_text
@@ -11,11 +10,10 @@ from cablestudy.study.prepare import prepare
 from cablestudy.study.table import short
 from cablestudy.study.varied_keys import varied_keys
 from cablestudy.sweeps.fingerprint import identity
-from cablestudy.sweeps.run import Run, SweepOptions, has_fixed_elements
+from cablestudy.sweeps.run import NUMBER, Run, SweepOptions, has_fixed_elements
 from cablestudy.sweeps.sensitivity import Sensitivity
 from cablestudy.sweeps.stored import has_all_rows
 
-NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 KINDS = 20  # of notes on rows that are listed
 
 

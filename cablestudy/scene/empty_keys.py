@@ -28,8 +28,8 @@ def empty_keys(document, tables):
     Parameters
     ----------
     document : Document
-    tables : dict
-        Path of each mapping in the file ("*" for any name) -> its model.
+    tables : list of (tuple, type)
+        From `fields.tables_of`.
     """
     for path in document.empty:
         known = keys_at(path[:-1], tables)

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, get_args, get_origin
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, StringConstraints, model_validator
 from pydantic_core import PydanticCustomError, core_schema
@@ -199,19 +199,33 @@ class Either(_Type):
         return {"anyOf": list(self.schemas)}
 
 
-def table_at(tables, path):
-    """The model of the mapping at a path; None when none is there.
+def tables_of(model, path=()):
+    """Each mapping of a file, in the order of its keys: list of (path, model that reads it).
 
     Parameters
     ----------
-    tables : dict
-        Path -> model; "*" stands for any name or index.
-    path : sequence of str and int
+    model : type
+        Subclass of `KeyTable` that reads the whole file.
+    path : tuple of str
+        Where it is; "*" stands for any name or index. What may be of two kinds is there twice.
     """
-    for pattern, model in tables.items():
-        if matches(pattern, path):
-            return model
-    return None
+    found = [(path, model)]
+    for name, field in model.model_fields.items():
+        found += _tables_in(field.annotation, (*path, field.alias or name))
+    return found
+
+
+def _tables_in(kind, path):
+    """`tables_of` the models in the type of a key."""
+    if isinstance(kind, type) and issubclass(kind, KeyTable):
+        return tables_of(kind, path)
+    inside = (*path, "*") if get_origin(kind) in (dict, tuple) else path
+    return [table for part in get_args(kind) for table in _tables_in(part, inside)]
+
+
+def table_at(tables, path):
+    """The model of the mapping at a path of `tables_of`, the first where there are two; None when none is there."""
+    return next((model for pattern, model in tables if matches(pattern, path)), None)
 
 
 def group_mistakes(table, given, optional=False):

@@ -11,7 +11,7 @@ from cablestudy.scene.ranges import MAX_COUNT, MEANINGS, SPACINGS
 from cablestudy.scene.scene import TABLES as SCENE_TABLES
 from cablestudy.scene.schema import BASE
 from cablestudy.scene.study import TABLES as STUDY_TABLES
-from cablestudy.scene.suspension import SUSPENSION_TABLES, WHEEL_TABLES
+from cablestudy.scene.suspension import SUSPENSION_TABLES
 
 KINDS = ("scene", "suspension", "study")
 CONTAINERS = (Annotated, Union, UnionType, tuple, dict)
@@ -54,24 +54,19 @@ def keys_of(kind):
         A scene of one cable, of several, or a study.
     """
     if kind == "study":
-        return [*_walk(STUDY_TABLES.items()), *_ranges()]
-    base = Key("base", "", "", BASE["description"], "")
-    if kind == "scene":
-        return [base, *_walk(SCENE_TABLES.items())]
-    tables = []
-    for path, model in SUSPENSION_TABLES.items():
-        tables += [(path, model), *((path, WHEEL_TABLES[path]) for _ in WHEEL_TABLES.keys() & {path})]
-    return [base, *_walk(tables)]
+        return [*_walk(STUDY_TABLES), *_ranges()]
+    tables = SCENE_TABLES if kind == "scene" else SUSPENSION_TABLES
+    return [Key("base", "", "", BASE["description"], ""), *_walk(tables)]
 
 
 def _walk(tables):
-    """Yield the keys of tables (path -> model), each table after the other, each key once.
+    """Yield the keys of `fields.tables_of` a file, each table after the other, each key once.
 
     What cables of a suspension share with `cable` is listed there only.
     """
-    models, seen = list(tables), set()
-    shared = {(*path[1:], name) for path, model in models if path[:1] == ("cable",) for name in _names(model)}
-    for path, model in models:
+    seen = set()
+    shared = {(*path[1:], name) for path, model in tables if path[:1] == ("cable",) for name in _names(model)}
+    for path, model in tables:
         for name, field in _names(model).items():
             full = (*path, name)
             if full in seen or (full[:2] == ("cables", "*") and full[2:] in shared):

@@ -24,8 +24,8 @@ def collect(error, document, tables):
         Of the model of the whole file.
     document : Document
         What was read.
-    tables : dict
-        Path of each mapping in the file ("*" for an index) -> its model.
+    tables : list of (tuple, type)
+        From `fields.tables_of`.
     """
     return located(findings(error, document.value, tables), document)
 
@@ -128,7 +128,7 @@ def _in_tables(path, tables):
     """
     own, name = path[:-1], path[-1]
     found = []
-    for pattern in tables:
+    for pattern, _ in tables:
         inside = pattern[len(own) :] if matches(pattern[: len(own)], own) else ()
         named = inside and ("*" not in inside or (not own and len(inside) == 2 and inside[0] not in ALIKE))
         if (named or (0 < len(own) < 3 and pattern == OF_CASES)) and name in keys_at(pattern, tables):
@@ -148,7 +148,7 @@ def _missing(path, detail):
 def _groups(value, tables):
     """Exclusive and missing keys in the raw file, because pydantic skips them where a single key is wrong."""
     found = []
-    for pattern, model in tables.items():
+    for pattern, model in tables:
         for path, inside in _inside(value, pattern) if model.table and "loads" not in pattern else ():
             found += [((*path, *key), message) for key, message in model.key_mistakes(inside)]
     return found

@@ -4,33 +4,24 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import Field, ValidationError
 
-from cablestudy.scene.cable_table import CHORD_RANGE, Cable, DampingTable, TensionAt, beyond_the_end
-from cablestudy.scene.control_tables import AutoGain, Controller, Drive, Margin, NotchTable
+from cablestudy.scene.cable_table import CHORD_RANGE, Cable, beyond_the_end
+from cablestudy.scene.control_tables import Controller, Drive
 from cablestudy.scene.document import apply_sets, read_document
 from cablestudy.scene.empty_keys import empty_keys
-from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, suggestion, table_at
+from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, suggestion, tables_of
 from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Correction, Exposure
-from cablestudy.scene.layers import split_key
-from cablestudy.scene.limit_table import Limits, LimitTable, limit_relations
-from cablestudy.scene.load_tables import (
-    EndForces,
-    EndMoves,
-    Ice,
-    Load,
-    LoadCase,
-    ReferenceTable,
-    SteadyWind,
-    paths_of_loads,
-)
-from cablestudy.scene.materials import Material, Materials
+from cablestudy.scene.layers import matches, split_key
+from cablestudy.scene.limit_table import Limits, limit_relations
+from cablestudy.scene.load_tables import LoadCase, paths_of_loads
+from cablestudy.scene.materials import Materials
 from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import ModelTable
 from cablestudy.scene.one_cable import CABLE
 from cablestudy.scene.section import limited
-from cablestudy.scene.stress_strain_table import curve_tables, loaded_by_a_case
+from cablestudy.scene.stress_strain_table import loaded_by_a_case
 from cablestudy.scene.strict_yaml import refuse
-from cablestudy.scene.suspension import SUSPENSION_TABLES, WHEEL_TABLES, is_suspension, read_suspension
+from cablestudy.scene.suspension import SUSPENSION_TABLES, is_suspension, read_suspension
 from cablestudy.scene.units import show
 from cablestudy.scene.wind_tables import Coefficient, Wind
 
@@ -152,34 +143,7 @@ class CableScene(KeyTable):
 NO_CASE = LoadCase.model_construct()
 
 
-# Where each mapping of the file lies ("*": any index) and which model reads it.
-TABLES = {
-    (): CableScene,
-    ("cable",): Cable,
-    ("cable", "damping"): DampingTable,
-    ("cable", "loads", "*"): Load,
-    ("cable", "tension"): TensionAt,
-    ("cable", "reference"): ReferenceTable,
-    **curve_tables("cable"),
-    ("cases", "*"): LoadCase,
-    ("cases", "*", "ice"): Ice,
-    ("cases", "*", "wind"): SteadyWind,
-    ("cases", "*", "loads", "*"): Load,
-    ("cases", "*", "forces"): EndForces,
-    ("cases", "*", "moves"): EndMoves,
-    ("limits", "*"): LimitTable,
-    ("gondola",): Gondola,
-    ("winch",): WinchTable,
-    ("winch", "controller"): Controller,
-    ("winch", "controller", "gain"): AutoGain,
-    ("winch", "controller", "gain", "auto"): Margin,
-    ("winch", "controller", "notch"): NotchTable,
-    ("wind",): Wind,
-    ("correction",): Correction,
-    ("materials", "*"): Material,
-    **curve_tables("materials", "*"),
-    ("model",): ModelTable,
-}
+TABLES = tables_of(CableScene)
 
 
 def quantity_of(key):
@@ -200,8 +164,8 @@ def _fields_of(key):
     path = split_key(key)
     for length in range(len(path), 0, -1):  # the key itself, or what it is a component of
         *table, name = path[:length]
-        models = [table_at(tables, table) for tables in (TABLES, SUSPENSION_TABLES, WHEEL_TABLES)]
-        found = [model.model_fields[name] for model in models if model and name in model.model_fields]
+        models = [model for pattern, model in TABLES + SUSPENSION_TABLES if matches(pattern, table)]
+        found = [model.model_fields[name] for model in models if name in model.model_fields]
         if found:
             return found if length < len(path) else found[:1]
     return []

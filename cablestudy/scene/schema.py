@@ -10,7 +10,7 @@ from cablestudy.scene.materials import materials
 from cablestudy.scene.ranges import MAX_COUNT, MEANINGS, SPACINGS
 from cablestudy.scene.scene import TABLES
 from cablestudy.scene.study import StudyTable
-from cablestudy.scene.suspension import SUSPENSION_TABLES, WHEEL_TABLES
+from cablestudy.scene.suspension import SUSPENSION_TABLES
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 BASE = {"type": "string", "minLength": 1, "description": "File that this one changes, relative to this file"}
@@ -31,28 +31,7 @@ def scene_schema():
     dict
         With `base:` present, keys may be missing; without, the schema asks for all that a scene needs.
     """
-    _, schemas = models_json_schema([(model, "validation") for model in TABLES.values()], schema_generator=_PlainSchema)
-    definitions = schemas["$defs"]
-    schema = definitions["CableScene"]
-    _name_materials(definitions["Cable"])
-    complete = {}
-    for path, model in TABLES.items():
-        table = definitions[model.__name__]
-        complete[path] = _complete(model, table)
-        _allow_parts(model, table)
-    schema["properties"] = {"base": BASE, **schema["properties"], "materials": _materials(schema)}
-    del definitions["CableScene"]
-    definitions["Controller"]["properties"]["notch"]["anyOf"].append({"const": "none"})
-    schema |= {"if": {"required": ["base"]}, "else": _nested(complete)}
-    return {"$schema": DIALECT, "title": "cablestudy scene", **schema, "$defs": definitions}
-
-
-def _allow_parts(model, table):
-    """Let a table of a file lack keys, which `base` may have, but not have keys that exclude each other."""
-    if model.__name__ not in _ALWAYS_WHOLE:
-        table.pop("required", None)
-    if pairs := _exclusions(model.table):
-        table["allOf"] = pairs
+    return _file_schema("scene", TABLES, "Controller")
 
 
 def suspension_schema():
@@ -62,7 +41,11 @@ def suspension_schema():
     -------
     dict
     """
-    tables = [*SUSPENSION_TABLES.items(), *WHEEL_TABLES.items()]
+    return _file_schema("suspension", SUSPENSION_TABLES, "Control")
+
+
+def _file_schema(kind, tables, loop):
+    """JSON Schema of a scene file of a kind, from its `tables_of` and the name of the model with its notch."""
     models = [(model, "validation") for _, model in tables]
     definitions = models_json_schema(models, schema_generator=_PlainSchema)[1]["$defs"]
     complete = {}
@@ -73,11 +56,19 @@ def suspension_schema():
         _allow_parts(model, table)
         if "material" in table["properties"]:
             _name_materials(table)
-    definitions["Control"]["properties"]["notch"]["anyOf"].append({"const": "none"})
-    schema = definitions.pop("SuspensionScene")
+    definitions[loop]["properties"]["notch"]["anyOf"].append({"const": "none"})
+    schema = definitions.pop(tables[0][1].__name__)
     schema["properties"] = {"base": BASE, **schema["properties"], "materials": _materials(schema)}
     schema |= {"if": {"required": ["base"]}, "else": _nested(complete)}
-    return {"$schema": DIALECT, "title": "cablestudy suspension", **schema, "$defs": definitions}
+    return {"$schema": DIALECT, "title": f"cablestudy {kind}", **schema, "$defs": definitions}
+
+
+def _allow_parts(model, table):
+    """Let a table of a file lack keys, which `base` may have, but not have keys that exclude each other."""
+    if model.__name__ not in _ALWAYS_WHOLE:
+        table.pop("required", None)
+    if pairs := _exclusions(model.table):
+        table["allOf"] = pairs
 
 
 def study_schema():

@@ -120,12 +120,6 @@ class StressStrainTable(KeyTable):
             yield [((name, "initial"), low <= start / final <= high, lambda message=message: message)]
 
 
-def curve_tables(*path):
-    """Where the mappings of the key `stress_strain` of a table at a path lie -> their models."""
-    parts = {(*path, "stress_strain", part): PartTable for part in ("outer", "core")}
-    return {(*path, "stress_strain"): StressStrainTable, **parts}
-
-
 def loaded_by_a_case(path, cable, cases):
     """The relation that a conductor after load has load cases, of which the heaviest has stretched it."""
     there = bool(cases) or cable.conductor_state != "after_load"

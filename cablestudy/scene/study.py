@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, Field, StrictBool, StrictStr, ValidationEr
 from cablestudy.errors import SceneError
 from cablestudy.scene.document import MAPPING, STDIN, apply_sets, read_base, read_file
 from cablestudy.scene.entries import ALTERNATIVE, clash, entries_of, entries_of_options
-from cablestudy.scene.fields import Either, KeyTable, Name, Quantity, wrong
+from cablestudy.scene.fields import Either, KeyTable, Name, Quantity, tables_of, wrong
 from cablestudy.scene.layers import replaced_by, split_key
 from cablestudy.scene.likely_mistakes import likely_mistakes
 from cablestudy.scene.mistakes import at_most, collect, located
@@ -91,7 +91,7 @@ class StudyTable(KeyTable):
 SCENE_KEYS = CableScene.model_fields.keys() | SuspensionScene.model_fields.keys()
 OF_SCENE = "unknown key of a study: it is one of a scene, which set changes by dotted keys, as set: {gravity: 9.8}"
 STUDY_KEYS = StudyTable.model_fields.keys() - {"base"}
-TABLES = {(): StudyTable, ("plot",): Plot, ("sample",): Sample, ("find",): Find}
+TABLES = tables_of(StudyTable)
 
 
 class StudyFile:

@@ -7,54 +7,37 @@ from typing import Annotated, Literal
 
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
-from cablestudy.scene.actuator_tables import LIMITS, Actuator, ReactionMass, ReactionWheel, is_wheel
-from cablestudy.scene.cable_table import (
-    CHORD_RANGE,
-    LENGTH_RATIO,
-    NO_CURVES,
-    DampingTable,
-    TensionAt,
-    beyond_the_end,
-    length_ratio,
-)
+from cablestudy.scene.actuator_tables import LIMITS, Actuator, ReactionWheel, is_wheel
+from cablestudy.scene.cable_table import CHORD_RANGE, LENGTH_RATIO, NO_CURVES, beyond_the_end, length_ratio
 from cablestudy.scene.carried_mass import actuator_relations
 from cablestudy.scene.connections import attachment_of, connection_mistakes, unheld, written_connections
-from cablestudy.scene.control_tables import AllocationTable, AutoGain, Control, Drive, Margin, NotchTable
+from cablestudy.scene.control_tables import Control, Drive
 from cablestudy.scene.determinacy import determinacy_mistakes
 from cablestudy.scene.empty_keys import empty_keys
-from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, suggestion
+from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, suggestion, tables_of
 from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Exposure, MarkerCorrection
 from cablestudy.scene.layers import merge
-from cablestudy.scene.limit_table import Limits, LimitTable, limit_relations
-from cablestudy.scene.load_tables import (
-    DeadLoad,
-    IceOnCables,
-    Load,
-    ReferenceTable,
-    SteadyWindOn,
-    SuspensionLoadCase,
-    paths_of_loads,
-)
-from cablestudy.scene.materials import Material, Materials
+from cablestudy.scene.limit_table import Limits, limit_relations
+from cablestudy.scene.load_tables import SuspensionLoadCase, paths_of_loads
+from cablestudy.scene.materials import Materials
 from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import ModelTable
 from cablestudy.scene.references import case_mistakes, reference_mistakes
 from cablestudy.scene.section import limited, within
-from cablestudy.scene.stress_strain_table import curve_tables, loaded_by_a_case
+from cablestudy.scene.stress_strain_table import loaded_by_a_case
 from cablestudy.scene.suspension_tables import (
     MOTIONS,
     Body,
     CableWinch,
     Link,
     PointOrPlace,
-    PointTable,
     SharedCable,
     SuspendedCable,
     Tensions,
 )
 from cablestudy.scene.units import show
-from cablestudy.scene.wind_tables import BodyWind, SuspensionWind
+from cablestudy.scene.wind_tables import SuspensionWind
 
 # Keys of a scene of one cable -> what a suspension has instead.
 INSTEAD = {
@@ -322,47 +305,7 @@ def _turned(angles, place):
     return x, y, z
 
 
-# Where each mapping of the file lies ("*": any name) and which model reads it.
-SUSPENSION_TABLES = {
-    (): SuspensionScene,
-    ("cable",): SharedCable,
-    ("cable", "damping"): DampingTable,
-    ("cable", "reference"): ReferenceTable,
-    ("cable", "loads", "*"): Load,
-    ("cable", "tension"): TensionAt,
-    **curve_tables("cable"),
-    ("points", "*"): PointTable,
-    ("bodies", "*"): Body,
-    ("bodies", "*", "wind"): BodyWind,
-    ("cables", "*"): SuspendedCable,
-    ("cables", "*", "damping"): DampingTable,
-    ("cables", "*", "reference"): ReferenceTable,
-    ("cables", "*", "loads", "*"): Load,
-    ("cables", "*", "tension"): TensionAt,
-    **curve_tables("cables", "*"),
-    ("cases", "*"): SuspensionLoadCase,
-    ("cases", "*", "ice"): IceOnCables,
-    ("cases", "*", "wind"): SteadyWindOn,
-    ("cases", "*", "loads", "*", "*"): Load,
-    ("cases", "*", "forces", "*"): DeadLoad,
-    ("limits", "*"): LimitTable,
-    ("links", "*"): Link,
-    ("winches", "*"): CableWinch,
-    ("tensions",): Tensions,
-    ("control",): Control,
-    ("control", "gain"): AutoGain,
-    ("control", "gain", "auto"): Margin,
-    ("control", "notch"): NotchTable,
-    ("control", "allocation"): AllocationTable,
-    ("actuators", "*"): ReactionMass,
-    ("wind",): SuspensionWind,
-    ("correction",): MarkerCorrection,
-    ("materials", "*"): Material,
-    **curve_tables("materials", "*"),
-    ("model",): ModelTable,
-}
-# The other kind of what lies under actuators.
-WHEEL_TABLES = {("actuators", "*"): ReactionWheel}
+SUSPENSION_TABLES = tables_of(SuspensionScene)
 
 
 def is_suspension(document):
@@ -389,7 +332,7 @@ def read_suspension(document):
     """
     written = document.value.get("actuators")
     wheels = [name for name, value in written.items() if is_wheel(value)] if isinstance(written, dict) else ()
-    tables = {("actuators", name): ReactionWheel for name in wheels} | SUSPENSION_TABLES
+    tables = [(("actuators", name), ReactionWheel) for name in wheels] + SUSPENSION_TABLES
     empty = list(_explained(empty_keys(document, tables)))
     try:
         context = {"materials": document.value.get("materials")}

@@ -11,33 +11,20 @@ class Cache:
     def __init__(self):
         self._cables = {}
 
-    def get(self, cable, key, size, compute):
-        """A result, computed when it is not there.
-
-        Parameters
-        ----------
-        cable, key : hashable
-            What the cable, and what the result beside it, depends on.
-        size : int
-            Numbers in the model: large models are not kept long.
-        compute : callable
-            Without arguments.
-        """
-        results = self._used_last(cable, size)
-        if key not in results:
-            results[key] = compute()
-        return results[key]
-
-    def put(self, cable, key, size, result):
-        """Keep a result that was computed elsewhere."""
-        self._used_last(cable, size)[key] = result
-
     def __contains__(self, where):
         cable, key = where
         return key in self._cables.get(cable, ())
 
-    def _used_last(self, cable, size):
-        """The results of a cable, which becomes the one used last."""
+    def results(self, cable, size):
+        """The results of a cable, which becomes the one used last: dict.
+
+        Parameters
+        ----------
+        cable : hashable
+            What the cable depends on.
+        size : int
+            Numbers in the model: large models are not kept long.
+        """
         results = self._cables.pop(cable, {})
         self._cables[cable] = results
         while len(self._cables) > max(2, min(MAX_CABLES, MAX_NUMBERS // max(size, 1))):
@@ -59,8 +46,11 @@ def shared(*keys):
 
         def get(case):
             if name not in case.known:
-                where = case.key_of(name, keys)
-                case.known[name] = case.cache.get(*where, case.size, lambda: function(case))
+                cable, key = case.key_of(name, keys)
+                results = case.cache.results(cable, case.size)
+                if key not in results:
+                    results[key] = function(case)
+                case.known[name] = results[key]
             return case.known[name]
 
         def put(case, result):

@@ -9,7 +9,7 @@ from cablestudy.control.margins_grid import by_parts
 from cablestudy.control.response import Phase
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.scene.scene import missing
-from cablestudy.study.columns import SENSITIVITY, STATUS
+from cablestudy.study.columns import SENSITIVITY
 from cablestudy.study.row import evaluate_named
 from cablestudy.study.table import Field, Table
 from cablestudy.system.residues import residues
@@ -51,8 +51,7 @@ def loop_table(document, scene, estimate=False):
         if getattr(getattr(scene, table) if table else scene, name) is None:
             raise missing(document, key, "loop")
     columns, row = evaluate_named(document, scene, COLUMNS, "loop", estimate)
-    fields = tuple(column.field for column in columns)
-    return Table((*fields, STATUS), [dict(row.cells)], single=True, errors=row.known_errors), row
+    return row.table(columns), row
 
 
 def has_loop(case):

@@ -4,6 +4,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.document import read_file, resolve_base
+from cablestudy.scene.fields import tables_of
 from cablestudy.scene.materials import Material, Materials, materials
 from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.scene import is_study
@@ -60,7 +61,7 @@ def _materials_of(document):
     try:
         read = TypeAdapter(Materials).validate_python(value)
     except ValidationError as error:
-        mistakes = findings(error, value, {("*",): Material})
+        mistakes = findings(error, value, tables_of(Material, ("*",)))
         raise located([((*path, *inside), message) for inside, message in mistakes], document) from None
     return {name: (material, document.where((*path, name), of_key=True)) for name, material in read.items()}
 

@@ -226,7 +226,8 @@ def give_elements(cases, found):
 
 def _give(case, elements):
     case.model = elements
-    case.cache.put(*case.key_of("model", ()), case.size, elements)
+    cable, key = case.key_of("model", ())
+    case.cache.results(cable, case.size)[key] = elements
 
 
 def solve_models(cases):

@@ -18,16 +18,10 @@ NEVER_COMPARED = "solve_time"  # differs from run to run
 SHOWN_BY = {
     "cable.area": ("area", "diameter"),
     "cable.diameter": ("diameter", "area"),
-    "cable.unstretched_length": ("unstretched_length",),
-    "cable.preload": ("preload",),
-    "cable.sag": ("sag",),
-    "cable.elastic_modulus": ("elastic_modulus",),
-    "cable.density": ("density",),
-    "cable.axial_stiffness": ("axial_stiffness",),
-    "cable.mass_per_length": ("mass_per_length",),
-    "cable.breaking_force": ("breaking_force",),
-    "cable.chord": ("chord",),
-}
+    **{f"cable.{name}": (name,) for name in (
+        "unstretched_length", "preload", "sag", "elastic_modulus", "density", "axial_stiffness", "mass_per_length",
+        "breaking_force", "chord")},
+}  # fmt: skip
 
 
 def prepare(study):

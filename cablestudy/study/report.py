@@ -3,7 +3,7 @@
 import numpy as np
 
 from cablestudy.cable.catenary import split
-from cablestudy.study.columns import COLUMNS, STATUS, lacks
+from cablestudy.study.columns import COLUMNS, lacks
 from cablestudy.study.row import evaluate
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.table import Field, Table
@@ -21,12 +21,9 @@ def static_table(scene, estimate=False):
     kinds = ("scene", "statics", "stiffness")
     columns = [column for column in COLUMNS if column.needs in kinds and not lacks(scene, column)]
     row = evaluate(scene, columns, estimate)
-    state, cells = (), row.cells
-    if scene.cable.stress_strain is not None:
-        state, results = (STATE,), row.case.results
-        cells = cells | {STATE.name: str(results.state[row.case.index])}
-    fields = (*(column.field for column in columns), *state, STATUS)
-    return Table(fields, [cells], single=True, errors=row.known_errors), row
+    if scene.cable.stress_strain is None:
+        return row.table(columns), row
+    return row.table(columns, [(STATE, str(row.case.results.state[row.case.index]))]), row
 
 
 def shape_table(case):

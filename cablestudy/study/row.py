@@ -12,6 +12,7 @@ from cablestudy.study.case import Case
 from cablestudy.study.closed_form import ColumnRequirements, by_elements, closed_form
 from cablestudy.study.columns import (
     DAMPING_RATIO,
+    STATUS,
     find,
     goes_slack,
     is_own,
@@ -23,6 +24,7 @@ from cablestudy.study.refinement import SETTINGS, Refinement, needs_of, referenc
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
 from cablestudy.study.status import MODAL, OVER_STRENGTH, SLACK, has_answer, status_of
+from cablestudy.study.table import Table
 from cablestudy.system.superelement import grows_with_modes
 
 AT_ONCE = 200  # rows whose models are solved at once: bounds the memory
@@ -61,6 +63,12 @@ class Row:
     def failed(self):
         """True if some column cannot be had."""
         return not has_answer(self.cells["status"])
+
+    def table(self, columns, more=()):
+        """The row as a `Table` of some columns and its status, with more cells between them: pairs of `Field`, cell."""
+        fields = (*(column.field for column in columns), *(field for field, _ in more), STATUS)
+        cells = self.cells | {field.name: cell for field, cell in more}
+        return Table(fields, [cells], single=True, errors=self.known_errors)
 
 
 @dataclass

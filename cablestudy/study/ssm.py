@@ -1,4 +1,4 @@
-"""The cable of a scene as a state space: which modes are kept, what is attached, and the file."""
+"""Options of the command `ssm`, of one cable and of suspensions; how many modes are needed; notes, and the file."""
 
 import os
 import re
@@ -9,23 +9,18 @@ import numpy as np
 
 from cablestudy.control import export, statespace
 from cablestudy.control.proper import channels, proper
-from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, refuse_options
+from cablestudy.errors import NoSolutionError, SceneError, refuse_options
 from cablestudy.scene.fields import suggestion
-from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_frequency
-from cablestudy.study.case import MAX_MODES, Case
-from cablestudy.study.case_modes import about_errors, modes
-from cablestudy.study.notes import assumed_damping, strength_warning
+from cablestudy.study.models import MAX_MODES
 from cablestudy.study.table import write_whole
-from cablestudy.system.superelement import GONDOLA, NAMES
+from cablestudy.system.superelement import NAMES
 
 KINDS = {"inplane": "in-plane", "outofplane": "out-of-plane", "axial": "axial"}
 DEFAULT_MODES = 12  # of a model to an accuracy
 LOWEST, HIGHEST = 1e-100, 1e100  # response frequencies, whose squares neither underflow nor overflow [Hz]
 MAX_FREQUENCIES = 10_000_000
-MOST_STATES = 1000  # of which the poles are found in a second or two
 END = "end_2_x"
-NEAR = 20  # times the gondola's frequency: up to there a delay is right at least
 FEW = 12  # names that a message lists all, beside the nearest one
 DAMPING_NOTES = {
     "modal": (),
@@ -173,124 +168,23 @@ def check_file(path):
         raise SceneError(f"--out {path}: cannot be written")
 
 
-@dataclass(frozen=True)
-class Choice:
-    """The cable of a scene with the modes to keep."""
+def left_out(share, chosen, names, residual):
+    """A line on the modes that are not chosen: how many, how much of the inertia between two ends they carry.
 
-    options: StateSpaceOptions
-    case: Case  # with the discretisation that is used
-    modes: object  # `Modes`, all of `case.end_model`
-    chosen: np.ndarray  # indices of the modes to keep
-    about_model: tuple  # notes on the discretisation
-
-    @property
-    def kept(self):
-        """Superelement of the chosen modes."""
-        model = self.case.end_model
-        return model.condense(self.chosen) if self.options.residual else model.truncate(self.chosen)
-
-    def system(self):
-        """The StateSpace of the cable, alone or with gondola or winch loop; NoSolutionError where it overflows."""
-        case, options = self.case, self.options
-        kept = {"chosen": self.chosen, "residual": options.residual}
-        kept["forces"] = nodal_forces(case, self.modes) if options.wind else None
-        if options.attached == "loop":
-            return statespace.closed(self.loop, **kept, highest=self.right_up_to)
-        if options.attached == "gondola":
-            winch = case.scene.winch
-            location = winch.location if winch else "ground"
-            kept["damping"] = case.gondola_air_damping
-            return statespace.coupled(case.end_model, case.scene.gondola.mass, location, **kept)
-        return statespace.cable(case.end_model, **kept)
-
-    @property
-    def whole(self):
-        """The `Movement` that has the loop, stable or not; raises as `InWind.controlled`."""
-        return self.case.in_wind.controlled
-
-    @property
-    def loop(self):
-        """The `WinchLoop` of all modes of `case.end_model`; raises as `whole`, and where no gain can be had."""
-        scene, loop = self.case.scene, self.whole.loop
-        return statespace.WinchLoop(
-            self.case.end_model,
-            scene.gondola.mass,
-            scene.winch.location,
-            loop.gain,
-            loop.notches[0],
-            loop.law,
-            self.case.gondola_air_damping,
-        )
-
-    @property
-    def right_up_to(self):
-        """Frequency up to which the delay of the loop is right; 0 without one. [rad/s]"""
-        law = self.whole.loop.law
-        if not law.delay:
-            return 0.0
-        highest = self.case.end_model.omega[self.chosen].max(initial=0.0)
-        return min(max(highest, NEAR * 2 * np.pi * self.case.gondola_mode.frequency[0]), law.reach)
-
-    @property
-    def poles(self):
-        """Of what a response shows, with gondola or loop none where there are more than MOST_STATES. [rad/s]"""
-        if self.options.attached:
-            a = self.system().a
-            return np.linalg.eigvals(a) if len(a) <= MOST_STATES else np.zeros(0, dtype=complex)
-        kept = self.kept
-        moved = sum(np.abs(np.prod(kept.participation[:, list(pair)], axis=1)) for pair in self.options.pairs)
-        shown = moved > 1e-20 * moved.max(initial=0.0)  # others are zero but for rounding
-        ratio = np.minimum(kept.damping_ratio[shown], 1.0)
-        return kept.omega[shown] * (-ratio + 1j * np.sqrt(1 - ratio**2))
-
-    @property
-    def notes(self):
-        """Notes on what is modelled and what is left out: list of str."""
-        case, options = self.case, self.options
-        share = case.end_model.inertia_share(*options.pair)
-        omitted = float(np.delete(share, self.chosen).sum())
-        static = "kept in D" if options.residual else "left out too"
-        notes = [
-            *self.about_model,
-            *about_errors(case, self.modes.first(int(max(self.chosen, default=-1)) + 1)),
-            f"left out: {len(self.modes) - len(self.chosen)} modes, which carry {omitted:.3g} of the inertia between "
-            f"{' and '.join(options.ends)}; their static part is {static}",
-        ]
-        if options.attached != "loop":
-            notes.append(
-                "not in A, B, C, D: forces at a moved end by its own velocity and acceleration (D1 and D2 of the file; "
-                "--proper takes the acceleration as input, and has them)"
-            )
-        if options.attached == "gondola" and case.scene.winch is None:
-            notes.append("winch: on the ground, since the scene has no winch")
-        if options.attached and case.gondola_air_damping:
-            notes.append(
-                f"aerodynamic damping: {case.gondola_air_damping:.4g} N s/m on the gondola "
-                f"(wind.aerodynamic_damping: false leaves it out)"
-            )
-        if options.attached == "loop" and case.scene.winch.delay:
-            right = self.right_up_to / (2 * np.pi)
-            notes.append(f"delay: Padé approximants, whose phase is right to 1e-7 up to {right:.4g} Hz")
-        strain = case.end_model.strain
-        law = "modal" if strain is None else strain.law
-        return [*notes, *assumed_damping(case.scene), *DAMPING_NOTES[law]]
-
-    @property
-    def warnings(self):
-        """A stress above the strength, a wrong static stiffness, an unstable loop: list of str."""
-        warnings = list(strength_warning(self.case))
-        if not self.options.residual:
-            wrong, right = (float(model.stiffness[GONDOLA, GONDOLA]) for model in (self.kept, self.case.end_model))
-            warnings.append(
-                f"warning: --no-residual leaves out the static part of the omitted modes: "
-                f"static stiffness {wrong:.5g} N/m instead of {right:.5g} N/m"
-            )
-        if self.options.attached == "loop":
-            try:
-                self.case.in_wind.check_stable()
-            except NoSolutionError as error:
-                warnings.append(f"warning: {error}")
-        return warnings
+    Parameters
+    ----------
+    share : ndarray, shape (n,)
+        Of each mode in it. [-]
+    chosen : ndarray of int
+    names : sequence of 2 str
+        Of the ends.
+    residual : bool
+        Whether the static part of these modes is kept.
+    """
+    return (
+        f"left out: {len(share) - len(chosen)} modes, which carry {float(np.delete(share, chosen).sum()):.3g} of the "
+        f"inertia between {' and '.join(names)}; their static part is {'kept in D' if residual else 'left out too'}"
+    )
 
 
 def has_loss_factor(dampings):
@@ -327,77 +221,6 @@ def check_channel(options, responds):
         refuse_options({f"--{name}": given != default and given}, use)
 
 
-def choose(document, scene, options):
-    """Choose the modes to keep.
-
-    Parameters
-    ----------
-    document : Document
-        Of the scene, for the places of mistakes.
-    scene : CableScene
-    options : StateSpaceOptions
-
-    Returns
-    -------
-    Choice
-
-    Raises
-    ------
-    SceneError
-        Gondola or winch is missing, or the model has fewer modes than `options.count`.
-    NoSolutionError, ConvergenceError
-        There are no such modes, or not to the accuracy.
-    """
-    _ = options.pair  # raises SceneError
-    _check_attached(document, scene, options.attached)
-    fixed, before = scene.model.elements is not None, ""
-    size = MAX_MODES if fixed else options.count or DEFAULT_MODES
-    while True:
-        try:
-            case, some, notes, _ = modes(Case(scene), None if options.upto else size, options.limit)
-        except ConvergenceError as failure:
-            raise ConvergenceError(f"{before}{failure}") from None
-        found = case.dynamics.modes(min(case.dynamics.dof, MAX_MODES))
-        try:
-            chosen = _chosen(case, found, len(some), options)
-            break
-        except (SceneError, NoSolutionError) as lacking:
-            if fixed:
-                raise
-            if size == MAX_MODES:
-                raise NoSolutionError(f"{lacking}, and no more than {MAX_MODES} are computed") from None
-            before = f"{lacking} (with a fixed number of model.elements, of all modes of the model); of more, "
-        size = min(2 * size, MAX_MODES)
-    if not options.residual and not found.complete:
-        raise NoSolutionError(f"--no-residual needs every mode of the model, and only {len(found)} are computed")
-    return Choice(options, case, found, chosen, notes)
-
-
-def _check_attached(document, scene, attached):
-    """Refuse a gondola or a winch loop that the scene does not have."""
-    if attached and scene.gondola is None:
-        raise missing(document, "gondola", f"ssm --with {attached}")
-    if attached == "loop" and (scene.winch is None or scene.winch.controller is None):
-        raise missing(document, "winch" if scene.winch is None else "winch.controller", "ssm --with loop")
-
-
-def _chosen(case, found, accurate, options):
-    """Indices of the modes to keep, of the lowest that are accurate; SceneError or NoSolutionError for too few."""
-    allowed = [k for k in found.select() if k < accurate and found.kind[k] in options.kinds_kept]
-    allowed = np.array(allowed, dtype=int)
-    if options.upto:
-        return allowed[found.frequency[allowed] <= options.limit]
-    kinds = "" if options.kinds is None else f"{' and '.join(options.kinds_kept)} "
-    if options.error is not None:
-        share = case.end_model.inertia_share(*options.pair)
-        which = f"the {kinds}ones of the {accurate}" if kinds else f"the {accurate}"
-        return fewest_modes(share, allowed, options.error, which, options.ends)
-    if options.count is not None and len(allowed) < options.count:
-        among = f" among its {accurate} lowest" if kinds else ""
-        raise SceneError(f"--modes {options.count}: the model has {len(allowed)} {kinds}modes{among}")
-    return allowed[: options.count]
-
-
 def fewest_modes(share, allowed, error, which, names):
     """The fewest modes that leave out no more than a share of the inertia.
 
@@ -432,30 +255,6 @@ def fewest_modes(share, allowed, error, which, names):
     order = np.argsort(share[allowed], kind="stable")
     omitted = np.searchsorted(np.cumsum(share[allowed][order]), error - excluded, side="right")
     return allowed[np.sort(order[omitted:])]
-
-
-def nodal_forces(case, modes):
-    """`statespace.Forces` on the interior nodes along x, y and z, numbered from 0 at end 1.
-
-    Parameters
-    ----------
-    case : Case
-    modes : Modes
-        All of `case.end_model`.
-    """
-    frame, inner = case.span.frame, modes.shapes[1:-1]
-    modal = np.einsum("nak,ag->kng", inner, frame).reshape(inner.shape[2], -1)
-    transfer = np.zeros((6, len(inner), 3))
-    for system in case.dynamics.systems:
-        axes = list(system.axes)
-        second = system.end_shapes[1:-1]
-        for end, shapes in enumerate((np.eye(len(axes)) - second, second)):
-            # share of a force along a at a node that an end takes along b
-            transfer[np.ix_([3 * end + b for b in axes], range(len(inner)), axes)] = shapes.transpose(2, 0, 1)
-    both_frames = np.kron(np.eye(2), frame)
-    transfer = both_frames.T @ (transfer @ frame).reshape(6, -1)
-    labels = tuple((f"force_node_{k + 1}_{axis}", "N") for k in range(len(inner)) for axis in "xyz")
-    return statespace.Forces(modal, transfer, labels)
 
 
 def exported(system, options):

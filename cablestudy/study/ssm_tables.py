@@ -1,37 +1,20 @@
-"""Tables of the command `ssm`: kept modes and frequency responses."""
+"""Frequency responses of the command `ssm`: their frequencies, resonances among them, as tables and as pictures."""
 
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
 
 from cablestudy.control import response
-from cablestudy.study.report import PARTICIPATION, modes_as_rows
 from cablestudy.study.table import Field, Table
-from cablestudy.system.superelement import GONDOLA, GROUND
 
-PLACES = {"ground": "A, winch on the ground", "gondola": "B, winch on the gondola"}
 WITHIN = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # frequencies about a resonance, in its half-widths
 RESONANT = 0.5**0.5  # damping ratio from which a motion has no peak over frequency
 UNDAMPED, EQUAL = 1e-12, 1e-9  # damping ratio of an undamped motion; relative distance of equal frequencies
 DRAWN = 5000  # groups of neighbouring frequencies in a picture
-
-
-def mode_table(choice):
-    """Table of the modes that a `Choice` keeps."""
-    model = choice.case.end_model
-    participation = np.abs(model.participation[:, [GROUND, GONDOLA]])
-    participation = np.where(participation > 1e-12 * participation.max(initial=0.0), participation, 0.0)
-    more = {
-        Field("damping_ratio", "damping ratio"): model.damping_ratio,
-        Field("participation_end_1", "participation end 1", PARTICIPATION): participation[:, 0],
-        Field("participation_end_2", "participation end 2", PARTICIPATION): participation[:, 1],
-    }
-    return modes_as_rows(choice.case, choice.modes, choice.chosen, more)
 
 
 @dataclass(frozen=True)
@@ -42,30 +25,6 @@ class Curve:
     label: str
     unit: str
     value: Callable  # frequencies, shape (m,) [Hz] -> complex, shape (m,) [unit]
-
-
-def curves(choice):
-    """List of `Curve` of one unit: A and B with a gondola, x/F with a loop, else force over displacement."""
-    case, options, model = choice.case, choice.options, choice.kept
-    if options.attached == "gondola":
-        gondola = case.scene.gondola.mass, case.gondola_air_damping
-        return [
-            Curve(place, label, "", partial(response.winch_to_gondola, model, *gondola, place))
-            for place, label in PLACES.items()
-        ]
-    if options.attached == "loop":
-        label = "gondola position over the force on it, loop closed"
-        return [Curve("", label, "m/N", partial(response.position, choice.loop, model))]
-    pairs, ends = options.pairs, options.all_ends
-    return [
-        Curve(
-            f"{end}_over_{displaced}" if len(pairs) > 1 else "",
-            f"force at {end} over displacement of {displaced}".replace("_", " "),
-            "N/m",
-            partial(response.between_ends, model, *pair),
-        )
-        for pair, (displaced, end) in zip(pairs, ends, strict=True)
-    ]
 
 
 class FrequencyGrid(NamedTuple):

@@ -20,6 +20,7 @@ from cablestudy.scene.scene import missing
 from cablestudy.study.all_columns import find, why_not
 from cablestudy.study.closed_form import DISCRETE
 from cablestudy.study.columns import ROUNDING, STATUS, relative
+from cablestudy.study.pareto import pareto_front
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.status import MODAL
 from cablestudy.study.table import Field, Table, short
@@ -265,14 +266,14 @@ class Trade:
     @cached_property
     def front(self):
         """Set of names: the Pareto front of time and largest error, among the models that have every column."""
-        complete = [entry for entry in self.entries if entry.largest is not None]
-        return {complete[k].name for k in pareto([e.time for e in complete], [e.largest for e in complete])}
+        complete = [(entry.time, entry.largest, entry) for entry in self.entries if entry.largest is not None]
+        return {entry.name for entry in _on_front(complete)}
 
     def front_of(self, column):
         """List of Measurement: the Pareto front of one column and its time alone, fastest first."""
-        able = [entry for entry in self.entries if column.name in entry.times]
-        chosen = pareto([e.times[column.name] for e in able], [e.errors[column.name] for e in able])
-        return sorted((able[k] for k in chosen), key=lambda entry: entry.times[column.name])
+        name = column.name
+        able = [(entry.times[name], entry.errors[name], entry) for entry in self.entries if name in entry.times]
+        return sorted(_on_front(able), key=lambda entry: entry.times[name])
 
     def fastest(self, column, target):
         """Name and time of the fastest model whose error in one column is at most a target; of equals the first."""
@@ -285,14 +286,10 @@ class Trade:
         return "none"
 
 
-def pareto(times, errors):
-    """Ascending indices of the points on the Pareto front: no other is at most as large in both, smaller in one."""
-    points = list(zip(times, errors, strict=True))
-    return [
-        k
-        for k, (time, error) in enumerate(points)
-        if not any(t <= time and e <= error and (t, e) != (time, error) for t, e in points)
-    ]
+def _on_front(points):
+    """The models on the Pareto front of times, errors and models: list of Measurement."""
+    numbers = np.array([point[:2] for point in points], dtype=float).reshape(-1, 2)
+    return [entry for (*_, entry), best in zip(points, pareto_front(numbers), strict=True) if best]
 
 
 def compare(scene, columns, repeats=5, models=None):

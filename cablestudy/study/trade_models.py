@@ -142,14 +142,19 @@ def models_of(scene, columns):
     }
     for accuracy in ACCURACIES:
         add("error control", f"accuracy {power(accuracy)}", partial(_controlled, accuracy), **row)
-    for mass in MASSES:
-        for n in BARS:
-            add(f"{mass} bars", f"{n} {mass} bars", partial(fixed, n, 1, mass))
-    for n, p in [(1, order) for order in ORDERS] + list(SEVERAL):
-        add("high order" if n == 1 else "several of high order", f"{n} x order {p}", partial(_spectral, n, p))
+    for family, name, n, order, mass in element_models():
+        add(family, name, partial(fixed if order == 1 else _spectral, n, order, mass))
     if scene.gondola is not None:
         _add_of_gondola(add)
     return [model for model in found if any(column.needs in model.needs for column in columns)]
+
+
+def element_models():
+    """Yield family, name, elements (of high order those of each segment), order and mass of fixed elements."""
+    for mass in MASSES:
+        yield from ((f"{mass} bars", f"{n} {mass} bars", n, 1, mass) for n in BARS)
+    for n, order in [(1, order) for order in ORDERS] + list(SEVERAL):
+        yield "high order" if n == 1 else "several of high order", f"{n} x order {order}", n, order, "lumped"
 
 
 def _add_of_gondola(add):
@@ -195,8 +200,8 @@ def fixed_to(accuracy, scene, _=()):
     return Case(with_accuracy(scene, accuracy))
 
 
-def _spectral(elements, order, scene, _):
-    return fixed(elements * (1 + load_count(scene)[1]), order, "lumped", scene)
+def _spectral(elements, order, mass, scene, _):
+    return fixed(elements * (1 + load_count(scene)[1]), order, mass, scene)
 
 
 def _controlled(accuracy, scene, columns):

@@ -8,10 +8,10 @@ import numpy as np
 from cablestudy.errors import CablestudyError
 from cablestudy.study.case import Case
 from cablestudy.study.case_modes import modes
-from cablestudy.study.columns import GONDOLA_X, STATUS, find
+from cablestudy.study.columns import GONDOLA_X, find
 from cablestudy.study.notes import beyond_linear, gondola_notes, growing_damping, larger_by_loop, slack_warning
 from cablestudy.study.row import evaluate_named
-from cablestudy.study.table import Field, Table
+from cablestudy.study.table import Field
 from cablestudy.system.cables import UNDAMPED, Cables
 from cablestudy.wind.drag import shedding_frequencies
 from cablestudy.wind.imaging import seen_weights
@@ -66,15 +66,12 @@ def wind_table(document, scene, on=None, estimate=False):
         return _bare_cable_table(document, scene, estimate)
     on = on or "gondola"
     columns, row = evaluate_named(document, scene, _names(scene, PARTS[on]), "windrms", estimate)
-    fields, cells, remarks = [column.field for column in columns], dict(row.cells), ()
+    cells, more, remarks = row.cells, [], ()
     if not row.failed:
         shares, integration = _integrals(row.case, on)
         for limit, share in zip(BELOW, shares, strict=True):
-            name = f"variance_share_below_{limit:g}_Hz"
-            fields.append(Field(name, f"variance share below {limit:g} Hz"))
-            cells[name] = share
-        fields.append(Field("integration_error", "integration error"))
-        cells["integration_error"] = integration
+            more.append((Field(f"variance_share_below_{limit:g}_Hz", f"variance share below {limit:g} Hz"), share))
+        more.append((Field("integration_error", "integration error"), integration))
         remarks = (*(f"note: {line}" for line in gondola_notes(row.case)), *_vortices(row.case))
         remarks += growing_damping(scene)
         remarks += beyond_linear([("gondola", *_peak_and_range(row.case, cells))])
@@ -84,7 +81,7 @@ def wind_table(document, scene, on=None, estimate=False):
         remarks += slack_warning(row)
     if on != "gondola":
         row = replace(row, notes=(*row.notes, CABLE_NOTE))
-    return Table((*fields, STATUS), [cells], single=True, errors=row.known_errors), row, remarks
+    return row.table(columns, more), row, remarks
 
 
 def _names(scene, parts):
@@ -115,8 +112,7 @@ def _bare_cable_table(document, scene, estimate):
     columns, row = evaluate_named(document, scene, (*CABLE, *_strength(scene)), "windrms", estimate)
     remarks = () if row.failed else (*_vortices(row.case), *slack_warning(row))
     row = replace(row, notes=(*row.notes, BARE_NOTE))
-    fields, cells = [column.field for column in columns], dict(row.cells)
-    return Table((*fields, STATUS), [cells], single=True, errors=row.known_errors), row, remarks
+    return row.table(columns), row, remarks
 
 
 def _integrals(case, on):

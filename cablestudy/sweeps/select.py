@@ -7,8 +7,8 @@ import pandas
 
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.scene.words import counted
+from cablestudy.study.pareto import pareto_front
 from cablestudy.sweeps.condition import parse
-from cablestudy.sweeps.pareto import pareto_front
 from cablestudy.sweeps.rows import LazyRows
 from cablestudy.sweeps.variable import Variable, variable
 

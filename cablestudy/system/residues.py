@@ -47,12 +47,6 @@ class Eigen:
         return self.values[self.values.imag >= 0] if self.one_sided else self.values
 
 
-def poles_of(a):
-    """`Eigen.poles` of a matrix, without its eigenvectors."""
-    values = np.linalg.eigvals(a)
-    return values[values.imag >= 0] if np.iscomplexobj(a) else values
-
-
 def eigen(a):
     """`Eigen` of a matrix, shape (N, N).
 

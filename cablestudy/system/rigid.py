@@ -117,33 +117,3 @@ def at_attachments(stiffness, first, second):
     matrix[..., :3, :3], matrix[..., :3, 3:] = stiffness, coupled
     matrix[..., 3:, :3], matrix[..., 3:, 3:] = left @ stiffness, left @ coupled
     return matrix
-
-
-def moved_reference(stiffness, offset, force):
-    """6x6 stiffness of a body at another reference point.
-
-    Parameters
-    ----------
-    stiffness : ndarray, shape (..., 6, 6)
-        At P.
-    offset : ndarray, shape (..., 3)
-        d, from P to the other point, global axes. [m]
-    force : ndarray, shape (..., 3)
-        F, the net force on the body of the loads that the stiffness counts: zero in equilibrium under all of them. [N]
-
-    Returns
-    -------
-    ndarray, shape (..., 6, 6)
-        At P + d.
-
-    Notes
-    -----
-    With D = [d x]: K12' = K12 + K11 D, K21' = K21 - D K11, K22' = K22 + K21 D - D (K12 + K11 D) + [F x] D.
-    """
-    d = cross_matrix(offset)
-    k11, k12, k21, k22 = (stiffness[..., i : i + 3, j : j + 3] for i in (0, 3) for j in (0, 3))
-    moved = np.empty(np.broadcast_shapes(stiffness.shape, (*d.shape[:-2], 6, 6)))
-    moved[..., :3, :3], moved[..., :3, 3:] = k11, k12 + k11 @ d
-    moved[..., 3:, :3] = k21 - d @ k11
-    moved[..., 3:, 3:] = k22 + k21 @ d - d @ (k12 + k11 @ d) + cross_matrix(force) @ d
-    return moved

@@ -115,12 +115,6 @@ class Superelement:
     air: np.ndarray | None = None
     near: "Superelement | None" = field(default=None, repr=False)
 
-    @property
-    def feedthrough(self):
-        """D: static stiffness plus what the modes take off it, shape (6, 6). [N/m]"""
-        scaled = self.participation / self.omega[:, None]
-        return self.stiffness + scaled.T @ scaled
-
     @cached_property
     def coupling(self):
         """m: modal momentum per velocity of the ends, shape (n, 6). [sqrt(kg)]"""

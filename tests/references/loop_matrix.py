@@ -13,13 +13,19 @@ import numpy as np
 START, END = 0, 3  # x of end 1, x of end 2
 
 
+def feedthrough(cable):
+    """D: static stiffness plus what the modes take off it, shape (6, 6). [N/m]"""
+    scaled = cable.participation / cable.omega[:, None]
+    return cable.stiffness + scaled.T @ scaled
+
+
 def matrices(loop, gain):
     """A of the closed loop of modal damping, and the column of a force on the gondola; gain in rad/s.
 
     States: q, q', x, x', n, n', y; the gondola's place is state `place(A)`, its velocity the next one.
     """
     cable, n = loop.cable, len(loop.cable.omega)
-    D, R = cable.feedthrough, cable.residual_inertia
+    D, R = feedthrough(cable), cable.residual_inertia
     ground = loop.location == "ground"
     winch, sign = (START, -1.0) if ground else (END, 1.0)
     size = 2 * n + 5

@@ -15,6 +15,7 @@ from cablestudy.study.closed_form import ColumnRequirements
 from cablestudy.study.models import solve_models
 from cablestudy.study.refinement import Refinement, needs_of, refine
 from cablestudy.study.results import Results
+from cablestudy.study.scene_values import SceneValues
 
 
 class CablesAtRest(Results):
@@ -22,18 +23,18 @@ class CablesAtRest(Results):
 
     Parameters
     ----------
+    scene : SuspensionScene
+        An exact choice of elements follows the drag of a steady wind.
     catenary : Catenary
         Of shape (c,).
-    exact : bool
-        Whether their elements are an exact choice, which follows the drag of a steady wind.
     drag : SteadyDrag or None
         As of `FixedModel`.
     """
 
-    def __init__(self, catenary, exact, drag):
-        super().__init__(None)
+    def __init__(self, scene, catenary, drag):
         count = len(catenary.span.chord)
-        self.catenary, self._exact = catenary, exact
+        super().__init__(SceneValues([scene] * count))
+        self.catenary, self._exact = catenary, scene.model.elements is not None
         self.drag = SteadyDrag(np.zeros(count), np.zeros((count, 3))) if drag is None else drag
 
     @property
@@ -61,14 +62,13 @@ class CableModes:
 
     Parameters
     ----------
-    scene : SuspensionScene
-    catenary, drag
+    scene, catenary, drag
         As of `CablesAtRest`.
     """
 
     def __init__(self, scene, catenary, drag):
         self._scene, self._cases = scene, {}
-        self._results = CablesAtRest(catenary, scene.model.elements is not None, drag)
+        self._results = CablesAtRest(scene, catenary, drag)
 
     def _case(self, name):
         """`Case` of the cable of a name."""

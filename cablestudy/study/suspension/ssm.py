@@ -1,30 +1,29 @@
 """A suspension as a state space: which coupled modes are kept, between which inputs and outputs."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
 from cablestudy.control.statespace import state_space_of
-from cablestudy.control.suspension import labels, second_order
+from cablestudy.control.suspension import labels, outward, second_order
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, refuse_options
-from cablestudy.study.ssm import DEFAULT_MODES, fewest_modes
-from cablestudy.study.ssm_tables import Curve
+from cablestudy.study.ssm import DEFAULT_MODES, fewest_modes, left_out
 from cablestudy.study.suspension.body_mode import MOST_MODES
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.linear_motion import markers_of, winches_of
-from cablestudy.study.suspension.node_forces import with_node_forces
 from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning
 from cablestudy.study.suspension.report import mode_notes
-from cablestudy.study.suspension.report import mode_table as coupled_mode_table
-from cablestudy.study.suspension.ssm_control import choose_controlled, pairs_of
+from cablestudy.study.suspension.ssm_control import CoupledChoice, choose_controlled, pairs_of, response_unit
 from cablestudy.system.coupled import Layout
+from cablestudy.system.linear import dense
+from cablestudy.wind.strips import nodal_shapes
 
 RESPONSE_MODES = 96  # beyond which a response does not ask for more by itself
 
 
 @dataclass(frozen=True)
-class SuspensionChoice:
+class SuspensionChoice(CoupledChoice):
     """A suspension with the coupled modes to keep.
 
     Attributes
@@ -57,51 +56,37 @@ class SuspensionChoice:
         """1/W^2 of all modes of the linear model, see `LinearSystem.strain_modes`. [s^2]"""
         return self.whole.strain_modes[0]
 
-    @property
-    def inputs(self):
-        """Name and unit of each input."""
-        return self.whole.inputs
-
-    @property
-    def outputs(self):
-        """Name and unit of each output."""
-        return self.whole.outputs
-
-    @property
-    def pair(self):
-        """The first of the pairs."""
-        return self.pairs[0]
-
     def response(self, pair, frequency):
         """The output of a pair for a unit of its input, shape (m,), at frequencies [Hz]."""
-        return self.kept.response(*pair, frequency)
+        return self.shown.response(*pair, frequency)
 
     @property
-    def poles(self):
-        """Of what a response shows. [rad/s]"""
-        return np.linalg.eigvals(self.system().a)
+    def names(self):
+        """Names of the input and the output of the first pair."""
+        output, input_ = self.pairs[0]
+        return self.whole.inputs[input_][0], self.whole.outputs[output][0]
+
+    @property
+    def share(self):
+        """Share of each mode in the inertia between these, see `LinearSystem.inertia_share`, shape (n,). [-]"""
+        return self.whole.inertia_share(*self.pairs[0])
 
     @cached_property
-    def kept(self):
+    def shown(self):
         """`LinearSystem` of the chosen modes."""
         return self.whole.keep(self.chosen) if self.residual else self.whole.truncate(self.chosen)
 
     def system(self):
         """The `StateSpace`; NoSolutionError where it overflows."""
-        return state_space_of(self.kept, self.whole)
+        return state_space_of(self.shown, self.whole)
 
     @property
     def notes(self):
         """Notes on what is modelled and what is left out: list of str."""
-        omitted = float(np.delete(self.whole.inertia_share(*self.pair), self.chosen).sum())
-        output, input_ = self.pair
-        names = f"{self.whole.inputs[input_][0]} and {self.whole.outputs[output][0]}"
-        static = "kept in D" if self.residual else "left out too"
         return [
             *notes_of(self.case),
             *mode_notes(self.case, self.found, int(max(self.chosen, default=-1)) + 1),
-            f"left out: {len(self.modes) - len(self.chosen)} modes, which carry {omitted:.3g} of the inertia between "
-            f"{names}; their static part is {static}",
+            left_out(self.share, self.chosen, self.names, self.residual),
             "not in A, B, C, D: what velocity and acceleration of winches and forces add to tensions at once"
             " (D1 and D2 of the file)",
             *_no_winches(self.case.scene),
@@ -111,24 +96,18 @@ class SuspensionChoice:
     @property
     def warnings(self):
         """A stress above the strength, a response beyond the modes kept: list of str."""
-        kept, found = self.found.frequency[self.chosen], [*strength_warning(self.case), *self._truncated()]
-        if self.highest is None or kept.max(initial=0.0) >= self.highest or len(self.chosen) == len(self.modes):
-            return found
-        last = f"the highest mode kept is at {kept.max():.4g} Hz" if len(kept) else "no mode is kept"
-        part = "only the static part" if self.residual else "nothing"
-        return [*found, f"warning: {last}: of those above {part} is in the response; see --modes and --upto"]
+        return [*strength_warning(self.case), *self._truncated(), *self._response_beyond()]
 
     def _truncated(self):
         """What a truncation makes of the static response of the first pair: at most one line."""
         if self.residual:
             return
-        (output, input_), still = self.pair, np.zeros(1)
-        wrong, right = (float(one.response(output, input_, still)[0].real) for one in (self.kept, self.whole))
-        names = f"{self.outputs[output][0]} to {self.inputs[input_][0]}"
-        unit = response_unit(self.outputs[output][1], self.inputs[input_][1])
+        (output, input_), still, (below, above) = self.pairs[0], np.zeros(1), self.names
+        wrong, right = (float(one.response(output, input_, still)[0].real) for one in (self.shown, self.whole))
+        unit = response_unit(self.whole.outputs[output][1], self.whole.inputs[input_][1])
         yield (
             "warning: --no-residual leaves out the static part of the omitted modes: static response of "
-            f"{names} {wrong:.5g} {unit} instead of {right:.5g} {unit}".replace("  ", " ").rstrip()
+            f"{above} to {below} {wrong:.5g} {unit} instead of {right:.5g} {unit}".replace("  ", " ").rstrip()
         )
 
 
@@ -219,10 +198,8 @@ def _fewest(case, options, highest):
             raise ConvergenceError(f"{before}{failure}") from None
         every = np.arange(len(found))
         choice = _choice(case, options, found, every, highest)
-        (output, _), (input_, _) = choice.outputs[choice.pair[0]], choice.inputs[choice.pair[1]]
-        share = choice.whole.inertia_share(*choice.pair)
         try:
-            chosen = fewest_modes(share, every, options.error, f"the {len(found)}", (input_, output))
+            chosen = fewest_modes(choice.share, every, options.error, f"the {len(found)}", choice.names)
         except NoSolutionError as lacking:
             if len(found) < size or size == MOST_MODES:
                 raise
@@ -259,23 +236,46 @@ def linear_model(case, found, nodes=False):
     return with_node_forces(system, found.layout, found.solution.models, kept) if nodes else system
 
 
-def response_unit(above, below):
-    """Unit of an output over an input, from theirs; empty where they are equal."""
-    return "" if above == below else f"{above}/{f'({below})' if ' ' in below else below}"
+def with_node_forces(system, layout, models, kept):
+    """A `LinearSystem` of `control.suspension.second_order` with forces on inner nodes as further inputs.
 
+    Parameters
+    ----------
+    system : LinearSystem
+        In the coordinates of cables and bodies; its last outputs are the tensions, two of each cable.
+    layout : Layout
+    models : Models
+        Of the c cables.
+    kept : list of Kept
+        Their coordinates in the system.
 
-def mode_table(choice):
-    """Table of the modes that a choice keeps."""
-    return coupled_mode_table(choice.case, choice.found, choice.chosen)
-
-
-def curves(choice):
-    """List of `Curve`: each output over each input."""
-    found = []
-    for output, input_ in choice.pairs:
-        (above, above_unit), (below, below_unit) = choice.outputs[output], choice.inputs[input_]
-        unit = response_unit(above_unit, below_unit)
-        name = f"{above}_over_{below}" if len(choice.pairs) > 1 else ""
-        value = partial(choice.response, (output, input_))
-        found.append(Curve(name, f"response of {above} to {below}", unit, value))
-    return found
+    Returns
+    -------
+    LinearSystem
+        With the inputs `CABLE.force_node_1_x` and so on, global axes, numbered from the end `from` on. [N]
+    """
+    names, (direction, _) = layout.equilibrium.suspension.cable_names, outward(layout.equilibrium)
+    sizes, ends = [len(one.element.omega) for one in kept], dense(layout.moved)
+    begin, tensions = np.cumsum([0, *sizes]), len(system.outputs) - 2 * len(kept)
+    forces, direct, labels = [], [], []
+    for cable, _, _, shapes in nodal_shapes(models, kept, np.flatnonzero(models.cables.heavy)):
+        moved, size = shapes[1:-1].reshape(-1, shapes.shape[-1]), sizes[cable]
+        force, through = np.zeros((len(system), len(moved))), np.zeros((len(system.outputs), len(moved)))
+        force[begin[cable] : begin[cable + 1]] = moved[:, :size].T
+        force[begin[-1] :] = ends[6 * cable : 6 * cable + 6].T @ moved[:, size:].T
+        # what the ends take statically is no force of the cable on them
+        taken = moved[:, size:].reshape(-1, 2, 3)
+        through[tensions + 2 * cable : tensions + 2 * cable + 2] = -np.einsum("ea,fea->ef", direction[cable], taken)
+        forces.append(force)
+        direct.append(through)
+        nodes = range(1, len(shapes) - 1)
+        labels += [(f"{names[cable]}.force_node_{node}_{axis}", "N") for node in nodes for axis in "xyz"]
+    if not forces:
+        return system
+    forces, direct = np.concatenate(forces, axis=1), np.concatenate(direct, axis=1)
+    return replace(
+        system,
+        b=tuple(np.concatenate([part, forces * (order == 0)], axis=1) for order, part in enumerate(system.b)),
+        d=tuple(np.concatenate([part, direct * (order == 0)], axis=1) for order, part in enumerate(system.d)),
+        inputs=(*system.inputs, *labels),
+    )

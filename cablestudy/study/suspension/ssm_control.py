@@ -1,7 +1,7 @@
 """A suspension with its actuators, and with the loop of its winches, as a state space: how many modes are kept."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -12,9 +12,11 @@ from cablestudy.control.suspension import labels
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.study.ssm import number_of
+from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.in_wind import COUNTS
 from cablestudy.study.suspension.notes import damping_notes, law_notes, notes_of, strength_warning
+from cablestudy.study.suspension.report import mode_table
 from cablestudy.system.linear import solved
 
 MOST = 160  # modes beyond which a response does not ask for more by itself
@@ -23,8 +25,53 @@ NEEDS = {"loop": "control", "actuators": "actuators"}  # keys of the scene
 TURNS = ("roll", "pitch", "yaw")
 
 
+class CoupledChoice:
+    """Modes that a state space keeps of a suspension, with or without control, their table and its responses.
+
+    Subclasses have the `case`, the `CoupledModes` that were `found` and which of them are `chosen`, the `pairs` of
+    outputs and inputs of a response, its `highest` frequency, and whether the static part of other modes is kept
+    (`residual`); `shown`, with names and units of `inputs` and `outputs`; and `response` of a pair.
+    """
+
+    residual = True
+
+    @property
+    def poles(self):
+        """Of what a response shows. [rad/s]"""
+        return np.linalg.eigvals(self.system().a)
+
+    def mode_table(self):
+        """Table of the modes that are kept."""
+        return mode_table(self.case, self.found, self.chosen)
+
+    def curves(self):
+        """List of `Curve`: each output over each input."""
+        found = []
+        for output, input_ in self.pairs:
+            (above, above_unit), (below, below_unit) = self.shown.outputs[output], self.shown.inputs[input_]
+            unit = response_unit(above_unit, below_unit)
+            name = f"{above}_over_{below}" if len(self.pairs) > 1 else ""
+            value = partial(self.response, (output, input_))
+            found.append(Curve(name, f"response of {above} to {below}", unit, value))
+        return found
+
+    def _response_beyond(self):
+        """Yield a warning where a response is asked for beyond the modes that are kept, and others are left out."""
+        kept = self.found.frequency[self.chosen]
+        if self.highest is None or kept.max(initial=0.0) >= self.highest or len(kept) == len(self.modes):
+            return
+        last = f"the highest mode kept is at {kept.max():.4g} Hz" if len(kept) else "no mode is kept"
+        part = "only the static part" if self.residual else "nothing"
+        yield f"warning: {last}: of those above {part} is in the response; see --modes and --upto"
+
+
+def response_unit(above, below):
+    """Unit of an output over an input, from theirs; empty where they are equal."""
+    return "" if above == below else f"{above}/{f'({below})' if ' ' in below else below}"
+
+
 @dataclass(frozen=True)
-class ControlledChoice:
+class ControlledChoice(CoupledChoice):
     """A suspension with actuators or loop, and as many of its lowest coupled modes as are kept.
 
     Attributes
@@ -64,40 +111,26 @@ class ControlledChoice:
         """Numbers of all modes of the linear model."""
         return range(len(self.found.shapes))
 
-    @property
-    def inputs(self):
-        """Name and unit of each input."""
-        return _names(self.movement, bool(self.loop))[0]
-
-    @property
-    def outputs(self):
-        """Name and unit of each output."""
-        return _names(self.movement, bool(self.loop))[1]
-
     @cached_property
-    def _system(self):
+    def shown(self):
+        """The `StateSpace`; NoSolutionError where it overflows."""
         movement, motion = self.movement, self.movement.linear.viscous_motion
         forces = np.zeros((len(motion), len(movement.layout.free)))
         forces[: motion.shapes.shape[1]] = movement.layout.bodies(motion.shapes).T
         return state_space(motion, forces, _labels(movement, bool(self.loop)), self.loop, movement.actuators)
 
     def system(self):
-        """The `StateSpace`; NoSolutionError where it overflows."""
-        return self._system
-
-    @property
-    def poles(self):
-        """Of what a response shows. [rad/s]"""
-        return np.linalg.eigvals(self._system.a)
+        """The `StateSpace`, see `shown`."""
+        return self.shown
 
     def response(self, pair, frequency):
         """The output of a pair for a unit of its input, shape (m,), at frequencies [Hz]."""
-        at_once = max(1, AT_ONCE // len(self._system.a) ** 2)
+        at_once = max(1, AT_ONCE // len(self.shown.a) ** 2)
         pieces = np.split(frequency, range(at_once, len(frequency), at_once))
         return np.concatenate([self._response(pair, 2j * np.pi * piece) for piece in pieces])
 
     def _response(self, pair, s):
-        system, (output, input_) = self._system, pair
+        system, (output, input_) = self.shown, pair
         matrices = s[:, None, None] * np.eye(len(system.a)) - system.a
         right = np.broadcast_to(system.b[:, input_, None].astype(complex), (len(s), len(system.a), 1))
         first, second = (part[output, input_] for part in system.derivatives)
@@ -128,12 +161,7 @@ class ControlledChoice:
     @property
     def warnings(self):
         """A stress above the strength, what is unstable, and a response beyond the modes kept: list of str."""
-        found, highest = [*strength_warning(self.case)], self.found.frequency.max()
-        if self.highest is not None and highest < self.highest and len(self.found) < len(self.modes):
-            found.append(
-                f"warning: the highest mode kept is at {highest:.4g} Hz: of those above only the static part is in the"
-                " response; see --modes and --upto"
-            )
+        found = [*strength_warning(self.case), *self._response_beyond()]
         whole, stable = self.whole, True
         if self.loop or unstable_pole(whole.open_poles) is not None:
             try:
@@ -141,7 +169,7 @@ class ControlledChoice:
             except NoSolutionError as error:
                 stable = False
                 found.append(f"warning: {error}")
-        if stable and unstable_pole(np.linalg.eigvals(self._system.a)) is not None:
+        if stable and unstable_pole(self.poles) is not None:
             found.append("warning: with the modes kept a motion grows, with more of them none does; see --modes")
         return found
 
@@ -210,7 +238,7 @@ def choose_controlled(document, scene, options, highest=None):
     if options.attached == "loop":
         allocation = replace(whole.allocation, measured=movement.allocation.measured)
         loop = replace(whole.loop, motion=movement.linear.viscous_motion, allocation=allocation)
-    pairs = pairs_of(options, *_names(movement, bool(loop)))
+    pairs = pairs_of(options, *names(_labels(movement, bool(loop)), bool(loop), movement.actuators))
     return ControlledChoice(case, whole, movement, loop, pairs, highest)
 
 
@@ -226,10 +254,6 @@ def _reaching(in_wind, movement, frequency, most):
         size *= 2
         movement = in_wind.movement_of(size)
     return movement
-
-
-def _names(movement, closed):
-    return names(_labels(movement, closed), closed, movement.actuators)
 
 
 def _labels(movement, closed):

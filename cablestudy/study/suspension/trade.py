@@ -13,12 +13,9 @@ from cablestudy.study.suspension.notes import strength_warning as strength_warni
 from cablestudy.study.suspension.rows import OF_THE_WHOLE, value
 from cablestudy.study.trade_models import (
     ACCURACIES,
-    BARS,
     LEVELS,
-    MASSES,
-    ORDERS,
-    SEVERAL,
     ComparedModel,
+    element_models,
     power,
     with_accuracy,
     with_elements,
@@ -100,12 +97,8 @@ def models_of(scene, columns):
 
     for accuracy in ACCURACIES:
         add("error control", f"accuracy {power(accuracy)}", partial(with_accuracy, accuracy=accuracy))
-    choices = [(f"{mass} bars", f"{n} {mass} bars", n, 1, mass) for mass in MASSES for n in BARS]
-    for n, order in [(1, order) for order in ORDERS] + list(SEVERAL):
-        family = "high order" if n == 1 else "several of high order"
-        choices.append((family, f"{n} x order {order}", n, order, "lumped"))
     fits = _size_limit(SuspensionCase(scene))
-    for family, name, n, order, mass in choices:
+    for family, name, n, order, mass in element_models():
         if fits(n * order):
             add(family, name, partial(with_elements, elements=n, order=order, mass=mass))
     return [model for model in found if any(column.needs in model.needs for column in columns)]

@@ -12,7 +12,7 @@ from cablestudy.study.columns import lacks
 from cablestudy.study.notes import beyond_linear, larger_by_loop
 from cablestudy.study.status import SLACK
 from cablestudy.study.suspension.columns import cable_columns, has_key, linear_ranges
-from cablestudy.study.suspension.notes import LISTED, warnings_of
+from cablestudy.study.suspension.notes import LISTED
 from cablestudy.study.suspension.report import chosen_tables, listed, tried
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
@@ -183,12 +183,11 @@ def _peaks_and_ranges(case):
 
 
 def remarks_of(case, tables):
-    """Lines on what makes the numbers doubtful: limits that are passed, cables that go slack: list of str.
+    """Lines on what makes numbers in the wind doubtful: limits that are passed, cables that go slack: list of str.
 
     And, where the `tables` show both, a note on motions that the loop makes larger.
     """
-    found = [*warnings_of(case)]
-    found += [f"warning: {text}: the linear numbers do not hold" for text in exceeded_limits(case).values()]
+    found = [f"warning: {text}: the linear numbers do not hold" for text in exceeded_limits(case).values()]
     if slack := slackened(case):
         found.append(f"warning: {SLACK}: {first_of(slack, LISTED)}: the linear numbers do not hold")
     if doubt := case.in_wind.doubt:
