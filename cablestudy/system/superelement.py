@@ -101,6 +101,8 @@ class Superelement:
     near : Superelement or None
         Of the same modes and ends and nearly the same numbers: where damping couples modes, the poles follow from its
         poles to first order.
+    windowed : bool
+        True if the poles of many modes that damping couples may be found in windows, which leaves a small error.
     """
 
     omega: np.ndarray
@@ -114,6 +116,7 @@ class Superelement:
     carried: np.ndarray | None = None
     air: np.ndarray | None = None
     near: "Superelement | None" = field(default=None, repr=False)
+    windowed: bool = False
 
     @property
     def feedthrough(self):
