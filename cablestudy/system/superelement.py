@@ -31,6 +31,7 @@ from cablestudy.system.linear import shares
 
 GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacements
 NAMES = tuple(f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz")
+MANY = 100  # single modes among combinations from which on they are looked for
 BLOCK = 128  # frequencies for which the modes are summed in one call: arrays that stay in the processor's cache
 
 
@@ -244,7 +245,8 @@ class Superelement:
         new = rate @ shapes**2
         strain, residual = self.strain, self.residual_damping
         if strain is not None:
-            strain = replace(strain, modes=shapes.T @ strain.modes @ shapes, coupling=shapes.T @ strain.coupling)
+            modes = of_shapes(of_shapes(strain.modes, shapes).T, shapes)
+            strain = replace(strain, modes=modes, coupling=shapes.T @ strain.coupling)
         else:
             rest = self.coupling.T @ (rate[:, None] * self.coupling) - coupling.T @ (new[:, None] * coupling)
             residual = residual + rest
@@ -412,6 +414,25 @@ class Superelement:
         if self.coupled and len(self.omega):
             return self.coupling_damping.poles
         return damped_poles(self.omega, self.damping_ratio + self.viscous / (2 * self.omega))
+
+
+def of_shapes(matrix, shapes):
+    """Columns of a matrix for combinations of modes from those for the modes, shape (r, k).
+
+    Of many combinations most are single modes, whose columns are taken.
+
+    Parameters
+    ----------
+    matrix : ndarray, shape (r, n)
+    shapes : ndarray, shape (n, k)
+    """
+    single = (np.count_nonzero(shapes, axis=0) == 1) & (shapes == 1.0).any(axis=0)
+    if np.count_nonzero(single) < MANY:
+        return matrix @ shapes
+    found = np.empty((len(matrix), shapes.shape[1]))
+    found[:, single] = matrix[:, np.argmax(shapes[:, single], axis=0)]
+    found[:, ~single] = matrix @ shapes[:, ~single]
+    return found
 
 
 def with_ends(shapes):

@@ -292,15 +292,16 @@ class DrivenCables:
         element, shapes = self.loop_gain.elements[cable], self.kept[cable].shapes
         square = element.omega**2
 
-        def error(own):
-            energy = ends.highest_energy((shapes @ own)[None], np.zeros((1, 6, own.shape[1])))[0]
-            return np.minimum(energy / (square @ own**2) / 2, 0.5)
+        def error(amplitudes, square):
+            energy = ends.highest_energy(amplitudes[None], np.zeros((1, 6, len(square))))[0]
+            return np.minimum(energy / square / 2, 0.5)
 
-        found, far = error(np.eye(len(square))), ~self._up_to(cable, element, self._resolved_to, ALONE, ALONE)
+        found, far = error(shapes, square), ~self._up_to(cable, element, self._resolved_to, ALONE, ALONE)
         together = residual_vectors(element.omega[None], element.coupling[None], far[None])[0]
         together = together[:, together.any(axis=0)]
         share = together**2 + np.finfo(float).tiny
-        return np.where(far, np.minimum(found, share @ error(together) / share.sum(axis=1)), found)
+        joint = share @ error(shapes @ together, square @ together**2) / share.sum(axis=1)
+        return np.where(far, np.minimum(found, joint), found)
 
     @property
     def by_others(self):
