@@ -7,7 +7,7 @@ from cablestudy.system import pole_windows
 from cablestudy.system.pole_windows import poles_in_windows
 
 MODES, LOSS, TIME = 240, 0.02, 1e-4
-BEYOND = 5e-3  # coupling over the distance of modes more than ten apart, which are those that no window holds together
+BEYOND = 5e-3  # coupling over the distance of modes more than ten apart: no window may hold them together
 KINDS = pytest.mark.parametrize("kind", ["hysteretic in air", "kelvin_voigt in air", "hysteretic"])
 
 

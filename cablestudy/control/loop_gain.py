@@ -78,6 +78,11 @@ class LoopGain:
         """True if so much strain is damped that rounding spoils the response of a cable."""
         return any(part.element.spoilt for part in self._parts)
 
+    @property
+    def windowed(self):
+        """True if poles of a cable are found in windows, which leaves a small error."""
+        return any(part.element.coupled and part.element.coupling_damping.windowed for part in self._parts)
+
     def _at(self, s):
         """Z, shape (f, d, d), and F, shape (f, d, i)."""
         bodies = self.bodies.dynamic_stiffness(s)

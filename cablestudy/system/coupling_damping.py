@@ -148,7 +148,7 @@ class CouplingDamping:
 
     def __init__(self, element):
         self.omega, self._near, self._viscous = element.omega, element.near, element.viscous
-        self._windowed = element.windowed and len(element.omega) > MANY
+        self.windowed = element.windowed and len(element.omega) > MANY
         mass, damping, stiffness = element.matrices()
         hysteretic = element.strain is not None and element.strain.law == "hysteretic"
         self._squared = hysteretic and not element.uneven and not np.any(element.residual_damping)
@@ -189,7 +189,7 @@ class CouplingDamping:
         n = len(self.omega)
         of_modes = [part[:n, :n] for part in self.matrices]
         try:
-            if self._windowed:
+            if self.windowed:
                 resolvent = poles_in_windows(of_modes, self.omega)
                 found = PoleSum.of(self.matrices, *resolvent)
                 if self._difference(found, *resolvent) <= TRUSTED_WINDOWS:

@@ -278,7 +278,7 @@ class DrivenCables:
                 for one, own in zip(elements, lower, strict=True)
             ])  # fmt: skip
         found = [replace(self.loop_gain, elements=elements, near=self.loop_gain) for elements in found]
-        if self.by_others:
+        if self._few:
             fewer = self._own_modes(self.models, self._resolved_to, FEWER)
             found.append(self._loop_gain(self.models.with_modes(fewer)))
         return found
@@ -305,8 +305,13 @@ class DrivenCables:
 
     @property
     def by_others(self):
-        """Least relative error of margins by modes for which vectors stand; 0 where there are none. [-]"""
-        return BY_OTHERS if any(one.residuals for one in self.kept) else 0.0
+        """Least relative error of margins by vectors for other modes, or poles found in windows; 0 without. [-]"""
+        return BY_OTHERS if self._few or self.loop_gain.windowed else 0.0
+
+    @property
+    def _few(self):
+        """True if vectors stand for other modes."""
+        return any(one.residuals for one in self.kept)
 
     @cached_property
     def errors(self):
