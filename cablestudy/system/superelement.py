@@ -245,8 +245,7 @@ class Superelement:
         new = rate @ shapes**2
         strain, residual = self.strain, self.residual_damping
         if strain is not None:
-            modes = of_shapes(of_shapes(strain.modes, shapes).T, shapes)
-            strain = replace(strain, modes=modes, coupling=shapes.T @ strain.coupling)
+            strain = replace(strain, modes=shapes.T @ strain.modes @ shapes, coupling=shapes.T @ strain.coupling)
         else:
             rest = self.coupling.T @ (rate[:, None] * self.coupling) - coupling.T @ (new[:, None] * coupling)
             residual = residual + rest
