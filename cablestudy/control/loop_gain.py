@@ -18,21 +18,13 @@ Z_r being Z without this mode. A gain g moves it by -g X/(2 s) to first order, w
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import ceil
 
 import numpy as np
 
-from cablestudy.system.coupling_damping import FEW, MOST_DECAY, PoleSum
+from cablestudy.system.coupling_damping import FEW
 from cablestudy.system.linear import LinearSystem
 
 AT_ONCE = 200  # modes, so that matrices stay in the processor's cache
-# modes of a cable that damping of the strain, or by the air, may couple beside those up to `coupled_up_to`, those with
-# most effect at the ends: of 60 random suspensions these leave 1.3e-5 of a largest gain at most, 1e-3 if those near it
-# may be among the others
-COUPLED = 100
-# strain of a mode, over that of an axial one, from which on it is among them however many there are: a largest gain of
-# carlina with Kelvin-Voigt damping moves by 1e-7 with 1e-3, by 4 % where one axial mode is left out
-STRAINED = 1e-4
 ASIDE = 5.0  # distance from the frequency of a mode, in its half-widths, at which Z is computed for its pole
 NARROWEST = 1e-9  # half-width that is taken at least, over the frequency
 
@@ -61,10 +53,6 @@ class LoopGain:
         s, shape (f,) -> C1 N, shape (f, k).
     near : LoopGain or None
         Of cables that differ little: poles of modes that damping couples follow from its poles to first order.
-    coupled_up_to : float
-        Frequency up to which all modes are taken that damping couples. [rad/s]
-    coupled_share : float
-        Of COUPLED, so many of the others. [-]
     """
 
     bodies: LinearSystem
@@ -76,8 +64,6 @@ class LoopGain:
     shares: np.ndarray
     controller: object
     near: "LoopGain | None" = None
-    coupled_up_to: float = 0.0
-    coupled_share: float = 1.0
 
     @np.errstate(divide="ignore", invalid="ignore")  # at the pole of an undamped mode it is infinite
     def __call__(self, s):
@@ -88,14 +74,14 @@ class LoopGain:
         return moved * self.controller(s)[:, None, :]
 
     @property
-    def lacks_coupling(self):
-        """True if damping may couple modes of which it is left out."""
-        return any(part.element.coupled and not part.coupled.all() for part in self._parts)
-
-    @property
     def spoilt(self):
         """True if so much strain is damped that rounding spoils the response of a cable."""
         return any(part.element.spoilt for part in self._parts)
+
+    @property
+    def windowed(self):
+        """True if poles of a cable are found in windows, which leaves a small error."""
+        return any(part.element.coupled and part.element.coupling_damping.windowed for part in self._parts)
 
     def _at(self, s):
         """Z, shape (f, d, d), and F, shape (f, d, i)."""
@@ -124,12 +110,11 @@ class LoopGain:
     def _parts(self):
         """Each cable that holds a body: `_Part`."""
         found, near = [], iter(self.near._parts if self.near else ())
-        most = ceil(self.coupled_share * COUPLED)
         for element, moved, reeled in zip(self.elements, self.moved, self.reeled, strict=True):
             ends, winches = np.flatnonzero(moved.any(axis=1)), np.flatnonzero(reeled.any(axis=0))
             if len(ends):
                 element = element.at_ends(np.concatenate([np.eye(6)[:, ends], reeled[:, winches]], axis=1))
-                found.append(_part(element, moved[ends], winches, next(near, None), self.coupled_up_to, most))
+                found.append(_Part.of(element, moved[ends], winches, next(near, None)))
         return found
 
     def poles_of(self, cable, modes):
@@ -173,112 +158,36 @@ class _Part:
 
     Attributes
     ----------
-    used : ndarray of bool
-        Modes of the cable that its ends move.
-    coupled : ndarray of bool
-        Those of them that damping may couple.
     element : Superelement
-        With these.
-    others : _Uncoupled
-        What the others add.
+        With the modes that its ends move.
+    used : ndarray of bool
+        Which these are.
     moved : ndarray, shape (e, d)
         Displacements of the ends that bodies move.
     winches : ndarray of int
         Which reel it in.
     """
 
-    used: np.ndarray
-    coupled: np.ndarray
     element: object
-    others: object
+    used: np.ndarray
     moved: np.ndarray
     winches: np.ndarray
 
+    @classmethod
+    def of(cls, element, moved, winches, near):
+        """That of a `Superelement` at the ends that are moved; `near` is that of nearly the same one."""
+        used = element.moved_by_ends if near is None else near.used
+        element = element if used.all() else element.select(used)
+        return cls(replace(element, near=near and near.element, windowed=True), used, moved, winches)
+
     @cached_property
     def summed(self):
-        """`PoleSum` of the stiffness in s; None where rounding spoils it, or poles nearly coincide."""
-        own = self.element.coupling_damping.pole_sum_in_s
-        return None if own is None or self.others.slow.any() else own + self.others.pole_sum
+        """`PoleSum` of the stiffness in s; None without coupling by damping, or see `pole_sum_in_s`."""
+        return self.element.coupling_damping.pole_sum_in_s if self.element.coupled else None
 
     def stiffness(self, s):
         """Forces at the ends that bodies move, by these and by the winches, shape (f, e, e + w)."""
-        rows = slice(len(self.moved))
-        return self.element.dynamic_stiffness(s, rows) + self.others.stiffness(s)[:, rows]
-
-
-@dataclass(frozen=True)
-class _Uncoupled:
-    """Modes of a cable of which damping couples each to the ends, and not to other modes.
-
-    Each of n adds to the stiffness, with h = m s (s + r) + c R and c the complex loss factor of the strain,
-
-        -h h^T/(W^2 + s (s + 2 d) + c E) + 2 z W s m m^T,    r = viscous + 2 z W.
-
-    Attributes
-    ----------
-    products : ndarray, shape (5, n, e, e)
-        Coefficients of h h^T in s.
-    first, last : ndarray, shape (n,)
-        Of s and of 1 in the denominator.
-    lost : ndarray, shape (e, e)
-        Sum of 2 z W m m^T.
-    """
-
-    products: np.ndarray
-    first: np.ndarray
-    last: np.ndarray
-    lost: np.ndarray
-
-    @classmethod
-    def of(cls, element):
-        """Those of a `Superelement`."""
-        own, strain, modal = element.coupling, element.strain, 2 * element.damping_ratio * element.omega
-        force = [0j * own, (element.viscous + modal)[:, None] * own, own]
-        first, last = 2 * element.decay, element.omega**2
-        if strain is not None:
-            elastic = np.diagonal(strain.modes)
-            if strain.law == "kelvin_voigt":
-                force[1], first = force[1] + strain.amount * strain.coupling, first + strain.amount * elastic
-            else:
-                force[0], last = 1j * strain.amount * strain.coupling, last + 1j * strain.amount * elastic
-        if element.air is not None:
-            force[1] = force[1] + element.air[: len(own), len(own) :]
-        products = np.zeros((5, *own.shape, own.shape[1]), dtype=complex)
-        for power, one in enumerate(force):
-            for other, two in enumerate(force):
-                products[power + other] += one[:, :, None] * two[:, None, :]
-        return cls(products, first, last, own.T @ (modal[:, None] * own))
-
-    @property
-    def slow(self):
-        """Which are damped so much that their two poles nearly coincide, shape (n,)."""
-        return np.abs(self.first) > 2 * MOST_DECAY * np.sqrt(np.abs(self.last))
-
-    @property
-    def pole_sum(self):
-        """Their stiffness as `PoleSum`: its value and slope at s = 0, and what is left over s^2."""
-        half = self.first / 2
-        poles = -half + np.sqrt(half**2 - self.last + 0j) * np.array([[1], [-1]])
-        first, last = self.first[:, None, None], self.last[:, None, None]
-        static, slope = self.products[:2]
-        value = np.einsum("kan,knij->anij", poles ** np.arange(5)[:, None, None], self.products)
-        residues = value / (poles**2 * (2 * poles + self.first))[..., None, None]
-        polynomial = [
-            -(static / last).sum(axis=0),
-            self.lost - ((slope * last - static * first) / last**2).sum(axis=0),
-            -self.products[4].sum(axis=0),
-        ]
-        return PoleSum(polynomial, poles.ravel(), residues.reshape(-1, *residues.shape[2:]))
-
-    def stiffness(self, s):
-        """Stiffness that they add, shape (f, e, e)."""
-        s, (count, ends) = s[:, None], self.products.shape[1:3]
-        weight = 1 / (self.last + s * (self.first + s))
-        value = s[..., None] * self.lost
-        for power, part in enumerate(self.products):
-            if part.any():
-                value = value - ((s**power * weight) @ part.reshape(count, -1)).reshape(len(s), ends, ends)
-        return value
+        return self.element.dynamic_stiffness(s, slice(len(self.moved)))
 
 
 class _Together:
@@ -322,34 +231,3 @@ def _columns(part, winches):
     found[:ends, :coordinates] = part.moved
     found[ends + np.arange(own), coordinates + part.winches] = 1.0
     return found
-
-
-def _part(element, moved, winches, near, up_to, most):
-    """`_Part` of a `Superelement` at ends that are moved; `near` is that of nearly the same one."""
-    used = element.moved_by_ends if near is None else near.used
-    element = element if used.all() else element.select(used)
-    coupled = _coupled(element, up_to, most) if near is None else near.coupled
-    others = _Uncoupled.of(element.select(~coupled))
-    element = replace(element.select(coupled), near=near and near.element)
-    return _Part(used, coupled, element, others, moved, winches)
-
-
-def _coupled(element, up_to, most):
-    """Modes of a `Superelement` that damping may couple, array of bool: all or none with masses that it carries.
-
-    Those up to a frequency [rad/s], and so many of the others, those whose damping does most at the ends.
-    """
-    count = len(element.omega)
-    if element.carried is not None and element.uneven:
-        return np.ones(count, dtype=bool)
-    coupled = (element.omega < up_to) & element.coupled
-    if element.strain is not None:
-        strained = np.abs(element.strain.coupling).max(axis=1, initial=0.0) / element.omega
-        strained = (strained + np.sqrt(np.abs(np.diagonal(element.strain.modes)))) / element.omega
-        coupled[np.argsort(-strained, kind="stable")[:most]] = True
-        coupled |= strained > STRAINED
-    if element.air is not None:
-        braked = np.abs(element.air[:count, count:]) * np.abs(element.coupling) / element.omega[:, None] ** 2
-        braked = np.where(coupled, 0.0, braked.max(axis=1, initial=0.0))
-        coupled[np.argsort(-braked, kind="stable")[:most]] = True
-    return coupled

@@ -10,8 +10,11 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
+from cablestudy.system.pole_windows import eigen, poles_in_windows, shapes
 
 TRUSTED = 1e-11  # difference between the sum over poles and the forces it stands for, up to which the sum is used
+TRUSTED_WINDOWS = 1e-5  # the same of poles that are found in windows
+MANY = 150  # modes from which on windows are faster than one eigenvalue problem
 MOST_DAMPED = 1e6  # loss factor at the lowest mode from which rounding spoils what damped strain leaves
 FEW = 4  # places up to which solving is cheaper than finding the poles
 AT_ONCE = 64  # systems of equations that are solved in one call
@@ -145,6 +148,7 @@ class CouplingDamping:
 
     def __init__(self, element):
         self.omega, self._near, self._viscous = element.omega, element.near, element.viscous
+        self.windowed = element.windowed and len(element.omega) > MANY
         mass, damping, stiffness = element.matrices()
         hysteretic = element.strain is not None and element.strain.law == "hysteretic"
         self._squared = hysteretic and not element.uneven and not np.any(element.residual_damping)
@@ -182,33 +186,27 @@ class CouplingDamping:
         if near:
             resolvent = self._moved(self._near.coupling_damping.matrices, *near)
             return PoleSum.of(self.matrices, *resolvent), resolvent
+        n = len(self.omega)
+        of_modes = [part[:n, :n] for part in self.matrices]
         try:
-            poles, vectors = self._eigen()
+            if self.windowed:
+                resolvent = poles_in_windows(of_modes, self.omega)
+                found = PoleSum.of(self.matrices, *resolvent)
+                if self._difference(found, *resolvent) <= TRUSTED_WINDOWS:
+                    return found, resolvent
+        except np.linalg.LinAlgError:
+            pass
+        try:
+            poles, vectors = eigen(of_modes, self.omega)
             for right in self._by_symmetry, self._by_inverse:
-                left = vectors[: len(self.omega)] / (1 if self._squared else self.omega[:, None])
+                left = shapes(vectors, self.omega)
                 resolvent = poles, left, right(poles, left, vectors)
                 found = PoleSum.of(self.matrices, *resolvent)
-                if self._is_trusted(found, *resolvent):
+                if self._difference(found, *resolvent) <= TRUSTED:
                     return found, resolvent
         except np.linalg.LinAlgError:
             pass
         return None, None
-
-    def _eigen(self):
-        """Poles, shape (N,), and vectors of a linear eigenvalue problem, shape (N, N).
-
-        The frequencies of the modes differ by many powers of ten, and an eigen-solution has rounding of the size of its
-        largest eigenvalue: so the inverse is taken, for W q, and W q' in s: entries no larger than they must be.
-        """
-        omega, n = self.omega, len(self.omega)
-        unit = np.outer(omega, omega)
-        stiffness, *damping, _ = (part[:n, :n] / unit for part in self.matrices)
-        give = np.linalg.inv(stiffness)
-        matrix = -give / unit
-        if not self._squared:
-            matrix = np.block([[-give @ damping[0], -give / omega], [np.diag(1 / omega), np.zeros((n, n))]])
-        slow, vectors = np.linalg.eig(matrix)
-        return 1 / slow, vectors
 
     def _by_symmetry(self, poles, left, _):
         """`right` of poles that are apart: left^T over left^T Q' left, Q' the slope of the symmetric polynomial."""
@@ -221,14 +219,14 @@ class CouplingDamping:
         inverse = np.linalg.inv(vectors)
         return inverse if self._squared else inverse[:, len(left) :]
 
-    def _is_trusted(self, found, poles, left, right):
-        """Whether a `PoleSum` agrees with the forces Q_ee - Q_en q - q^T Q_ne + q^T Q_nn q.
+    def _difference(self, found, poles, left, right):
+        """Largest difference of a `PoleSum` from the forces Q_ee - Q_en q - q^T Q_ne + q^T Q_nn q, over their size.
 
         These are stationary in q = Q_nn^-1 Q_ne, so that their error is the square of that of q by the resolvent.
         """
         n, every = len(self.omega), slice(None)
         if not n:
-            return True
+            return 0.0
         x = self._variable(checked(self.omega))
         of_ends, pushed = (_polynomial([part[rows, n:] for part in self.matrices], x) for rows in np.s_[n:, :n])
         moved = left @ ((right @ pushed) / (x[:, None] - poles)[:, :, None])
@@ -238,7 +236,7 @@ class CouplingDamping:
         size = size + np.abs(np.diagonal(self.matrices[0])[n:])
         size = np.sqrt(size[:, :, None] * size[:, None])
         error = np.abs(found(x, every, every) - value) / np.where(size > 0, size, 1.0)
-        return bool(error.max() <= TRUSTED)
+        return error.max()
 
     @property
     def pole_sum_in_s(self):

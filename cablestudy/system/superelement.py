@@ -31,6 +31,7 @@ from cablestudy.system.linear import shares
 
 GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacements
 NAMES = tuple(f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz")
+MANY = 100  # single modes among combinations from which on they are looked for
 BLOCK = 128  # frequencies for which the modes are summed in one call: arrays that stay in the processor's cache
 
 
@@ -101,6 +102,8 @@ class Superelement:
     near : Superelement or None
         Of the same modes and ends and nearly the same numbers: where damping couples modes, the poles follow from its
         poles to first order.
+    windowed : bool
+        True if the poles of many modes that damping couples may be found in windows, which leaves a small error.
     """
 
     omega: np.ndarray
@@ -114,6 +117,7 @@ class Superelement:
     carried: np.ndarray | None = None
     air: np.ndarray | None = None
     near: "Superelement | None" = field(default=None, repr=False)
+    windowed: bool = False
 
     @cached_property
     def coupling(self):
@@ -403,6 +407,25 @@ class Superelement:
         if self.coupled and len(self.omega):
             return self.coupling_damping.poles
         return damped_poles(self.omega, self.damping_ratio + self.viscous / (2 * self.omega))
+
+
+def of_shapes(matrix, shapes):
+    """Columns of a matrix for combinations of modes from those for the modes, shape (r, k).
+
+    Of many combinations most are single modes, whose columns are taken.
+
+    Parameters
+    ----------
+    matrix : ndarray, shape (r, n)
+    shapes : ndarray, shape (n, k)
+    """
+    single = (np.count_nonzero(shapes, axis=0) == 1) & (shapes == 1.0).any(axis=0)
+    if np.count_nonzero(single) < MANY:
+        return matrix @ shapes
+    found = np.empty((len(matrix), shapes.shape[1]))
+    found[:, single] = matrix[:, np.argmax(shapes[:, single], axis=0)]
+    found[:, ~single] = matrix @ shapes[:, ~single]
+    return found
 
 
 def with_ends(shapes):

@@ -21,7 +21,7 @@ from math import ceil, sqrt
 import numpy as np
 
 from cablestudy.cable.element import Mesh, basis, lagrange, mesh_segments
-from cablestudy.system.superelement import with_ends
+from cablestudy.system.superelement import of_shapes, with_ends
 from cablestudy.system.suspension import outward
 from cablestudy.wind.coherence import gauss, rod
 from cablestudy.wind.drag import drag_matrices
@@ -227,7 +227,7 @@ def nodal_shapes(models, kept, cables):
             blend = mesh.node_positions[:, None]
             places = (1 - blend) * places[0] + blend * places[1]
             moved = (1 - blend[..., None]) * moved[0] + blend[..., None] * moved[1]
-        shapes = moved.reshape(-1, moved.shape[-1]) @ with_ends(kept[cable].shapes)
+        shapes = of_shapes(moved.reshape(-1, moved.shape[-1]), with_ends(kept[cable].shapes))
         yield cable, mesh, places, shapes.reshape(*moved.shape[:2], -1)
 
 

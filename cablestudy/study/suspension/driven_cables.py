@@ -31,14 +31,12 @@ from cablestudy.system.linear import LinearSystem
 
 # frequency up to which modes of a cable are kept that damping couples, over the highest one that the gain could drive
 # and over that up to which waves are resolved; and share of it with which the error by the others is estimated, which
-# is BY_OTHERS at least (3e-7 in 100 random scenes)
+# is BY_OTHERS at least (3e-7 in 100 random scenes; poles in windows change a largest gain by 5e-7 at most in 45)
 KEPT, FEWER, BY_OTHERS = np.array([4.0, 2.0]), 0.5, 1e-6
 ALONE = 1.5  # the same multiples, up to which errors of the mesh are those of single modes
 ALL_FROM = 1e-5  # accuracy from which on all modes are kept,
 VECTORS, WORTH = 6, 0.7  # and share of the modes from which on vectors for the others spare nothing
 MOST_WAVES, MOST_OF_CABLE = 300, 1600  # half-waves along a cable that are resolved, and its modes that are computed
-# gain over the largest one up to which a pole may be the first one in truth: coupling by damping moves it by 1e-3
-DECIDING = 1.01
 TRIALS, BEYOND = 5, 1.2  # of the frequency up to which waves across the cables are resolved, over that of the pole
 MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coincide, over that of one alone
 SAFETY = 2.0  # on the change of the largest gain
@@ -91,20 +89,15 @@ class DrivenCables:
     def __init__(self, movement, gain, others=()):
         self._movement, self._gain, self._effects = movement, gain, movement.effects
         self._base, self._elements = movement.modes.solution, movement.linear.model is not None
-        resolved_to, coupled_to, lowest = self._base.omega[-1], self._base.omega[-1], np.inf
+        resolved_to = self._base.omega[-1]
         models = self._models(resolved_to)
         for _ in range(TRIALS):
-            self._resolve(models, resolved_to, coupled_to, others)
+            self._resolve(models, resolved_to, others)
             limit = self.gains.limit
             self.resolved = limit is None or self._elements or limit.omega <= resolved_to
             if self.resolved or resolved_to == self._farthest or limit.factor > gain:
-                if coupled_to == resolved_to or self._deciding <= coupled_to:
-                    break
-                self.resolved, coupled_to = False, resolved_to
-                continue
-            # waves that are not resolved may seem to cross first: those above others that crossed are not coupled yet
-            lowest = min(lowest, limit.omega)
-            resolved_to, coupled_to = (min(BEYOND * omega, self._farthest) for omega in (limit.omega, lowest))
+                break
+            resolved_to = min(BEYOND * limit.omega, self._farthest)
             models = self._models(resolved_to)
 
     @property
@@ -128,12 +121,6 @@ class DrivenCables:
     def highest_mode(self):
         """Highest frequency of the modes of single cables in the loop gain. [rad/s]"""
         return max(one.element.omega[: one.modes].max(initial=0.0) for one in self.kept)
-
-    @property
-    def _deciding(self):
-        """Highest frequency of the poles that cross with little more than the largest gain; 0 without. [rad/s]"""
-        limits = self.gains.limits
-        return max((one.omega for one in limits if one.factor < DECIDING * limits[0].factor), default=0.0)
 
     @property
     def _in_words(self):
@@ -215,7 +202,7 @@ class DrivenCables:
         off = dense(layout.moved).T @ load_off_ends(movement.equilibrium, movement.winches)
         places = widened(effects.moved), effects.reeled, widened(off.T).T, widened(effects.measured)
         shares, controller = movement.allocation.shares, movement.given_loop.controller
-        found = LoopGain(bodies, elements, *places, shares, controller, coupled_up_to=self._coupled_to)
+        found = LoopGain(bodies, elements, *places, shares, controller)
         return movement.given_loop.unit_gain if found.spoilt else found
 
     def _poles(self):
@@ -235,12 +222,11 @@ class DrivenCables:
                 poles.append((moved.real[:, None] + 1j * (alone[:, None] + shift)).ravel())
         return np.concatenate(poles)
 
-    def _resolve(self, models, resolved_to, coupled_to, others):
+    def _resolve(self, models, resolved_to, others):
         """Take models, and what follows from them; of other `DrivenCables` what is equal is shared."""
         own = self._own_modes(models, resolved_to)
-        others = [one for one in others if one._coupled_to == coupled_to and one.models.equal(models)]
-        others = [one for one in others if all(map(np.array_equal, one._own, own))]
-        self._own, self._resolved_to, self._coupled_to = own, resolved_to, coupled_to
+        others = [one for one in others if one.models.equal(models) and all(map(np.array_equal, one._own, own))]
+        self._own, self._resolved_to = own, resolved_to
         if others:
             self.models, self.kept, self.loop_gain = others[0]._shared
         else:
@@ -274,7 +260,7 @@ class DrivenCables:
         """Loop gains that differ by what the models leave open: list of `LoopGain`.
 
         The frequencies of the modes are shifted by errors of the mesh. Modal damping of half of the modes, the highest
-        ones, is left out: it has no limit as modes are added. Damping couples fewer modes, and vectors stand for more.
+        ones, is left out: it has no limit as modes are added. Vectors stand for more of them.
         """
         elements, found = self.loop_gain.elements, []
         wrong = [np.zeros(len(element.omega)) for element in elements]
@@ -292,9 +278,7 @@ class DrivenCables:
                 for one, own in zip(elements, lower, strict=True)
             ])  # fmt: skip
         found = [replace(self.loop_gain, elements=elements, near=self.loop_gain) for elements in found]
-        if self.loop_gain.lacks_coupling:
-            found.append(replace(self.loop_gain, coupled_share=FEWER))
-        if self.by_others:
+        if self._few:
             fewer = self._own_modes(self.models, self._resolved_to, FEWER)
             found.append(self._loop_gain(self.models.with_modes(fewer)))
         return found
@@ -308,20 +292,26 @@ class DrivenCables:
         element, shapes = self.loop_gain.elements[cable], self.kept[cable].shapes
         square = element.omega**2
 
-        def error(own):
-            energy = ends.highest_energy((shapes @ own)[None], np.zeros((1, 6, own.shape[1])))[0]
-            return np.minimum(energy / (square @ own**2) / 2, 0.5)
+        def error(amplitudes, square):
+            energy = ends.highest_energy(amplitudes[None], np.zeros((1, 6, len(square))))[0]
+            return np.minimum(energy / square / 2, 0.5)
 
-        found, far = error(np.eye(len(square))), ~self._up_to(cable, element, self._resolved_to, ALONE, ALONE)
+        found, far = error(shapes, square), ~self._up_to(cable, element, self._resolved_to, ALONE, ALONE)
         together = residual_vectors(element.omega[None], element.coupling[None], far[None])[0]
         together = together[:, together.any(axis=0)]
         share = together**2 + np.finfo(float).tiny
-        return np.where(far, np.minimum(found, share @ error(together) / share.sum(axis=1)), found)
+        joint = share @ error(shapes @ together, square @ together**2) / share.sum(axis=1)
+        return np.where(far, np.minimum(found, joint), found)
 
     @property
     def by_others(self):
-        """Least relative error of margins by modes for which vectors stand; 0 where there are none. [-]"""
-        return BY_OTHERS if any(one.residuals for one in self.kept) else 0.0
+        """Least relative error of margins by vectors for other modes, or poles found in windows; 0 without. [-]"""
+        return BY_OTHERS if self._few or self.loop_gain.windowed else 0.0
+
+    @property
+    def _few(self):
+        """True if vectors stand for other modes."""
+        return any(one.residuals for one in self.kept)
 
     @cached_property
     def errors(self):
