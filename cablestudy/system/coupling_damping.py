@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
+from cablestudy.system.connected import connected
 
 TRUSTED = 1e-11  # difference between the sum over poles and the forces it stands for, up to which the sum is used
 MOST_DAMPED = 1e6  # loss factor at the lowest mode from which rounding spoils what damped strain leaves
@@ -129,7 +130,11 @@ class Strain:
     @property
     def matrix(self):
         """[E R; R^T S], shape (n + 6, n + 6)."""
-        return np.block([[self.modes, self.coupling], [self.coupling.T, self.ends]])
+        n, size = len(self.modes), len(self.modes) + len(self.ends)
+        found = np.empty((size, size))
+        found[:n, :n], found[n:, n:] = self.modes, self.ends
+        found[:n, n:], found[n:, :n] = self.coupling, self.coupling.T
+        return found
 
 
 class CouplingDamping:
@@ -200,9 +205,32 @@ class CouplingDamping:
         The frequencies of the modes differ by many powers of ten, and an eigen-solution has rounding of the size of its
         largest eigenvalue: so the inverse is taken, for W q, and W q' in s: entries no larger than they must be.
         """
-        omega, n = self.omega, len(self.omega)
+        states = 1 if self._squared else 2
+        poles, vectors = [np.zeros(0)], [np.zeros((states * len(self.omega), 0))]
+        for part in self._apart():
+            own, found = self._eigen_of(part)
+            whole = np.zeros((states, len(self.omega), len(own)), dtype=complex)
+            whole[:, part] = found.reshape(states, len(part), -1)
+            poles.append(own)
+            vectors.append(whole.reshape(-1, len(own)))
+        return np.concatenate(poles), np.concatenate(vectors, axis=1)
+
+    def _apart(self):
+        """Numbers of the modes that damping couples to each other, as of a level cable symmetric ones: list."""
+        n, left, found = len(self.omega), np.ones(len(self.omega), dtype=bool), []
+        stiffness, *damping, mass = (part[:n, :n] for part in self.matrices)
+        damping = damping[0] if damping else np.zeros((n, n))
+        while left.any():
+            part = connected(mass, damping, stiffness, np.arange(n) == np.argmax(left))
+            found.append(np.flatnonzero(part))
+            left &= ~part
+        return found
+
+    def _eigen_of(self, part):
+        """`_eigen` of some modes, which damping does not couple to others."""
+        omega, n = self.omega[part], len(part)
         unit = np.outer(omega, omega)
-        stiffness, *damping, _ = (part[:n, :n] / unit for part in self.matrices)
+        stiffness, *damping, _ = (one[np.ix_(part, part)] / unit for one in self.matrices)
         give = np.linalg.inv(stiffness)
         matrix = -give / unit
         if not self._squared:
