@@ -1,5 +1,6 @@
 """A suspension in the wind and under control: with as many modes as its numbers need."""
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -96,8 +97,12 @@ class InWind:
 
     @property
     def first_model(self):
-        """Number of modes, accuracy and planes of the motion of the cables of the model that is tried first."""
-        return self._tried[0], self._accuracy, self._cables and self._cables.planes
+        """The model that is tried first: rows for which it is equal have their modes computed together.
+
+        Number of modes, accuracy, planes of the motion of the cables, and elements without their drag, or None.
+        """
+        elements = self._model and replace(self._model, drag=self._model.drag and ())
+        return self._tried[0], self._accuracy, self._cables and self._cables.planes, elements
 
     def lowest_modes(self, count):
         """At least so many `CoupledModes` where there are, those of the model that is tried first if it has them.
@@ -470,11 +475,15 @@ def solve_modes(winds, equilibrium):
     """
     lacking = {}
     for number, wind in enumerate(winds):
-        if wind._model is None and wind.first_model[0] not in wind._modes:
+        if wind.first_model[0] not in wind._modes:
             lacking.setdefault(wind.first_model, {})[id(wind._modes)] = number
-    for (count, accuracy, planes), numbers in lacking.items():
+    for (count, accuracy, planes, elements), numbers in lacking.items():
         numbers = list(numbers.values())
-        damping = [cable.damping for number in numbers for cable in winds[number].scene.cables.values()]
-        about = equilibrium.take(np.array(numbers)), count, accuracy, damping
-        for number, modes in zip(numbers, coupled_modes_of_cases(*about, planes, damped=True), strict=True):
-            winds[number]._modes[count] = modes
+        some, model = [winds[number] for number in numbers], elements
+        damping = [cable.damping for wind in some for cable in wind.scene.cables.values()]
+        if elements and elements.drag is not None:
+            drag = zip(*(wind._model.drag for wind in some), strict=True)
+            model = replace(elements, drag=tuple(np.concatenate(parts) for parts in drag))
+        about = equilibrium.take(np.array(numbers)), count, accuracy, damping, planes, True, model
+        for wind, modes in zip(some, coupled_modes_of_cases(*about), strict=True):
+            wind._modes[count] = modes if isinstance(modes, Exception) else outcome_of(lambda modes=modes: modes.damped)
