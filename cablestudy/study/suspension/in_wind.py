@@ -7,7 +7,7 @@ import numpy as np
 
 from cablestudy.activity import doing
 from cablestudy.control.law import law_from
-from cablestudy.errors import NoSolutionError, outcome_of, result_of
+from cablestudy.errors import outcome_of, result_of
 from cablestudy.scene.words import counted
 from cablestudy.study.columns import relative
 from cablestudy.study.notes import unknown_rms_error
@@ -182,7 +182,7 @@ class InWind:
     def _suffices(self, response):
         """Whether the modes left out of a `Response` and its quadrature leave the RMS of bodies the accuracy."""
         accuracy, others = self._accuracy, response.integration_error / 2
-        return not response.errs_more_than(2 * (EXACT if self._model else max(accuracy - others, accuracy / 2)))
+        return response.moving_error <= 2 * (EXACT if self._model else max(accuracy - others, accuracy / 2))
 
     def _check(self, movement):
         """Refuse a `Movement` that grows: NoSolutionError, in which one with many modes names the motion."""
@@ -210,7 +210,8 @@ class InWind:
             return ""
         if self._modal:
             return unknown_rms_error(counted(len(self.movement.modes), "mode"))
-        error = self.response.moving_error / 2
+        solved = [one for one in (self, self.__dict__.get("_at_rest")) if one is not None and one.solved]
+        error = max(one.response.moving_error for one in solved) / 2
         if error <= self._accuracy:
             return ""
         tried = [str(count) for count in self._tried if count <= len(self.movement.modes)]
@@ -320,9 +321,8 @@ class InWind:
 
     @property
     def _open(self):
-        """`InWind` of numbers with the winches at rest: this one, which has both, where its loop is stable."""
-        refused = self.scene.control is not None and isinstance(self._outcome, NoSolutionError)
-        return self._at_rest if refused else self
+        """`InWind` of numbers with the winches at rest: this one without a loop."""
+        return self if self.scene.control is None else self._at_rest
 
     @property
     def loop_error(self):
@@ -392,14 +392,14 @@ class InWind:
         Not a number for an exact choice of elements, whose own error is not known, nor with modal damping.
         """
         response, state = self.response_of_state(open_loop)
-        found = response.variances if variance in OWN else response.seen
+        found = (response.variances if variance in OWN else response.seen)(state)
         names = [name for name in names if name in found.rows]
         response.check_damped(names, state)
         rows = [found.rows[name] for name in names]
-        total = found.weighted[variance][state, rows].sum()
+        total = found.weighted[variance][rows].sum()
         if not total > 0:
             return np.sqrt(total), 0.0 if self._model is None else np.nan
-        error, accuracy = found.error_of(variance, state, names) / (2 * total), self._accuracy
+        error, accuracy = found.error_of(variance, names) / (2 * total), self._accuracy
         error = max(error, min(BY_ONE_MODEL * error, accuracy), RESOLVED * accuracy)
         return np.sqrt(total), error if self._error_known else np.nan
 
