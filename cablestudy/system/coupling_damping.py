@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.system.connected import connected
+from cablestudy.system.connected import parts_of
 
 TRUSTED = 1e-11  # difference between the sum over poles and the forces it stands for, up to which the sum is used
 MOST_DAMPED = 1e6  # loss factor at the lowest mode from which rounding spoils what damped strain leaves
@@ -205,26 +205,16 @@ class CouplingDamping:
         The frequencies of the modes differ by many powers of ten, and an eigen-solution has rounding of the size of its
         largest eigenvalue: so the inverse is taken, for W q, and W q' in s: entries no larger than they must be.
         """
-        states = 1 if self._squared else 2
-        poles, vectors = [np.zeros(0)], [np.zeros((states * len(self.omega), 0))]
-        for part in self._apart():
+        n, states = len(self.omega), 1 if self._squared else 2
+        poles, vectors = [np.zeros(0)], [np.zeros((states * n, 0))]
+        stiffness, *damping, mass = (part[:n, :n] for part in self.matrices)
+        for part in parts_of(mass, damping[0] if damping else 0 * mass, stiffness):  # of a level cable two
             own, found = self._eigen_of(part)
-            whole = np.zeros((states, len(self.omega), len(own)), dtype=complex)
+            whole = np.zeros((states, n, len(own)), dtype=complex)
             whole[:, part] = found.reshape(states, len(part), -1)
             poles.append(own)
             vectors.append(whole.reshape(-1, len(own)))
         return np.concatenate(poles), np.concatenate(vectors, axis=1)
-
-    def _apart(self):
-        """Numbers of the modes that damping couples to each other, as of a level cable symmetric ones: list."""
-        n, left, found = len(self.omega), np.ones(len(self.omega), dtype=bool), []
-        stiffness, *damping, mass = (part[:n, :n] for part in self.matrices)
-        damping = damping[0] if damping else np.zeros((n, n))
-        while left.any():
-            part = connected(mass, damping, stiffness, np.arange(n) == np.argmax(left))
-            found.append(np.flatnonzero(part))
-            left &= ~part
-        return found
 
     def _eigen_of(self, part):
         """`_eigen` of some modes, which damping does not couple to others."""
