@@ -40,6 +40,11 @@ class Ends:
         Rows: the chord frame in global coordinates. [-]
     count : int
         How many modes to keep.
+
+    Attributes
+    ----------
+    among : (Ends, slice or ndarray of int) or None
+        The batch of which these were taken, and which of it they are.
     """
 
     def __init__(self, dynamics, frame, count):
