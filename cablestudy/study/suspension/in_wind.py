@@ -287,8 +287,10 @@ class InWind:
 
     @cached_property
     def _at_rest(self):
-        """`InWind` with the winches at rest, which shares what does not depend on the loop."""
-        return self._changed(control=None)
+        """`InWind` with the winches at rest, which shares what does not depend on the loop, and the models tried."""
+        other = self._changed(control=None)
+        other._tried = self._tried
+        return other
 
     @cached_property
     def finer(self):
