@@ -1,6 +1,6 @@
 """Coordinates that no output depends on, and few modes of few cables: against dense solutions, and many modes."""
 
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from scipy.linalg import eigh
 from straight_scenes import case_of, with_changes
 
 from cablestudy.study.suspension.in_wind import ELEMENTS
-from cablestudy.study.suspension.response import Response
+from cablestudy.study.suspension.response import CLOSED, OPEN, Response
 from cablestudy.system.connected import apart, connected, observed
 from cablestudy.system.linear import LinearSystem, ReducedSystem
 from cablestudy.system.residues import eigen
@@ -135,8 +135,9 @@ def test_modes_that_no_output_depends_on_change_nothing(damping):
         found.append(sum(s[:, None, None] ** order * (part @ moved) for order, part in enumerate(motion.c)))
     size = np.abs(found[1]).max(axis=0)
     assert (np.abs(found[0] - found[1]) <= 1e-9 * size).all()
-    variances = [Response(movement, case.scene).variances.weighted["value"] for movement in (some, every)]
-    assert variances[0] == pytest.approx(variances[1], rel=1e-9)
+    for state in (CLOSED, OPEN):
+        own, other = (Response(movement, case.scene).variances(state).weighted["value"] for movement in (some, every))
+        assert own == pytest.approx(other, rel=1e-9)
 
 
 def test_numbers_and_names_of_modes_are_those_of_all():
@@ -182,12 +183,11 @@ def test_few_modes_of_one_cable_have_the_numbers_of_many(damping, end):
     case = case_of(one_cable(damping, winches__cable__end=end))
     found, many = case.in_wind.response, Response(case.in_wind.movement_of(160), case.scene)
     assert len(found.movement.modes) == 24
-    row = found.variances.rows["gondola.x"]
-    for name in ("value", "rate"):
-        own, other, error = (
-            part[name][:, row] for part in (found.variances.weighted, many.variances.weighted, found.variances.error)
-        )
-        assert (np.abs(own - other) <= error).all()
+    for state, name in product((CLOSED, OPEN), ("value", "rate")):
+        shown, true = found.variances(state), many.variances(state)
+        row = shown.rows["gondola.x"]
+        own, other, error = (part[name][row] for part in (shown.weighted, true.weighted, shown.error))
+        assert np.abs(own - other) <= error
         assert own == pytest.approx(other, rel=1e-6)
     (own, error), (other, _) = found.winch_speeds, many.winch_speeds
     assert (np.abs(own - other) <= error).all()
@@ -201,9 +201,9 @@ def test_few_modes_of_bars_have_the_numbers_of_all(end):
     found, every = case.in_wind.response, Response(case.in_wind.movement_of(ELEMENTS), case.scene)
     assert len(found.movement.modes) == 24
     assert len(every.movement.modes) == 118
-    row = found.variances.rows["gondola.x"]
-    for name, allowed in (("value", 1e-9), ("rate", 1e-8)):
-        own, other = (part.variances.weighted[name][:, row] for part in (found, every))
+    row = found.variances().rows["gondola.x"]
+    for state, (name, allowed) in product((CLOSED, OPEN), (("value", 1e-9), ("rate", 1e-8))):
+        own, other = (part.variances(state).weighted[name][row] for part in (found, every))
         assert own == pytest.approx(other, rel=allowed)
 
 

@@ -7,7 +7,7 @@ from command import CONFIGS, edit_rows, run
 from straight_scenes import everything, with_changes
 from test_suspension_extremes import platform
 
-from cablestudy.errors import NoSolutionError
+from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.study import read_study
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.prepare import prepare
@@ -18,6 +18,7 @@ from cablestudy.study.suspension.case import SuspensionCase, cases_of
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.group import Group
 from cablestudy.study.suspension.rows import evaluate_suspensions
+from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled_modes import coupled_modes_of_cases
 from cablestudy.system.superelement import Damping
 from cablestudy.wind import mean
@@ -77,6 +78,23 @@ def test_a_case_without_modes_leaves_the_others(damped):
             assert np.array_equal(getattr(found, name), getattr(alone, name)), name
         assert found.cables == alone.cables
         assert (found.damped is found) == damped
+
+
+@pytest.mark.parametrize(("elements", "lost"), [(2, True), (12, False)])
+def test_elements_of_cases_are_those_of_each_alone(elements, lost):
+    """Modes with an exact choice of elements; two are too few for cables that sag so much: equal bits."""
+    parts = [platform(mass=50, strain=1e-3), platform(mass=1, line=1.0, strain=-0.6), platform(mass=500, strain=2e-3)]
+    cases = Group([SuspensionScene.model_validate(part) for part in parts]).equilibrium
+    damping, model = [Damping(ratio=0.01)] * cases.lengths.shape[1], FixedModel(elements)
+    together = coupled_modes_of_cases(cases, 12, 1e-6, damping * 3, model=model)
+    assert isinstance(together[1], ConvergenceError) == lost
+    for place, found in enumerate(together):
+        (alone,) = coupled_modes_of_cases(cases.take(np.array([place])), 12, 1e-6, damping, model=model)
+        if isinstance(found, ConvergenceError):
+            assert str(found) == str(alone)
+            continue
+        for name in ("frequency", "shapes", "damping_ratio"):
+            assert np.array_equal(getattr(found, name), getattr(alone, name)), name
 
 
 def test_a_case_that_asks_for_more_modes_does_not_move_the_others():

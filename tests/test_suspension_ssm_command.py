@@ -374,7 +374,7 @@ def test_the_poles_are_the_modes_with_their_damping(folder):
 
 def test_which_modes_are_kept():
     rows = rows_of(run("modes", NET, "--format", "csv").out, "csv")
-    assert table(NET) == rows
+    assert table(NET) == [{name: row[name] for name in row if name != "lock_in_speed_m_per_s"} for row in rows]
     assert [row["number"] for row in table(NET, "--modes", 3)] == [1, 2, 3]
     assert [row["number"] for row in table(NET, "--upto", "1.2Hz")] == [1, 2, 3]
     some = table(NET, "--error", 0.05, "--input", "gondola.force_z", "--output", "gondola.z")

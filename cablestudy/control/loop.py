@@ -138,7 +138,7 @@ class Loop:
         motion, count = self.motion, len(self.motion)
         upper = motion.eigen.values.imag > 0
         poles = motion.eigen.values[upper]
-        forces = motion.eigen.left[upper, count : 2 * count] @ np.linalg.inv(motion.mass)
+        forces = motion.eigen.left[upper, count : 2 * count] @ motion.accelerated(np.eye(count))
         made = (forces[:, None] @ motion.pulled(poles))[:, 0] @ self.allocation.shares
         moved = self.allocation.measured @ (motion.eigen.right[:count, upper] / motion.unit[:, None])
         growth = -(made * self.controller(poles) * moved.T).sum(axis=1).real

@@ -102,7 +102,7 @@ def winch_speeds(motion, forces, loop, actuators=(), direct=None):
 def _given(motion, forces, size):
     """Change of each state by forces on the coordinates, shape (N, j)."""
     given = np.zeros((size, forces.shape[1]))
-    given[len(motion) : 2 * len(motion)] = np.linalg.solve(motion.mass, forces)
+    given[len(motion) : 2 * len(motion)] = motion.accelerated(forces)
     return given
 
 

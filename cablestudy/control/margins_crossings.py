@@ -40,8 +40,11 @@ class Crossings:
         return len(self.omega)
 
     def take(self, chosen):
-        """Some of them."""
-        return Crossings(self.omega[chosen], self.values[chosen])
+        """Some of them, with what is known of them."""
+        some = Crossings(self.omega[chosen], self.values[chosen])
+        known = ((name, self.__dict__.get(name)) for name in ("slope", "place", "factor"))
+        some.__dict__.update((name, value[chosen]) for name, value in known if value is not None)
+        return some
 
     @cached_property
     def slope(self):
@@ -51,9 +54,10 @@ class Crossings:
     @cached_property
     def place(self):
         """Frequency of each crossing, interpolated, shape (c,). [rad/s]"""
-        change = np.diff(self.values.imag)[:, 0]
-        share = -self.values[:, 0].imag / np.where(change, change, 1.0)
-        return self.omega[:, 0] + share * np.diff(self.omega)[:, 0]
+        imag, omega = self.values.imag, self.omega
+        change = imag[:, 1] - imag[:, 0]
+        share = -imag[:, 0] / np.where(change, change, 1.0)
+        return omega[:, 0] + share * (omega[:, 1] - omega[:, 0])
 
     @cached_property
     def factor(self):

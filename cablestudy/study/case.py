@@ -304,6 +304,20 @@ class Case:
         return {}
 
     @cached_property
+    def equilibrium(self):
+        """`Equilibrium` of the cable, whose end 2 a body that is free along x holds, or that is fixed.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            There is none.
+        """
+        from cablestudy.study.one_cable_system import equilibria_of
+
+        self.results.check(self.index)
+        return equilibria_of([self]).take(0)
+
+    @cached_property
     def in_wind(self):
         """The gondola with its winch loop, and in the wind: `InWind`.
 

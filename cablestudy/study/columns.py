@@ -231,6 +231,12 @@ def tensions_at_peak(case):
     does not say whether its wind blows towards end 1 or away from it. With fixed ends by `tension_rms`, with as many
     crossings as cycles of the lowest mode.
     """
+    tension, change = _change_at_peak(case)
+    return float((tension - change).min()), float(case.statics.max_tension + np.max(change))
+
+
+def _change_at_peak(case):
+    """Tension at both ends, shape (2,), and its largest change as of `tensions_at_peak`, shape (2,) or a number. [N]"""
     force = case.form.end_forces("global")
     tension = np.sqrt((force**2).sum(axis=-1))
     if case.scene.gondola is None:
@@ -240,14 +246,15 @@ def tensions_at_peak(case):
         # in closed form: no elements of both planes only for this
         pulled = np.array([case.results.end_stiffness_along(axis, 0)[case.index] for axis in range(3)])
         change = np.abs(force @ pulled) / np.where(tension > 0, tension, 1.0) * _peak(case)[0] / MM
-    return float((tension - change).min()), float(case.statics.max_tension + np.max(change))
+    return tension, change
 
 
 def goes_slack(case):
     """True if the least tension of a `Case` in the wind is below zero; False where its RMS is not known, or void."""
     known = case.moves_in_wind and (case.scene.gondola is None or case.__dict__.get("in_wind") in case.solved_winds)
     try:
-        return known and tensions_at_peak(case)[0] < 0
+        tension, change = _change_at_peak(case) if known else (np.zeros(2), 0.0)
+        return bool((tension < change).any())
     except CablestudyError:  # a winch that would be too fast, for example: the columns of the wind say why
         return False
 

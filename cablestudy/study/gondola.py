@@ -6,7 +6,7 @@ from itertools import chain
 import numpy as np
 
 from cablestudy.study.columns import ROUNDING
-from cablestudy.study.one_cable_system import GONDOLA, cables_of, equilibrium_of
+from cablestudy.study.one_cable_system import GONDOLA, cables_of
 from cablestudy.study.suspension.body_mode import SHARPER, BodyMode, to_accuracy
 from cablestudy.system.coupled_modes import coupled_modes
 
@@ -39,7 +39,7 @@ class GondolaMode:
     def _sharper_mode(self, sharper):
         """`BodyMode` of modes of an accuracy of so many times that of the scene, and with a finer model beside."""
         case, damping, accuracy = self._case, self._case.scene.cable.damping, sharper * self._accuracy
-        equilibrium, cables = equilibrium_of(case), cables_of(case, damping)
+        equilibrium, cables = case.equilibrium, cables_of(case, damping)
         return BodyMode.search(
             lambda count: coupled_modes(equilibrium, count, accuracy, damping, cables=cables), GONDOLA, 0, 0
         )

@@ -176,7 +176,7 @@ def _on_bodies(scene):
 
 
 def _in_airflow(case, scene, airflow, known, kind):
-    equilibrium, damping = equilibrium_of(case), scene.cables[CABLE].damping
+    equilibrium, damping = case.equilibrium, scene.cables[CABLE].damping
     modes = case.coupled_models.setdefault(damping.viscous, {})
     return kind(scene, equilibrium, equilibrium, airflow, exact_model(case), known, cables_of(case, damping), modes)
 
@@ -185,7 +185,7 @@ def cables_of(case, damping):
     """`Cables` of a case, which has an equilibrium: its one cable, with the damping of its scene or another one."""
     known = case.cable_models
     if damping.viscous not in known:
-        model, catenary = exact_model(case), equilibrium_of(case).catenary
+        model, catenary = exact_model(case), case.equilibrium.catenary
         known[damping.viscous] = Cables(catenary, damping, drag=model and model.drag, planes=_planes(case))
     return known[damping.viscous]
 
@@ -206,27 +206,20 @@ def prepare(cases):
     cases : sequence of Case
         Of one batch, all with a gondola or none.
     """
-    found = [(case, outcome_of(partial(_first_wind, case))) for case in cases]
-    found = [(case, wind) for case, wind in found if not isinstance(wind, Exception)]
-    if found:
-        cases, winds = (list(part) for part in zip(*found, strict=True))
-        solve_modes(winds, equilibria_of(cases))
+    cases = [case for case in cases if case.index not in case.results.failures]
+    if not cases:
+        return
+    equilibrium, found = equilibria_of(cases), []
+    for place, case in enumerate(cases):
+        case.equilibrium = equilibrium.take(place)
+        found.append(outcome_of(partial(_first_wind, case)))
+    alive = [place for place, wind in enumerate(found) if not isinstance(wind, Exception)]
+    if alive:
+        solve_modes([found[place] for place in alive], equilibrium.take(np.array(alive)))
 
 
 def _first_wind(case):
     return case.in_wind if case.scene.gondola is not None else case.in_cable_wind.sides[0]
-
-
-def equilibrium_of(case):
-    """`Equilibrium` of a case whose end 2 is held by a body that is free along x, or fixed.
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
-        There is none.
-    """
-    case.results.check(case.index)
-    return equilibria_of([case]).take(0)
 
 
 def equilibria_of(cases):

@@ -291,7 +291,7 @@ def _prepare_systems(answers, required):
         answer.case for answer in answers if any(column.header not in answer.failures for column in required.system)
     ]
     if not required.gondola:
-        cases = [case for case in cases if not _modal_gondola(case.scene)]
+        cases = [case for case in cases if not (case.exact_statics and _modal_gondola(case.scene))]
     prepare([case for case in cases if case.scene.gondola is not None])
     prepare([case for case in cases if case.scene.gondola is None])
 
@@ -369,7 +369,9 @@ def _solve_fixed(answers, required, estimate):
         return
     if len(alive) > 1 and required.of_models:
         models.solve_models([answer.case for answer in alive])
-    for answer in alive:
+    for place, answer in enumerate(alive):
+        if required.system and place % TOGETHER == 0:
+            _prepare_systems(alive[place : place + TOGETHER], required)
         _fixed_answer(answer, required, estimate or len(answers) == 1)
     if estimate and required.of_models:
         _estimate_motion(alive, required)

@@ -271,6 +271,8 @@ def residual_vectors(omega, coupling, left):
         In terms of the modes, orthonormal, those with the lowest frequency first; k is 6 or n, and vectors that
         rounding would determine are zero.
     """
+    if not left.any():
+        return np.zeros((*omega.shape, min(coupling.shape[-1], omega.shape[-1])))
     square = np.where(left, omega**2, 0.0)[..., None]
     response = np.where(left[..., None], coupling / omega[..., None] ** 2, 0.0)
     vectors, size, _ = np.linalg.svd(response, full_matrices=False)

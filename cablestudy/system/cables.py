@@ -5,7 +5,7 @@ fixed ends up to a multiple of it; six vectors at most stand for the others (`ca
 modes lie far above keeps none: its inertia is that of its static shapes.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil
 
@@ -45,6 +45,10 @@ class FixedModel:
     mass: str = "lumped"
     drag: SteadyDrag | None = None
 
+    def take(self, places):
+        """`FixedModel` with the drag on some of the cables alone."""
+        return replace(self, drag=self.drag and tuple(part[places] for part in self.drag))
+
 
 class Cables:
     """All cables of a suspension about their equilibrium, or of many cases of it, one case after the other.
@@ -70,7 +74,9 @@ class Cables:
 
     def take(self, places):
         """Some of them, by their numbers; what all need is computed for all at once."""
-        some = Cables(self.catenary.take(places), [self.damping[place] for place in places], planes=self.planes)
+        damping, drag = [self.damping[place] for place in places], self._drag
+        drag = None if drag is None else tuple(part[places] for part in drag)
+        some = Cables(self.catenary.take(places), damping, drag=drag, planes=self.planes)
         for name in ("heavy", "shapeless", "folded", "travel_time", "end_stiffness"):
             some.__dict__[name] = getattr(self, name)[places]
         some.__dict__["edges"] = [self.edges[place] for place in places]
@@ -213,6 +219,7 @@ class Models:
 
     def __init__(self, cables, meshes, fixed=False, most=MAX_MODES):
         self.cables, self.meshes, self._fixed, self._most = cables, meshes, fixed, most
+        self._among, self._others = None, {}
 
     def equal(self, other):
         """True if these are superelements of the same cables on the same meshes."""
@@ -223,7 +230,31 @@ class Models:
         """Those of some cables, by their numbers, ascending."""
         some = Models(self.cables.take(places), [self.meshes[place] for place in places], self._fixed, self._most)
         some.__dict__["groups"] = [one for group in self.groups if (one := group.take(places))]
+        whole, first = self._among or (self, np.arange(self.cables.count))
+        some._among = whole, first[places]
         return some
+
+    def with_all_modes(self, most, coarser=0):
+        """Models of the same cables all of whose modes are computed: themselves, or on other meshes.
+
+        Of some of a batch they are computed for all of the batch at once.
+
+        Parameters
+        ----------
+        most : int
+            Displacements of a cable at most.
+        coarser : int
+            By so much the order of the meshes is less.
+        """
+        if not coarser and self.complete:
+            return self
+        if self._among is not None:
+            whole, places = self._among
+            return whole.with_all_modes(most, coarser).take(places)
+        if (most, coarser) not in self._others:
+            other = {mesh: mesh and _with_at_most(mesh, most, coarser) for mesh in set(self.meshes)}
+            self._others[most, coarser] = Models(self.cables, [other[mesh] for mesh in self.meshes], most=most)
+        return self._others[most, coarser]
 
     @cached_property
     def groups(self):
@@ -259,7 +290,7 @@ class Models:
 
     def _large(self, mesh):
         """Whether a cable has more modes than are computed, and more than cost little."""
-        return 3 * (mesh.nodes - 2) > max(self._most, ALL_AT_ONCE)
+        return has_more_modes(mesh, self._most)
 
     @cached_property
     def elements(self):
@@ -431,6 +462,17 @@ class Models:
             whole = (weight[..., None] * moved**2).sum(axis=(-3, -2))
             found[group.places] = mass * np.stack([whole - sum(parts), *parts], axis=1)
         return found
+
+
+def _with_at_most(mesh, displacements, coarser):
+    """A mesh with no more than so many displacements, of an order less by so many."""
+    most = (displacements // 3 + 1) // mesh.elements
+    return replace(mesh, order=max(min(mesh.order, most) - coarser, 1))
+
+
+def has_more_modes(mesh, most=0):
+    """True if a cable has more modes than so many, and more than cost little."""
+    return 3 * (mesh.nodes - 2) > max(most, ALL_AT_ONCE)
 
 
 def fixed_meshes(cables, model):

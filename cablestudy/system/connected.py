@@ -24,11 +24,31 @@ def connected(mass, damping, stiffness, some):
     -----
     Each entry is compared with the masses m, stiffnesses k and critical damping (k m)^(1/2) of both coordinates.
     """
+    return reached(_coupled(mass, damping, stiffness), some)
+
+
+def _coupled(mass, damping, stiffness):
+    """Which coordinates each is coupled with, shape (n, n); see `connected`."""
     k, m = np.sqrt(np.abs(np.diagonal(stiffness))), np.sqrt(np.diagonal(mass))
     coupled = np.abs(mass) > NONE * m[:, None] * m
     for part, size in ((damping, np.sqrt(k * m)), (stiffness, k)):
         coupled |= np.abs(part) > NONE * size[:, None] * size
-    return reached(coupled, some)
+    return coupled
+
+
+def parts_of(mass, damping, stiffness):
+    """Numbers of the coordinates that depend on each other: list of ndarray; arguments as of `connected`."""
+    return _parts(_coupled(mass, damping, stiffness))
+
+
+def _parts(joined):
+    """Numbers of those that are joined to each other, by a symmetric matrix of bool: list of ndarray."""
+    left, found = np.ones(len(joined), dtype=bool), []
+    while left.any():
+        part = reached(joined, np.arange(len(joined)) == np.argmax(left))
+        found.append(np.flatnonzero(part))
+        left &= ~part
+    return found
 
 
 def reached(joined, some):
@@ -47,13 +67,7 @@ def apart(a):
     """
     size = np.abs(a)
     joined = size > ROUNDING * np.minimum(size.max(axis=1, initial=0.0)[:, None], size.max(axis=0, initial=0.0))
-    joined |= joined.T
-    left, found = np.ones(len(a), dtype=bool), []
-    while left.any():
-        part = reached(joined, np.arange(len(a)) == np.argmax(left))
-        found.append(np.flatnonzero(part))
-        left &= ~part
-    return found
+    return _parts(joined | joined.T)
 
 
 def observed(system):

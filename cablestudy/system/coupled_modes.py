@@ -12,7 +12,7 @@ import numpy as np
 
 from cablestudy.cable.element import PER_WAVE
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, result_of
-from cablestudy.system.cables import HIGHEST_ORDER, MAX_MODES, UNDAMPED, Cables, Models, fixed_meshes
+from cablestudy.system.cables import HIGHEST_ORDER, MAX_MODES, UNDAMPED, Cables, Models, fixed_meshes, has_more_modes
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_solution import NOISE, CoupledModes, Trial
 from cablestudy.system.superelement import grows_with_modes
@@ -122,35 +122,60 @@ class Search:
         return finished(trial, 0, np.maximum(trial.unresolved[0].sum(axis=0) / 2, NOISE))
 
     def of_elements(self, model):
-        """`CoupledModes` of one row with an exact choice of elements, with some modes of each cable.
+        """`CoupledModes` of each row with an exact choice of elements, with some modes of each cable.
 
         Parameters
         ----------
         model : FixedModel
 
-        Raises
-        ------
-        NoSolutionError, ConvergenceError
-            As `solve` gives them; or these elements have no equilibrium.
+        Returns
+        -------
+        list of (CoupledModes or Exception)
+            Why a row has none: as `solve` gives it; or these elements have no equilibrium.
         """
-        result_of(self.refused[0])
-        cables = self.cables
-        models = Models(cables, fixed_meshes(cables, model), fixed=True, most=min(self._most, MAX_MODES))
-        trial = self._tried(models, np.where(cables.heavy, np.inf, 0.0))
-        modal = any(grows_with_modes(one) for one in cables.damping)
-        finer = partial(self._damped_by_all, models.meshes) if modal and not models.complete else None
-        return finished(trial, 0, np.full(self.count, np.nan), finer)
+        found, alike, meshes = self.refused, {}, fixed_meshes(self.cables, model)
+        for row, refused in enumerate(found):
+            if refused is None:
+                alike.setdefault(self._kind_of_elements(row, meshes), []).append(row)
+        for kind, rows in alike.items():
+            for row, outcome in zip(rows, self._elements_of(np.array(rows), kind >= 0, meshes), strict=True):
+                found[row] = outcome
+        return found
 
-    def _damped_by_all(self, meshes):
-        """`CoupledModes` of elements with MAX_MODES of each cable, and the modal damping of all.
+    def _kind_of_elements(self, row, meshes):
+        """A number that rows share whose elements are solved together; one of its own, from 0, of a row alone."""
+        places, loads = self._places([row]), self.cables.catenary.span.load_forces
+        large = any(meshes[place] and has_more_modes(meshes[place]) for place in places)
+        alone = large or self.cables.blown[places].any()
+        return row if alone else -1 - bool(np.any(loads[places, :, 2]))
+
+    def _elements_of(self, rows, alone, meshes):
+        """`of_elements` of some rows: list; where those of one have no equilibrium, of one after the other."""
+        cables, own = self._cables_of(rows), [meshes[place] for place in self._places(rows)]
+        most = min(self._most(rows), MAX_MODES) if alone else MAX_MODES
+        models = Models(cables, own, fixed=True, most=most)
+        try:
+            trial = self._tried(models, np.where(cables.heavy, np.inf, 0.0), rows)
+        except (NoSolutionError, ConvergenceError) as error:
+            if len(rows) == 1:
+                return [error]
+            return [outcome for row in rows for outcome in self._elements_of(np.array([row]), alone, meshes)]
+        modal = any(grows_with_modes(one) for one in cables.damping)
+        finer = partial(self._damped_by_all, rows, own) if modal and not models.complete else None
+        unknown = np.full(self.count, np.nan)
+        return [outcome_of(partial(finished, trial, number, unknown, finer)) for number in range(len(rows))]
+
+    def _damped_by_all(self, rows, meshes):
+        """`CoupledModes` of elements of one row with MAX_MODES of each cable, and the modal damping of all.
 
         That of the others is what it does to slow movements of the ends: see `Superelement.combine`.
         """
-        models, limits = Models(self.cables, meshes, fixed=True, most=MOST_DAMPED), np.zeros(self.cables.count)
+        cables = self._cables_of(rows)
+        models, limits = Models(cables, meshes, fixed=True, most=MOST_DAMPED), np.zeros(cables.count)
         for group in models.groups:
             omega = np.sort(group.ends.omega, axis=-1)
             limits[group.places] = omega[:, MAX_MODES] if omega.shape[-1] > MAX_MODES else np.inf
-        return finished(self._tried(models, limits), 0, np.full(self.count, np.nan))
+        return finished(self._tried(models, limits, rows), 0, np.full(self.count, np.nan))
 
     def _finer(self, row, orders, limits, highest, error):
         """`CoupledModes` of one row, of a finer model with more modes of cables."""
@@ -205,11 +230,10 @@ class Search:
         """Least such multiple for cables whose first mode is among those asked for, or near. [-]"""
         return DAMPED / WIDER if self._damped else 1.0
 
-    @property
-    def _most(self):
-        """How many modes of each cable an exact choice of elements needs: the others change no digit."""
-        highest = SHARPER * EXACT ** (-1 / POWER) * self._first_guess(np.arange(1))[0]
-        return 8 + ceil(2 * highest * self.cables.travel_time.max(initial=0.0) / np.pi)
+    def _most(self, row):
+        """How many modes of each cable of one row an exact choice of elements needs: the others change no digit."""
+        highest = SHARPER * EXACT ** (-1 / POWER) * self._first_guess(row)[0]
+        return 8 + ceil(2 * highest * self._travel_time[row].max(initial=0.0) / np.pi)
 
     def _first_guess(self, rows):
         """Estimate of the highest angular frequency asked for: cables as strings, bodies on their static stiffness.
@@ -370,10 +394,10 @@ def coupled_modes(equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=Non
     static = equilibrium.end_stiffness[equilibrium.suspension.of_cables]
     cables = cables or Cables(equilibrium.catenary, damping, static, drag)
     search = Search(equilibrium, count, accuracy, cables, damped)
-    return search.of_elements(model) if model else result_of(search.solve()[0])
+    return result_of((search.of_elements(model) if model else search.solve())[0])
 
 
-def coupled_modes_of_cases(equilibrium, count, accuracy, damping, planes=None, damped=False):
+def coupled_modes_of_cases(equilibrium, count, accuracy, damping, planes=None, damped=False, model=None):
     """The lowest coupled modes of many cases with equal names and connections.
 
     Parameters
@@ -386,6 +410,8 @@ def coupled_modes_of_cases(equilibrium, count, accuracy, damping, planes=None, d
         Of the n c cables, those of one case after the other.
     planes : tuple, optional
         As for `Cables`.
+    model : FixedModel, optional
+        As for `coupled_modes`, its drag that on all of these cables.
 
     Returns
     -------
@@ -394,13 +420,17 @@ def coupled_modes_of_cases(equilibrium, count, accuracy, damping, planes=None, d
     """
     count_of_cases, each = equilibrium.lengths.shape
     if Layout(equilibrium).large:  # sparse matrices: one after the other
-        damping = [damping[each * case : each * (case + 1)] for case in range(count_of_cases)]
-        every = [(equilibrium.take(case), own) for case, own in enumerate(damping)]
-        return [outcome_of(partial(coupled_modes, one, count, accuracy, own, damped=damped)) for one, own in every]
+        found = []
+        for case in range(count_of_cases):
+            own = slice(each * case, each * (case + 1))
+            about = equilibrium.take(case), count, accuracy, damping[own], model and model.take(own)
+            found.append(outcome_of(partial(coupled_modes, *about, damped=damped)))
+        return found
     catenary = equilibrium.catenary.take(tuple(np.indices((count_of_cases, each)).reshape(2, -1)))
     static = equilibrium.end_stiffness[:, equilibrium.suspension.of_cables].reshape(-1, 3, 3)
-    cables = Cables(catenary, damping, static, planes=planes)
-    return Search(equilibrium, count, accuracy, cables, damped).solve()
+    cables = Cables(catenary, damping, static, model and model.drag, planes)
+    search = Search(equilibrium, count, accuracy, cables, damped)
+    return search.of_elements(model) if model else search.solve()
 
 
 def runs(omega, error):

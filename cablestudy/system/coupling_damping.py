@@ -132,7 +132,11 @@ class Strain:
     @property
     def matrix(self):
         """[E R; R^T S], shape (n + 6, n + 6)."""
-        return np.block([[self.modes, self.coupling], [self.coupling.T, self.ends]])
+        n, size = len(self.modes), len(self.modes) + len(self.ends)
+        found = np.empty((size, size))
+        found[:n, :n], found[n:, n:] = self.modes, self.ends
+        found[:n, n:], found[n:, :n] = self.coupling, self.coupling.T
+        return found
 
 
 class CouplingDamping:

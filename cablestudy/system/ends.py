@@ -14,6 +14,21 @@ ROUNDING = 1e-11  # size of what the modes leave of a vector, over its own, belo
 DEPENDENT = 1e-8  # mass of a combination of unit vectors, below which rounding determines it
 
 
+def _of_batch(compute):
+    """A cached property of `Ends`, an array, a tuple of arrays or None: of some of a batch computed for all."""
+
+    def found(ends):
+        if ends.among is None:
+            return compute(ends)
+        whole, rows = ends.among
+        known = getattr(whole, compute.__name__)
+        if isinstance(known, tuple):
+            return tuple(part[rows] for part in known)
+        return None if known is None else known[rows]
+
+    return cached_property(found)
+
+
 class Ends:
     """The superelements of a cable, or of many on one mesh, with any damping.
 
@@ -25,15 +40,23 @@ class Ends:
         Rows: the chord frame in global coordinates. [-]
     count : int
         How many modes to keep.
+
+    Attributes
+    ----------
+    among : (Ends, slice or ndarray of int) or None
+        The batch of which these were taken, and which of it they are.
     """
 
     def __init__(self, dynamics, frame, count):
-        self._dynamics, self._frame, self._count = dynamics, frame, count
+        self._dynamics, self._frame, self._count, self.among = dynamics, frame, count, None
 
     def take(self, rows):
-        """Those of some cables, by a slice or their numbers."""
+        """Those of some cables, by a slice or their numbers: what they need is computed for all at once."""
+        if self.among is not None:
+            whole, first = self.among
+            return whole.take(np.arange(len(whole._frame))[first][rows])
         some = Ends(self._dynamics.take(rows), self._frame[rows], self._count)
-        some.__dict__["_undamped"] = tuple(part[rows] for part in self._undamped)
+        some.among = self, rows
         return some
 
     def model(self, damping, place=()):
@@ -130,7 +153,7 @@ class Ends:
         """Inertia of the ends in static shapes, see `Superelement`, shape (..., 6, 6). [kg]"""
         return self._undamped[3]
 
-    @cached_property
+    @_of_batch
     def _basis(self):
         """Angular frequencies [rad/s] and shapes (`Modes.shapes`) of the coordinates inside."""
         modes = self._dynamics.modes(self._count).first(self._count)
@@ -153,7 +176,7 @@ class Ends:
         none = np.zeros_like(self._frame)
         return np.block([[self._frame, none], [none, self._frame]])
 
-    @cached_property
+    @_of_batch
     def _undamped(self):
         """Angular frequencies, coupling, static stiffness and inertia, as in `Superelement`."""
         dynamics, (omega, inside), frame, turn = self._dynamics, self._basis, self._frame, self._turn
@@ -173,7 +196,7 @@ class Ends:
             turn.swapaxes(-1, -2) @ (mass * inertia) @ turn,
         )
 
-    @cached_property
+    @_of_batch
     def _carried(self):
         """See `Superelement.carried`, shape (..., c, n + 6); None without point masses."""
         mesh, shapes = self.state.mesh, self._basis[1]
@@ -190,7 +213,7 @@ class Ends:
         moved = joined(np.sqrt(mass)[..., None, None] * moved)
         return np.concatenate([moved[..., :count], moved[..., count:] @ self._turn], axis=-1)
 
-    @cached_property
+    @_of_batch
     def _elastic(self):
         """E, R and S of `Strain`."""
         dynamics, shapes, turn = self._dynamics, self._basis[1], self._turn

@@ -138,14 +138,17 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
         _notched(notches, moved, moving, fixed, 2 * m + filters)
         zeroth, first, second = (part @ left for part in motion.b)
         force[:, begin:size] += zeroth
-        force[:, laws] += np.kron(first, c) + np.kron(second, c @ a)
-        fixed[laws, laws], fixed[begin:, laws] = np.kron(each, a), np.kron(each, c)
-        first, second = (np.linalg.solve(motion.mass, part) for part in (first, second))
+        if len(a):
+            force[:, laws] += np.kron(first, c) + np.kron(second, c @ a)
+            fixed[laws, laws], fixed[begin:, laws] = np.kron(each, a), np.kron(each, c)
+        first, second = (motion.accelerated(part) for part in (first, second))
         for one, column, error, rate in zip(scaled, rates.T, moved, moving, strict=True):
-            one[laws], one[begin:] = -np.outer(np.kron(column, b), error), -d * np.outer(column, error)
+            if len(a):
+                one[laws] = -np.outer(np.kron(column, b), error)
+            one[begin:] = -d * np.outer(column, error)
             one[m : 2 * m] = -np.outer((d * first + (c @ b) * second) @ column, error)
             one[m : 2 * m] -= d * np.outer(second @ column, rate)
-    fixed[m : 2 * m] = np.linalg.solve(motion.mass, force)
+    fixed[m : 2 * m] = motion.accelerated(force)
     return Equations(fixed, scaled, places, speeds, feedback, left)
 
 

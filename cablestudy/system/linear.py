@@ -161,6 +161,15 @@ class LinearSystem:
         return np.sqrt(np.where(stiffness > 0, stiffness, mass) / mass)
 
     @cached_property
+    def _of_unit_mass(self):
+        """True if M is the identity."""
+        return np.array_equal(self.mass, np.eye(len(self)))
+
+    def accelerated(self, forces):
+        """M^-1 times forces, shape (n, r)."""
+        return forces if self._of_unit_mass else np.linalg.solve(self.mass, forces)
+
+    @cached_property
     def equations(self):
         """`Equations` of first order, winches at rest and without inputs."""
         return equations(self)

@@ -16,6 +16,8 @@ order in the coupling to modes that are not in the window, where poles of the wi
 
 import numpy as np
 
+from cablestudy.system.connected import parts_of
+
 CORE = 60  # poles of a window,
 BESIDE = 20  # and those on each side of it of which the modes are in its eigenvalue problem
 LOWEST = 3  # of the lowest window these are so many times as wide: there coupling is strongest
@@ -68,14 +70,31 @@ def poles_in_windows(matrices, omega):
 def eigen(matrices, omega):
     """Poles x of a polynomial as `poles_in_windows` has it, and vectors of a linear eigenvalue problem.
 
-    The frequencies of the modes differ by many powers of ten, and an eigen-solution has rounding of the size of its
-    largest eigenvalue: so the inverse is taken, for W q, and W q' in s: entries no larger than they must be.
+    Modes that damping does not couple are solved apart: of a level cable the symmetric and the antisymmetric ones.
 
     Returns
     -------
     poles : ndarray, shape (N,)
     vectors : ndarray, shape (N, N)
         See `shapes`.
+    """
+    n, states = len(omega), len(matrices) - 1
+    stiffness, *damping, mass = matrices
+    poles, vectors = [np.zeros(0)], [np.zeros((states * n, 0))]
+    for part in parts_of(mass, damping[0] if damping else 0 * mass, stiffness):
+        own, found = _eigen_of_some([one[np.ix_(part, part)] for one in matrices], omega[part])
+        whole = np.zeros((states, n, len(own)), dtype=complex)
+        whole[:, part] = found.reshape(states, len(part), -1)
+        poles.append(own)
+        vectors.append(whole.reshape(-1, len(own)))
+    return np.concatenate(poles), np.concatenate(vectors, axis=1)
+
+
+def _eigen_of_some(matrices, omega):
+    """`eigen` of modes that damping couples.
+
+    The frequencies of the modes differ by many powers of ten, and an eigen-solution has rounding of the size of its
+    largest eigenvalue: so the inverse is taken, for W q, and W q' in s: entries no larger than they must be.
     """
     n, unit = len(omega), np.outer(omega, omega)
     stiffness, *damping, _ = (part / unit for part in matrices)

@@ -333,9 +333,10 @@ class Superelement:
             absolute = np.concatenate([np.eye(n), coupling], axis=1)
             damping = damping + absolute.T @ ((2 * self.damping_ratio * self.omega)[:, None] * absolute)
         elif self.strain.law == "kelvin_voigt":
-            damping = damping + self.strain.amount * self.strain.matrix
+            damping += self.strain.amount * self.strain.matrix
         else:
-            stiffness = stiffness + 1j * self.strain.amount * self.strain.matrix
+            stiffness = stiffness.astype(complex)
+            stiffness.imag = self.strain.amount * self.strain.matrix
         damping[n:, n:] += self.residual_damping
         return mass, damping, stiffness
 

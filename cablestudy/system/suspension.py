@@ -174,7 +174,12 @@ class SuspendedSystem:
 
     def take(self, index):
         """One case of a batch of shape (n,), or some of them."""
-        return replace(self, **{name: array[index] for name, array in self.broadcast()._arrays().items()})
+        arrays, full = self._arrays(), self.shape
+        for name, array in arrays.items():
+            lead = array.ndim - CORES[name]
+            whole = array if array.shape[:lead] == full else np.broadcast_to(array, full + array.shape[lead:])
+            arrays[name] = whole[index]
+        return replace(self, **arrays)
 
     def with_cables(self, cables):
         """Copy with some of its cables only, by their numbers, and with all links."""

@@ -201,8 +201,8 @@ def _of(look, names, place, frequency):
             space[[response.names.index(places[axis]) for axis in pair if places[axis] in known], column] = 1.0
         found = response.spectra(frequency, state, space)
         parts = dict(zip(known, found, strict=False))
-        every = response.variances
-        own = {name: every.weighted["value"][state, every.rows[name]] for name in known}
+        every = response.variances(state)
+        own = {name: every.weighted["value"][every.rows[name]] for name in known}
         covariance += _covariance(frequency, parts, found[len(known) :], own, places)
         spectra = {name: spectra.get(name, 0.0) + part for name, part in parts.items()}
         variances = {name: variances.get(name, 0.0) + part for name, part in own.items()}

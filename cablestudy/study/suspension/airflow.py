@@ -53,6 +53,8 @@ class Airflow:
 
     def damped_system(self, modes):
         """The `LinearSystem` of some `CoupledModes` with the aerodynamic damping of cables and bodies."""
+        if not self.damps:
+            return modes.system
         layout, solution = modes.layout, modes.solution
         kept = self.damped(solution.models, solution.kept, layout.equilibrium)
         system = layout.system([one.element for one in kept])

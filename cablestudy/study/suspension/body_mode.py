@@ -1,12 +1,12 @@
 """The coupled mode of a body along one of its coordinates: that with the largest share in its static compliance."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING, relative
-from cablestudy.system.cables import Models
+from cablestudy.system.cable_coordinates import Kept
 from cablestudy.system.coupled_modes import STEP
 from cablestudy.system.coupled_solution import CoupledModes
 from cablestudy.system.damped_pole import damped_pole
@@ -211,13 +211,5 @@ class _PoleSearch:
 
 def _with_all_modes(models, coarser=0):
     """Some `Models`, or coarser ones, of an order less by so many, and all modes of their cables: list of Kept."""
-    if coarser or not models.complete:
-        meshes = [mesh and _of_few(mesh, coarser) for mesh in models.meshes]
-        models = Models(models.cables, meshes, most=MOST_OF_CABLE)
-    return models, models.coordinates(np.full(models.cables.count, np.inf)).kept
-
-
-def _of_few(mesh, coarser):
-    """A mesh with no more than MOST_OF_CABLE displacements, of an order less by so many."""
-    most = (MOST_OF_CABLE // 3 + 1) // mesh.elements
-    return replace(mesh, order=max(min(mesh.order, most) - coarser, 1))
+    models = models.with_all_modes(MOST_OF_CABLE, coarser)
+    return models, [Kept(one, len(one.omega), np.eye(len(one.omega))) for one in models.elements]

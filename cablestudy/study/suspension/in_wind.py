@@ -1,12 +1,13 @@
 """A suspension in the wind and under control: with as many modes as its numbers need."""
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from cablestudy.activity import doing
 from cablestudy.control.law import law_from
-from cablestudy.errors import NoSolutionError, outcome_of, result_of
+from cablestudy.errors import outcome_of, result_of
 from cablestudy.scene.words import counted
 from cablestudy.study.columns import relative
 from cablestudy.study.notes import unknown_rms_error
@@ -96,8 +97,12 @@ class InWind:
 
     @property
     def first_model(self):
-        """Number of modes, accuracy and planes of the motion of the cables of the model that is tried first."""
-        return self._tried[0], self._accuracy, self._cables and self._cables.planes
+        """The model that is tried first: rows for which it is equal have their modes computed together.
+
+        Number of modes, accuracy, planes of the motion of the cables, and elements without their drag, or None.
+        """
+        elements = self._model and replace(self._model, drag=self._model.drag and ())
+        return self._tried[0], self._accuracy, self._cables and self._cables.planes, elements
 
     def lowest_modes(self, count):
         """At least so many `CoupledModes` where there are, those of the model that is tried first if it has them.
@@ -177,7 +182,7 @@ class InWind:
     def _suffices(self, response):
         """Whether the modes left out of a `Response` and its quadrature leave the RMS of bodies the accuracy."""
         accuracy, others = self._accuracy, response.integration_error / 2
-        return not response.errs_more_than(2 * (EXACT if self._model else max(accuracy - others, accuracy / 2)))
+        return response.moving_error <= 2 * (EXACT if self._model else max(accuracy - others, accuracy / 2))
 
     def _check(self, movement):
         """Refuse a `Movement` that grows: NoSolutionError, in which one with many modes names the motion."""
@@ -205,7 +210,8 @@ class InWind:
             return ""
         if self._modal:
             return unknown_rms_error(counted(len(self.movement.modes), "mode"))
-        error = self.response.moving_error / 2
+        solved = [one for one in (self, self.__dict__.get("_at_rest")) if one is not None and one.solved]
+        error = max(one.response.moving_error for one in solved) / 2
         if error <= self._accuracy:
             return ""
         tried = [str(count) for count in self._tried if count <= len(self.movement.modes)]
@@ -281,8 +287,10 @@ class InWind:
 
     @cached_property
     def _at_rest(self):
-        """`InWind` with the winches at rest, which shares what does not depend on the loop."""
-        return self._changed(control=None)
+        """`InWind` with the winches at rest, which shares what does not depend on the loop, and the models tried."""
+        other = self._changed(control=None)
+        other._tried = self._tried
+        return other
 
     @cached_property
     def finer(self):
@@ -315,9 +323,8 @@ class InWind:
 
     @property
     def _open(self):
-        """`InWind` of numbers with the winches at rest: this one, which has both, where its loop is stable."""
-        refused = self.scene.control is not None and isinstance(self._outcome, NoSolutionError)
-        return self._at_rest if refused else self
+        """`InWind` of numbers with the winches at rest: this one without a loop."""
+        return self if self.scene.control is None else self._at_rest
 
     @property
     def loop_error(self):
@@ -387,14 +394,14 @@ class InWind:
         Not a number for an exact choice of elements, whose own error is not known, nor with modal damping.
         """
         response, state = self.response_of_state(open_loop)
-        found = response.variances if variance in OWN else response.seen
+        found = (response.variances if variance in OWN else response.seen)(state)
         names = [name for name in names if name in found.rows]
         response.check_damped(names, state)
         rows = [found.rows[name] for name in names]
-        total = found.weighted[variance][state, rows].sum()
+        total = found.weighted[variance][rows].sum()
         if not total > 0:
             return np.sqrt(total), 0.0 if self._model is None else np.nan
-        error, accuracy = found.error_of(variance, state, names) / (2 * total), self._accuracy
+        error, accuracy = found.error_of(variance, names) / (2 * total), self._accuracy
         error = max(error, min(BY_ONE_MODEL * error, accuracy), RESOLVED * accuracy)
         return np.sqrt(total), error if self._error_known else np.nan
 
@@ -470,11 +477,15 @@ def solve_modes(winds, equilibrium):
     """
     lacking = {}
     for number, wind in enumerate(winds):
-        if wind._model is None and wind.first_model[0] not in wind._modes:
+        if wind.first_model[0] not in wind._modes:
             lacking.setdefault(wind.first_model, {})[id(wind._modes)] = number
-    for (count, accuracy, planes), numbers in lacking.items():
+    for (count, accuracy, planes, elements), numbers in lacking.items():
         numbers = list(numbers.values())
-        damping = [cable.damping for number in numbers for cable in winds[number].scene.cables.values()]
-        about = equilibrium.take(np.array(numbers)), count, accuracy, damping
-        for number, modes in zip(numbers, coupled_modes_of_cases(*about, planes, damped=True), strict=True):
-            winds[number]._modes[count] = modes
+        some, model = [winds[number] for number in numbers], elements
+        damping = [cable.damping for wind in some for cable in wind.scene.cables.values()]
+        if elements and elements.drag is not None:
+            drag = zip(*(wind._model.drag for wind in some), strict=True)
+            model = replace(elements, drag=tuple(np.concatenate(parts) for parts in drag))
+        about = equilibrium.take(np.array(numbers)), count, accuracy, damping, planes, True, model
+        for wind, modes in zip(some, coupled_modes_of_cases(*about), strict=True):
+            wind._modes[count] = modes if isinstance(modes, Exception) else outcome_of(lambda modes=modes: modes.damped)

@@ -32,16 +32,16 @@ CLOSED, OPEN = 0, 1
 
 @dataclass(frozen=True)
 class Variances:
-    """Of some outputs, o of them; with the loop first, then with the winches at rest.
+    """Of some outputs, o of them, with the loop or with the winches at rest.
 
     Attributes
     ----------
     rows : dict
         Name of each output -> its place.
     weighted : dict
-        "value", "rate" (of the derivative) and names of `seen_weights` -> variances, shape (2, o).
+        "value", "rate" (of the derivative) and names of `seen_weights` -> variances, shape (o,).
     but_by_waves : dict
-        The same names -> estimated errors, by interpolation and by the model, shape (2, o).
+        The same names -> estimated errors, by interpolation and by the model, shape (o,).
     by_waves : callable, optional
         -> what waves add to the errors of tensions, shape (w, o): for each of these names.
     """
@@ -53,15 +53,15 @@ class Variances:
 
     @cached_property
     def error(self):
-        """Estimated errors by the same names, that of tensions by waves included: dict of ndarray, shape (2, o)."""
+        """Estimated errors by the same names, that of tensions by waves included: dict of ndarray, shape (o,)."""
         if self.by_waves is None:
             return self.but_by_waves
         return {name: own + more for (name, own), more in zip(self.but_by_waves.items(), self.by_waves(), strict=True)}
 
-    def error_of(self, name, state, outputs):
-        """Sum of the estimated errors of some outputs, by their names, with the loop (CLOSED) or without it (OPEN)."""
+    def error_of(self, name, outputs):
+        """Sum of the estimated errors of some outputs, by their names."""
         errors = self.error if any(".tension_" in output for output in outputs) else self.but_by_waves
-        return errors[name][state, [self.rows[output] for output in outputs]].sum()
+        return errors[name][[self.rows[output] for output in outputs]].sum()
 
 
 class Response:
@@ -78,7 +78,7 @@ class Response:
     """
 
     def __init__(self, movement, scene, before=None):
-        self.movement, self.scene, self._before = movement, scene, before
+        self.movement, self.scene, self._before, self._known = movement, scene, before, {}
 
     @cached_property
     def names(self):
@@ -147,11 +147,12 @@ class Response:
         """Estimated relative error of a variance by quadrature, and by interpolation of the gusts. [-]"""
         return QUADRATURE + self.movement.gusts.error
 
-    @cached_property
-    def _undamped(self):
-        """`Turbulence.undamped` with the loop and with the winches at rest, shape (2, o)."""
-        found = [state.undamped(self.stiffness) for state in self._states]
-        return np.broadcast_to(found, (2, len(self.names)))
+    def _once(self, name, state, compute):
+        """A result of one `Turbulence`, computed when it is first asked for."""
+        turbulence = self._state(state)
+        if (name, turbulence) not in self._known:
+            self._known[name, turbulence] = compute(turbulence)
+        return self._known[name, turbulence]
 
     def check_damped(self, names, state):
         """Refuse a resonance that the wind excites and nothing bounds.
@@ -166,7 +167,8 @@ class Response:
         ------
         NoSolutionError
         """
-        self._refuse(self._undamped[state, [self.names.index(name) for name in names]])
+        undamped = self._once("undamped", state, lambda turbulence: turbulence.undamped(self.stiffness))
+        self._refuse(undamped[[self.names.index(name) for name in names]])
 
     def _refuse(self, undamped):
         """Refuse a pole that nothing damps among some, 0 where there is none."""
@@ -181,12 +183,11 @@ class Response:
 
     @property
     def moving_error(self):
-        """Largest relative error by the modes left out of the variances of displacement and velocity of bodies. [-]"""
-        return max(self._moving_error(state) for state in self._states)
+        """Largest relative error by the modes left out of the variances of displacement and velocity of bodies. [-]
 
-    def errs_more_than(self, allowed):
-        """True if `moving_error` is more than a value; the winches at rest, which cost less, are looked at first."""
-        return not all(self._moving_error(state) <= allowed for state in reversed(self._states))
+        With the loop, where it does something.
+        """
+        return self._moving_error(self._states[0])
 
     def _variances(self, state, weights=None):
         """`Turbulence.variances`, or those with some weights, and their errors by modes as far as they are known."""
@@ -209,20 +210,25 @@ class Response:
             found += (part[total > 0] / total[total > 0]).tolist()
         return max(found)
 
-    @cached_property
-    def variances(self):
-        """`Variances` of all outputs and their rates, without what nothing damps: see `check_damped`."""
-        return self._described(OWN, [self._variances(state) for state in self._states])
+    def variances(self, state=CLOSED):
+        """`Variances` of all outputs and their rates, without what nothing damps: see `check_damped`.
 
-    @cached_property
-    def seen(self):
-        """`Variances` of what a telescope sees of all outputs, see `seen_weights`."""
+        Parameters
+        ----------
+        state : {CLOSED, OPEN}
+        """
+        return self._once("own", state, lambda turbulence: self._described(OWN, self._variances(turbulence)))
+
+    def seen(self, state=CLOSED):
+        """`Variances` of what a telescope sees of all outputs, see `seen_weights`; `state` as of `variances`."""
         weights = seen_weights(self.scene.exposure, self.scene.correction)
-        return self._described(weights, [self._variances(state, weights) for state in self._states])
+        return self._once(
+            "seen", state, lambda turbulence: self._described(weights, self._variances(turbulence, weights))
+        )
 
     def _described(self, weights, found):
-        """`Variances` from those that each `Turbulence` has found, for weights as of `Turbulence.seen`."""
-        value, added, late = (np.stack(np.broadcast_arrays(*parts), axis=1) for parts in zip(*found, strict=True))
+        """`Variances` from those that a `Turbulence` has found, for weights as of `Turbulence.seen`."""
+        value, added, late = found
         if not np.isfinite(value).all():
             raise NoSolutionError("a variance of the motion in the wind is not a number")
         energy = value * self.stiffness
@@ -230,11 +236,8 @@ class Response:
         value = np.where(energy > ROUNDING * largest, value, 0.0)
         tension = np.array([".tension_" in name for name in self.names])
         added = np.where(tension, TENSION * _of_tensions(value, added, tension) + self._by_ends * value, added)
-        error, both_states = added + self.integration_error * value + late, (2, len(self.names))
-        values, errors = (
-            {name: np.broadcast_to(part, both_states) for name, part in zip(weights, parts, strict=True)}
-            for parts in (value, error)
-        )
+        error = added + self.integration_error * value + late
+        values, errors = (dict(zip(weights, parts, strict=True)) for parts in (value, error))
         waves = (
             (lambda: self.movement.linear.change_by_waves) if weights is OWN else None
         )  # a telescope sees no tension
@@ -246,16 +249,17 @@ class Response:
         return MOVING if self.movement.equilibrium.suspension.free.any() else 0.0
 
     def _energy_by_cables(self, weights):
-        """That of displacements if all force of the gusts on cables moved them, shape (w, 1, o); 0 of other outputs."""
+        """That of displacements if all force of the gusts on cables moved them, shape (w, o); 0 of other outputs."""
         places = [name.endswith((".x", ".y", ".z")) for name in self.names]
         slow = float(self.movement.modes.solution.omega[0]) ** 2
         factors = np.array([slow if name == "rate" else 1.0 for name in weights])
-        return factors[:, None, None] * np.where(places, self.movement.gusts.force_on_cables**2 / self.stiffness, 0.0)
+        return factors[:, None] * np.where(places, self.movement.gusts.force_on_cables**2 / self.stiffness, 0.0)
 
     def shares_below(self, name, limits):
         """Share of the variance of an output below some frequencies [Hz], with the loop, if there is one: list. [-]"""
-        row = self.variances.rows[name]
-        whole = float(self.variances.weighted["value"][CLOSED, row])
+        found = self.variances(CLOSED)
+        row = found.rows[name]
+        whole = float(found.weighted["value"][row])
         return [float(part) / whole if whole else 0.0 for part in self._states[CLOSED].below(limits)[:, row]]
 
     @cached_property
@@ -283,7 +287,7 @@ class Response:
 
 
 def _of_tensions(value, added, tension):
-    """What modes left out may add to the variances of tensions, shape (w, states, o).
+    """What modes left out may add to the variances of tensions, shape (w, o).
 
     What the highest modes add is a chance of single modes: so the largest of all tensions counts, relative or absolute.
     """
