@@ -150,6 +150,20 @@ class SteadyDrag:
         return values * self.profile.pressure(where() + end_1)[..., None]
 
 
+def joined(drags):
+    """`SteadyDrag` on the cables of several, one after the other; all of them have a profile, or none."""
+
+    def together(things, name):
+        parts = [getattr(one, name) for one in things]
+        return None if parts[0] is None else np.concatenate(parts)
+
+    profiles = [one.profile for one in drags]
+    names = ("exponent", "height", "ground")
+    profile = None if profiles[0] is None else Profile(*(together(profiles, name) for name in names))
+    first, *others = (together(drags, name) for name in ("pressed", "direction", "end_1", "mean"))
+    return SteadyDrag(first, others[0], profile, *others[1:])
+
+
 def across(direction, tangent):
     """|u_n| u_n of a unit vector u, with its part u_n across a tangent, shape (..., 3). [-]"""
     normal = direction - tangent * (direction * tangent).sum(axis=-1, keepdims=True)

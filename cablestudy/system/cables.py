@@ -47,7 +47,7 @@ class FixedModel:
 
     def take(self, places):
         """`FixedModel` with the drag on some of the cables alone."""
-        return replace(self, drag=self.drag and tuple(part[places] for part in self.drag))
+        return replace(self, drag=self.drag and self.drag.take(places))
 
 
 class Cables:
@@ -75,7 +75,7 @@ class Cables:
     def take(self, places):
         """Some of them, by their numbers; what all need is computed for all at once."""
         damping, drag = [self.damping[place] for place in places], self._drag
-        drag = None if drag is None else tuple(part[places] for part in drag)
+        drag = None if drag is None else drag.take(places)
         some = Cables(self.catenary.take(places), damping, drag=drag, planes=self.planes)
         for name in ("heavy", "shapeless", "folded", "travel_time", "end_stiffness"):
             some.__dict__[name] = getattr(self, name)[places]

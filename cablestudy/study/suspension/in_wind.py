@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.activity import doing
+from cablestudy.cable.steady_drag import joined
 from cablestudy.control.law import law_from
 from cablestudy.errors import outcome_of, result_of
 from cablestudy.scene.words import counted
@@ -101,7 +102,8 @@ class InWind:
 
         Number of modes, accuracy, planes of the motion of the cables, and elements without their drag, or None.
         """
-        elements = self._model and replace(self._model, drag=self._model.drag and ())
+        drag = self._model and self._model.drag
+        elements = self._model and replace(self._model, drag=drag and (drag.profile is None,))
         return self._tried[0], self._accuracy, self._cables and self._cables.planes, elements
 
     def lowest_modes(self, count):
@@ -484,8 +486,7 @@ def solve_modes(winds, equilibrium):
         some, model = [winds[number] for number in numbers], elements
         damping = [cable.damping for wind in some for cable in wind.scene.cables.values()]
         if elements and elements.drag is not None:
-            drag = zip(*(wind._model.drag for wind in some), strict=True)
-            model = replace(elements, drag=tuple(np.concatenate(parts) for parts in drag))
+            model = replace(elements, drag=joined([wind._model.drag for wind in some]))
         about = equilibrium.take(np.array(numbers)), count, accuracy, damping, planes, True, model
         for wind, modes in zip(some, coupled_modes_of_cases(*about), strict=True):
             wind._modes[count] = modes if isinstance(modes, Exception) else outcome_of(lambda modes=modes: modes.damped)
