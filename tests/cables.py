@@ -74,6 +74,7 @@ def span_between(end_1, end_2, unstretched_length, axial_stiffness, mass, gravit
         unstretched_length=unstretched_length,
         stated_preload=None,
         sag=None,
+        stress_strain=None,
     )
     cable.loads = [SimpleNamespace(at=float(place), fraction=None, force=force, mass=None) for place, force in loads]
     scene = SimpleNamespace(cable=cable, gravity=gravity, loads=cable.loads, elongation=0.0, load_case=LoadCase())

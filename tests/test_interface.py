@@ -178,7 +178,7 @@ def test_the_page_runs_as_it_is_written(monkeypatch, capsys, tmp_path):
     monkeypatch.chdir(tmp_path)
     text = (CONFIGS.parent / "docs" / "python.md").read_text(encoding="utf-8")
     blocks = text.split("```python\n")[1:]
-    assert len(blocks) == 11
+    assert len(blocks) == 12
     exec("\n".join(block.partition("```")[0] for block in blocks), {})
     printed = capsys.readouterr().out
     assert "max_tension_N" in printed

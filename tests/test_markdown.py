@@ -223,7 +223,8 @@ def test_what_varies_and_the_status_stay_in_a_table_of_chosen_columns(folder, as
     [
         (["static", CARLINA, "--columns", "sagg"], "--columns: the table has no column 'sagg' (did you mean sag?)"),
         (["modes", CARLINA, "--columns", "xyz"],
-         "--columns: the table has no column 'xyz' (it has number, type, symmetry, frequency, participation)"),
+         "--columns: the table has no column 'xyz' (it has number, type, symmetry, frequency, participation, "
+         "lock_in_speed)"),
         (["sweep", CONFIGS / "preload.yaml", "--columns", "sagg,sag"],
          "--columns: unknown column 'sagg' (did you mean sag?)"),
         (["sweep", CONFIGS / "preload.yaml", "--check", "--top", "3"], "--check and --top exclude each other"),

@@ -86,6 +86,8 @@ NO_TWIN = {
     "gondola_frequency_static": "frequency_static_K counts a third of the cable's mass",
     "mean_displacement": "linear for one cable; of a suspension that of the equilibrium in the wind",
     "force_displacement": "the twin is held at the place that it has under that force; test_load_case_forces.py",
+    "limit_margin": "of the limits that a scene states, which name its own columns; test_limits.py",
+    "governing": "the same",
     "peak_utilisation": "quasi-static, at the gondola's peak; of a suspension from the RMS of the tension",
     **{
         f"gondola_rms{quantity}{state}_all_wind": "gondola and cable in uncorrelated winds; of a suspension in one wind"

@@ -53,6 +53,8 @@ class LoopGain:
         s, shape (f,) -> C1 N, shape (f, k).
     near : LoopGain or None
         Of cables that differ little: poles of modes that damping couples follow from its poles to first order.
+    windows : bool
+        Whether poles of many such modes may be found in windows, see `Superelement.windowed`.
     """
 
     bodies: LinearSystem
@@ -64,6 +66,7 @@ class LoopGain:
     shares: np.ndarray
     controller: object
     near: "LoopGain | None" = None
+    windows: bool = False
 
     @np.errstate(divide="ignore", invalid="ignore")  # at the pole of an undamped mode it is infinite
     def __call__(self, s):
@@ -114,7 +117,7 @@ class LoopGain:
             ends, winches = np.flatnonzero(moved.any(axis=1)), np.flatnonzero(reeled.any(axis=0))
             if len(ends):
                 element = element.at_ends(np.concatenate([np.eye(6)[:, ends], reeled[:, winches]], axis=1))
-                found.append(_Part.of(element, moved[ends], winches, next(near, None)))
+                found.append(_Part.of(element, moved[ends], winches, next(near, None), self.windows))
         return found
 
     def poles_of(self, cable, modes):
@@ -174,11 +177,11 @@ class _Part:
     winches: np.ndarray
 
     @classmethod
-    def of(cls, element, moved, winches, near):
+    def of(cls, element, moved, winches, near, windows):
         """That of a `Superelement` at the ends that are moved; `near` is that of nearly the same one."""
         used = element.moved_by_ends if near is None else near.used
         element = element if used.all() else element.select(used)
-        return cls(replace(element, near=near and near.element, windowed=True), used, moved, winches)
+        return cls(replace(element, near=near and near.element, windowed=windows), used, moved, winches)
 
     @cached_property
     def summed(self):

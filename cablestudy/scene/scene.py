@@ -215,7 +215,7 @@ def _explained(found):
     """Findings in which keys of load cases of suspensions are told why a scene of one cable has none: a list."""
     return [
         (path, f"unknown key for one cable: {OF_SUSPENSIONS[path[-1]]}")
-        if path[0] == "cases" and path[-1] in OF_SUSPENSIONS and message.startswith("unknown key")
+        if path[:1] == ("cases",) and path[-1] in OF_SUSPENSIONS and message.startswith("unknown key")
         else (path, message)
         for path, message in found
     ]

@@ -202,7 +202,7 @@ class DrivenCables:
         off = dense(layout.moved).T @ load_off_ends(movement.equilibrium, movement.winches)
         places = widened(effects.moved), effects.reeled, widened(off.T).T, widened(effects.measured)
         shares, controller = movement.allocation.shares, movement.given_loop.controller
-        found = LoopGain(bodies, elements, *places, shares, controller)
+        found = LoopGain(bodies, elements, *places, shares, controller, windows=linear.accuracy > ALL_FROM)
         return movement.given_loop.unit_gain if found.spoilt else found
 
     def _poles(self):
