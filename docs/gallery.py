@@ -6,6 +6,7 @@
 import re
 from pathlib import Path
 
+import layers
 from navigation import in_order
 
 DOCS = Path(__file__).resolve().parent
@@ -31,8 +32,9 @@ def pages():
 
 
 def drawn_by_commands():
-    """Names of the pictures that are not drawn by a notebook."""
-    return {path.name for path in PICTURES.iterdir() if not path.name.startswith(NOTEBOOK)}
+    """Names of the pictures that are drawn neither by a notebook nor, of the program itself, by `layers`."""
+    names = {path.name for path in PICTURES.iterdir() if not path.name.startswith(NOTEBOOK)}
+    return names - {layers.PICTURE.name}
 
 
 def commands():

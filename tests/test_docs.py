@@ -47,7 +47,7 @@ def test_no_example_shows_progress_which_depends_on_how_fast_a_machine_is(folder
 
 def test_the_pages_have_examples():
     commands = [line for page in refresh.PAGES for line in page.read_text().splitlines() if line.startswith("$ cable")]
-    assert (len(commands) >= 15, len(TOUR)) == (True, 14)
+    assert (len(commands) >= 15, len(TOUR)) == (True, 15)
     used = " ".join(commands)
     for command in ("static", "modes", "find", "sweep", "trade", "validate", "schema", "columns", "materials"):
         assert f"cablestudy {command}" in used
