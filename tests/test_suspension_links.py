@@ -9,6 +9,7 @@ import math
 import numpy as np
 import pytest
 import scipy.linalg
+from command import table_of
 from references import bar_suspension, links
 from references.bar_loop import BarLoop
 from references.bars_in_wind import BarsInWind, von_karman
@@ -644,3 +645,28 @@ def test_what_only_a_link_without_length_would_hold_is_refused():
         (CablestudyError, ValueError), match=r"nothing holds it: .*a link without stiffness and length carries nothing"
     ):
         case_of(scene)
+
+
+def test_lost_cables_and_wind_over_the_height_leave_links_alone(tmp_path):
+    """A dashpot carries nothing at rest: the numbers without it, in a wind over the height and without a cable."""
+    text = """
+cable: {axial_stiffness: 1 MN, mass_per_length: 0.5 kg/m, diameter: 20 mm}
+ground: 0 m
+points: {knot: {at: [0, 0, 20 m], free: true, mass: 5 kg}}
+cables:
+  left: {from: [-100 m, 0, 40 m], to: knot, unstretched_length: 103 m}
+  right: {from: knot, to: [100 m, 0, 40 m], unstretched_length: 103 m}
+  guy: {from: [0, 0, 1 m], to: knot, unstretched_length: 19 m}
+cases:
+  storm: {wind: {speed: 30 m/s, at: 10 m, exponent: 0.16, direction: 90 deg}}
+  broken: {lost: [guy], wind: {speed: 20 m/s, at: 10 m, exponent: 0.2}}
+"""
+    with_link = "links: {damper: {from: [0, 0, 0], to: knot, damping: 10 N s/m}}\n"
+    for case in ("storm", "broken"):
+        found = []
+        for name, own in (("without", text), ("with", text + with_link)):
+            file = tmp_path / f"{name}.yaml"
+            file.write_text(own, encoding="utf-8")
+            found.append(table_of("static", file, "--case", case, "--table", "points"))
+        assert found[0][0]["z_m"] > 1
+        assert found[0] == [pytest.approx(row, rel=1e-12, abs=1e-12) for row in found[1]]

@@ -147,7 +147,7 @@ def equilibrium_in_wind(calm, drag):
         fresh = {
             "force": suspension.force + force,
             "moment": suspension.moment + np.cross(arm, force),
-            "cable_wind": cable_loads(drag, found.catenary, found.ends[..., 0, :]),
+            "cable_wind": cable_loads(drag, found.catenary, found.ends[..., found.suspension.of_cables, 0, :]),
             "position": found.position,
             "rotation": found.rotation,
         }
@@ -174,7 +174,7 @@ def _settled(drag, found, used):
     """Cases whose cables hang where the loads that were used are those of a wind with a profile, or that has none."""
     if drag.profile is None:
         return np.ones(np.shape(found.record.converged), dtype=bool)
-    there = cable_loads(drag, found.catenary, found.ends[..., 0, :])
+    there = cable_loads(drag, found.catenary, found.ends[..., found.suspension.of_cables, 0, :])
     return (size(there - used) <= SETTLED * size(used)).all(axis=-1)
 
 

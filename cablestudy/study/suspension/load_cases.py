@@ -70,7 +70,7 @@ def drag_on_cables(drag, found):
     whole = SteadyDrag(pressed, np.broadcast_to(direction[:, None], (*mass.shape, 3)))
     if drag.profile is None:
         return whole
-    profile, end_1 = drag.profile.over(mass.shape[1]), found.ends[..., 0, :]
+    profile, end_1 = drag.profile.over(mass.shape[1]), found.ends[:, found.suspension.of_cables, 0]
     return replace(whole, profile=profile, end_1=end_1, mean=profile.mean_pressure(found.catenary, end_1))
 
 

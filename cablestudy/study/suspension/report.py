@@ -89,11 +89,13 @@ def _with_state(case, table):
     conductors = case.group.conductor_states(case.place)
     if not (case.scene.load_case.lost or any(conductors)):
         return table
-    known = dict(zip(case.with_all_cables.cables, conductors, strict=False))
+    known = {name: state for name, state in zip(case.with_all_cables.cables, conductors, strict=False) if state}
     if case.scene.load_case.lost:
-        known |= dict.fromkeys(slack_cables(case.equilibrium), "slack")
-        known |= dict.fromkeys(set(case.with_all_cables.cables) - set(case.scene.cables), "lost")
-    rows = [{"name": row["name"], STATE.name: known.get(row["name"]) or "taut", **row} for row in table.rows]
+        known = (
+            dict.fromkeys(case.scene.cables, "taut") | known | dict.fromkeys(slack_cables(case.equilibrium), "slack")
+        )
+        known |= dict.fromkeys(case.with_all_cables.cables.keys() - case.scene.cables.keys(), "lost")
+    rows = [{"name": row["name"], STATE.name: known.get(row["name"], ""), **row} for row in table.rows]
     return replace(table, fields=(table.fields[0], replace(STATE, label=True), *table.fields[1:]), rows=rows)
 
 
