@@ -659,7 +659,7 @@ cables:
   guy: {from: [0, 0, 1 m], to: knot, unstretched_length: 19 m}
 cases:
   storm: {wind: {speed: 30 m/s, at: 10 m, exponent: 0.16, direction: 90 deg}}
-  broken: {lost: [guy], wind: {speed: 20 m/s, at: 10 m, exponent: 0.2}}
+  broken: {lost: [guy], wind: {speed: 20 m/s, at: 10 m, exponent: 0.2, direction: 90 deg}}
 """
     with_link = "links: {damper: {from: [0, 0, 0], to: knot, damping: 10 N s/m}}\n"
     for case in ("storm", "broken"):
