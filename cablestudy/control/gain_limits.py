@@ -349,9 +349,9 @@ def undamped(pole, ratio, begin=""):
     )
 
 
-def too_many(said, count, omega):
+def too_many(gains, count, omega):
     """The error for a gain, in words, that could drive too many modes."""
     return NoSolutionError(
-        f"{said} could drive about {count} modes of the cable, up to {omega / (2 * np.pi):.4g} Hz, "
+        f"{gains} could drive about {count} modes of the cable, up to {omega / (2 * np.pi):.4g} Hz, "
         f"more than are resolved ({MOST_MODES}): cable.damping.viscous or a lower roll-off of the notch bounds them"
     )

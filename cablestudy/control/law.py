@@ -76,7 +76,7 @@ class Law:
         power = -s * self.delay
         return value * np.exp(np.minimum(power.real, FAR) + 1j * power.imag)
 
-    def said(self, gain, digits=6):
+    def described(self, gain, digits=6):
         """The gains of the controller in words, for what the law is multiplied by [rad/s]."""
         if self.integrates_only:
             return f"a gain of {gain:.{digits}g} rad/s"
@@ -125,7 +125,7 @@ class Law:
         if highest > self.reach:
             turn = 2 * np.pi
             raise NoSolutionError(
-                f"stability with a delay of {self.delay:.4g} s is not judged at {self.said(gain, 4)}: the "
+                f"stability with a delay of {self.delay:.4g} s is not judged at {self.described(gain, 4)}: the "
                 f"loop gain is above {SMALL:g} up to {highest / turn:.4g} Hz, and a delay is approximated up to "
                 f"{self.reach / turn:.4g} Hz"
             )

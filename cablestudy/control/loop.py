@@ -227,10 +227,10 @@ class Loop:
 
 def unstable_pole(poles):
     """The pole that grows most, or None where none grows."""
-    growth = growths(poles)
+    growth = growth_rates(poles)
     return complex(poles[np.argmax(growth)]) if growth.max(initial=-1.0) > 0 else None
 
 
-def growths(poles):
+def growth_rates(poles):
     """Growth of each pole less what rounding may be. [1/s]"""
     return poles.real - GROWING * np.abs(poles) - ROUNDING * np.abs(poles).max(initial=0.0)

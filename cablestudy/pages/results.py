@@ -91,7 +91,7 @@ def sections(page, scene):
 def limits(page, scene):
     """Append each limit where its margin is least, to a page that is headed by the least margin."""
     answer = scene.compute("limits")
-    _told(page, "limits", answer)
+    _add_messages(page, "limits", answer)
     page.table(answer.table, "Limits, each where its margin is least; margins relative to the limit")
     page.key_figure(answer.table, "margin", "least margin of the limits", min)
 
@@ -107,7 +107,7 @@ def _answer(page, scene, what, known=None, headed=True):
     `known` has the names of columns by the name of their table; `headed`: whether numbers of it are key figures.
     """
     answer, tables = scene.compute(what, estimate=True), {}
-    _told(page, what, answer)
+    _add_messages(page, what, answer)
     for name, table in _by_name(answer).items():
         new = tuple(field for field in table.fields if field.name not in (known or {}).get(name, ()))
         if any(not field.label for field in new):
@@ -129,7 +129,7 @@ def _key_figures(page, what, tables):
             page.key_figure(tables[name], column, title, pick)
 
 
-def _told(page, what, answer):
+def _add_messages(page, what, answer):
     """Notes, warnings and failures of an answer."""
     page.note(CAPTIONS[what], answer.explain())
     page.note(CAPTIONS[what], (line.removeprefix(NOTE) for line in answer.warnings if line.startswith(NOTE)))

@@ -23,7 +23,7 @@ from cablestudy.system.descent import (
 )
 from cablestudy.system.failure import MOTIONS
 from cablestudy.system.stability import UNSTABLE
-from cablestudy.system.statics import NUDGES, equilibrium, nudged, refuse_unheld, start
+from cablestudy.system.statics import NUDGES, equilibrium, perturbed, refuse_unheld, start
 from cablestudy.system.tension_distribution import METHODS, distribute
 
 MAX_STEPS = 40
@@ -137,7 +137,7 @@ def with_stable_attitudes(suspension, flat, answers, which, found, method, bound
             break
         part, motion = flat.take(falling), stability.motion.reshape(len(state.length), -1, 6)[falling]
         held = replace(part, given=("unstretched_length",) * len(flat.given), value=state.length[falling])
-        descended, _ = descent.descend(held, nudged(held, some(state, falling), motion, side))
+        descended, _ = descent.descend(held, perturbed(held, some(state, falling), motion, side))
         part = replace(part, rotation=descended.rotation)
         again = search(part, which, found, method, *(bound[falling] for bound in bounds), ABOVE_LEAST[0])
         answers = with_better(answers, falling, again)

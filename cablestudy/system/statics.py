@@ -100,7 +100,7 @@ def leave_saddle_points(suspension, flat, state, record):
         if not falling.any():
             break
         part, index = flat.take(falling), np.flatnonzero(falling)
-        beside = nudged(part, some(state, index), found.stability.motion.reshape(len(falling), -1, 6)[index], side)
+        beside = perturbed(part, some(state, index), found.stability.motion.reshape(len(falling), -1, 6)[index], side)
         descended, last = descend(part, beside)
         if set(part.given) - {"unstretched_length"}:
             descended, last = meet(part, descended, last)
@@ -113,7 +113,7 @@ def leave_saddle_points(suspension, flat, state, record):
     return found
 
 
-def nudged(suspension, state, motion, size):
+def perturbed(suspension, state, motion, size):
     """State after a step along motions of `Stability`: its largest rotation, or share of the extent, is `size`."""
     step = motion.copy()
     step[..., :3] /= extent(state)[:, None, None]
@@ -191,7 +191,7 @@ def start(suspension):
     return replace(state, strain=strain, length=distance[:, cables] / (1 + strain))
 
 
-def lengthened(state, change):
+def with_lengths(state, change):
     """State with unstretched lengths changed by dL/L, shape (n, c), the bodies at rest."""
     strain = stated.with_relative_length(state.strain, change)
     return replace(state, length=state.length * (1 + change), strain=strain)
@@ -265,7 +265,7 @@ def backtrack(suspension, state, step, change, which, error):
     before, share = log_error(error), np.ones(len(error))
     for _ in range(HALVINGS):
         trial = moved(suspension, state, step * share[:, None, None])
-        trial, record = descend(suspension, lengthened(trial, change * share[:, None]), FEW_STEPS)
+        trial, record = descend(suspension, with_lengths(trial, change * share[:, None]), FEW_STEPS)
         fresh, rounding, cables = errors(suspension, trial, which)
         worse = ~(log_error(fresh) < before) & (np.abs(fresh) > rounding.most).any(axis=-1) | ~record.converged
         if not worse.any():

@@ -108,12 +108,12 @@ def _kept(chosen, old, new):
     return np.where(chosen.reshape(chosen.shape + (1,) * (np.ndim(new) - chosen.ndim)), old, new)
 
 
-def equilibrium_in_wind(calm, drag):
+def equilibrium_in_wind(without_wind, drag):
     """The equilibrium in the mean wind, with the unstretched lengths of the equilibrium without wind.
 
     Parameters
     ----------
-    calm : Equilibrium
+    without_wind : Equilibrium
         With any axes of cases.
     drag : Drag
         With the same axes.
@@ -121,7 +121,8 @@ def equilibrium_in_wind(calm, drag):
     Returns
     -------
     Equilibrium
-        Where the search from the calm one fails for a case, or forces and attitude do not agree, its record says so.
+        Where the search from that without wind fails for a case, or forces and attitude do not agree, its record says
+        so.
 
     Notes
     -----
@@ -129,15 +130,15 @@ def equilibrium_in_wind(calm, drag):
     rounding of places; or where they come no closer, and are within what rounding leaves of the places
     (`uncertainty.judge`). Where the wind has a profile the loads of the cables have to be settled too.
     """
-    lengths = np.asarray(calm.lengths)
+    lengths = np.asarray(without_wind.lengths)
     suspension = replace(
-        calm.suspension,
+        without_wind.suspension,
         given=("unstretched_length",) * lengths.shape[-1],
         value=lengths,
-        position=calm.position,
-        rotation=calm.rotation,
+        position=without_wind.position,
+        rotation=without_wind.rotation,
     )
-    found, shape = calm, np.shape(calm.record.converged)
+    found, shape = without_wind, np.shape(without_wind.record.converged)
     loads, ended = None, np.zeros(shape, dtype=bool)
     least, reason = np.full(shape, np.inf), np.full(shape, DISAGREED)
     for _ in range(MOST):

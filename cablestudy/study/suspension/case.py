@@ -111,9 +111,9 @@ class SuspensionCase:
         return self.group.take(self.place)
 
     @property
-    def calm(self):
+    def without_wind(self):
         """`Equilibrium` without the steady wind of the load case; raises as `group`."""
-        return self.group.calm.take(self.place)
+        return self.group.without_wind.take(self.place)
 
     @cached_property
     def in_wind(self):
@@ -127,16 +127,16 @@ class SuspensionCase:
         if self.scene.control is not None:
             for name in self.with_all_cables.winches:
                 self.refuse_lost(name, "the loop needs the winch of {0}, which is lost in the load case {1}")
-        (found, drag), known = self.group.windy, self.group.known[self.place]
-        about, modes = (self._exact_model, known), self.group.windy_modes[self.place]
+        (found, drag), known = self.group.in_mean_wind, self.group.known[self.place]
+        about, modes = (self._exact_model, known), self.group.modes_in_wind[self.place]
         if drag is None:
-            return InWind(self.scene, self.calm, self.equilibrium, None, *about, modes=modes)
+            return InWind(self.scene, self.without_wind, self.equilibrium, None, *about, modes=modes)
         if not found.record.converged[self.place]:
             raise ConvergenceError(f"no equilibrium in the mean wind: {explain(found.take(self.place))}")
         if reason := found.stability.reason(self.place):
             raise NoSolutionError(f"in the mean wind: {reason}")
-        windy, airflow = found.take(self.place), Airflow(self.scene, drag.take(self.place))
-        return InWind(self.scene, self.calm, windy, airflow, *about, modes=modes)
+        in_mean_wind, airflow = found.take(self.place), Airflow(self.scene, drag.take(self.place))
+        return InWind(self.scene, self.without_wind, in_mean_wind, airflow, *about, modes=modes)
 
     @property
     def moves(self):
@@ -532,7 +532,7 @@ def prepare(cases):
             groups.setdefault(id(case.group), (case.group, []))[1].append((case.place, wind))
     for group, members in groups.values():
         places, winds = (list(part) for part in zip(*members, strict=True))
-        solve_modes(winds, group.windy[0].take(np.array(places)))
+        solve_modes(winds, group.in_mean_wind[0].take(np.array(places)))
 
 
 def _solved(scenes):

@@ -124,7 +124,7 @@ class DrivenCables:
 
     @property
     def _in_words(self):
-        return self._movement.given_loop.law.said(self._gain, 4)
+        return self._movement.given_loop.law.described(self._gain, 4)
 
     @property
     def _farthest(self):

@@ -146,7 +146,7 @@ class Group:
         numbers = replace(numbers, **reference_loads(scenes))
         self._modes, self._coordinates = {}, {}
         # linear models of each, and its coupled modes in the mean wind: see `InWind`
-        self.known, self.windy_modes = ([{} for _ in scenes] for _ in range(2))
+        self.known, self.modes_in_wind = ([{} for _ in scenes] for _ in range(2))
         self._scenes = scenes
         self._conductors = conductors_of(scenes, numbers, self._at_rest)
         self.reference = self._at_rest(numbers) if self._conductors is None else self._conductors.reference
@@ -191,9 +191,9 @@ class Group:
         return self.reference if self._loaded is None else self._loaded.equilibrium
 
     @property
-    def calm(self):
+    def without_wind(self):
         """`Equilibrium` without the steady wind of the load cases."""
-        return self.reference if self._loaded is None else self._loaded.calm
+        return self.reference if self._loaded is None else self._loaded.without_wind
 
     @cached_property
     def _unforced(self):
@@ -213,7 +213,7 @@ class Group:
         NoSolutionError, ConvergenceError
             Without these forces there is no stable equilibrium.
         """
-        for found in (self._unforced.calm, self._unforced.equilibrium):
+        for found in (self._unforced.without_wind, self._unforced.equilibrium):
             if failure := _failure(found, place, "without the forces of the load case: "):
                 raise failure
         unforced = self._unforced.equilibrium
@@ -239,7 +239,7 @@ class Group:
     @cached_property
     def _drag_change_in_wind(self):
         """`drag_change` of the equilibrium about which a suspension moves in the wind."""
-        found, drag = self.windy
+        found, drag = self.in_mean_wind
         return self._drag_change if found is self.equilibrium else drag_change(found, drag)
 
     def drag_error(self, place, in_wind=False):
@@ -311,8 +311,8 @@ class Group:
         return list(zip(np.where(zero, 0.0, value).tolist(), np.maximum(ROUNDING, error).tolist(), strict=True))
 
     @cached_property
-    def windy(self):
-        """`Equilibrium` of all cases in the mean wind, and `Drag`; the calm one, and None, without wind.
+    def in_mean_wind(self):
+        """`Equilibrium` of all cases in the mean wind, and `Drag`; that without wind, and None, without wind.
 
         The steady wind of load cases takes the place of the mean wind.
         """
@@ -338,7 +338,7 @@ class Group:
                 return NoSolutionError(f"in the reference state: {self._too_long[place]}")
         if reference is None and self._loaded.problems[place]:
             return NoSolutionError(self._loaded.problems[place])
-        states = (self.calm, self.equilibrium)
+        states = (self.without_wind, self.equilibrium)
         return reference or next(filter(None, (_failure(state, place, self._lost) for state in states)), None)
 
     def take(self, place):

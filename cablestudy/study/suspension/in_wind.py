@@ -40,7 +40,7 @@ class InWind:
     Parameters
     ----------
     scene : SuspensionScene
-    calm : Equilibrium
+    without_wind : Equilibrium
         Without wind.
     equilibrium : Equilibrium
         In the mean wind, or in the steady wind of its load case.
@@ -55,8 +55,9 @@ class InWind:
         too: it is filled, by `solve_modes` with those of many cases.
     """
 
-    def __init__(self, scene, calm, equilibrium, airflow, model, known, cables=None, modes=None):
-        self.scene, self._calm, self._equilibrium, self.airflow, self._model = scene, calm, equilibrium, airflow, model
+    def __init__(self, scene, without_wind, equilibrium, airflow, model, known, cables=None, modes=None):
+        self.scene, self.airflow, self._model = scene, airflow, model
+        self._without_wind, self._equilibrium = without_wind, equilibrium
         self._known, self._cables, self._modes = known, cables, {} if modes is None else modes
         self._accuracy, self._midspans, self._least = scene.model.accuracy or ACCURACY, False, 0
 
@@ -318,7 +319,7 @@ class InWind:
 
     def _changed(self, **update):
         """`InWind` of the scene with some keys changed that the equilibrium does not depend on."""
-        about = self._calm, self._equilibrium, self.airflow, self._model, self._known, self._cables, self._modes
+        about = self._without_wind, self._equilibrium, self.airflow, self._model, self._known, self._cables, self._modes
         other = InWind(self.scene.model_copy(update=update), *about)
         other._midspans, other._least = self._midspans, self._least
         return other
@@ -454,9 +455,9 @@ class InWind:
         owner, _, marker = name.partition(".")
         if not self.scene.wind.mean and self.scene.load_case.wind is None:
             return np.zeros(3)
-        body = self._calm.suspension.body_names.index(owner)
+        body = self._without_wind.suspension.body_names.index(owner)
         place = np.array(self.scene.bodies[owner].markers[marker] if marker else (0.0, 0.0, 0.0))
-        before, after = self._calm, self._equilibrium
+        before, after = self._without_wind, self._equilibrium
         turned = (after.rotation[body] - before.rotation[body]) @ place
         moved = after.position[body] - before.position[body] + turned
         return np.where(np.abs(moved) > ROUNDING * before.longest, moved, 0.0)

@@ -39,7 +39,7 @@ class LoadedState:
 
     Attributes
     ----------
-    calm, equilibrium : Equilibrium
+    without_wind, equilibrium : Equilibrium
         Without the steady wind and with it, shape (n,).
     drag : Drag or None
         The steady wind; None where none of the cases has one.
@@ -47,7 +47,7 @@ class LoadedState:
         For each case why a cable or a load on it does not exist; empty where all do.
     """
 
-    calm: Equilibrium
+    without_wind: Equilibrium
     equilibrium: Equilibrium
     drag: Drag | None
     problems: list
@@ -208,13 +208,13 @@ def loaded_state(reference, scenes, forced=True, cables=None):
     if any(loads_of(scenes[0], of_case=True)):
         loads, beyond = _loads(values, suspension.cable_names, loaded.value, warm)
         loaded, problems = replace(loaded, **loads), [one or other for one, other in zip(problems, beyond, strict=True)]
-    calm = statics.pose(loaded)
+    without_wind = statics.pose(loaded)
     if all(scene.load_case.wind is None for scene in scenes):
-        return LoadedState(calm, calm, None, problems)
+        return LoadedState(without_wind, without_wind, None, problems)
     drag = _steady_drag(scenes, np.nan_to_num(drag_width(values)) * cables.share, suspension.body_names)
     # without an equilibrium there is nothing that the wind could move
-    drag = replace(drag, velocity=np.where(calm.record.converged[:, None], drag.velocity, 0.0))
-    return LoadedState(calm, equilibrium_in_wind(calm, drag), drag, problems)
+    drag = replace(drag, velocity=np.where(without_wind.record.converged[:, None], drag.velocity, 0.0))
+    return LoadedState(without_wind, equilibrium_in_wind(without_wind, drag), drag, problems)
 
 
 def cables_left(reference, scene):

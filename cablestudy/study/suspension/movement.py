@@ -380,7 +380,7 @@ class Movement:
 
     def _gains_in_words(self, gain):
         """Those of the law for what it is multiplied by [rad/s]."""
-        return self.given_loop.law.said(gain, 4).removeprefix("a gain of ")
+        return self.given_loop.law.described(gain, 4).removeprefix("a gain of ")
 
     def mode_name(self, place):
         """Number of a coordinate, what it moves and its frequency, in words."""

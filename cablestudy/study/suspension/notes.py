@@ -143,7 +143,7 @@ def _of_wind(case):
 
 def _of_loop(movement, wind):
     law, for_ = movement.loop.law, ", ".join(movement.measured)
-    gains = "" if law.integrates_only else f": {law.said(movement.loop.gain, 4)}"
+    gains = "" if law.integrates_only else f": {law.described(movement.loop.gain, 4)}"
     yield f"loop of {counted(len(movement.winches), 'cable')} for {for_}{gains}"
     yield from law_notes(movement.loop)
     if wind is not None and wind.mean:

@@ -179,8 +179,8 @@ def _of_loop(movement):
     pairs = zip(movement.measured, movement.loop.notches, strict=True)
     notches = [f"{name} {notch.omega / (2 * np.pi):.4g} Hz" for name, notch in pairs if notch]
     law, gain = movement.loop.law, movement.loop.gain
-    said = f"gain {gain:.4g} rad/s" if law.integrates_only else law.said(gain, 4)
-    yield f"loop: {said}; notches: {', '.join(notches) or 'none'}"
+    gains = f"gain {gain:.4g} rad/s" if law.integrates_only else law.described(gain, 4)
+    yield f"loop: {gains}; notches: {', '.join(notches) or 'none'}"
 
 
 def pairs_of(options, inputs, outputs):
