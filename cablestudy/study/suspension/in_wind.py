@@ -8,7 +8,7 @@ import numpy as np
 from cablestudy.activity import doing
 from cablestudy.cable.steady_drag import joined
 from cablestudy.control.law import law_from
-from cablestudy.errors import outcome_of, result_of
+from cablestudy.errors import NoSolutionError, outcome_of, result_of
 from cablestudy.scene.words import counted
 from cablestudy.study.columns import relative
 from cablestudy.study.notes import unknown_rms_error
@@ -326,8 +326,9 @@ class InWind:
 
     @property
     def _open(self):
-        """`InWind` of numbers with the winches at rest: this one without a loop."""
-        return self if self.scene.control is None else self._at_rest
+        """`InWind` of numbers with the winches at rest: this one, which has both, where its loop is stable."""
+        refused = self.scene.control is not None and isinstance(self._outcome, NoSolutionError)
+        return self._at_rest if refused else self
 
     @property
     def loop_error(self):

@@ -185,9 +185,9 @@ class Response:
     def moving_error(self):
         """Largest relative error by the modes left out of the variances of displacement and velocity of bodies. [-]
 
-        With the loop, where it does something.
+        With the loop, where it does something, and with the winches at rest.
         """
-        return self._moving_error(self._states[0])
+        return max(self._moving_error(state) for state in self._states)
 
     def _variances(self, state, weights=None):
         """`Turbulence.variances`, or those with some weights, and their errors by modes as far as they are known."""
