@@ -19,3 +19,16 @@ def folder(tmp_path, monkeypatch):
     """The working directory of a test."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture
+def made(tmp_path):
+    """A function from the text of a scene, and changes, to the scene."""
+    from cablestudy.scene.scene import load_scene
+
+    def from_text(text, *sets):
+        path = tmp_path / "s.yaml"
+        path.write_text(text, encoding="utf-8")
+        return load_scene(path, sets)[1]
+
+    return from_text

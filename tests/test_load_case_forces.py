@@ -36,18 +36,6 @@ cases:
 STATED = ("preload: 8 kN", "sag: 3 m", "unstretched_length: 96 m", "tension: {at: end_1, value: 5 kN}")
 
 
-@pytest.fixture
-def made(tmp_path):
-    """A function from the text of a scene, and changes, to the scene."""
-
-    def from_text(text, *sets):
-        path = tmp_path / "s.yaml"
-        path.write_text(text, encoding="utf-8")
-        return load_scene(path, sets)[1]
-
-    return from_text
-
-
 def one(stated, case):
     return ONE.replace("STATED", stated) + f"  day: {case}\ncase: day\n"
 

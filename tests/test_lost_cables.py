@@ -26,18 +26,6 @@ DAY = "temperature: -20 degC, ice: {thickness: 8 mm}, wind: {speed: 12 m/s, dire
 OF_ONE = ("preload", "max_tension", "unstretched_length", "sag", "tension_to", "swing", "mass", "utilisation")
 
 
-@pytest.fixture
-def made(tmp_path):
-    """A function from the text of a scene, and changes, to the scene."""
-
-    def from_text(text, *sets):
-        path = tmp_path / "s.yaml"
-        path.write_text(text, encoding="utf-8")
-        return load_scene(path, sets)[1]
-
-    return from_text
-
-
 def mast(*sets):
     return load_scene(MAST, sets)[1]
 

@@ -55,18 +55,6 @@ cables:
 """
 
 
-@pytest.fixture
-def made(tmp_path):
-    """A function from the text of a suspension, and changes, to its scene."""
-
-    def from_text(text, *sets):
-        path = tmp_path / "s.yaml"
-        path.write_text(text, encoding="utf-8")
-        return load_scene(path, sets)[1]
-
-    return from_text
-
-
 def numbers(scene, *names):
     """Values of columns of a suspension, by the names given."""
     columns = [find(name) for name in names]

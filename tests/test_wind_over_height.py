@@ -41,18 +41,6 @@ SCENES = {  # ends, unstretched length over chord, wind, ground
 }  # fmt: skip
 
 
-@pytest.fixture
-def made(tmp_path):
-    """A function from the text of a scene, and changes, to the scene."""
-
-    def from_text(text, *sets):
-        path = tmp_path / "s.yaml"
-        path.write_text(text, encoding="utf-8")
-        return load_scene(path, sets)[1]
-
-    return from_text
-
-
 def one(name, wind=None, more=""):
     """The text of one of SCENES."""
     ends, share, own, ground = SCENES[name]

@@ -162,9 +162,8 @@ def by_elements(results, required, closed):
     numbers = {name: np.array(number) for name, number in closed.numbers.items()}
     failures, over = _refused(results, required), set()
     for column in required.closed:
-        if column.needs == "scene" and (own := _of_column(closed.failures, column)):
-            for case, error in own.items():
-                _fail(failures, case, column.header, error)
+        for case, error in _of_column(closed.failures, column).items() if column.needs == "scene" else ():
+            _fail(failures, case, column.header, error)
     found, without = element_results(results)
     for case, error in without.items():
         for header in required.of_equilibrium:
