@@ -15,7 +15,6 @@ from cablestudy.study import plots
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate, evaluate_cases
-from cablestudy.study.suspension.response import OPEN
 
 TEXT = """
 cable:
@@ -121,7 +120,7 @@ def dense(case, frequency, direction, carried=()):
 
 def spectra_of(case, frequency, direction):
     """What `dense` gives, by the program."""
-    return wind_of(case, direction).response.spectra(frequency, OPEN)
+    return wind_of(case, direction).response_of(open_loop=True).spectra(frequency)
 
 
 def wind_of(case, direction):
@@ -206,7 +205,7 @@ def test_a_slow_wind_changes_the_tension_as_statics_do(bare):
 
 def test_a_vertical_cable_moves_alike_in_any_wind(bare):
     case = Case(loaded(bare, VERTICAL))
-    across, along = (wind_of(case, one).response.variances().weighted["value"] for one in ("across", "along"))
+    across, along = (wind_of(case, one).response.variances.weighted["value"] for one in ("across", "along"))
     assert across[[1, 2]] == pytest.approx(along[[2, 1]], rel=1e-6)
     assert across[2] > 0
 

@@ -8,7 +8,7 @@ from scipy.linalg import eigh
 from straight_scenes import case_of, with_changes
 
 from cablestudy.study.suspension.in_wind import ELEMENTS
-from cablestudy.study.suspension.response import CLOSED, OPEN, Response
+from cablestudy.study.suspension.response import Response
 from cablestudy.system.connected import apart, connected, observed
 from cablestudy.system.linear import LinearSystem, ReducedSystem
 from cablestudy.system.residues import eigen
@@ -135,8 +135,9 @@ def test_modes_that_no_output_depends_on_change_nothing(damping):
         found.append(sum(s[:, None, None] ** order * (part @ moved) for order, part in enumerate(motion.c)))
     size = np.abs(found[1]).max(axis=0)
     assert (np.abs(found[0] - found[1]) <= 1e-9 * size).all()
-    for state in (CLOSED, OPEN):
-        own, other = (Response(movement, case.scene).variances(state).weighted["value"] for movement in (some, every))
+    at_rest = case.in_wind.at_rest.movement_of(40)
+    for pair in ((some, every), (at_rest, at_rest.with_all_modes)):
+        own, other = (Response(movement, case.scene).variances.weighted["value"] for movement in pair)
         assert own == pytest.approx(other, rel=1e-9)
 
 
@@ -176,15 +177,20 @@ def test_what_moves_nothing_at_all_is_kept():
 # -------------------------------------------------------------------------------------------------------- few modes
 
 
+def few_and_all(wind, count):
+    """The `Response` of an `InWind`, and that with so many modes."""
+    return wind.response, Response(wind.movement_of(count), wind.scene)
+
+
 @pytest.mark.parametrize("damping", ["hysteretic", "kelvin_voigt"])
 @pytest.mark.parametrize("end", ["from", "to"])
 def test_few_modes_of_one_cable_have_the_numbers_of_many(damping, end):
     """RMS of displacement and speed of the body and speed of the winch: within the errors stated."""
     case = case_of(one_cable(damping, winches__cable__end=end))
-    found, many = case.in_wind.response, Response(case.in_wind.movement_of(160), case.scene)
+    found, many = few_and_all(case.in_wind, 160)
     assert len(found.movement.modes) == 24
-    for state, name in product((CLOSED, OPEN), ("value", "rate")):
-        shown, true = found.variances(state), many.variances(state)
+    for pair, name in product(((found, many), few_and_all(case.in_wind.at_rest, 160)), ("value", "rate")):
+        shown, true = (response.variances for response in pair)
         row = shown.rows["gondola.x"]
         own, other, error = (part[name][row] for part in (shown.weighted, true.weighted, shown.error))
         assert np.abs(own - other) <= error
@@ -198,12 +204,13 @@ def test_few_modes_of_bars_have_the_numbers_of_all(end):
     """Of 40 bars with modal damping, which the modes left out have too."""
     bars = {"elements": 40, "order": 1, "mass": "lumped"}
     case = case_of(one_cable("modal", winches__cable__end=end, model=bars))
-    found, every = case.in_wind.response, Response(case.in_wind.movement_of(ELEMENTS), case.scene)
+    found, every = few_and_all(case.in_wind, ELEMENTS)
     assert len(found.movement.modes) == 24
     assert len(every.movement.modes) == 118
-    row = found.variances().rows["gondola.x"]
-    for state, (name, allowed) in product((CLOSED, OPEN), (("value", 1e-9), ("rate", 1e-8))):
-        own, other = (part.variances(state).weighted[name][row] for part in (found, every))
+    row = found.variances.rows["gondola.x"]
+    pairs = (found, every), few_and_all(case.in_wind.at_rest, ELEMENTS)
+    for pair, (name, allowed) in product(pairs, (("value", 1e-9), ("rate", 1e-8))):
+        own, other = (part.variances.weighted[name][row] for part in pair)
         assert own == pytest.approx(other, rel=allowed)
 
 

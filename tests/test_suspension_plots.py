@@ -10,7 +10,6 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots
 from cablestudy.study.plots.wind import ellipse
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.response import CLOSED, OPEN
 
 CONTROLLED = f"""
 base: {CONFIGS / "suspensions" / "carlina-net.yaml"}
@@ -65,14 +64,15 @@ def controlled(tmp_path_factory):
 def test_spectra_and_variances_are_those_computed(controlled):
     figure = whole(plots.wind_response([controlled.in_wind]))
     _, places, below, turns, below_turns, above, side = figure.axes
-    response = controlled.in_wind.response
+    responses = [controlled.in_wind.response_of(open_loop) for open_loop in (False, True)]
+    response = responses[0]
     drawn = lines(places)
     assert legend(places) == ["x", "y", "z"]
     assert legend(turns) == ["rx", "ry", "rz"]
     frequency = drawn["z"].get_xdata()
     rows = [response.names.index("gondola.z"), response.names.index("gondola.ry")]
     some = np.searchsorted(frequency, [0.01, 0.5857, 3.0])
-    closed, at_rest = (response.spectra(frequency[some], state)[rows] for state in (CLOSED, OPEN))
+    closed, at_rest = (response.spectra(frequency[some])[rows] for response in responses)
     assert drawn["z"].get_ydata()[some] == pytest.approx(1e6 * closed[0], rel=1e-9)
     assert lines(turns)["ry"].get_ydata()[some] == pytest.approx(1e12 * closed[1], rel=1e-9)
     dashed = [line for line in places.lines if line.get_linestyle() == "--"]

@@ -56,7 +56,7 @@ def value(case, column):
 
 def variance(case, output, state=0, kind="value"):
     """Of an output; with the loop (0) or with the winches at rest (1)."""
-    found = case.in_wind.response.variances(state)
+    found = case.in_wind.response_of(open_loop=bool(state)).variances
     return found.weighted[kind][found.rows[output]]
 
 
@@ -318,7 +318,7 @@ def test_the_rms_does_not_depend_on_the_nodes_of_the_cables():
     """Six cables that meet at a gondola: 64 modes, with 17 nodes a cable, and 160 with 33."""
     scene = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml")[1]
     in_wind = SuspensionCase(scene).in_wind
-    found = [response.Response(in_wind.movement_of(count), scene).variances() for count in (64, 160)]
+    found = [response.Response(in_wind.movement_of(count), scene).variances for count in (64, 160)]
     rows = [found[0].rows[f"gondola.{axis}"] for axis in "xyz"]
     assert found[0].weighted["value"][rows] == pytest.approx(found[1].weighted["value"][rows], rel=1e-5)
 
@@ -658,7 +658,7 @@ def test_mid_spans_of_cables_with_a_body_against_dense_bars(loss):
     """In a wind that is the same everywhere: two points to a bar do not see the corner of exp(-C f d/U)."""
     case, bars = body_on_bars(True, loss, decay=0.0, midspans=True)
     response, frequency = case.in_wind.with_midspans.response, np.array([1e-3, 0.05, 0.4, 1.0, 3.0])
-    expected, found = bars.spectra(frequency), response.spectra(frequency, 0)
+    expected, found = bars.spectra(frequency), response.spectra(frequency)
     for name, spectrum in zip(response.names, found, strict=True):
         assert spectrum == pytest.approx(expected[name], rel=1e-6), name
     variances = bars.variances(np.geomspace(1e-4, 60.0, 4000))
@@ -794,7 +794,7 @@ def test_the_stated_error_of_a_tension_is_true(seed):
     text = hung(seed)
     text["wind"] |= gusty
     in_wind = case_of(text).in_wind
-    few, many = (response.Response(in_wind.movement_of(count), in_wind.scene).variances() for count in (64, 160))
+    few, many = (response.Response(in_wind.movement_of(count), in_wind.scene).variances for count in (64, 160))
     rows = [row for name, row in few.rows.items() if "tension" in name]
     assert (np.abs(few.weighted["value"] - many.weighted["value"])[rows] <= few.error["value"][rows]).all()
     assert (few.error["value"][rows] < 0.01 * few.weighted["value"][rows]).all()
@@ -816,7 +816,7 @@ def test_the_stated_error_of_the_tension_of_one_cable_is_true_and_small(length, 
     }
     in_wind = case_of(text | {"model": {"accuracy": 1e-6}}).in_wind
     every = case_of(text | {"model": {"elements": 8, "order": 12}}).in_wind.movement_of(1000)
-    found, true = in_wind.response.variances(), response.Response(every, in_wind.scene).variances()
+    found, true = in_wind.response.variances, response.Response(every, in_wind.scene).variances
     for kind in ("value", "rate"):
         own, other, error = (part[kind] for part in (found.weighted, true.weighted, found.error))
         assert (np.abs(own - other) <= error).all()
@@ -840,7 +840,7 @@ def test_the_stated_error_of_the_least_tension_is_true_where_fast_waves_cross_it
     case = case_of(text)
     found, error = find("c.least_tension").compute(case)
     every = case_of(text | {"model": {"elements": 12, "order": 12}}).in_wind.movement_of(1000)
-    true, least = response.Response(every, case.scene).variances(), []
+    true, least = response.Response(every, case.scene).variances, []
     for end, mean in zip(TENSIONS, case.in_wind.mean_tensions("c"), strict=True):
         own, rate = (np.sqrt(true.weighted[kind][true.rows[f"c.{end}"]]) for kind in ("value", "rate"))
         least.append(mean - factor(rate / own / TURN, 600.0) * own)
@@ -913,7 +913,7 @@ def test_the_stated_error_in_wind_along_a_level_cable_is_true():
     every = case_of(along_the_wind(elements=8, order=12)).in_wind.with_midspans.movement_of(1000)
     movement = in_wind.movement_of(100)
     assert movement.gusts.strips[0].mesh.elements == 3
-    found, true = (response.Response(one, in_wind.scene).variances() for one in (movement, every))
+    found, true = (response.Response(one, in_wind.scene).variances for one in (movement, every))
     own, other, error = (part["value"] for part in (found.weighted, true.weighted, found.error))
     assert (np.abs(own - other) <= error).all()
     assert (error < 5e-5 * own).all()
@@ -1010,7 +1010,7 @@ def turned_about_the_vertical(text, angle):
 
 def variances_of(case):
     """Name of each output -> its variance with the loop."""
-    return {name: variance(case, name) for name in case.in_wind.response.variances().rows}
+    return {name: variance(case, name) for name in case.in_wind.response.variances.rows}
 
 
 WHOLE = everything(**HEAVY_CABLES, control__gain=0.2, wind__direction=0.3)

@@ -14,7 +14,6 @@ from cablestudy.cable.element import Mesh, basis, lagrange
 from cablestudy.scene.scene import quantity_of
 from cablestudy.study import one_cable_system, plots, wind_report
 from cablestudy.study.case import Case
-from cablestudy.study.suspension.response import OPEN
 from cablestudy.wind.coherence import along_cable, gauss, rod
 from cablestudy.wind.drag import drag_matrices, shedding_frequencies
 
@@ -264,7 +263,8 @@ def spectrum_of(case, frequency, direction):
 
 def spectrum_in(wind, frequency):
     """Spectrum of the gondola's place without control, in an `InWind`."""
-    return wind.response.spectra(frequency, OPEN)[wind.response.names.index("gondola.x")]
+    response = wind.response_of(open_loop=True)
+    return response.spectra(frequency)[response.names.index("gondola.x")]
 
 
 @pytest.mark.parametrize("direction", ["across", "along"])

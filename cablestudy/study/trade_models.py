@@ -21,7 +21,6 @@ from cablestudy.study.row import evaluate
 from cablestudy.study.scene_values import load_count
 from cablestudy.study.suspension.body_mode import largest_share
 from cablestudy.study.suspension.in_wind import InWind
-from cablestudy.study.suspension.response import OPEN
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.system.damping import damping_ratios
 from cablestudy.system.ends import Ends
@@ -339,8 +338,8 @@ class OfSystem(InWind):
         NoSolutionError
             As of `InWind.rms`, or this system is unstable.
         """
-        response, state = self.response_of_state(open_loop)
-        movement, loop = response.movement, None if state == OPEN else response.loop
+        response = self.response_of(open_loop)
+        movement, loop = response.movement, response.loop
         if loop is not None:
             place = np.eye(len(self._system))[[-1]]
             loop = replace(loop, motion=self._system, allocation=Allocation(place, loop.allocation.shares))
@@ -352,7 +351,7 @@ class OfSystem(InWind):
         forces[-1] = moved[: len(movement.gusts.into)] @ movement.gusts.into / (moved @ moved)
         found = residues(moving, *by_forces(self._system, forces, loop))
         weights = {variance: self._weights[variance]}
-        ((size,),) = movement.turbulence[min(state, len(movement.turbulence) - 1)].variances_of(found, weights)
+        ((size,),) = movement.turbulence.variances_of(found, weights)
         return float(np.sqrt(size)), np.nan
 
 
@@ -397,8 +396,8 @@ class OnGrid(InWind):
 
     def rms(self, names, variance, open_loop):
         """RMS of some outputs, as `InWind.rms`; the error is not a number."""
-        response, state = self.response_of_state(open_loop)
+        response = self.response_of(open_loop)
         rows = [row for row, name in enumerate(response.names) if name in names]
-        spectrum = response.spectra(self._frequency, state)[rows].sum(axis=0)
+        spectrum = response.spectra(self._frequency)[rows].sum(axis=0)
         weight = self._weights[variance](self._frequency)
         return float(np.sqrt(np.trapezoid(weight * spectrum, self._frequency))), np.nan

@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.plots.style import BLUE, BOX, GREEN, GREY, LIGHT, ORANGE, RED, WIDTH, heading, plain, styled
 from cablestudy.study.plots.words import quantity_text, shortened
-from cablestudy.study.suspension.response import CLOSED, OPEN
 from cablestudy.wind.spectrum import admittance, speed_spectrum
 
 TURN = 2 * np.pi
@@ -152,7 +151,8 @@ def _drawn(movement):
 
 def _grid(winds, names):
     """Frequencies of RANGE with equal ratios, and closer ones near the narrow poles of some outputs. [Hz]"""
-    poles = np.concatenate([one.response.resonances(names, state) for one in winds for state in (CLOSED, OPEN)])
+    responses = [one.response_of(open_loop) for one in winds for open_loop in (False, True)]
+    poles = np.concatenate([response.resonances(names) for response in responses])
     poles = poles[np.abs(poles.real) < NARROW * np.abs(poles)]
     centre, width = np.abs(poles) / TURN, np.abs(poles.real) / TURN
     points = np.concatenate([np.geomspace(*RANGE, POINTS), (centre[:, None] + width[:, None] * BESIDE).ravel()])
@@ -170,38 +170,38 @@ def _states(winds, at_rest, names, place, frequency):
     movement = winds[0].movement
     rest = "at mid-span" if place.endswith(MIDSPAN) else "without control"
     rest = f"winch{'es' * (len(movement.winches) != 1)} at rest" if movement.winches else rest
-    looks = [("winch loop closed", RED, "-", CLOSED, winds), (rest, GREY, "--", OPEN, at_rest)]
+    looks = [("winch loop closed", RED, "-", False, winds), (rest, GREY, "--", True, at_rest)]
     if not movement.actuators:
-        looks = looks if winds[0].response.loop else [(rest, RED, "-", OPEN, at_rest)]
+        looks = looks if winds[0].response.loop else [(rest, RED, "-", True, at_rest)]
         return [_of(look, names, place, frequency) for look in reversed(looks)]
     both = "loop and actuators" if winds[0].response.loop else "with actuators"
-    states = [_of((both, RED, "-", CLOSED, winds), names, place, frequency)]
+    states = [_of((both, RED, "-", False, winds), names, place, frequency)]
     with suppress(NoSolutionError, ConvergenceError):  # unstable without them, for example
         alone = [winds[0].without_actuators]
-        looks = [("loop, no actuators", "#000000", "--", CLOSED, alone),
-                 ("winches at rest, no actuators", GREY, ":", OPEN, alone)]  # fmt: skip
+        looks = [("loop, no actuators", "#000000", "--", False, alone),
+                 ("winches at rest, no actuators", GREY, ":", True, alone)]  # fmt: skip
         if not alone[0].response.loop:
-            looks = [("without actuators", GREY, "--", OPEN, alone)]
+            looks = [("without actuators", GREY, "--", True, alone)]
         states += [_of(look, names, place, frequency) for look in looks]
     return states[::-1]
 
 
 def _of(look, names, place, frequency):
-    """A `DrawnState`: of its look, its state of control and its winds."""
-    label, colour, dashes, state, winds = look
+    """A `DrawnState`: of its look, whether the winches are at rest, and its winds."""
+    label, colour, dashes, open_loop, winds = look
     places = [f"{place}.{axis}" for axis in PLACES]
     spectra, variances, covariance = {}, {}, np.zeros((3, 3))
     for wind in winds:
-        response = wind.response
+        response = wind.response_of(open_loop)
         known = list(dict.fromkeys([*names, *(name for name in places if name in response.names)]))
-        response.check_damped(known, state)
+        response.check_damped(known)
         space = np.zeros((len(response.names), len(known) + len(PAIRS)))
         space[[response.names.index(name) for name in known], np.arange(len(known))] = 1.0
         for column, pair in enumerate(PAIRS, len(known)):  # sums of two displacements of the place
             space[[response.names.index(places[axis]) for axis in pair if places[axis] in known], column] = 1.0
-        found = response.spectra(frequency, state, space)
+        found = response.spectra(frequency, space)
         parts = dict(zip(known, found, strict=False))
-        every = response.variances(state)
+        every = response.variances
         own = {name: every.weighted["value"][every.rows[name]] for name in known}
         covariance += _covariance(frequency, parts, found[len(known) :], own, places)
         spectra = {name: spectra.get(name, 0.0) + part for name, part in parts.items()}

@@ -8,13 +8,13 @@ import numpy as np
 from cablestudy.activity import doing
 from cablestudy.cable.steady_drag import joined
 from cablestudy.control.law import law_from
-from cablestudy.errors import NoSolutionError, outcome_of, result_of
+from cablestudy.errors import outcome_of, result_of
 from cablestudy.scene.words import counted
 from cablestudy.study.columns import relative
 from cablestudy.study.notes import unknown_rms_error
 from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.movement import Movement
-from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
+from cablestudy.study.suspension.response import ACCURACY, Response
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases
 from cablestudy.system.superelement import any_grows_with_modes
@@ -213,7 +213,7 @@ class InWind:
             return ""
         if self._modal:
             return unknown_rms_error(counted(len(self.movement.modes), "mode"))
-        solved = [one for one in (self, self.__dict__.get("_at_rest")) if one is not None and one.solved]
+        solved = [one for one in (self, self.__dict__.get("_without_control")) if one is not None and one.solved]
         error = max(one.response.moving_error for one in solved) / 2
         if error <= self._accuracy:
             return ""
@@ -232,7 +232,7 @@ class InWind:
     def solved(self):
         """True if the motion was computed, that of an unstable loop with its winches at rest too."""
         known = [self.__dict__[name] for name in ("_outcome", "_judged") if name in self.__dict__]
-        at_rest = self.__dict__.get("_at_rest")
+        at_rest = self.__dict__.get("_without_control")
         return any(not isinstance(one, Exception) for one in known) or (at_rest is not None and at_rest.solved)
 
     @property
@@ -288,9 +288,13 @@ class InWind:
         """Refuse an unstable loop: NoSolutionError; raises as `controlled` too."""
         self._check(self.controlled)
 
-    @cached_property
-    def _at_rest(self):
+    @property
+    def at_rest(self):
         """`InWind` with the winches at rest, which shares what does not depend on the loop, and the models tried."""
+        return self if self.scene.control is None else self._without_control
+
+    @cached_property
+    def _without_control(self):
         other = self._changed(control=None)
         other._tried = self._tried
         return other
@@ -323,12 +327,6 @@ class InWind:
         other = InWind(self.scene.model_copy(update=update), *about)
         other._midspans, other._least = self._midspans, self._least
         return other
-
-    @property
-    def _open(self):
-        """`InWind` of numbers with the winches at rest: this one, which has both, where its loop is stable."""
-        refused = self.scene.control is not None and isinstance(self._outcome, NoSolutionError)
-        return self._at_rest if refused else self
 
     @property
     def loop_error(self):
@@ -388,19 +386,19 @@ class InWind:
         found = limit.omega
         return found / (2 * np.pi), self.controlled.driven.errors[1]
 
-    def response_of_state(self, open_loop):
-        """`Response` that has numbers with the winches at rest or with the loop, and which of its states they are."""
-        return (self._open.response, OPEN) if open_loop else (self.response, CLOSED)
+    def response_of(self, open_loop):
+        """`Response` with the winches at rest, or with the loop; raises as `response`."""
+        return (self.at_rest if open_loop else self).response
 
     def rms(self, names, variance, open_loop):
         """Root of the sum of variances of some outputs, and its estimated relative error; 0 of what is held.
 
         Not a number for an exact choice of elements, whose own error is not known, nor with modal damping.
         """
-        response, state = self.response_of_state(open_loop)
-        found = (response.variances if variance in OWN else response.seen)(state)
+        response = self.response_of(open_loop)
+        found = response.variances if variance in OWN else response.seen
         names = [name for name in names if name in found.rows]
-        response.check_damped(names, state)
+        response.check_damped(names)
         rows = [found.rows[name] for name in names]
         total = found.weighted[variance][rows].sum()
         if not total > 0:

@@ -57,9 +57,8 @@ class Movement:
 
     @cached_property
     def turbulence(self):
-        """`Turbulence` with the loop, where it does something, and with the winches at rest: list."""
-        closed = [Turbulence(self.linear, self.loop)] if self.loop and self.loop.gain else []
-        return [*closed, self.linear.at_rest]
+        """`Turbulence` with the loop where it does something, else with the winches at rest."""
+        return Turbulence(self.linear, self.loop) if self.loop and self.loop.gain else self.linear.at_rest
 
     # --------------------------------------------------------------------------------------------------- loop
 

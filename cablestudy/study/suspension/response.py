@@ -2,7 +2,7 @@
 
 One quadratic form: with Y(f) the response of an output to forces on the coordinates and S(f) the spectral matrix of the
 forces by all places together, its spectrum is Y S Y^H. Its integral follows from the poles (`wind.variance`), with the
-loop closed and with the winches at rest.
+loop closed or with the winches at rest.
 """
 
 from collections.abc import Callable
@@ -27,12 +27,11 @@ ROUNDING = 1e-15  # of the energy of an output over the largest of all: what is 
 AT_ONCE = 500_000  # entries of the responses that are computed at once
 SEEN = 0.01  # height of a resonance over the largest one of an output, from which on it is seen there
 COMPARED = 10.0  # on the change of a variance from a model with fewer modes, whose errors may fall slowly
-CLOSED, OPEN = 0, 1
 
 
 @dataclass(frozen=True)
 class Variances:
-    """Of some outputs, o of them, with the loop or with the winches at rest.
+    """Of some outputs, o of them.
 
     Attributes
     ----------
@@ -65,7 +64,7 @@ class Variances:
 
 
 class Response:
-    """The response of a `Movement` to its gusts.
+    """The response of a `Movement` to its gusts, with the loop where it does something.
 
     Parameters
     ----------
@@ -78,7 +77,7 @@ class Response:
     """
 
     def __init__(self, movement, scene, before=None):
-        self.movement, self.scene, self._before, self._known = movement, scene, before, {}
+        self.movement, self.scene, self._before = movement, scene, before
 
     @cached_property
     def names(self):
@@ -91,23 +90,21 @@ class Response:
     @property
     def loop(self):
         """The `Loop` where it does something, else None."""
-        return self._states[0].loop
+        return self._turbulence.loop
 
     @property
-    def _states(self):
-        """`Turbulence` with the loop, where it does something, and with the winches at rest: list."""
+    def _turbulence(self):
         return self.movement.turbulence
 
     # ------------------------------------------------------------------------------------------------ frequencies
 
-    def spectra(self, frequency, state, space=None):
-        """One-sided spectra of outputs, with the loop (CLOSED) or the winches at rest (OPEN).
+    def spectra(self, frequency, space=None):
+        """One-sided spectra of outputs.
 
         Parameters
         ----------
         frequency : ndarray, shape (f,)
             [Hz]
-        state : {CLOSED, OPEN}
         space : ndarray, shape (o, r), optional
             Combinations of the outputs.
 
@@ -115,7 +112,7 @@ class Response:
         -------
         ndarray, shape (o, f) or (r, f)
         """
-        residues, gusts = self._state(state).residues, self.movement.gusts
+        residues, gusts = self._turbulence.residues, self.movement.gusts
         if space is not None:
             residues = residues.combined(space)
         at_once, found = max(1, AT_ONCE // len(self.movement.motion) ** 2), []
@@ -123,22 +120,12 @@ class Response:
             found.append(gusts.input_spectra(part, np.swapaxes(residues.response(2j * np.pi * part), -1, -2)).T)
         return np.concatenate(found, axis=-1)
 
-    def resonances(self, names, state):
-        """Poles of the upper half plane that are seen in some outputs, with the loop or without it. [rad/s]
-
-        Parameters
-        ----------
-        names : sequence of str
-        state : {CLOSED, OPEN}
-        """
-        (found, _), rows = self._state(state).residues.split(np.inf), [self.names.index(name) for name in names]
+    def resonances(self, names):
+        """Poles of the upper half plane that are seen in some outputs, by their names. [rad/s]"""
+        (found, _), rows = self._turbulence.residues.split(np.inf), [self.names.index(name) for name in names]
         height = np.abs(found.outputs[rows]) * np.linalg.norm(found.inputs, axis=1) / np.abs(found.poles.real)
         seen = (height > SEEN * height.max(axis=1, keepdims=True)).any(axis=0)
         return found.poles[seen & (found.poles.imag > 0)]
-
-    def _state(self, state):
-        """`Turbulence` with the loop (CLOSED) or with the winches at rest (OPEN), the only one without a loop."""
-        return self._states[min(state, len(self._states) - 1)]
 
     # -------------------------------------------------------------------------------------------------- integrals
 
@@ -147,28 +134,14 @@ class Response:
         """Estimated relative error of a variance by quadrature, and by interpolation of the gusts. [-]"""
         return QUADRATURE + self.movement.gusts.error
 
-    def _once(self, name, state, compute):
-        """A result of one `Turbulence`, computed when it is first asked for."""
-        turbulence = self._state(state)
-        if (name, turbulence) not in self._known:
-            self._known[name, turbulence] = compute(turbulence)
-        return self._known[name, turbulence]
+    @cached_property
+    def _undamped(self):
+        """`Turbulence.undamped` of the outputs."""
+        return self._turbulence.undamped(self.stiffness)
 
-    def check_damped(self, names, state):
-        """Refuse a resonance that the wind excites and nothing bounds.
-
-        Parameters
-        ----------
-        names : sequence of str
-            Of the outputs that it would move.
-        state : {CLOSED, OPEN}
-
-        Raises
-        ------
-        NoSolutionError
-        """
-        undamped = self._once("undamped", state, lambda turbulence: turbulence.undamped(self.stiffness))
-        self._refuse(undamped[[self.names.index(name) for name in names]])
+    def check_damped(self, names):
+        """Refuse a resonance of some outputs that the wind excites and nothing bounds: NoSolutionError."""
+        self._refuse(self._undamped[[self.names.index(name) for name in names]])
 
     def _refuse(self, undamped):
         """Refuse a pole that nothing damps among some, 0 where there is none."""
@@ -177,32 +150,29 @@ class Response:
         pole = undamped[np.argmax(undamped != 0)]
         moved = self.movement.mode_name(int(np.argmin(np.abs(self.movement.motion.unit - np.abs(pole)))))
         raise NoSolutionError(
-            f"undamped: {moved} has a damping ratio below {self._states[CLOSED].least:g}, so that its RMS in the wind "
+            f"undamped: {moved} has a damping ratio below {self._turbulence.least:g}, so that its RMS in the wind "
             f"is not finite (cable.damping)"
         )
 
-    @property
-    def moving_error(self):
-        """Largest relative error by the modes left out of the variances of displacement and velocity of bodies. [-]
-
-        With the loop, where it does something, and with the winches at rest.
-        """
-        return max(self._moving_error(state) for state in self._states)
-
-    def _variances(self, state, weights=None):
+    def _variances(self, weights=None):
         """`Turbulence.variances`, or those with some weights, and their errors by modes as far as they are known."""
-        whole, added, late = state.seen(weights) if weights else state.variances
+        own = self._turbulence
+        whole, added, late = own.seen(weights) if weights else own.variances
         if self._before is None:
             return whole, added, late
-        earlier = self._before._states[self._states.index(state)]
+        earlier = self._before._turbulence
         change = np.abs(whole - (earlier.seen(weights) if weights else earlier.variances)[0])
         return whole, np.minimum(added, COMPARED * change), late
 
-    def _moving_error(self, state):
-        """`moving_error` of one `Turbulence`; of mid-spans by displacements alone."""
+    @cached_property
+    def moving_error(self):
+        """Largest relative error by the modes left out of the variances of displacement and velocity of bodies. [-]
+
+        Of mid-spans by displacements alone.
+        """
         places = [row for row, name in enumerate(self.names) if name.endswith((".x", ".y", ".z"))]
         groups, found = np.array(_groups(self.names))[places], [0.0]
-        whole, added, _ = self._variances(state)
+        whole, added, _ = self._variances()
         for group in set(groups.tolist()):
             own = np.array(places)[groups == group]
             shown = 1 if ".midspan." in self.names[own[0]] else len(OWN)  # no column has their velocities
@@ -210,21 +180,16 @@ class Response:
             found += (part[total > 0] / total[total > 0]).tolist()
         return max(found)
 
-    def variances(self, state=CLOSED):
-        """`Variances` of all outputs and their rates, without what nothing damps: see `check_damped`.
+    @cached_property
+    def variances(self):
+        """`Variances` of all outputs and their rates, without what nothing damps: see `check_damped`."""
+        return self._described(OWN, self._variances())
 
-        Parameters
-        ----------
-        state : {CLOSED, OPEN}
-        """
-        return self._once("own", state, lambda turbulence: self._described(OWN, self._variances(turbulence)))
-
-    def seen(self, state=CLOSED):
-        """`Variances` of what a telescope sees of all outputs, see `seen_weights`; `state` as of `variances`."""
+    @cached_property
+    def seen(self):
+        """`Variances` of what a telescope sees of all outputs, see `seen_weights`."""
         weights = seen_weights(self.scene.exposure, self.scene.correction)
-        return self._once(
-            "seen", state, lambda turbulence: self._described(weights, self._variances(turbulence, weights))
-        )
+        return self._described(weights, self._variances(weights))
 
     def _described(self, weights, found):
         """`Variances` from those that a `Turbulence` has found, for weights as of `Turbulence.seen`."""
@@ -256,11 +221,11 @@ class Response:
         return factors[:, None] * np.where(places, self.movement.gusts.force_on_cables**2 / self.stiffness, 0.0)
 
     def shares_below(self, name, limits):
-        """Share of the variance of an output below some frequencies [Hz], with the loop, if there is one: list. [-]"""
-        found = self.variances(CLOSED)
+        """Share of the variance of an output below some frequencies [Hz]: list. [-]"""
+        found = self.variances
         row = found.rows[name]
         whole = float(found.weighted["value"][row])
-        return [float(part) / whole if whole else 0.0 for part in self._states[CLOSED].below(limits)[:, row]]
+        return [float(part) / whole if whole else 0.0 for part in self._turbulence.below(limits)[:, row]]
 
     @cached_property
     def winch_speeds(self):
@@ -271,7 +236,7 @@ class Response:
         NoSolutionError
             A resonance that nothing damps moves a winch.
         """
-        whole, added, undamped = self._states[CLOSED].winch_speeds
+        whole, added, undamped = self._turbulence.winch_speeds
         self._refuse(undamped)
         return whole, added + (self.integration_error + SPEEDS) * whole
 
