@@ -54,7 +54,7 @@ def in_wind():
 
     one = scene()
     wanted, case = columns(one), SuspensionCase(one)
-    variances, movement = case.in_wind.response.variances(), case.in_wind.movement
+    variances, movement = case.in_wind.response.variances, case.in_wind.movement
     places = [variances.rows[f"gondola.{axis}"] for axis in "xyz"]
     own = np.sqrt(variances.weighted["value"][places])
     apart = np.abs(direct(movement)[places] / own - 1).max()

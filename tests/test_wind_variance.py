@@ -122,8 +122,8 @@ def test_a_fast_pole_follows_statically():
 def test_more_modes_of_a_hysteretic_cable_do_not_change_the_rms_with_a_loop(count):
     """The notch of a slow loop has a double pole, and hysteretic damping many poles that are damped alike."""
     wind = in_wind_of(Case(CableScene.model_validate(random_scene(48))))
-    found = wind.movement_of(count).turbulence[0].variances[0][0]
-    few = wind.movement_of(32).turbulence[0].variances[0][0]
+    found = wind.movement_of(count).turbulence.variances[0][0]
+    few = wind.movement_of(32).turbulence.variances[0][0]
     assert found[0] == pytest.approx(few[0], rel=1e-7)
 
 

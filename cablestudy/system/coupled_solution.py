@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -204,6 +204,21 @@ class RowModel:
         """`ReducedSystem`."""
         return self._trial.reduced(self._row)
 
+    @cached_property
+    def kept(self):
+        """Coordinates of each cable: list of Kept."""
+        return self.coordinates.kept
+
+    @cached_property
+    def system(self):
+        """The `LinearSystem`."""
+        return self.layout.system([one.element for one in self.kept])
+
+    @cached_property
+    def solution(self):
+        """The `Solution` with all modes of the trial; raises as `Trial.solution`."""
+        return self._trial.solution(self._row)
+
 
 @dataclass(frozen=True)
 class Solution:
@@ -248,12 +263,21 @@ class Solution:
     @property
     def kept(self):
         """Coordinates of each cable: list of Kept."""
-        return self.coordinates.kept
+        return self.model.kept
 
-    @cached_property
+    @property
     def system(self):
         """The `LinearSystem`."""
-        return self.layout.system([one.element for one in self.kept])
+        return self.model.system
+
+    @property
+    def resolved_up_to(self):
+        """Highest frequency that was asked of models and coordinates: that of some more modes, perhaps. [rad/s]"""
+        return self.model.solution.omega[-1]
+
+    def first(self, count):
+        """The lowest of these modes."""
+        return replace(self, omega=self.omega[:count], shapes=self.shapes[:, :count], omitted=self.omitted[:, :count])
 
 
 @dataclass(frozen=True)
@@ -296,6 +320,16 @@ class CoupledModes:
     def system(self):
         """The `LinearSystem`."""
         return self.solution.system
+
+    def first(self, count):
+        """The lowest of these modes, in the same model; a finer one is not known any more."""
+        return CoupledModes(
+            self.frequency[:count],
+            self.error[:count],
+            tuple(run for run in self.coincident if run[1] <= count),
+            self.solution.first(count),
+            self.shapes[:, :count],
+        )
 
     @cached_property
     def damping_ratio(self):

@@ -49,8 +49,11 @@ TURN = 2 * np.pi
 
 
 def open_poles(movement):
-    """Poles of a `Movement` with the winches at rest, without those that are zero but for rounding. [rad/s]"""
-    poles = movement.open_poles
+    """Poles of a `Movement` with the winches at rest, without those that are zero but for rounding. [rad/s]
+
+    With about those of modes that were computed and are not in its model.
+    """
+    poles = np.append(movement.open_poles, movement.linear.other_poles)
     return poles[np.abs(poles) > ZERO * movement.modes.solution.omega[0]]
 
 
@@ -89,7 +92,7 @@ class DrivenCables:
     def __init__(self, movement, gain, others=()):
         self._movement, self._gain, self._effects = movement, gain, movement.effects
         self._base, self._elements = movement.modes.solution, movement.linear.model is not None
-        resolved_to = self._base.omega[-1]
+        resolved_to = self._base.resolved_up_to
         models = self._models(resolved_to)
         for _ in range(TRIALS):
             self._resolve(models, resolved_to, others)
@@ -113,7 +116,7 @@ class DrivenCables:
     def _highest(self):
         """Frequencies up to which waves across and along each cable are driven or needed, shape (2, c). [rad/s]"""
         found = np.maximum(self._effects.driven_up_to(self._gain), self.broad)
-        if found.max(initial=0.0) > self._base.omega[-1]:
+        if found.max(initial=0.0) > self._base.resolved_up_to:
             doing(f"modes of the cables that {self._in_words} could drive are sought up to {found.max() / TURN:.4g} Hz")
         return found
 
@@ -129,12 +132,15 @@ class DrivenCables:
     @property
     def _farthest(self):
         """Frequency up to which waves across all cables can be resolved. [rad/s]"""
-        return max(self._base.omega[-1], np.pi * MOST_WAVES / self._effects.travel_time[ACROSS].max(initial=1e-300))
+        return max(
+            self._base.resolved_up_to, np.pi * MOST_WAVES / self._effects.travel_time[ACROSS].max(initial=1e-300)
+        )
 
     def _models(self, resolved_to):
         """`Models` of the cables, waves across them resolved up to a frequency at least. [rad/s]"""
         base, highest, time = self._base, self._highest, self._effects.travel_time
-        if (max(highest.max(initial=0.0), resolved_to) <= base.omega[-1] and base.models.complete) or self._elements:
+        resolved = max(highest.max(initial=0.0), resolved_to) <= base.resolved_up_to
+        if (resolved and base.models.complete) or self._elements:
             return base.models if base.models.complete else Models(base.models.cables, base.models.meshes, fixed=True)
         waves = np.maximum(highest, [[resolved_to], [0.0]]) * time / np.pi
         kind, cable = np.unravel_index(np.argmax(waves), waves.shape)
@@ -210,7 +216,7 @@ class DrivenCables:
         poles = [open_poles(self._movement)]
         if self._spoilt:
             return poles[0]
-        chosen, highest = self._chosen(), (1 - UNCERTAIN) * self._base.omega[-1]
+        chosen, highest = self._chosen(), (1 - UNCERTAIN) * self._base.resolved_up_to
         for cable, own in enumerate(chosen):
             near = np.flatnonzero(own & (self.loop_gain.elements[cable].omega > NEARLY * highest))
             if len(near):

@@ -22,7 +22,7 @@ from cablestudy.wind.peak import peak_factor
 
 COUNTS = (64, 100, 160)  # modes of the models that are tried,
 IN_PLANE = (32, 64, 100)  # of a cable that moves in its plane only
-FIRST, OF_EACH = 16, 8  # before them, of few cables, so many and so many of each cable
+FIRST, OF_EACH = np.array([8, 16]), np.array([4, 8])  # before them, of few cables, so many and so many of each cable
 LACKED = 1e-3  # share in the static compliance of bodies that these may lack
 MORE = (300, 600)  # where notches are at frequencies that those have not, the first one for tensions of a bare cable
 ELEMENTS = 250  # of a model with an exact choice of elements, where fewer change the RMS by more than a share EXACT
@@ -31,6 +31,7 @@ SAFETY = 2.0  # on the change of a margin by fewer modes
 # on the error of an RMS that one model shows, as far as the accuracy allows, and least share of the accuracy: of 220
 # numbers of random scenes ten were more wrong than shown, up to 2.3 times, or by less than this share
 BY_ONE_MODEL, RESOLVED = 4.0, 5e-3
+BY_FEWEST = 0.2  # the same share where a model has the fewest modes: of 66 such models one was more wrong than 5e-3
 ROUNDING = 1e-14  # of a displacement by the mean wind over the longest chord: what is less is shown as zero
 
 
@@ -91,6 +92,8 @@ class InWind:
 
     def _modes_of(self, count):
         """The lowest `CoupledModes`, as damping needs them."""
+        if count < (solved := self._solved(count)):
+            return self._modes_of(solved).first(count)
         if count not in self._modes:
             damping = [cable.damping for cable in self.scene.cables.values()]
             about = self._equilibrium, count, self._accuracy, damping, self._model, self._cables
@@ -105,7 +108,11 @@ class InWind:
         """
         drag = self._model and self._model.drag
         elements = self._model and replace(self._model, drag=drag and (drag.profile is None,))
-        return self._tried[0], self._accuracy, self._cables and self._cables.planes, elements
+        return self._solved(self._tried[0]), self._accuracy, self._cables and self._cables.planes, elements
+
+    def _solved(self, count):
+        """How many modes are computed where so many are in a model: meshes of cables that serve the loop too."""
+        return max(count, min(int(FIRST[-1] + OF_EACH[-1] * len(self.scene.cables)), self._many[0]))
 
     def lowest_modes(self, count):
         """At least so many `CoupledModes` where there are, those of the model that is tried first if it has them.
@@ -115,7 +122,7 @@ class InWind:
         NoSolutionError, ConvergenceError
             As `movement_of`.
         """
-        return self._modes_of(max(count, self._tried[0]))
+        return self._modes_of(self._solved(max(count, self._tried[0])))
 
     @cached_property
     def _counts(self):
@@ -139,12 +146,13 @@ class InWind:
         many cables.
         """
         scene, many = self.scene, self._many
-        few, exact = FIRST + OF_EACH * len(scene.cables), self._model is not None
+        few, exact = (FIRST + OF_EACH * len(scene.cables)).tolist(), self._model is not None
         all_excited = self.airflow is not None and self.airflow.on_cables
         all_excited |= scene.control is not None and not law_from(scene.control)[0].integrates_only
-        if few >= many[0] or all_excited or (self._modal and not exact) or not self._equilibrium.suspension.free.any():
+        few = [count for count in few[exact:] if count < many[0]]
+        if not few or all_excited or (self._modal and not exact) or not self._equilibrium.suspension.free.any():
             return tuple(count for count in many if count >= self._least) or (self._least,)
-        return few, *many
+        return *few, *many
 
     @property
     def _many(self):
@@ -404,7 +412,9 @@ class InWind:
         if not total > 0:
             return np.sqrt(total), 0.0 if self._model is None else np.nan
         error, accuracy = found.error_of(variance, names) / (2 * total), self._accuracy
-        error = max(error, min(BY_ONE_MODEL * error, accuracy), RESOLVED * accuracy)
+        modes = len(response.movement.modes)
+        least = BY_FEWEST if modes == self._tried[0] < self._solved(modes) else RESOLVED
+        error = max(error, min(BY_ONE_MODEL * error, accuracy), least * accuracy)
         return np.sqrt(total), error if self._error_known else np.nan
 
     def largest_rms(self, names, variance="value", open_loop=False):

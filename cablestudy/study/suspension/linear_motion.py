@@ -230,11 +230,34 @@ class LinearMotion:
     def kept(self):
         """Numbers from 0 of the modes that are coordinates of the model: those that outputs depend on, or all."""
         every = np.arange(len(self.modes))
-        if self._complete or (seen := observed(self._whole)).all():
+        if self._complete:
             return every
-        shapes = self.modes.shapes[seen]
-        share = (shapes * (self._whole.mass[np.ix_(seen, seen)] @ shapes)).sum(axis=0)
-        return every[share > UNSEEN] if (share > UNSEEN).any() else every
+        seen = self._seen(self.modes.shapes)
+        return every[seen] if seen.any() else every
+
+    def _seen(self, shapes):
+        """Which of some mode shapes, shape (n, k), outputs depend on: ndarray of bool."""
+        if (there := observed(self._whole)).all():
+            return np.ones(shapes.shape[1], dtype=bool)
+        shapes = shapes[there]
+        return (shapes * (self._whole.mass[np.ix_(there, there)] @ shapes)).sum(axis=0) > UNSEEN
+
+    @property
+    def other_poles(self):
+        """About where the poles are of modes that were computed and are not in the model. [rad/s]
+
+        By what their undamped shapes lose.
+        """
+        every, count, whole = self.modes.solution.model.solution, len(self.modes), self._whole
+        if len(every.omega) <= count:
+            return np.zeros(0, dtype=complex)
+        omega, shapes = every.omega[count:], every.shapes[:, count:]
+        seen = self._seen(shapes)
+        omega, shapes = omega[seen], shapes[:, seen]
+        viscous, lost = (np.einsum("nk,nk->k", shapes, part @ shapes) for part in (whole.damping, whole.stiffness.imag))
+        braked = self.air_on_bodies(shapes)
+        viscous = viscous + (np.diagonal(braked) if np.ndim(braked) else braked)
+        return 1j * omega - (viscous + lost / omega) / 2
 
     @cached_property
     def fewer(self):
