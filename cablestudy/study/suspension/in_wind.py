@@ -22,7 +22,7 @@ from cablestudy.wind.peak import peak_factor
 
 COUNTS = (64, 100, 160)  # modes of the models that are tried,
 IN_PLANE = (32, 64, 100)  # of a cable that moves in its plane only
-FIRST, OF_EACH = np.array([8, 16]), np.array([4, 8])  # before them, of few cables, so many and so many of each cable
+FEWEST, FEW = (8, 4), (16, 8)  # before them, of few cables, so many and so many of each cable
 LACKED = 1e-3  # share in the static compliance of bodies that these may lack
 MORE = (300, 600)  # where notches are at frequencies that those have not, the first one for tensions of a bare cable
 ELEMENTS = 250  # of a model with an exact choice of elements, where fewer change the RMS by more than a share EXACT
@@ -112,7 +112,11 @@ class InWind:
 
     def _solved(self, count):
         """How many modes are computed where so many are in a model: meshes of cables that serve the loop too."""
-        return max(count, min(int(FIRST[-1] + OF_EACH[-1] * len(self.scene.cables)), self._many[0]))
+        return max(count, min(self._few(FEW), self._many[0]))
+
+    def _few(self, parts):
+        """A number of modes, and so many of each cable, together."""
+        return parts[0] + parts[1] * len(self.scene.cables)
 
     def lowest_modes(self, count):
         """At least so many `CoupledModes` where there are, those of the model that is tried first if it has them.
@@ -145,11 +149,10 @@ class InWind:
         integrates. Modal damping, unless of an exact choice of elements, depends on their number: it is then that of
         many cables.
         """
-        scene, many = self.scene, self._many
-        few, exact = (FIRST + OF_EACH * len(scene.cables)).tolist(), self._model is not None
+        scene, many, exact = self.scene, self._many, self._model is not None
         all_excited = self.airflow is not None and self.airflow.on_cables
         all_excited |= scene.control is not None and not law_from(scene.control)[0].integrates_only
-        few = [count for count in few[exact:] if count < many[0]]
+        few = [count for count in map(self._few, (FEW,) if exact else (FEWEST, FEW)) if count < many[0]]
         if not few or all_excited or (self._modal and not exact) or not self._equilibrium.suspension.free.any():
             return tuple(count for count in many if count >= self._least) or (self._least,)
         return *few, *many
