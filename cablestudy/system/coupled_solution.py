@@ -214,11 +214,6 @@ class RowModel:
         """The `LinearSystem`."""
         return self.layout.system([one.element for one in self.kept])
 
-    @cached_property
-    def solution(self):
-        """The `Solution` with all modes of the trial; raises as `Trial.solution`."""
-        return self._trial.solution(self._row)
-
 
 @dataclass(frozen=True)
 class Solution:
@@ -233,12 +228,20 @@ class Solution:
         Mass-normalised.
     omitted : ndarray, shape (c, k)
         See `Trial`. [-]
+    more : Solution or None
+        With all modes that were computed, of which these are the lowest; None where these are all.
     """
 
     model: RowModel
     omega: np.ndarray
     shapes: np.ndarray
     omitted: np.ndarray
+    more: "Solution | None" = None
+
+    @property
+    def every(self):
+        """The `Solution` with all modes that were computed."""
+        return self.more or self
 
     @property
     def layout(self):
@@ -270,14 +273,10 @@ class Solution:
         """The `LinearSystem`."""
         return self.model.system
 
-    @property
-    def resolved_up_to(self):
-        """Highest frequency that was asked of models and coordinates: that of some more modes, perhaps. [rad/s]"""
-        return self.model.solution.omega[-1]
-
     def first(self, count):
         """The lowest of these modes."""
-        return replace(self, omega=self.omega[:count], shapes=self.shapes[:, :count], omitted=self.omitted[:, :count])
+        omega, shapes, omitted = self.omega[:count], self.shapes[:, :count], self.omitted[:, :count]
+        return replace(self, omega=omega, shapes=shapes, omitted=omitted, more=self.every)
 
 
 @dataclass(frozen=True)

@@ -92,7 +92,7 @@ class DrivenCables:
     def __init__(self, movement, gain, others=()):
         self._movement, self._gain, self._effects = movement, gain, movement.effects
         self._base, self._elements = movement.modes.solution, movement.linear.model is not None
-        resolved_to = self._base.resolved_up_to
+        resolved_to = self._highest_resolved
         models = self._models(resolved_to)
         for _ in range(TRIALS):
             self._resolve(models, resolved_to, others)
@@ -116,7 +116,7 @@ class DrivenCables:
     def _highest(self):
         """Frequencies up to which waves across and along each cable are driven or needed, shape (2, c). [rad/s]"""
         found = np.maximum(self._effects.driven_up_to(self._gain), self.broad)
-        if found.max(initial=0.0) > self._base.resolved_up_to:
+        if found.max(initial=0.0) > self._highest_resolved:
             doing(f"modes of the cables that {self._in_words} could drive are sought up to {found.max() / TURN:.4g} Hz")
         return found
 
@@ -126,20 +126,23 @@ class DrivenCables:
         return max(one.element.omega[: one.modes].max(initial=0.0) for one in self.kept)
 
     @property
+    def _highest_resolved(self):
+        """Highest frequency that the models of the modes resolve, those beyond the modes of the model too. [rad/s]"""
+        return self._base.every.omega[-1]
+
+    @property
     def _in_words(self):
         return self._movement.given_loop.law.described(self._gain, 4)
 
     @property
     def _farthest(self):
         """Frequency up to which waves across all cables can be resolved. [rad/s]"""
-        return max(
-            self._base.resolved_up_to, np.pi * MOST_WAVES / self._effects.travel_time[ACROSS].max(initial=1e-300)
-        )
+        return max(self._highest_resolved, np.pi * MOST_WAVES / self._effects.travel_time[ACROSS].max(initial=1e-300))
 
     def _models(self, resolved_to):
         """`Models` of the cables, waves across them resolved up to a frequency at least. [rad/s]"""
         base, highest, time = self._base, self._highest, self._effects.travel_time
-        resolved = max(highest.max(initial=0.0), resolved_to) <= base.resolved_up_to
+        resolved = max(highest.max(initial=0.0), resolved_to) <= self._highest_resolved
         if (resolved and base.models.complete) or self._elements:
             return base.models if base.models.complete else Models(base.models.cables, base.models.meshes, fixed=True)
         waves = np.maximum(highest, [[resolved_to], [0.0]]) * time / np.pi
@@ -216,7 +219,7 @@ class DrivenCables:
         poles = [open_poles(self._movement)]
         if self._spoilt:
             return poles[0]
-        chosen, highest = self._chosen(), (1 - UNCERTAIN) * self._base.resolved_up_to
+        chosen, highest = self._chosen(), (1 - UNCERTAIN) * self._highest_resolved
         for cable, own in enumerate(chosen):
             near = np.flatnonzero(own & (self.loop_gain.elements[cable].omega > NEARLY * highest))
             if len(near):
