@@ -321,7 +321,9 @@ class CoupledModes:
         return self.solution.system
 
     def first(self, count):
-        """The lowest of these modes, in the same model; a finer one is not known any more."""
+        """The lowest of these modes, in the same model: themselves, or without a finer one."""
+        if count >= len(self):
+            return self
         return CoupledModes(
             self.frequency[:count],
             self.error[:count],

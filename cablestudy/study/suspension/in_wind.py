@@ -62,7 +62,7 @@ class InWind:
         self._known, self._cables, self._modes = known, cables, {} if modes is None else modes
         self._accuracy, self._midspans, self._least = scene.model.accuracy or ACCURACY, False, 0
 
-    def movement_of(self, count, responses=False):
+    def movement_of(self, count, responses=False, among=0):
         """`Movement` with so many modes, which may be unstable.
 
         Parameters
@@ -70,6 +70,8 @@ class InWind:
         count : int
         responses : bool
             See `LinearMotion`.
+        among : int
+            How many modes are computed, if more: these are the lowest of them.
 
         Raises
         ------
@@ -78,9 +80,11 @@ class InWind:
         """
         scene = self.scene
         driving = repr((scene.winches, scene.actuators))
-        linear, loops = (count, responses, driving, self._midspans), self._known.setdefault(driving, {})
+        solved, loops = max(count, among), self._known.setdefault(driving, {})
+        linear = count, solved, responses, driving, self._midspans
         if linear not in self._known:
-            known = scene, self._equilibrium, self.airflow, self._modes_of(count), self._accuracy, self._model
+            modes = self._modes_of(solved).first(count)
+            known = scene, self._equilibrium, self.airflow, modes, self._accuracy, self._model
             self._known[linear] = LinearMotion(*known, loops=loops, responses=responses, midspans=self._midspans)
         blown = *linear, self.airflow and self.airflow.side
         if blown not in self._known:
@@ -92,8 +96,6 @@ class InWind:
 
     def _modes_of(self, count):
         """The lowest `CoupledModes`, as damping needs them."""
-        if count < (solved := self._solved(count)):
-            return self._modes_of(solved).first(count)
         if count not in self._modes:
             damping = [cable.damping for cable in self.scene.cables.values()]
             about = self._equilibrium, count, self._accuracy, damping, self._model, self._cables
@@ -165,7 +167,7 @@ class InWind:
 
     def _with(self, count):
         """`movement_of` one of these numbers; where it may be that of few cables modes left out have more responses."""
-        return self.movement_of(count, count < self._many[0] or self._compared)
+        return self.movement_of(count, count < self._many[0] or self._compared, self._solved(count))
 
     @property
     def _compared(self):
@@ -307,7 +309,9 @@ class InWind:
     @cached_property
     def _without_control(self):
         other = self._changed(control=None)
-        other._tried = self._tried
+        other._tried, counts = self._tried, outcome_of(lambda: self._counts)
+        if not isinstance(counts, Exception):  # a loop that cannot be had has none
+            other._counts = counts
         return other
 
     @cached_property
