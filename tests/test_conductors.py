@@ -17,6 +17,7 @@ from test_sag_tension import FOOT, POUND, WEIGHT
 from cablestudy.errors import SceneError
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues
+from cablestudy.study.suspension import conductors
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -265,6 +266,17 @@ def test_springs_that_only_pull_give_the_same_sags(tmp_path, material, state):
     np.testing.assert_allclose(solved(path, state).statics.sag / FOOT, expected, rtol=3e-5)
 
 
+@pytest.mark.parametrize(("ice", "told"), [(8, ""), (10, " beyond its curve")])
+def test_a_part_that_is_stretched_beyond_its_curve_is_told(tmp_path, ice, told):
+    """That of the outer strands of acsr-26/7 is flat from 0.45 %: by ice, which leaves it so for the other cases."""
+    path = line(tmp_path / "line.yaml", 700, 6300, {(60, WEIGHT): 0, (60, ice + WEIGHT): 0}, "material: acsr-26/7")
+    initial, loaded = (solved(path, state).alike.cables for state in ("initial", "after_load"))
+    strain = own_strain({"expansion": 12.8e-6}, 100 * initial.strain[1], 60)
+    assert (strain > 0.45) == bool(told)
+    assert initial.labels.tolist() == ["initial", "initial" + (", outer" + told if told else "")]
+    assert loaded.labels[0].startswith(f"after_load (c1{told})")
+
+
 def test_one_part_alone(tmp_path):
     """Aluminium alone, creep and load, against one spring."""
     curves = "{outer: {initial: [-1213, 44308.1, -14004.4, -37618, 30676], creep: [-544.8, 21426.8, -18842.2, 5495, 0],"
@@ -356,6 +368,29 @@ def test_conductors_of_suspensions_are_those_of_one_cable(tmp_path):
                     for column in ("preload_N", "sag_m", "unstretched_length_m"):
                         assert row[column] == pytest.approx(expected[row["case"]][column], rel=close)
                     assert row["state"] == expected[row["case"]]["state"]
+
+
+def test_cases_of_a_suspension_together_are_as_each_alone(tmp_path):
+    """With what creep and the heaviest load leave computed once for all of them."""
+    path = tmp_path / "two.yaml"
+    path.write_text(
+        "cable: {material: acsr-drake, tension: {at: horizontal, value: 20 %}, state: final}\n"
+        "points: {clamp: {at: [300 m, 0, 0], free: true}}\n"
+        "cables:\n  left: {from: [0, 0, 0], to: clamp}\n  right: {from: clamp, to: [500 m, 0, 0]}\n"
+        "  arm: {from: [300 m, 0, 2 m], to: clamp, axial_stiffness: 1 GN, mass_per_length: 1, diameter: 1 mm,"
+        " expansion: 0, unstretched_length: 2 m}\n"
+        "cases:\n  hot: {temperature: 100 degC}\n  ice: {temperature: -5 degC, ice: {thickness: 25 mm}}\n"
+    )
+    conductors._stretched.cache_clear()
+    together = table_of("static", path, "--case", "all", "--table", "cables")
+    assert conductors._stretched.cache_info().misses == 1
+    alone = []
+    for case in dict.fromkeys(row["case"] for row in together):
+        conductors._stretched.cache_clear()
+        given = ("--case", case) if case in ("hot", "ice") else ()
+        alone += [{"case": case} | row for row in table_of("static", path, *given, "--table", "cables")]
+    assert {row["state"] for row in together} > {"after_load (ice)"}
+    assert alone == together
 
 
 def test_stiffness_is_that_of_the_final_moduli_of_the_parts_that_are_tight(tmp_path):
