@@ -17,6 +17,7 @@ from test_sag_tension import FOOT, POUND, WEIGHT
 from cablestudy.errors import SceneError
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues
+from cablestudy.study.suspension import conductors
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -24,6 +25,26 @@ pytestmark = pytest.mark.usefixtures("folder")
 OUTER = {"initial": [-1213, 44308.1, -14004.4, -37618, 30676], "creep": [-544.8, 21426.8, -18842.2, 5495, 0]}
 CORE = {"initial": [-69.3, 38629, 3998.1, -45713, 27892], "creep": [47.1, 36211.3, 12201.4, -72392, 46338]}
 DRAKE = {"outer": OUTER | {"final": 64000, "expansion": 12.8e-6}, "core": CORE | {"final": 37000, "expansion": 6.4e-6}}
+# as the public files that materials.yaml names have them, in Pa, the curves at 75 degF
+PASCALS = {
+    "outer": {"initial": [-6087381.214138346, 4.053262338478644e8, -4.163543981382871e8, 4.521581832859811e7,
+                          1.1515623631049797e8],
+              "creep": [-2241485.5960090347, 1.7226344254262358e8, -2.521833322306553e8, 2.6225588316024497e8,
+                        -9.839508133080569e7], "final": [4.722908745820328e8]},
+    "core": {"initial": [-163405.74784809016, 2.796782453643521e8, -3.0368647973489366e7, -1.0707558076290466e8,
+                         4.809782687714249e7],
+             "creep": [959060.7394797191, 2.5048239560643068e8, 8.911473801420107e7, -4.6314842641129154e8,
+                       3.048792727466118e8], "final": [2.728600198771379e8]},
+}  # fmt: skip
+PSI = 6894.757293168361
+HAWK = {
+    name: {curve: [number / PSI for number in numbers] for curve, numbers in part.items()}
+    | {"final": part["final"][0] / PSI, "expansion": expansion, "measured_at": 75}
+    for (name, part), expansion in zip(PASCALS.items(), (12.8e-6, 6.4e-6), strict=True)
+}
+# one part, an initial and a final modulus
+STRAND = {"outer": {"initial": [0, 210000], "creep": [0, 210000], "final": 157e7 / PSI, "expansion": 12.5e-6 / 1.8}}
+SPRINGS = {"acsr-drake": DRAKE, "acsr-hawk": HAWK, "guy-strand": STRAND}
 AREA, MEASURED_AT, EVERYDAY = 0.7264, 70, 60  # [in^2], [degF]
 
 # (degF, lbf/ft): final sag and tension, initial sag and tension
@@ -95,6 +116,28 @@ def test_published_tables_hold_to_half_a_percent_beyond_the_knee_and_under_heavy
     assert "outer slack" in solved(path, states[0]).state[-1]
 
 
+def test_a_published_table_that_states_the_tension_under_ice_and_wind(tmp_path):
+    """1000 ft, creep is no factor, and the largest tension, as printed beneath that of 700 ft; three rows are legible.
+
+    issuhub.com/view/index/4960?pageIndex=191, its Table 14.5: degF, lbf/ft: final sag and tension, initial ones.
+    """
+    rows = {(0, 2.509): (25.98, 12116, 25.98, 12116), (32, 2.094): (26.30, 9990, 25.53, 10290),
+            (-20, WEIGHT): (18.72, 7318, 17.25, None)}  # fmt: skip
+    path = tmp_path / "line.yaml"
+
+    def too_much(tension):
+        """Of the tension in the first row, the horizontal one of the everyday state given. [lbf]"""
+        return halfway(solved(line(path, 1000, tension, rows), "initial"))[0] - 12116
+
+    line(path, 1000, brentq(too_much, 5000, 8000, xtol=1e-2), rows)
+    for place, state in enumerate(("after_load", "initial")):
+        found = solved(path, state)
+        for row, printed in enumerate(rows.values()):
+            sag, pull = printed[2 * place :][:2]
+            assert found.statics.sag[row] / FOOT == pytest.approx(sag, rel=3e-3)
+            assert pull is None or halfway(found)[row] == pytest.approx(pull, rel=3e-3)
+
+
 def test_a_published_stringing_chart_of_aluminium_alone(tmp_path):
     """477 kcmil, 19 wires, 200 ft, new: 1672 lb at 70 degF, 1090 lb and 2.05 ft at 100 degF.
 
@@ -128,7 +171,7 @@ def spring(part, strain, left, curve="initial"):
 
 
 def own_strain(part, strain, temperature):
-    longer = 1 + part["expansion"] * (temperature - MEASURED_AT)
+    longer = 1 + part["expansion"] * (temperature - part.get("measured_at", MEASURED_AT))
     return 100 * ((1 + strain / 100) / longer - 1)
 
 
@@ -210,13 +253,28 @@ def by_hand(parts, span, tension, rows, state):
     return [hangs(parts, span, weight, temperature, unstretched, sets)[1] for temperature, weight in rows]
 
 
+@pytest.mark.parametrize("material", SPRINGS)
 @pytest.mark.parametrize("state", ["initial", "after_load", "after_creep", "final"])
-def test_two_springs_that_only_pull_give_the_same_sags(tmp_path, state):
-    """Both take the curves at the mean tension, here over the stretched length and there over the unstretched one."""
+def test_springs_that_only_pull_give_the_same_sags(tmp_path, material, state):
+    """Both take the curves at the mean tension, here over the stretched length and there over the unstretched one.
+
+    All with the area and the weight of one conductor.
+    """
     rows = list(TABLE_700)[::2]
-    path = line(tmp_path / "line.yaml", 700, 6294.17, rows)
-    expected = by_hand(list(DRAKE.values()), 700, 6294.17, rows, state)
+    path = line(tmp_path / "line.yaml", 700, 6294.17, rows, f"material: {material}")
+    expected = by_hand(list(SPRINGS[material].values()), 700, 6294.17, rows, state)
     np.testing.assert_allclose(solved(path, state).statics.sag / FOOT, expected, rtol=3e-5)
+
+
+@pytest.mark.parametrize(("ice", "told"), [(8, ""), (10, " beyond its curve")])
+def test_a_part_that_is_stretched_beyond_its_curve_is_told(tmp_path, ice, told):
+    """That of the outer strands of acsr-26/7 is flat from 0.45 %: by ice, which leaves it so for the other cases."""
+    path = line(tmp_path / "line.yaml", 700, 6300, {(60, WEIGHT): 0, (60, ice + WEIGHT): 0}, "material: acsr-26/7")
+    initial, loaded = (solved(path, state).alike.cables for state in ("initial", "after_load"))
+    strain = own_strain({"expansion": 12.8e-6}, 100 * initial.strain[1], 60)
+    assert (strain > 0.45) == bool(told)
+    assert initial.labels.tolist() == ["initial", "initial" + (", outer" + told if told else "")]
+    assert loaded.labels[0].startswith(f"after_load (c1{told})")
 
 
 def test_one_part_alone(tmp_path):
@@ -312,6 +370,29 @@ def test_conductors_of_suspensions_are_those_of_one_cable(tmp_path):
                     assert row["state"] == expected[row["case"]]["state"]
 
 
+def test_cases_of_a_suspension_together_are_as_each_alone(tmp_path):
+    """With what creep and the heaviest load leave computed once for all of them."""
+    path = tmp_path / "two.yaml"
+    path.write_text(
+        "cable: {material: acsr-drake, tension: {at: horizontal, value: 20 %}, state: final}\n"
+        "points: {clamp: {at: [300 m, 0, 0], free: true}}\n"
+        "cables:\n  left: {from: [0, 0, 0], to: clamp}\n  right: {from: clamp, to: [500 m, 0, 0]}\n"
+        "  arm: {from: [300 m, 0, 2 m], to: clamp, axial_stiffness: 1 GN, mass_per_length: 1, diameter: 1 mm,"
+        " expansion: 0, unstretched_length: 2 m}\n"
+        "cases:\n  hot: {temperature: 100 degC}\n  ice: {temperature: -5 degC, ice: {thickness: 25 mm}}\n"
+    )
+    conductors._stretched.cache_clear()
+    together = table_of("static", path, "--case", "all", "--table", "cables")
+    assert conductors._stretched.cache_info().misses == 1
+    alone = []
+    for case in dict.fromkeys(row["case"] for row in together):
+        conductors._stretched.cache_clear()
+        given = ("--case", case) if case in ("hot", "ice") else ()
+        alone += [{"case": case} | row for row in table_of("static", path, *given, "--table", "cables")]
+    assert {row["state"] for row in together} > {"after_load (ice)"}
+    assert alone == together
+
+
 def test_stiffness_is_that_of_the_final_moduli_of_the_parts_that_are_tight(tmp_path):
     """New at 60 degF both parts, at 212 degF after creep the core alone: a linear cable with that EA and tension."""
     for state, case, modulus in (("initial", "60 degF", 101000), ("final", "212 degF", 37000)):
@@ -388,6 +469,6 @@ def test_extremes_have_an_answer_or_a_reason(tmp_path):
 
 def test_the_materials_are_shown_with_their_curves_sources():
     listed = run("materials")
-    for name in ("acsr-26/7", "acsr-6/1", "acsr-drake", "aac-dahlia"):
+    for name in ("acsr-26/7", "acsr-6/1", "acsr-drake", "acsr-hawk", "aac-dahlia", "guy-strand"):
         (row,) = (row for row in listed.out.splitlines() if row.startswith(f"| {name} "))
         assert "curves" in row or "all numbers" in row

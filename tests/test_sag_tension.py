@@ -3,15 +3,17 @@
 Final sags and tensions of ACSR Drake (795 kcmil, 26/7) by Alcoa's program Sag and Tension: a span of 700 ft is printed
 as Table 14.5 in Thrash and others, "Sag and tension of conductor", in Grigsby (ed.), *Electric Power Generation,
 Transmission, and Distribution*; one of 1000 ft in Alcoa's sample problem of extra heavy loading. Printed is the tension
-halfway between the horizontal one and that at the supports.
+halfway between the horizontal one and that at the supports. And ground wires of steel, as a maker's page has them.
 """
+
+import json
 
 import numpy as np
 import pytest
 from command import CONFIGS, table_of
 from scenes import cells, scene
 
-FOOT, POUND = 0.3048, 4.4482216152605
+FOOT, POUND, KILOGRAM_FORCE = 0.3048, 4.4482216152605, 9.80665
 WEIGHT = 1.094  # of the bare conductor [lbf/ft]
 TABLE_700 = {  # degF, lbf/ft: ft, lbf; from 167 degF on the aluminium is slack
     (0, 2.509): (13.61, 11318), (32, 2.094): (13.93, 9224), (-20, WEIGHT): (8.22, 8161), (0, WEIGHT): (9.19, 7301),
@@ -83,6 +85,44 @@ def test_ice_of_half_an_inch_weighs_what_is_printed(tmp_path):
     found = cells(scene(ice, base=path), "tension_1", "horizontal_tension", "stretched_length", "reaction_1_vertical")
     weight = 2 * found["reaction_1_vertical"] / POUND / (700 * (1 - (7000 / 7.3e6)))  # per unstretched length, nearly
     assert weight == pytest.approx(2.094, rel=2e-3)
+
+
+# Janta Cables, ground wires of seven wires of galvanised steel, jantacable.com/stay-wires-earth-wires-core-wires: mm^2,
+# kg/km, kgf at 32 degC; span [m]: sag at 32 degC, tension and sag at 53 degC [m, kgf]
+GROUND_WIRES = {
+    "7/3.15": (54.55, 428, 1142, {260: (3.17, 1007, 3.59), 275: (3.54, 1013, 3.99), 320: (4.80, 1031, 5.31),
+                                  350: (5.74, 1041, 6.30), 380: (6.76, 1050, 7.36), 400: (7.50, 1056, 8.11)}),
+    "7/3.66": (73.65, 575, 1627, {260: (2.99, 1430, 3.40), 275: (3.34, 1439, 3.78), 320: (4.52, 1463, 5.03),
+                                  350: (5.41, 1477, 5.96), 380: (6.38, 1490, 6.97), 400: (7.07, 1497, 7.68)}),
+    "7/4.06": (90.62, 706, 2002, {260: (2.98, 1760, 3.39), 275: (3.33, 1770, 3.77), 320: (4.51, 1800, 5.02),
+                                  350: (5.40, 1817, 5.95), 380: (6.37, 1833, 6.95), 400: (7.05, 1842, 7.67)}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", GROUND_WIRES)
+def test_published_tables_of_ground_wires(tmp_path, name):
+    """From the tension of one day follow that of a warmer one and all sags, to the last printed digit."""
+    area, mass, tension, spans = GROUND_WIRES[name]
+    for span, (sag, warm_tension, warm_sag) in spans.items():
+        text = {
+            "cable": {
+                "chord": span,
+                "area": f"{area} mm^2",
+                "mass_per_length": f"{mass} kg/km",
+                "elastic_modulus": f"{1.933e6 * KILOGRAM_FORCE * 1e4} Pa",
+                "expansion": 11.5e-6,
+                "tension": {"at": "horizontal", "value": tension * KILOGRAM_FORCE},
+                "reference": {"temperature": "32 degC"},
+            },
+            "gravity": KILOGRAM_FORCE,
+            "cases": {"warm": {"temperature": "53 degC"}},
+        }
+        path = tmp_path / "wire.yaml"
+        path.write_text(json.dumps(text), encoding="utf-8")
+        for sets, sagging, pull in (((), sag, tension), (("case=warm",), warm_sag, warm_tension)):
+            found = cells(scene(*sets, base=path), "sag", "horizontal_tension")
+            assert found["sag"] == pytest.approx(sagging, abs=0.01)
+            assert found["horizontal_tension"] / KILOGRAM_FORCE == pytest.approx(pull, abs=1)
 
 
 def state_change(change, pull, thickness=0.0):

@@ -118,6 +118,10 @@ class Condition:
         """Tension [N] and its slope with the strain [N] of each conductor at a strain, each of shape (...)."""
         return tuple(part[..., 0] + part[..., 1] for part in self.parts(strain))
 
+    def beyond(self, strain):
+        """Whether each part is stretched beyond what its curve is measured to, shape (..., 2)."""
+        return (self._own(strain) > self._curve[1]) & (self.parts(strain)[0] > 0)
+
     def elastic(self, strain):
         """Slope of the tension where it falls, by the final moduli of the parts that are tight, shape (...). [N]"""
         tight = self.parts(strain)[0] > 0

@@ -7,11 +7,14 @@ that of the conductor without a case, for 10 years. In the state `final` it cree
 Motion and stiffness are those about the equilibrium with the final moduli of the parts that are tight: what falls below
 the tension of a day, and comes back, follows these. The end that the force of a load case pushes goes along the curve.
 
+What creep and load leave does not depend on the case that a scene is in: scenes that differ in nothing else share it.
+
 The catenary is that of a linear cable. At a strain e of the conductor its tangent gives one (`cable.stress_strain`),
 whose mean tension in turn gives the next strain: Newton's method, to the strain at which both have one tension.
 """
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 
@@ -22,6 +25,7 @@ NAMES = tuple(field.name for field in fields(Curves))
 GUESS = 1e-3  # strain of a conductor, to begin with
 ACCURACY = 1e-8  # of its tension, relative: the tangent cable has an error of the order of its square
 POINTS = 9  # along a cable, at which its tension differs from the mean one
+BEYOND = " beyond its curve"  # where a curve is not measured, and goes on along its tangent
 CREPT, LOADED = ("after_creep", "final"), ("after_load", "final")  # states with a permanent set by creep, by load
 
 
@@ -43,7 +47,8 @@ class LinearCables:
     strain : ndarray, shape (...)
         At their mean tension. [-]
     labels : ndarray of str, shape (...)
-        The state, of `final` the one that leaves the conductor longer, and the part that is slack.
+        The state, of `final` the one that leaves the conductor longer, and the parts that are slack or stretched beyond
+        what their curve is measured to.
     """
 
     stiffness: np.ndarray
@@ -85,13 +90,33 @@ def _numbers(cable):
     }
 
 
+def but_for_their_cases(scenes):
+    """Scenes that differ in more than the load case that they are in, without one, and which of them each scene is.
+
+    Parameters
+    ----------
+    scenes : sequence of scenes
+        n of them. Their copies share all values but the case; scenes that were read twice count as different.
+
+    Returns
+    -------
+    different : list of scenes
+    rows : ndarray of int, shape (n,)
+    """
+    different, rows = {}, []
+    for scene in scenes:
+        key = tuple(id(value) for name, value in scene if name != "case")
+        rows.append(different.setdefault(key, (len(different), scene))[0])
+    return [scene.model_copy(update={"case": None}) for _, scene in different.values()], np.array(rows)
+
+
 class Conductors:
     """Conductors of n scenes, and what their states leave of them.
 
     Parameters
     ----------
     scenes : sequence of scenes
-        n of them, of one kind and alike.
+        n of them, of one kind and alike, in no case.
     shape : tuple of int
         Of what each cable has: (n,), or (n, c).
     stated : callable
@@ -143,12 +168,22 @@ class Conductors:
         ]).reshape(len(scenes), *self._shape[1:])  # fmt: skip
         return Condition(self.curves.take(rows), temperature, sets, np.full(temperature.shape, creeping))
 
+    @cached_property
     def _sets_by_creep(self):
         """Sets that the everyday tension leaves in 10 years, in all."""
         rows = np.arange(len(self._scenes))
-        everyday = [scene.model_copy(update={"case": None}) for scene in self._scenes]
-        condition = self._condition(rows, everyday, self.curves.unset, creeping=True)
-        return condition.sets_after(self._settled(rows, everyday, condition)[0])
+        condition = self._condition(rows, self._scenes, self.curves.unset, creeping=True)
+        return condition.sets_after(self._settled(rows, self._scenes, condition)[0])
+
+    @cached_property
+    def _sets(self):
+        """Sets by creep, sets in all, sets by the heaviest cases alone, and the names of these, of each state."""
+        unset, crept, loaded = self.curves.unset, np.isin(self.states, CREPT), np.isin(self.states, LOADED)
+        by_creep = np.where(crept[..., None], self._sets_by_creep, unset) if crept.any() else unset
+        if not loaded.any():
+            return by_creep, by_creep, unset, np.full(self._shape, "", dtype=object)
+        sets, by_load, heaviest = self._sets_by_load(by_creep)
+        return by_creep, np.where(loaded[..., None], sets, by_creep), by_load, heaviest
 
     def _sets_by_load(self, sets):
         """Sets that the heaviest cases leave beside those from before, those of the cases alone, and their names."""
@@ -162,42 +197,51 @@ class Conductors:
         rows, scenes = np.array([row for row, _ in pairs]), [scene for _, scene in pairs]
         condition = self._condition(rows, scenes, sets[rows])
         strain, tension = self._settled(rows, scenes, condition)
+        beyond = condition.beyond(strain).any(axis=-1)
         for place, row in enumerate(rows.tolist()):
             heavier = tension[place] > largest[row]
             here = Condition(condition.curves.take(place), condition.temperature[place],
                              np.full(sets[row].shape, NO_SET), condition.creeping[place])  # fmt: skip
             left = here.sets_after(strain[place])
             alone[row] = np.where(heavier[..., None], left, alone[row])
-            heaviest[row] = np.where(heavier, scenes[place].case, heaviest[row])[()]
+            name = np.where(beyond[place], f"{scenes[place].case}{BEYOND}", scenes[place].case)
+            heaviest[row] = np.where(heavier, name, heaviest[row])[()]
             largest[row] = np.where(heavier, tension[place], largest[row])
         return np.maximum(sets, alone), alone, heaviest
 
-    def _pushed(self):
+    def _pushed(self, scenes):
         """Which cables a force of their case has pushed to where they are, from where it began, shape (n, ...)."""
-        forces = [getattr(scene.load_case.forces, "end_2", ()) for scene in self._scenes]
+        forces = [getattr(scene.load_case.forces, "end_2", ()) for scene in scenes]
         return np.array([any(force) for force in forces]).reshape(-1, *(1,) * (len(self._shape) - 1))
 
-    def in_their_cases(self):
-        """`LinearCables` of all scenes, each in its case and its state."""
-        rows, unset = np.arange(len(self._scenes)), self.curves.unset
-        crept, loaded = np.isin(self.states, CREPT), np.isin(self.states, LOADED)
-        by_creep = np.where(crept[..., None], self._sets_by_creep(), unset) if crept.any() else unset
-        sets, by_load, heaviest = self._sets_by_load(by_creep) if loaded.any() else (by_creep, unset, None)
-        sets = np.where(loaded[..., None], sets, by_creep)
-        condition = self._condition(rows, self._scenes, sets)
-        strain, _ = self._settled(rows, self._scenes, condition)
+    def in_their_cases(self, rows, scenes):
+        """`LinearCables` of scenes, each in its case and its state.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (k,)
+            Which of all each scene is, but for its case.
+        scenes : sequence of scenes
+            k of them.
+        """
+        by_creep, sets, by_load, heaviest = (part[rows] for part in self._sets)
+        states = self.states[rows]
+        crept, loaded = np.isin(states, CREPT), np.isin(states, LOADED)
+        condition = self._condition(rows, scenes, sets)
+        strain, _ = self._settled(rows, scenes, condition)
         tension, slope = condition.pull(strain)
-        slope = np.where(self._pushed(), slope, condition.elastic(strain))
-        linear = self._linear((strain, tension, slope), condition)
-        labels = np.array(self.states, dtype=object)
+        slope = np.where(self._pushed(scenes), slope, condition.elastic(strain))
+        linear = self._linear((strain, tension, slope), condition, rows)
+        labels = np.array(states, dtype=object)
         if loaded.any():
             softer = [Condition(condition.curves, condition.temperature, left, condition.creeping).pull(strain)[0]
                       for left in (by_creep, by_load)]  # fmt: skip
             governs = np.where(crept & (softer[0] <= softer[1]), "after_creep", "after_load (" + heaviest + ")")
             labels = np.where(loaded, governs, labels)
-        slack = (condition.parts(strain)[0] == 0) & (self.curves.final > 0)
-        for part, name in enumerate((", outer slack", ", core slack")):
-            labels = np.where(slack[..., part], labels + name, labels)
+        slack = (condition.parts(strain)[0] == 0) & (condition.curves.final > 0)
+        for told, what in ((slack, " slack"), (condition.beyond(strain), BEYOND)):
+            for part, name in enumerate((", outer", ", core")):
+                labels = np.where(told[..., part], labels + name + what, labels)
         return LinearCables(*linear, condition, strain, labels)
 
 

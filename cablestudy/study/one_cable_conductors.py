@@ -6,7 +6,7 @@ import numpy as np
 
 from cablestudy.cable.catenary import solve
 from cablestudy.study import load_cases
-from cablestudy.study.conductors import Conductors, LinearCables, uneven_errors
+from cablestudy.study.conductors import Conductors, LinearCables, but_for_their_cases, uneven_errors
 from cablestudy.study.reference_length import chord_strain
 from cablestudy.study.scene_values import SceneValues
 
@@ -68,8 +68,9 @@ def hanging_alike(values, results):
     rows = [row for row, scene in enumerate(scenes) if scene.cable.stress_strain is not None]
     if not rows:
         return None
-    scenes, found = [scenes[row] for row in rows], {}
-    known = SceneValues(scenes)
+    scenes = [scenes[row] for row in rows]
+    different, like = but_for_their_cases(scenes)
+    known, found = SceneValues(different), {}
 
     def stated(stiffness, longer, _):
         found["strain"], found["reasons"], tension = _stated(known, stiffness, longer)
@@ -83,9 +84,10 @@ def hanging_alike(values, results):
         tension[list(hanging.failures)] = np.nan
         return tension
 
-    conductors = Conductors(scenes, (len(rows),), stated, loaded, alone=True)
-    cables = conductors.in_their_cases()
-    return HangingAlike(np.array(rows), cables, conductors.reference[1], found["reasons"])
+    conductors = Conductors(different, (len(different),), stated, loaded, alone=True)
+    cables = conductors.in_their_cases(like, scenes)
+    reasons = {place: found["reasons"][row] for place, row in enumerate(like.tolist()) if row in found["reasons"]}
+    return HangingAlike(np.array(rows), cables, conductors.reference[1][like], reasons)
 
 
 def _stated(values, stiffness, longer):

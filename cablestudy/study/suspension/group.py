@@ -1,6 +1,6 @@
 """Suspensions of equal names and connections: their equilibria, found together, and what their cables carry there."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
@@ -17,10 +17,10 @@ from cablestudy.study.suspension.load_cases import (
     drag_change,
     drag_on_cables,
     loaded_state,
-    reference_loads,
+    numbers_at_rest,
     too_long,
 )
-from cablestudy.study.suspension.numbers import CableValues, distribution_of, loads_of, numbers_of
+from cablestudy.study.suspension.numbers import CableValues, distribution_of, loads_of
 from cablestudy.system import lengths, statics
 from cablestudy.system.coupled_modes import coupled_modes_of_cases
 from cablestudy.system.failure import explain
@@ -142,14 +142,15 @@ class Group:
     """
 
     def __init__(self, scenes):
-        numbers, self.problems = numbers_of(scenes), [""] * len(scenes)
-        numbers = replace(numbers, **reference_loads(scenes))
         self._modes, self._coordinates = {}, {}
         # linear models of each, and its coupled modes in the mean wind: see `InWind`
         self.known, self.modes_in_wind = ([{} for _ in scenes] for _ in range(2))
         self._scenes = scenes
-        self._conductors = conductors_of(scenes, numbers, self._at_rest)
-        self.reference = self._at_rest(numbers) if self._conductors is None else self._conductors.reference
+        self._conductors = conductors_of(scenes, at_rest)
+        if self._conductors is None:
+            self.reference, self.problems = at_rest(scenes, numbers_at_rest(scenes))
+        else:
+            self.reference, self.problems = self._conductors.reference, self._conductors.problems
         bare = scenes[0].case is None and not any(loads_of(scenes[0], of_case=True)) and self._conductors is None
         lost, self._scenes = scenes[0].load_case.lost, [scene.without_lost() for scene in scenes]
         self._lost = f"without {', '.join(lost)}: " if lost else ""
@@ -161,14 +162,7 @@ class Group:
         left = cables_left(self.reference, self._scenes[0])
         self.cables = CableResults(self._scenes, self.equilibrium, unstretched[:, left])
         self.cable_places = {name: place for place, name in enumerate(self._scenes[0].cables)}
-        self.body_places = {name: place for place, name in enumerate(numbers.body_names)}
-
-    def _at_rest(self, numbers):
-        """`Equilibrium` of the suspensions in the reference state; `problems` says what has none."""
-        if self._scenes[0].solve_for == "lengths":
-            found, self.problems = lengths.solve(numbers, **distribution_of(self._scenes))
-            return found
-        return statics.pose(_formed(numbers))
+        self.body_places = {name: place for place, name in enumerate(self.reference.suspension.body_names)}
 
     @property
     def _of_case(self):
@@ -365,6 +359,13 @@ class Group:
         if isinstance(found, Exception):
             raise found
         return found
+
+
+def at_rest(scenes, numbers):
+    """`Equilibrium` of suspensions in the reference state, and for each in words why there is none, or ""."""
+    if scenes[0].solve_for == "lengths":
+        return lengths.solve(numbers, **distribution_of(scenes))
+    return statics.pose(_formed(numbers)), [""] * len(scenes)
 
 
 def _failure(found, place, state=""):

@@ -24,7 +24,7 @@ from cablestudy.study.load_cases import (
     wind_direction,
 )
 from cablestudy.study.suspension.linear_motion import offered_by_bodies
-from cablestudy.study.suspension.numbers import CableValues, loads_of
+from cablestudy.study.suspension.numbers import CableValues, loads_of, numbers_of
 from cablestudy.system import stated, statics, tangent
 from cablestudy.system.rigid import size
 from cablestudy.system.suspension import Equilibrium
@@ -259,7 +259,12 @@ def _shrunk(values, names):
     return [f"{short}: {text}" if short else "" for short in found]
 
 
-def reference_loads(scenes):
+def numbers_at_rest(scenes):
+    """`SuspendedSystem` of scenes in the reference state; parameters as of `numbers_of`."""
+    return replace(numbers_of(scenes), **_reference_loads(scenes))
+
+
+def _reference_loads(scenes):
     """Point loads that are on cables in the reference state, as many for each: fields of `SuspendedSystem`.
 
     Parameters
