@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.interface.answer import Answer, Tables
+from cablestudy.interface.answers import DEFAULT_MODES, SHARED, fewer_modes, frequency_limit, with_loop
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Frequency, Modes, Text, WindOn
-from cablestudy.interface.one_cable import DEFAULT_MODES, fewer_modes, frequency_limit, with_loads, with_loop
 from cablestudy.interface.scene import Scene
 from cablestudy.scene.words import counted
 
@@ -34,11 +34,6 @@ def shape(scene, estimate: bool = False):
     case, failures = scene.case, []
     table = shape_table(case, failures)
     return _of_case(case, failures, table=table, draw=lambda plots: plots.suspension_views(case))
-
-
-def loads(scene, estimate: bool = False):
-    """Place, slopes and tensions at each point load; `estimate` changes nothing."""
-    return with_loads(scene, static(scene, "points"))
 
 
 def form(scene, table: Text | None = None):
@@ -148,15 +143,15 @@ class Suspension(Scene):
     loop_key: ClassVar[str] = "control"
     loads_key: ClassVar[str] = "cables.CABLE.loads"
     attachable: ClassVar[tuple[str, ...]] = ("loop", "actuators")
+    picture_of_cases: ClassVar[str] = "suspension_case_views"
     hidden: ClassVar[Set[str]] = Scene.hidden | {"case", "estimated"}
     answers: ClassVar[Mapping[str, Callable[..., Answer]]] = {
         "static": static,
         "form": form,
         "shape": shape,
-        "loads": loads,
         "modes": modes,
         "windrms": windrms,
-        **{name: Scene.answers[name] for name in ("loop", "locus", "ssm", "trade", "find", "limits")},
+        **SHARED,
     }
     solve_loop = staticmethod(solve_loop)
 
@@ -206,11 +201,6 @@ class Suspension(Scene):
         check_options(options)
         if not out and options.error is None and not responds:
             check_channel(options, responds)
-
-    @staticmethod
-    def _draw_cases(what, solved):
-        """As of one cable."""
-        return (lambda plots: plots.suspension_case_views(solved)) if what == "static" and solved else None
 
     @checked
     def static(self) -> Tables:  # type: ignore[override]
