@@ -137,7 +137,7 @@ def freeze(scene, sets, out, quiet):
     They are those of the reference state. Tables of the frozen scene are those of the scene.
     """
     from cablestudy.interface import read
-    from cablestudy.interface.output import write_whole
+    from cablestudy.interface.files import write_whole
 
     if out and os.path.exists(out) and os.path.exists(scene) and os.path.samefile(out, scene):
         raise SceneError(f"--out {out}: is the scene itself, whose comments would be lost; give another name")

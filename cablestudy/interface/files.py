@@ -1,4 +1,8 @@
-"""Files, columns and materials: the commands that compute nothing."""
+"""Files, columns and materials: the commands that compute nothing, and tables and files as they leave the program."""
+
+from cablestudy.study.markdown import fitted as fitted
+from cablestudy.study.parquet import write_parquet as write_parquet
+from cablestudy.study.table import write_whole as write_whole
 
 
 def validate(files, set=()):

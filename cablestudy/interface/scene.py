@@ -184,7 +184,7 @@ class Scene:
         SceneError
             The scene has no load cases.
         """
-        from cablestudy.study.case_tables import joined, joined_by_name
+        from cablestudy.study.table import joined, joined_by_name
 
         cases = self.cases
         if not cases:
@@ -398,7 +398,7 @@ class Scene:
 
         They take the place of preloads, tensions and sags; `base` and changes are resolved, and comments lost.
         """
-        from cablestudy.scene.write_yaml import write_yaml
+        from cablestudy.scene.strict_yaml import write_yaml
         from cablestudy.study.scene_kind import kind_of
 
         return write_yaml(kind_of(self.model).freeze(self.document, self.model))

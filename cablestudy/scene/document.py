@@ -10,7 +10,6 @@ from contextlib import nullcontext, suppress
 from io import BytesIO
 
 from cablestudy.errors import Mistake, SceneError
-from cablestudy.scene.empty_keys import add_blank
 from cablestudy.scene.fields import suggestion
 from cablestudy.scene.layers import (
     absent_name,
@@ -23,6 +22,7 @@ from cablestudy.scene.layers import (
     split_key,
     unknown_name,
 )
+from cablestudy.scene.mistakes import add_blank
 from cablestudy.scene.strict_yaml import Place, compose, mistake, refuse
 
 MAX_BYTES = 10_000_000

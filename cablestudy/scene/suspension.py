@@ -13,7 +13,6 @@ from cablestudy.scene.carried_mass import actuator_relations
 from cablestudy.scene.connections import attachment_of, connection_mistakes, unheld, written_connections
 from cablestudy.scene.control_tables import Control, Drive
 from cablestudy.scene.determinacy import determinacy_mistakes
-from cablestudy.scene.empty_keys import empty_keys
 from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, suggestion, tables_of
 from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Exposure, MarkerCorrection
@@ -21,7 +20,7 @@ from cablestudy.scene.layers import merge
 from cablestudy.scene.limit_table import Limits, limit_relations
 from cablestudy.scene.load_tables import SuspensionLoadCase, paths_of_loads
 from cablestudy.scene.materials import Materials
-from cablestudy.scene.mistakes import findings, located
+from cablestudy.scene.mistakes import empty_keys, findings, located
 from cablestudy.scene.model import ModelTable
 from cablestudy.scene.references import case_mistakes, reference_mistakes
 from cablestudy.scene.section import limited, within
