@@ -118,11 +118,8 @@ class _View:
 
     def __init__(self, case):
         form, end_1 = case.form, np.asarray(case.end_1, dtype=float)
-        self.chord = float(form.span.chord)
-        chord = form.span.frame[0] * self.chord
-        self.run, self.rise = float(np.hypot(*chord[:2])), float(chord[2])
+        self.chord, (self.run, self.rise, level) = float(form.span.chord), along_the_chord(form.span)
         upright = self.run < UPRIGHT * self.chord
-        level = np.array([1.0, 0.0]) if upright else chord[:2] / self.run
         positions = shape_positions(case)
         where = places(form, positions)
         self.distance, self.aside = where[:, :2] @ level, where[:, :2] @ np.array([-level[1], level[0]])
@@ -131,6 +128,13 @@ class _View:
         self.case, self.start, self.level, self.sag = case, end_1, level, float(case.statics.sag)
         loads = form.span.load_positions / form.span.unstretched_length
         self.loads = np.interp(loads, positions, self.distance), np.interp(loads, positions, self.height)
+
+
+def along_the_chord(span):
+    """Horizontal and vertical distance of the ends of a `Span` [m], and the horizontal direction of end 2."""
+    chord = span.frame[0] * float(span.chord)
+    run = float(np.hypot(*chord[:2]))
+    return run, float(chord[2]), np.array([1.0, 0.0]) if run < UPRIGHT * float(span.chord) else chord[:2] / run
 
 
 def ground_under(ground, run, start, level):
