@@ -114,16 +114,11 @@ class Case:
         """
         return self._closed.catenary
 
-    @property
-    def closed_statics(self):
-        """Statics of the closed form: `ClosedStatics`."""
-        return self._closed.statics
-
     @cached_property
     def statics(self):
         """Statics of the model: `ClosedStatics` or `ElementStatics`."""
         if self.exact_statics:
-            return self.closed_statics
+            return self._closed.statics
         return ElementStatics(self.state, self.model.convergence, self.catenary.middle)
 
     @property
@@ -391,16 +386,6 @@ class Case:
     def cable_air_damping(self):
         """Viscous damping of the cable by the air, per length; 0 where its diameter is not known. [N s/m^2]"""
         return 0.0 if self.scene.wind_diameter is None else cable_damping(self.scene.wind, self.scene.wind_diameter)
-
-    @property
-    def cable_air_rate(self):
-        """Viscous damping of the cable by the air, per mass. [1/s]"""
-        return self.cable_air_damping / float(self.span.mass)
-
-    @cached_property
-    def gondola_frequency_static(self):
-        """sqrt(k/M)/(2 pi). [Hz]"""
-        return np.sqrt(self.end_stiffness_along(0) / self.scene.gondola.mass) / (2 * np.pi)
 
     @cached_property
     def gondola_mode(self):

@@ -10,6 +10,7 @@ from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.limit_table import REFERENCE, comparison
 from cablestudy.scene.mistakes import located
 from cablestudy.study.all_columns import find, why_not
+from cablestudy.study.closed_form import CLOSED
 from cablestudy.study.goal import number_in_unit
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.status import FALLEN
@@ -144,6 +145,18 @@ def in_case(scene, case):
 
 
 # ------------------------------------------------------------------------------------------------------- the answers
+
+
+def columns_by_case(limits):
+    """Load case -> header -> `Column`, of all that some `SceneLimit` compare: dict of dict.
+
+    Closed forms cost next to nothing: they are in all load cases alike, so that these are solved together.
+    """
+    terms, columns = [term for limit in limits for term in limit.terms], {}
+    everywhere = {c.header: c for _, _, c in terms if c.needs in CLOSED and "load_case" not in c.key}
+    for case, _, column in terms:
+        columns.setdefault(case, dict(everywhere))[column.header] = column
+    return columns
 
 
 def least_margin(limit, rows):

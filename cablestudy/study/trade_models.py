@@ -365,7 +365,8 @@ def _summed(scene, _):
 def _on_grid(space, points, scene, _):
     """By the trapezoidal rule on a grid about the gondola's frequency, in equal steps or equal ratios."""
     case = _summed(scene, _)
-    return by_trapezoids(case, space(*(np.array(GRID) * case.gondola_frequency_static), points))
+    middle = find("gondola_frequency_static").compute(case)
+    return by_trapezoids(case, space(*(np.array(GRID) * middle), points))
 
 
 def by_trapezoids(case, frequency):
