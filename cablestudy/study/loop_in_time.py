@@ -380,9 +380,7 @@ def time_table(solved):
             (Field(f"{winch}_speed_mm_per_s", "speed", "mm/s", hidden=hidden), MILLI * found.winch_speed[:, place]),
         ]
     shown = np.stack([_rounded(value)[:: solved.options.every] for _, value in columns], axis=1)
-    fields = tuple(field for field, _ in columns)
-    names = [field.name for field in fields]
-    return Table(fields, [dict(zip(names, row, strict=True)) for row in shown.tolist()])
+    return Table.of([field for field, _ in columns], shown.tolist())
 
 
 def _rounded(value):

@@ -86,6 +86,12 @@ class Table:
     errors: Callable | None = None  # yields for each row, or for some, the relative errors of its cells, for JSON
     digits: int = DIGITS  # significant ones of a number in Markdown
 
+    @classmethod
+    def of(cls, fields, lines, **options):
+        """The table of lines, each of which has its cells in the order of the fields."""
+        names = [field.name for field in fields]
+        return cls(tuple(fields), [dict(zip(names, line, strict=True)) for line in lines], **options)
+
     def chosen(self, names=(), top=None):
         """Some columns, in the order of their names, behind those that name the rows or vary; and the first rows.
 

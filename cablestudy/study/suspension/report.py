@@ -157,12 +157,12 @@ def _stiffness_table(case):
     """The 6x6 stiffness of each body, one line for each force and moment."""
     suspension = case.equilibrium.suspension
     fields = [Field(axis, axis, label=axis not in AXES) for axis in ("body", "row", *AXES)]
-    rows = [
-        {"body": name, "row": axis, **dict(zip(AXES, map(float, line), strict=True))}
+    lines = [
+        (name, axis, *map(float, line))
         for name in suspension.body_names[: suspension.bodies]
         for axis, line in zip(AXES, case.body_stiffness(name), strict=True)
     ]
-    return Table(tuple(fields), rows)
+    return Table.of(fields, lines)
 
 
 def form_tables(scene):
@@ -191,13 +191,9 @@ def form_tables(scene):
     stated = np.isfinite(density)
     numbers = np.stack([density, tension[0], tension[0] / density], axis=-1)[stated].tolist()
     names = [name for name, known in zip(form.cable_names, stated, strict=True) if known]
-
-    def table(fields, lines):
-        return Table(fields, [dict(zip((field.name for field in fields), line, strict=True)) for line in lines])
-
     return {
-        "points": table(points, ([name, *place] for name, place in places)),
-        "cables": table(cables, ([name, *line] for name, line in zip(names, numbers, strict=True))),
+        "points": Table.of(points, ([name, *place] for name, place in places)),
+        "cables": Table.of(cables, ([name, *line] for name, line in zip(names, numbers, strict=True))),
     }
 
 
@@ -225,10 +221,9 @@ def mode_table(case, modes, chosen):
     )
     share = np.where(modes.body_share > ROUNDING, modes.body_share, 0.0)
     damping = np.where(np.abs(modes.damping_ratio) > ROUNDING, modes.damping_ratio, 0.0)
-    rows = []
-    for k in map(int, chosen):
-        numbers = k + 1, float(modes.frequency[k]), float(damping[k]), modes.moves[k], float(share[k])
-        rows.append(dict(zip((field.name for field in fields), numbers, strict=True)))
+    lines = [
+        (k + 1, float(modes.frequency[k]), float(damping[k]), modes.moves[k], float(share[k])) for k in map(int, chosen)
+    ]
 
     def errors():
         frequency, ratio = mode_errors(case, modes, int(max(chosen, default=-1)) + 1)
@@ -236,7 +231,7 @@ def mode_table(case, modes, chosen):
             stated = {"frequency_Hz": float(frequency[k]), "damping_ratio": float(ratio[k])}
             yield {name: error for name, error in stated.items() if not np.isnan(error)}
 
-    return Table(fields, rows, errors=errors)
+    return Table.of(fields, lines, errors=errors)
 
 
 def cable_mode_table(case, name, found):

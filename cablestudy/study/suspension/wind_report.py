@@ -144,20 +144,18 @@ def coordinate_table(case, _):
     """Each measured coordinate: its notch, and by how much its gain alone may grow, which an unstable loop lacks."""
     movement = case.in_wind.controlled
     limits = movement.single_limits if movement.loop.gain and movement.stable else {}
-    rows = []
+    lines = []
     for name, notch in zip(movement.measured, movement.notches, strict=True):
         limit = limits.get(name, np.inf)
-        rows.append({
-            "coordinate": f"{movement.body_name}.{name}",
-            "notch_frequency_Hz": notch and float(notch.omega / (2 * np.pi)),
-            "gain_margin_dB": float(20 * np.log10(limit)) if 0 < limit < np.inf else None,
-        })  # fmt: skip
+        frequency = notch and float(notch.omega / (2 * np.pi))
+        margin = float(20 * np.log10(limit)) if 0 < limit < np.inf else None
+        lines.append((f"{movement.body_name}.{name}", frequency, margin))
     fields = (
         Field("coordinate", "coordinate", label=True),
         Field("notch_frequency_Hz", "notch frequency", "Hz"),
         Field("gain_margin_dB", "gain margin of this one alone", "dB"),
     )
-    return Table(fields, rows)
+    return Table.of(fields, lines)
 
 
 TABLES = {  # name -> the key of the scene that it needs, and what makes it of a case
