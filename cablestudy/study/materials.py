@@ -2,7 +2,7 @@
 
 from pydantic import TypeAdapter, ValidationError
 
-from cablestudy.errors import SceneError
+from cablestudy.errors import Mistakes
 from cablestudy.scene.document import read_file, resolve_base
 from cablestudy.scene.fields import tables_of
 from cablestudy.scene.materials import Material, Materials, materials
@@ -38,14 +38,11 @@ def materials_table(files=()):
     SceneError
         All that is wrong with the materials of all files.
     """
-    found, mistakes = {}, []
-    for file in files:
-        try:
-            found |= _materials_of(read_file(file))
-        except SceneError as error:
-            mistakes += error.mistakes
-    if mistakes:
-        raise SceneError(*mistakes)
+    found = {}
+    with Mistakes() as mistakes:
+        for file in files:
+            with mistakes.at():
+                found |= _materials_of(read_file(file))
     found |= {name: (material, "") for name, material in materials().items() if name not in found}
     return Table(FIELDS, [_row(name, *entry) for name, entry in found.items()])
 
