@@ -6,9 +6,8 @@ least b; not negative where the limit holds. The governing limit is the one with
 
 from dataclasses import dataclass
 
-from cablestudy.errors import Mistake, SceneError
+from cablestudy.errors import Mistakes
 from cablestudy.scene.limit_table import REFERENCE, comparison
-from cablestudy.scene.mistakes import located
 from cablestudy.study.all_columns import find, why_not
 from cablestudy.study.closed_form import CLOSED
 from cablestudy.study.goal import number_in_unit
@@ -102,17 +101,12 @@ def limits_of(scene, document=None):
     SceneError
         All that it cannot have, at their places in its document where this is given.
     """
-    found, mistakes, written = [], [], document.value.get("limits", {}) if document else {}
-    for name, table in scene.limits.items():
-        try:
-            found.append(_limit(scene, name, table))
-        except ValueError as error:
+    found, written = [], document.value.get("limits", {}) if document else {}
+    with Mistakes() as mistakes:
+        for name, table in scene.limits.items():
             path = "limits", name, *["that"] * isinstance(written.get(name), dict)
-            mistakes.append((path, str(error)))
-    if mistakes and document:
-        raise located(mistakes, document)
-    if mistakes:
-        raise SceneError(*(Mistake("", ".".join(path), text) for path, text in mistakes))
+            with mistakes.at(document.where(path) if document else "", ".".join(path)):
+                found.append(_limit(scene, name, table))
     return found
 
 
