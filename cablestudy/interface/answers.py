@@ -5,7 +5,7 @@ from contextlib import suppress
 from dataclasses import replace
 
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
-from cablestudy.interface.answer import Answer
+from cablestudy.interface.answer import Answer, only
 from cablestudy.interface.kinds import Between, Columns, Duration, File, Frequencies, Goal, Runs, Size, Text
 
 DEFAULT_MODES = 12
@@ -23,7 +23,7 @@ def loads(scene, estimate: bool = False):
         table = loads_table(kind_of(scene.model).loaded_cables(answer.case), failures)
     except (NoSolutionError, ConvergenceError) as error:
         table, failures = None, [str(error)]
-    return replace(answer, table=table, tables=None, failures=tuple(failures))
+    return replace(answer, tables=only(table), failures=tuple(failures))
 
 
 def locus(scene, load: Text):
@@ -35,7 +35,7 @@ def locus(scene, load: Text):
         return refused
     path = load_path(scene.document, scene.model, load)
     return Answer(
-        table=path.table,
+        tables=only(path.table),
         warnings=kind_of(scene.model).notes_on_stated(scene.model),
         failures=tuple(path.failures),
         draw=(lambda plots: plots.load_path(path)) if path.cables else None,
@@ -65,7 +65,7 @@ def limits(scene):
     (checks,) = checks_of([scene.model])
     broken, reason = [check for check in checks if check.status == NOT_MET], unanswered(checks)
     lines = tuple(f"not met: {check.governing}: {check.limit.that}" for check in broken)
-    return Answer(table=limits_table(checks), warnings=lines, failures=(reason,) if reason else ())
+    return Answer(tables=only(limits_table(checks)), warnings=lines, failures=(reason,) if reason else ())
 
 
 def frequency_limit(count, upto):
@@ -122,11 +122,11 @@ def with_loop(answer, scene, in_wind, span, asked, **named):
     if asked:
         solved = time_case(scene.document, scene.model, in_wind.movement, asked, **named)
         lines, draw = (*answer.warnings, *solved.notes), lambda plots: plots.loop_in_time(solved)
-        return replace(answer, table=time_table(solved), tables=None, warnings=lines, draw=draw)
+        return replace(answer, tables=only(time_table(solved)), warnings=lines, draw=draw)
     movement = in_wind.controlled
     answer = replace(answer, draw=lambda plots: plots.loop_margins(movement, span))
     # an unstable loop too has a response over frequency
-    return replace(answer, table=response_table(movement, span), tables=None) if span else answer
+    return replace(answer, tables=only(response_table(movement, span))) if span else answer
 
 
 def ssm(scene, out: File | None = None, response: Frequencies | None = None, **options):
@@ -165,11 +165,11 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
             span = with_resonances(span, choice.poles)
         return replace(
             answer,
-            table=response_table(span, curves),
+            tables=only(response_table(span, curves)),
             draw=lambda plots: _bode(plots, curves, drawn(span, curves), asked.attached),
         )
     loop = (lambda plots: plots.loop_margins(choice.whole)) if asked.attached == "loop" else None
-    return replace(answer, table=None if out else choice.mode_table(), draw=loop)
+    return replace(answer, tables=only(None if out else choice.mode_table()), draw=loop)
 
 
 def _bode(plots, curves, numbers, attached):
@@ -202,7 +202,7 @@ def compare_models(
         trade.write(found, place, title)
         notes = [*notes, f"written: {place.csv}, {place.md}"]
     return Answer(
-        table=trade.table_of(found, shown=shown),
+        tables=only(trade.table_of(found, shown=shown)),
         explain=lambda: tuple(trade.notes_of(found)),
         warnings=(*notes, *found.reference.warnings),
         failures=tuple(f"{name}: {reason}" for name, reason in found.reference.failures.items()),
@@ -240,7 +240,7 @@ def find_value(document, goal, by, between=None, columns=None):
     notes = kind_of(found.scenes[0]).notes_on_found(rows[0].case)
     warnings = dict.fromkeys((*found.notes, *(warning for row in rows for warning in row.warnings), *notes))
     return Answer(
-        table=table,
+        tables=only(table),
         warnings=(*warnings, *several),
         failures=tuple(dict.fromkeys(row.cells["status"] for row in rows if row.failed)),
     )

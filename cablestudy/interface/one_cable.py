@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from cablestudy.errors import SceneError
-from cablestudy.interface.answer import Answer
+from cablestudy.interface.answer import Answer, only
 from cablestudy.interface.answers import DEFAULT_MODES, SHARED, fewer_modes, frequency_limit, with_loop
 from cablestudy.interface.kinds import Frequency, Modes, WindOn
 
@@ -22,7 +22,7 @@ def shape(scene, estimate: bool = False):
     from cablestudy.study.report import shape_table
 
     answer = static(scene, estimate)
-    return replace(answer, table=None if answer.failures else shape_table(answer.case))
+    return replace(answer, tables={} if answer.failures else only(shape_table(answer.case)))
 
 
 def modes(scene, count: Modes | None = None, upto: Frequency | None = None, estimate: bool = False):
@@ -38,7 +38,7 @@ def modes(scene, count: Modes | None = None, upto: Frequency | None = None, esti
     case, found, notes, warnings = case_modes.modes(Case(scene.model), asked, limit, estimate=estimate)
     table = mode_table(case, found)
     return Answer(
-        table=with_lock_in(table, diameters_of_modes(table, scene.model.wind_diameter)),
+        tables=only(with_lock_in(table, diameters_of_modes(table, scene.model.wind_diameter))),
         explain=lambda: (*notes, *tension_notes(scene.model, case.results)),
         warnings=(
             *fixed_gondola(scene.model),
@@ -89,7 +89,7 @@ def solve_loop(scene, span, asked, _, estimate):
         raise SceneError("--output: no effect: the scene has one cable")
     answer = _of_row(scene, *loop_report.loop_table(scene.document, scene.model, estimate), None)
     if (asked and answer.failures) or not loop_report.has_loop(answer.case):
-        return replace(answer, table=None) if asked or span else answer
+        return replace(answer, tables={}) if asked or span else answer
     return with_loop(answer, scene, answer.case.in_wind, span, asked, names=NAMES, wind_keys=WIND_KEYS)
 
 
@@ -98,7 +98,7 @@ def _of_row(scene, table, row, draw, remarks=()):
     from cablestudy.study.notes import long_cable, reference_without_loads
 
     return Answer(
-        table=table,
+        tables=only(table),
         explain=lambda: row.notes,
         warnings=(*reference_without_loads(scene.model), *long_cable(row.case), *row.warnings, *remarks),
         failures=(row.cells["status"],) if row.failed else (),

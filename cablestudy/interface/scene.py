@@ -184,7 +184,7 @@ class Scene:
         SceneError
             The scene has no load cases.
         """
-        from cablestudy.study.table import joined, joined_by_name
+        from cablestudy.study.table import joined
 
         cases = self.cases
         if not cases:
@@ -199,11 +199,8 @@ class Scene:
             return tuple(f"case{'s' * (len(names) > 1)} {', '.join(names)}: {line}" for line, names in told.items())
 
         solved = {name: answer.case for name, answer in answers.items() if not answer.failures}
-        tables = {name: answer.table for name, answer in answers.items() if answer.table is not None}
-        several = {name: answer.tables for name, answer in answers.items() if answer.tables is not None}
         answer = Answer(
-            table=joined(tables) if tables else None,
-            tables=joined_by_name(several) if several else None,
+            tables=joined({name: answer.tables for name, answer in answers.items()}),
             explain=lambda: lines(lambda answer: answer.explain()),
             warnings=lines(lambda answer: answer.warnings),
             failures=lines(lambda answer: answer.failures),

@@ -374,15 +374,13 @@ def number(text):
     return value if isfinite(value) else None
 
 
-def joined_by_name(tables):
-    """Tables by their names, each joined as by `joined`, from those of cases: name of a case -> name -> Table."""
-    names = dict.fromkeys(name for of_case in tables.values() for name in of_case)
-    return {
-        name: joined({case: of_case[name] for case, of_case in tables.items() if name in of_case}) for name in names
-    }
+def joined(answers):
+    """Tables of load cases as one of each name: name of a case -> name -> Table, dict of name -> Table."""
+    names = dict.fromkeys(name for tables in answers.values() for name in tables)
+    return {name: _joined({case: tables[name] for case, tables in answers.items() if name in tables}) for name in names}
 
 
-def joined(tables):
+def _joined(tables):
     """The rows of several tables in one, each with its case in front.
 
     Parameters
