@@ -11,6 +11,7 @@ from cablestudy.control.loop_state_space import Labels, state_space
 from cablestudy.control.step_response import step_response
 from cablestudy.control.suspension import labels
 from cablestudy.errors import SceneError
+from cablestudy.scene.determinacy import ROTATIONS
 from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_positive
 from cablestudy.study.columns import attribute
@@ -19,7 +20,6 @@ from cablestudy.study.table import Field, Table
 from cablestudy.system.first_order import LinearControl
 from cablestudy.system.linear import MODAL
 
-TURNS = ("roll", "pitch", "yaw")
 OF_WIND = ("gust", "wind")
 WIND_INPUT = "gust"  # of the state space
 STEP = 1e-3  # of winch or reference, without another size [m] or [rad]
@@ -305,7 +305,7 @@ def in_time(movement, output, input_, components, times):
 
 def unit_of(coordinate):
     """Of a measured coordinate: m or rad."""
-    return "rad" if coordinate in TURNS else "m"
+    return "rad" if coordinate in ROTATIONS else "m"
 
 
 def uniform_gust(gusts):

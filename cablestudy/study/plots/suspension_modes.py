@@ -8,6 +8,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
+from cablestudy.scene.determinacy import ROTATIONS
 from cablestudy.study.plots.deflection import between_nodes
 from cablestudy.study.plots.modes import PANELS, columns_of, how_many, no_mode
 from cablestudy.study.plots.style import BLUE, GREEN, GREY, RED, WIDTH, bold, heading, nice, styled
@@ -100,7 +101,7 @@ def displaced(case, modes, drawing, number):
     if what[0] in suspension.body_names or what[0] == "points":
         kind = "bodies" if what[0] in drawing.bodies else "points"
     turns = np.linalg.norm(motion[:count, 3:], axis=-1)
-    body = what[0] if kind == "bodies" and what[-1] in ("roll", "pitch", "yaw") else None
+    body = what[0] if kind == "bodies" and what[-1] in ROTATIONS else None
     points = equilibrium.position[count:], motion[count:, :3]
     return Displaced(cables, bodies, points, float(turns.max(initial=0.0)), kind, body)
 
