@@ -21,7 +21,7 @@ def validate(files, set=()):
     mistakes : list of Mistake
     notes : list of str
     """
-    from cablestudy.study.validate import validate_table
+    from cablestudy.study.files import validate_table
 
     return validate_table(files, tuple(set))
 
@@ -47,7 +47,7 @@ def keys(kind, beginning=""):
     beginning : str, optional
         A dotted key.
     """
-    from cablestudy.study.key_table import key_table
+    from cablestudy.study.files import key_table
 
     return key_table(kind, beginning)
 
@@ -73,7 +73,7 @@ def columns(text=""):
 
 def materials(files=()):
     """Materials and ropes with their numbers and sources, of files and built-in: Table."""
-    from cablestudy.study.materials import materials_table
+    from cablestudy.study.files import materials_table
 
     return materials_table(files)
 
