@@ -116,21 +116,19 @@ def listed(case, names, columns_of, kinds=(), failures=None):
     fields = {kind.header[1:]: _field(kind, "") for kind in kinds}
     rows, errors = [], []
     for name in names:
-        cells, stated = {"name": name}, {}
-        for column in columns_of(name):
-            field = _field(column, name)
-            fields.setdefault(field.name, field)
-            cells[field.name], error = tried(case, column, failures)
-            if error is not None:
-                stated[field.name] = error
-        rows.append(cells)
+        columns = {_field(column, name): column for column in columns_of(name)}
+        fields |= {field.name: field for field in columns if field.name not in fields}
+        cells, stated = cells_of(case, {field.name: column for field, column in columns.items()}, failures)
+        rows.append({"name": name} | cells)
         errors.append(stated)
     used = [field for field in fields.values() if not rows or any(field.name in row for row in rows)]
     return Table((Field("name", "name", label=True), *used), rows, errors=lambda: iter(errors))
 
 
-def tried(case, column, failures=None):
-    """A number of a case and its error, see `rows.value`; None both, and why in the list of failures, if there is one.
+def cells_of(case, columns, failures=None):
+    """Numbers of a case and their errors where these are known: two dicts, by name; `columns` is name -> Column.
+
+    A number that cannot be had is None, and why in the list of failures, if there is one.
 
     Raises
     ------
@@ -138,13 +136,16 @@ def tried(case, column, failures=None):
         It cannot be had, and there is no list.
     ConvergenceError
     """
-    try:
-        return value(case, column)
-    except NoSolutionError as why:
-        if failures is None:
-            raise
-        failures.append(str(why))
-        return None, None
+    cells, errors = {}, {}
+    for name, column in columns.items():
+        try:
+            cells[name], errors[name] = value(case, column)
+        except NoSolutionError as why:
+            if failures is None:
+                raise
+            failures.append(str(why))
+            cells[name] = errors[name] = None
+    return cells, {name: error for name, error in errors.items() if error is not None}
 
 
 def _field(column, name):

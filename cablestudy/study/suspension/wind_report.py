@@ -13,7 +13,7 @@ from cablestudy.study.notes import beyond_linear, larger_by_loop
 from cablestudy.study.status import SLACK
 from cablestudy.study.suspension.columns import cable_columns, has_key, linear_ranges
 from cablestudy.study.suspension.notes import LISTED
-from cablestudy.study.suspension.report import chosen_tables, listed, tried
+from cablestudy.study.suspension.report import cells_of, chosen_tables, listed
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
     WINCHES,
@@ -132,11 +132,8 @@ def loop_table(case, failures, more=()):
         Why cells are empty: it is filled.
     more : sequence of Column
     """
-    cells, errors, columns = {}, {}, (*LOOP, *more)
-    for column in columns:
-        cells[column.header], error = tried(case, column, failures)
-        if error is not None:
-            errors[column.header] = error
+    columns = (*LOOP, *more)
+    cells, errors = cells_of(case, {column.header: column for column in columns}, failures)
     return Table(tuple(column.field for column in columns), [cells], single=True, errors=lambda: iter([errors]))
 
 
