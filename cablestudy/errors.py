@@ -5,6 +5,8 @@ This module imports nothing of the package, so that every layer can raise them.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -71,6 +73,27 @@ class SceneError(CablestudyError):
     def without_places(self) -> str:
         """The mistakes in one line, for the status of a row."""
         return "; ".join(f"{m.key}: {m.message}" if m.key else m.message for m in self.mistakes)
+
+
+class Mistakes(list[Mistake]):
+    """Mistakes that are found one after the other: the end of a `with` block tells them all, as a SceneError."""
+
+    def __enter__(self) -> Mistakes:
+        return self
+
+    def __exit__(self, kind: object, error: object, trace: object) -> None:
+        if self and error is None:
+            raise SceneError(*self)
+
+    @contextmanager
+    def at(self, where: str = "", key: str = "") -> Iterator[None]:
+        """A block whose SceneError is among them, or its ValueError as a mistake at a place."""
+        try:
+            yield
+        except SceneError as error:
+            self.extend(error.mistakes)
+        except ValueError as error:
+            self.append(Mistake(where, key, str(error)))
 
 
 class NoSolutionError(CablestudyError):

@@ -9,8 +9,8 @@ from cablestudy.cli import main as program
 from cablestudy.cli.help import GROUPS
 from cablestudy.scene.keys import keys_of
 from cablestudy.study.all_columns import columns_table
+from cablestudy.study.files import materials_table
 from cablestudy.study.markdown import short
-from cablestudy.study.materials import materials_table
 
 PACKAGE = Path(cablestudy.__file__).parent
 FILES = {

@@ -5,8 +5,7 @@ import pytest
 from command import CONFIGS, refused_in_one_line, run, table_of
 
 import cablestudy as cs
-from cablestudy.scene.strict_yaml import compose
-from cablestudy.scene.write_yaml import write_yaml
+from cablestudy.scene.strict_yaml import compose, write_yaml
 from cablestudy.study.scene_kind import kind_of
 
 ROUNDING = 1e-12  # of the largest number of a column

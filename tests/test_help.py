@@ -12,8 +12,8 @@ from command import run
 
 import cablestudy.cli
 from cablestudy.cli import main
+from cablestudy.cli.files import NEXT
 from cablestudy.cli.help import COMMANDS, GROUPS, LAST_GROUP, examples
-from cablestudy.cli.new import NEXT
 
 
 @pytest.fixture(scope="module")

@@ -18,6 +18,7 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.scene.one_cable import NAMES, WIND_KEYS
 from cablestudy.study import plots
 from cablestudy.study.case import Case
+from cablestudy.study.columns import find
 from cablestudy.study.loop_in_time import TimeOptions, time_case
 from cablestudy.study.loop_report import curves
 
@@ -66,7 +67,9 @@ def bar_loop(case):
     """Cable, mass, winch and notch of a case, as `loop_matrix` takes them."""
     winch, notch = case.scene.winch, case.scene.winch.controller.notch
     if notch is not None:
-        own = {"coupled": case.gondola_mode.frequency[0], "static": case.gondola_frequency_static}[notch.frequency]
+        own = {"coupled": case.gondola_mode.frequency[0], "static": find("gondola_frequency_static").compute(case)}[
+            notch.frequency
+        ]
         notch = SimpleNamespace(
             omega=TURN * own,
             damping_ratio=notch.damping_ratio,

@@ -17,7 +17,7 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.study.status import FALLEN
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
-from cablestudy.study.suspension.lost_cables import lost_notes
+from cablestudy.study.suspension.notes import lost_notes
 from cablestudy.study.suspension.rows import evaluate_suspensions
 
 MAST = CONFIGS / "suspensions" / "mast-levels.yaml"

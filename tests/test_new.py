@@ -7,7 +7,7 @@ from importlib.resources import files
 import pytest
 from command import ROOT, run, table_of
 
-from cablestudy.cli.new import NEXT
+from cablestudy.cli.files import NEXT
 
 pytestmark = pytest.mark.usefixtures("folder")
 

@@ -13,11 +13,10 @@ from cablestudy.cable.dynamics import Dynamics
 from cablestudy.errors import ConvergenceError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots
-from cablestudy.study.loop_in_time import TimeOptions, time_case
+from cablestudy.study.loop_in_time import TimeOptions, time_case, uniform_gust
 from cablestudy.study.ssm import StateSpaceOptions
 from cablestudy.study.suspension import ssm
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.loop_in_time import uniform_gust
 
 NET = str(CONFIGS / "suspensions" / "carlina-net-wind.yaml")
 

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from scenes import mistakes_of, scene_of
 
 from cablestudy.errors import SceneError
-from cablestudy.scene.actuator_tables import ReactionMass, ReactionWheel
-from cablestudy.scene.carried_mass import actuator_relations
+from cablestudy.scene.actuator_tables import ReactionMass, ReactionWheel, actuator_relations
 from cablestudy.scene.control_tables import NotchTable
 from cablestudy.scene.scene import quantity_of
 from cablestudy.scene.schema import suspension_schema

@@ -739,7 +739,7 @@ def test_cases_read_as_arrays_are_those_read_one_by_one(what):
     assert len(tables) == count
     found = {}
     for table in tables:
-        numbers = numbers_of([table.scene], len(table.cases))
+        numbers = numbers_of([table.scene_of(place) for place in range(len(table.cases))])
         found.update((case, numbers.take(place)) for place, case in enumerate(table.cases.tolist()))
     for case, numbers in found.items():
         alone = numbers_of([study.case(case)[1]]).take(0)

@@ -93,7 +93,8 @@ def finish(scene, answer, style, plot=None, explain=False, quiet=False):
     end_shown()
     if style.top and answer.table is not None and answer.table.single:
         raise SceneError("--top: no effect: the table has one row (--columns A,B,... chooses what is shown of it)")
-    if answer.tables is not None and style in ONE_TABLE:
+    several = answer.tables and answer.table is None
+    if several and style in ONE_TABLE:
         raise SceneError(f"--format {style}: one table at a time: give --table {', '.join(answer.tables)}")
     if plot and answer.draw is None and not answer.failures:
         raise SceneError("--plot: no effect: there is no picture of this")
@@ -105,6 +106,6 @@ def finish(scene, answer, style, plot=None, explain=False, quiet=False):
         echo_notes([f"written: {plot}"], quiet)
     if answer.table is not None:
         show(answer.table, style)
-    elif answer.tables is not None:
+    elif several:
         show_tables(answer, style)
     return NO_ANSWER if answer.failures else 0

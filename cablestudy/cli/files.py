@@ -1,9 +1,32 @@
-"""The commands that compute nothing: validate, schema, keys, columns, materials."""
+"""The commands on files: new, freeze, and those that compute nothing: validate, schema, keys, columns, materials."""
+
+import os
 
 import click
 
 from cablestudy.cli.error_handling import WRONG_USE, echo_notes, handle_errors, show
-from cablestudy.cli.options import FORMAT, PATH, QUIET, SET
+from cablestudy.cli.options import FORMAT, PATH, QUIET, SCENE, SET
+from cablestudy.errors import SceneError
+
+# Kind of file -> what to try with it; {} is its name.
+NEXT = {
+    "guy": ("static {} --case all", "modes {} -n 6", "find {} 'sag = 0.5 m' --by cable.preload"),
+    "line": ("static {} --case all --plot line.svg", "static {} --limits", "find {} limits --by cable.tension.value"),
+    "section": (
+        "static {} --case all --plot section.svg",
+        "static {} --case hot --table cables --columns sag,clearance,inclination_from_plumb",
+    ),
+    "zipline": ("static {} --plot zipline.svg", "static {} --set cable.loads.0.fraction=0.25"),
+    "footbridge": (
+        "static {} --case all --table bodies",
+        "modes {} -n 6",
+        "static {} --case half --plot footbridge.svg",
+    ),
+    "gondola": ("windrms {} --plot wind.svg", "windrms {} --set cable.material=steel", "modes {} -n 6"),
+    "suspension": ("static {} --plot suspension.svg", "modes {} -n 6", "static {} --table cables"),
+    "study": ("sweep {} --dry-run", "sweep {} --plot study.svg"),
+}
+TOLD = "comments of the file are lost, base and changes are resolved"  # of freeze
 
 
 @click.command()
@@ -68,3 +91,60 @@ def materials(files, style):
     from cablestudy.interface import files as interface
 
     show(interface.materials(files), style)
+
+
+@click.command()
+@click.argument("kind", type=click.Choice(list(NEXT)))
+@click.argument("file", required=False, metavar="[FILE]", type=PATH)
+@QUIET
+@handle_errors
+def new(kind, file, quiet):
+    """Write a commented scene, or a study upon the guy, as FILE (default: KIND.yaml; - for standard output).
+
+    A file that is there already is not overwritten.
+    """
+    if file == "":
+        raise SceneError("cablestudy new: give the name of a file")
+    from cablestudy.interface.files import template
+
+    text = template(kind)
+    if file == "-":
+        click.echo(text, nl=False)
+        return
+    file = file or f"{kind}.yaml"
+    try:
+        with open(file, "x", encoding="utf-8") as stream:
+            stream.write(text)
+    except FileExistsError:
+        raise SceneError(f"{file}: is there already; give another name") from None
+    except OSError as error:
+        raise SceneError(f"{file}: cannot be written ({error.strerror or error})") from None
+    import shlex
+
+    lines = [f"  cablestudy {words.format(shlex.quote(file))}" for words in NEXT[kind]]
+    echo_notes([f"written: {file}; try", *lines], quiet)
+
+
+@click.command()
+@SCENE
+@SET
+@click.option("--out", metavar="FILE", help="Where it goes, over what is there. Default: standard output.")
+@QUIET
+@handle_errors
+def freeze(scene, sets, out, quiet):
+    """Write the scene with its unstretched lengths in full, instead of the preloads, tensions and sags that give them.
+
+    They are those of the reference state. Tables of the frozen scene are those of the scene.
+    """
+    from cablestudy.interface import read
+    from cablestudy.interface.files import write_whole
+
+    if out and os.path.exists(out) and os.path.exists(scene) and os.path.samefile(out, scene):
+        raise SceneError(f"--out {out}: is the scene itself, whose comments would be lost; give another name")
+    heading = f"# {scene if scene.isprintable() else 'scene'}, with the unstretched lengths of its reference state\n"
+    text = heading + read(scene, sets, None).freeze()
+    if out is None:
+        click.echo(text, nl=False)
+    else:
+        write_whole(out, text)
+    echo_notes([f"{f'written: {out}; ' if out else ''}{TOLD}"], quiet)

@@ -38,17 +38,17 @@ GROUPS = {
             ("loop gondola.yaml --plot loop.svg", "loop gondola.yaml --time 60s --input gust --plot gust.svg"),
         ),
         "ssm": (
-            "ssm",
+            "loop",
             "The state space for MATLAB, scipy and python-control.",
             ("ssm gondola.yaml --with gondola --out gondola.mat", "ssm gondola.yaml --response 0.1Hz:10Hz:50"),
         ),
         "report": (
-            "report",
+            "scene",
             "A scene or a study as one page of HTML.",
             ("report guy.yaml --out guy.html", "report study.yaml"),
         ),
         "find": (
-            "find",
+            "scene",
             "The value of a key for which a column takes a value.",
             (
                 "find guy.yaml 'sag = 0.5 m' --by cable.preload",
@@ -56,7 +56,7 @@ GROUPS = {
             ),
         ),
         "trade": (
-            "trade",
+            "scene",
             "Error against time of every model, closed form to fine.",
             ("trade guy.yaml --columns sag --repeats 1",),
         ),
@@ -68,7 +68,7 @@ GROUPS = {
             ("sweep study.yaml --plot study.svg", "sweep study.yaml --where 'sag < 0.7 m' --sort utilisation"),
         ),
         "show": (
-            "show",
+            "sweep",
             "Show what is stored of a study; compute nothing.",
             ("sweep study.yaml", "show study.yaml --where 'sag < 0.7 m' --top 5"),
         ),
@@ -80,12 +80,12 @@ GROUPS = {
     },
     "Files and reference": {
         "new": (
-            "new",
+            "files",
             "Write a commented scene or study to begin with.",
             ("new guy", "new line my-line.yaml", "new study -"),
         ),
         "freeze": (
-            "freeze",
+            "files",
             "A scene with its unstretched lengths in full.",
             ("freeze guy.yaml --out built.yaml", "freeze suspension.yaml"),
         ),

@@ -6,12 +6,12 @@ from functools import wraps
 
 import click
 
-from cablestudy.cli.cases import CASE
 from cablestudy.cli.error_handling import announced, handle_errors
 from cablestudy.cli.tables import format_options
 from cablestudy.errors import SceneError
 
 PICTURES = (".png", ".svg", ".pdf")
+ALL = "all"  # load cases, in one table
 
 
 def complete_column(context, parameter, incomplete):
@@ -37,6 +37,9 @@ QUIET = click.option("--quiet", is_flag=True, help="Nothing on standard error bu
 JOBS = click.option("--jobs", type=click.IntRange(1, 1024), help="Processes. Default: as many as the work is worth.")
 EXPLAIN = click.option("--explain", is_flag=True, help="Say on standard error what was modelled, and how well.")
 PLOT = click.option("--plot", metavar="FILE", help="Draw a picture too: .png, .svg or .pdf.")
+CASE_HELP = "One of the load cases of the scene"
+CASE = click.option("--case", metavar="NAME", help=f"{CASE_HELP}, or all.")
+ONE_CASE = click.option("--case", metavar="NAME", help=f"{CASE_HELP}.")
 STUDY = click.argument("study", metavar="STUDY", type=PATH)
 OUT = click.option("--out", default="results", metavar="DIR", help="Where the files of NAME go. Default: results.")
 
@@ -65,6 +68,12 @@ def selection_options(command):
     for option in reversed(SELECTION_OPTIONS):
         command = option(command)
     return command
+
+
+def one_case(name, why):
+    """Refuse `--case all` in a command that takes one case, and say why."""
+    if name == ALL:
+        raise SceneError(f"--case {ALL}: {why}")
 
 
 def check_picture(path, option="--plot", kinds=PICTURES):

@@ -1,10 +1,32 @@
-"""The commands for one scene: static, modes, windrms."""
+"""The commands for one scene: static, modes, windrms, report, find, trade."""
 
 import click
 
-from cablestudy.cli.cases import ALL
-from cablestudy.cli.error_handling import FAILED_CHECK, echo_notes, finish
-from cablestudy.cli.options import check_picture, scene_command
+from cablestudy.cli.error_handling import (
+    FAILED_CHECK,
+    NO_ANSWER,
+    announced,
+    echo_notes,
+    finish,
+    handle_errors,
+    interruptible,
+)
+from cablestudy.cli.options import (
+    ALL,
+    CASE,
+    FORMAT,
+    JOBS,
+    ONE_CASE,
+    PATH,
+    QUIET,
+    SCENE,
+    SET,
+    VARY,
+    check_picture,
+    complete_column,
+    one_case,
+    scene_command,
+)
 from cablestudy.errors import SceneError, refuse_options
 
 TABLES = ("bodies", "points", "cables", "stiffness", "links")
@@ -99,3 +121,71 @@ def windrms(scene, sets, case, style, plot, on, name, explain, quiet):
         refuse_options({"--plot": plot}, f"--case {ALL} has one row for each case")
     options = {"on": on, "table": name, "estimate": explain or style == "json"}
     return finish(scene, compute(read(scene, sets, case), case, "windrms", **options), style, plot, explain, quiet)
+
+
+@click.command()
+@click.argument("path", metavar="SCENE|STUDY", type=PATH)
+@SET
+@VARY
+@CASE
+@click.option("--out", metavar="FILE.html", help="Where the page goes. Default: NAME.html in this folder.")
+@click.option("--title", metavar="TEXT", help="Heading of the page. Default: the title of the study, or NAME.")
+@JOBS
+@QUIET
+@handle_errors
+def report(path, sets, vary, case, out, title, jobs, quiet):
+    """A scene or a study as one page of HTML: what was given, results, pictures, errors, provenance."""
+    from cablestudy.pages.report import write_report
+
+    with interruptible(lambda: ["interrupted: nothing is written"]):
+        words = click.get_current_context().obj["words"]
+        found = write_report(path, out, sets, vary, case, title, jobs, words, quiet)
+    echo_notes(found.warnings, quiet)
+    for reason in found.failures:
+        click.echo(f"{path}: {reason}", err=True)
+    echo_notes([f"written: {found.path}"], quiet)
+    return NO_ANSWER if found.failures else 0
+
+
+@click.command()
+@SCENE
+@click.argument("goal", metavar="'COLUMN = VALUE'|limits", shell_complete=complete_column)
+@click.option("--by", required=True, metavar="KEY", help="The key that is solved for, e.g. cable.preload.")
+@click.option(
+    "--between",
+    metavar="LOW:HIGH",
+    help="Range of the key, e.g. 100N:10kN. Default: about its value in the scene, growing to all that it allows.",
+)
+@SET
+@ONE_CASE
+@FORMAT
+@click.option("--columns", "names", metavar="A,B,...", help="Columns beside it. Default: tensions, sag and length.")
+@QUIET
+@handle_errors
+@announced
+def find(scene, goal, by, between, names, sets, case, style, quiet):
+    """The value of a key for which a column takes a value: one row for each that there is. With `limits` the range in
+    which all limits of the scene hold, in all of their load cases: one row for each end, with what governs there."""
+    from cablestudy.interface import compute_find
+
+    if goal.strip() == "limits":
+        refuse_options({"--case": case}, "limits say themselves in which load cases they hold")
+    one_case(case, "a search takes one case: give --case NAME")
+    found = compute_find(scene, sets, case, goal=goal, by=by, between=between, columns=names)
+    return finish(scene, found, style, quiet=quiet)
+
+
+@scene_command
+@click.option(
+    "--columns",
+    "names",
+    metavar="A,B,...",
+    help="What to compare. Default: stiffness, frequencies; also wind of a gondola, and tension of a suspension.",
+)
+@click.option("--repeats", type=click.IntRange(1, 1000), default=5, help="Of each timing. Default: 5.")
+@click.option("--out", metavar="DIR", help="Write trade-SCENE.csv and trade-SCENE.md there.")
+def trade(scene, sets, case, names, repeats, out, style, plot, explain, quiet):
+    """Error against time for every model that a user can choose, from closed form to high order."""
+    one_case(case, "models are compared for one case: give --case NAME")
+    found = read(scene, sets, case).compute("trade", columns=names, repeats=repeats, out=out, shown=style == "md")
+    return finish(scene, found, style, plot, explain, quiet)

@@ -1,12 +1,13 @@
-"""The commands sweep and merge."""
+"""The commands sweep, show and merge."""
 
 import itertools
 
 import click
 
-from cablestudy.cli.error_handling import FAILED_CHECK, NO_ANSWER, echo_notes, interruptible, show
+from cablestudy.cli.error_handling import FAILED_CHECK, NO_ANSWER, echo_notes, interruptible
 from cablestudy.cli.options import EXPLAIN, JOBS, SELECTION, exclude, selection_options, study_command
-from cablestudy.errors import refuse_options
+from cablestudy.cli.tables import show as print_table
+from cablestudy.errors import SceneError, refuse_options
 
 MOST_DIFFERENCES = 1000  # that a check shows one by one
 WRITES_NOTHING = ("--check", "--no-write", "--row")
@@ -65,7 +66,7 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
         asked = Study(study, sets, vary)
         echo_notes(asked.notes, quiet)
         if dry_run:
-            show(asked.cases(), style)
+            print_table(asked.cases(), style)
             return 0
         select = asked.selection(style.columns, sensitivity, where=where, sort=sort, best=best, pareto=pareto)
         if asked.asked and keep:
@@ -108,7 +109,7 @@ def finish(study, work, style, plot, tolerance, command, select=None, indices=Fa
     if tolerance is not None:
         return print_differences(table, files.csv, tolerance, quiet)
     echo_notes(notes, quiet)
-    show(shown, style)
+    print_table(shown, style)
     return NO_ANSWER if work.failed else 0
 
 
@@ -124,6 +125,38 @@ def print_differences(table, path, tolerance, quiet):
         click.echo(f"{path}: {number} differences in all", err=True)
     echo_notes([] if number else [f"{path}: agrees"], quiet)
     return FAILED_CHECK if number else 0
+
+
+@study_command
+@selection_options
+def show(study, sets, vary, out, style, plot, quiet, sensitivity, **selection):
+    """Show what is stored of a study, and compute nothing: its rows as a sweep keeps them, else its CSV.
+
+    Of a sweep that was interrupted, the rows that are done.
+    """
+    exclude(click.get_current_context().params, ((("--sensitivity",), SELECTION),))
+    from cablestudy.interface.study import Study
+
+    asked = Study(study, sets, vary)
+    with asked.stored(out) as stored:
+        select = asked.selection(style.columns, sensitivity, **selection)
+        if asked.asked:
+            names, near = ", ".join(asked.asked), asked.varied_alike
+            hint = f"did you mean {' or '.join(near)}? else " if near else ""
+            raise SceneError(
+                f"{stored.path}: no column {names}: {hint}'cablestudy sweep' with these options computes it"
+            )
+        if sensitivity and not stored.complete:
+            raise SceneError(*stored.notes, "--sensitivity needs all rows")
+        number = len(stored.table.rows)
+        echo_notes([*stored.notes, f"{stored.path}: {number} row{'s' * (number != 1)}"], quiet)
+        table, notes = select(stored.table) if select else (stored.table, [])
+        if plot:
+            left_out = asked.save_figure(plot, table, sensitivity, style.columns)
+            echo_notes([f"written: {plot}", *left_out], quiet)
+        echo_notes(notes, quiet)
+        print_table(table, style)
+    return 0
 
 
 @study_command

@@ -109,7 +109,7 @@ def show(table, style):
     if style == "md" and sys.stdout.isatty():
         _show_fitted(table)
     elif style == "parquet":
-        from cablestudy.interface.output import write_parquet
+        from cablestudy.interface.files import write_parquet
 
         write_parquet(table, sys.stdout.buffer)
     else:
@@ -144,7 +144,7 @@ def show_tables(answer, style):
 
 def _show_fitted(table):
     """Print a table as wide as the terminal, and a note on the columns that are left out."""
-    from cablestudy.interface.output import fitted
+    from cablestudy.interface.files import fitted
 
     width = shutil.get_terminal_size().columns
     text, left_out = fitted(table, width)

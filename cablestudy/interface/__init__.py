@@ -14,10 +14,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from cablestudy.interface.answers import find_value
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Between, Changes, Columns, Goal, Runs, Source, Text, case_text
 from cablestudy.interface.scene import Scene, with_likely_mistakes
-from cablestudy.interface.search import find_value
 from cablestudy.interface.study import sweep
 from cablestudy.interface.suspension import Suspension
 from cablestudy.scene.document import Document, apply_sets, read_document

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from html import escape
 from typing import TYPE_CHECKING, Any, Literal, overload
 
@@ -80,7 +80,8 @@ class Tables(dict[str, "pandas.DataFrame"]):
     """The tables of a suspension, name -> pandas.DataFrame; in a notebook one below the other, empty ones left out."""
 
     def _repr_html_(self) -> str:
-        return "".join(f"<h4>{escape(name)}</h4>{_html(frame)}" for name, frame in self.items() if len(frame))
+        shown = {name: frame for name, frame in self.items() if len(frame) or not name}
+        return "".join((f"<h4>{escape(name)}</h4>" if name else "") + _html(frame) for name, frame in shown.items())
 
 
 @dataclass(frozen=True)
@@ -89,10 +90,8 @@ class Answer:
 
     Attributes
     ----------
-    table : Table or None
-        None too where there is no answer at all.
-    tables : dict or None
-        Of a suspension: name -> Table, where there are several.
+    tables : dict
+        Name -> Table, of the only one "" -> Table; see `only`. Empty where there is no answer at all.
     explain : callable
         Makes the lines on what was modelled and what was left out: tuple of str.
     warnings : tuple of str
@@ -104,13 +103,17 @@ class Answer:
         What was solved.
     """
 
-    table: Table | None = None
-    tables: dict[str, Table] | None = None
+    tables: dict[str, Table] = field(default_factory=dict)
     explain: Callable[[], tuple[str, ...]] = tuple
     warnings: tuple[str, ...] = ()
     failures: tuple[str, ...] = ()
     draw: Callable[..., Figure] | None = None
     case: object = None
+
+    @property
+    def table(self) -> Table | None:
+        """The only table; None of several, and where there is no answer."""
+        return self.tables.get("")
 
     def values(self) -> Values:
         """The only row of the table: `Values`."""
@@ -126,8 +129,7 @@ class Answer:
 
     def _repr_html_(self) -> str:
         lines = "".join(f"<p>{escape(line)}</p>" for line in (*self.warnings, *self.failures))
-        tables = "" if self.table is None else _html(self.frame())
-        return lines + tables + ("" if self.tables is None else self.frames()._repr_html_())
+        return lines + self.frames()._repr_html_()
 
     def figure(self) -> Figure:
         """The picture: matplotlib.figure.Figure.
@@ -175,6 +177,11 @@ class Answer:
         return (
             json.dumps({name: json.loads(table.render(style)) for name, table in self.tables.items()}, indent=1) + "\n"
         )
+
+
+def only(table: Table | None) -> dict[str, Table]:
+    """Tables of an `Answer` with one table, or none."""
+    return {} if table is None else {"": table}
 
 
 def frame_of(table: Table) -> pandas.DataFrame:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import wraps
 from typing import Any, Literal, ParamSpec, TypeVar, get_args, get_origin
 
-from cablestudy.errors import Mistake, NoSolutionError, SceneError
+from cablestudy.errors import Mistake, Mistakes, NoSolutionError, SceneError
 from cablestudy.interface.plain import NotPlainError, shown, unwrapped
 
 P = ParamSpec("P")
@@ -64,16 +64,11 @@ def call(function: Callable[..., R], *args: Any, **kwargs: Any) -> R:
     except TypeError as error:
         takes = ", ".join(argument for argument in signature.parameters if argument not in ("self", "scene"))
         raise TypeError(f"{name}: {error} (it takes {takes or 'none'})") from None
-    mistakes = []
-    for argument, read in readers(function).items():
-        if argument not in bound.arguments:
-            continue
-        try:
-            bound.arguments[argument] = read(bound.arguments[argument])
-        except ValueError as error:
-            mistakes.append(Mistake(f"{name}: {argument}", "", str(error)))
-    if mistakes:
-        raise SceneError(*mistakes)
+    with Mistakes() as mistakes:
+        for argument, read in readers(function).items():
+            if argument in bound.arguments:
+                with mistakes.at(f"{name}: {argument}"):
+                    bound.arguments[argument] = read(bound.arguments[argument])
     return function(*bound.args, **bound.kwargs)
 
 

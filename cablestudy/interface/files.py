@@ -1,4 +1,8 @@
-"""Files, columns and materials: the commands that compute nothing."""
+"""Files, columns and materials: the commands that compute nothing, and tables and files as they leave the program."""
+
+from cablestudy.study.markdown import fitted as fitted
+from cablestudy.study.parquet import write_parquet as write_parquet
+from cablestudy.study.table import write_whole as write_whole
 
 
 def validate(files, set=()):
@@ -17,7 +21,7 @@ def validate(files, set=()):
     mistakes : list of Mistake
     notes : list of str
     """
-    from cablestudy.study.validate import validate_table
+    from cablestudy.study.files import validate_table
 
     return validate_table(files, tuple(set))
 
@@ -43,7 +47,7 @@ def keys(kind, beginning=""):
     beginning : str, optional
         A dotted key.
     """
-    from cablestudy.study.key_table import key_table
+    from cablestudy.study.files import key_table
 
     return key_table(kind, beginning)
 
@@ -69,7 +73,7 @@ def columns(text=""):
 
 def materials(files=()):
     """Materials and ropes with their numbers and sources, of files and built-in: Table."""
-    from cablestudy.study.materials import materials_table
+    from cablestudy.study.files import materials_table
 
     return materials_table(files)
 

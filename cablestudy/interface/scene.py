@@ -11,7 +11,6 @@ from cablestudy.activity import Shown
 from cablestudy.errors import NoSolutionError, SceneError, shorten
 from cablestudy.interface.answer import Answer
 from cablestudy.interface.arguments import call, checked
-from cablestudy.interface.comparison import compare_models
 from cablestudy.interface.kinds import (
     Between,
     Columns,
@@ -30,8 +29,6 @@ from cablestudy.interface.kinds import (
 )
 from cablestudy.interface.one_cable import ANSWERS, solve_loop
 from cablestudy.interface.plain import shown
-from cablestudy.interface.search import find
-from cablestudy.interface.state_space import ssm
 from cablestudy.scene.document import Document
 from cablestudy.scene.fields import KeyTable
 from cablestudy.scene.likely_mistakes import likely_mistakes
@@ -49,7 +46,7 @@ TABLES = ("cable", "gondola", "winch", "wind", "cases")
 NAMED = 120  # characters of path and changes in a representation
 OF_COMMANDS = {
     "absent", "answers", "attachable", "check_state_space", "compute", "compute_cases", "document", "heading",
-    "kept_modes", "loads_key", "loop_key", "solve_loop",
+    "kept_modes", "loads_key", "loop_key", "picture_of_cases", "solve_loop",
 }  # fmt: skip
 ONE_CABLE = "no effect: the scene has one cable"
 
@@ -70,6 +67,7 @@ class Scene:
     loop_key: ClassVar[str] = "winch.controller"
     loads_key: ClassVar[str] = "cable.loads"
     attachable: ClassVar[tuple[str, ...]] = ("gondola", "loop")
+    picture_of_cases: ClassVar[str] = "case_forms"  # function of `study.plots`, which takes those with an answer
     # option, command or attachment that such a scene does not have -> why
     absent: ClassVar[Mapping[str, str]] = {
         "table": f"--table: {ONE_CABLE}",
@@ -79,12 +77,7 @@ class Scene:
     }
     hidden: ClassVar[Set[str]] = OF_COMMANDS | {"hidden"}  # public names that no user needs
     # name of a command -> function of a `Scene` and options that computes its `Answer`
-    answers: ClassVar[Mapping[str, Callable[..., Answer]]] = {
-        **ANSWERS,
-        "ssm": ssm,
-        "trade": compare_models,
-        "find": find,
-    }
+    answers: ClassVar[Mapping[str, Callable[..., Answer]]] = ANSWERS
     solve_loop = staticmethod(solve_loop)
 
     @checked
@@ -178,11 +171,6 @@ class Scene:
         """As `_compute`, of one of several cases."""
         return self._compute(what, **options)
 
-    @staticmethod
-    def _draw_cases(what, solved):
-        """The picture of cases, those without an answer left out: what `Answer.draw` holds."""
-        return (lambda plots: plots.case_forms(solved)) if what == "static" and solved else None
-
     def _hint(self, failure):
         from cablestudy.study.notes import share_hint
 
@@ -196,7 +184,7 @@ class Scene:
         SceneError
             The scene has no load cases.
         """
-        from cablestudy.study.case_tables import joined, joined_by_name
+        from cablestudy.study.table import joined
 
         cases = self.cases
         if not cases:
@@ -211,15 +199,12 @@ class Scene:
             return tuple(f"case{'s' * (len(names) > 1)} {', '.join(names)}: {line}" for line, names in told.items())
 
         solved = {name: answer.case for name, answer in answers.items() if not answer.failures}
-        tables = {name: answer.table for name, answer in answers.items() if answer.table is not None}
-        several = {name: answer.tables for name, answer in answers.items() if answer.tables is not None}
         answer = Answer(
-            table=joined(tables) if tables else None,
-            tables=joined_by_name(several) if several else None,
+            tables=joined({name: answer.tables for name, answer in answers.items()}),
             explain=lambda: lines(lambda answer: answer.explain()),
             warnings=lines(lambda answer: answer.warnings),
             failures=lines(lambda answer: answer.failures),
-            draw=self._draw_cases(what, solved),
+            draw=(lambda plots: getattr(plots, self.picture_of_cases)(solved)) if what == "static" and solved else None,
         )
         return with_likely_mistakes(answer, self.document)
 
@@ -410,7 +395,7 @@ class Scene:
 
         They take the place of preloads, tensions and sags; `base` and changes are resolved, and comments lost.
         """
-        from cablestudy.scene.write_yaml import write_yaml
+        from cablestudy.scene.strict_yaml import write_yaml
         from cablestudy.study.scene_kind import kind_of
 
         return write_yaml(kind_of(self.model).freeze(self.document, self.model))

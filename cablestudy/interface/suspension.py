@@ -7,10 +7,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
-from cablestudy.interface.answer import Answer, Tables
+from cablestudy.interface.answer import Answer, Tables, only
+from cablestudy.interface.answers import DEFAULT_MODES, SHARED, fewer_modes, frequency_limit, with_loop
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Frequency, Modes, Text, WindOn
-from cablestudy.interface.one_cable import DEFAULT_MODES, fewer_modes, frequency_limit, with_loads, with_loop
 from cablestudy.interface.scene import Scene
 from cablestudy.scene.words import counted
 
@@ -24,7 +24,7 @@ def static(scene, table: Text | None = None, estimate: bool = False):
 
     case, failures = scene.case, []
     tables = static_tables(case, table, failures)
-    return _of_case(case, failures, **_named(table, tables), draw=lambda plots: plots.suspension_views(case))
+    return _of_case(case, failures, tables=_named(table, tables), draw=lambda plots: plots.suspension_views(case))
 
 
 def shape(scene, estimate: bool = False):
@@ -33,19 +33,14 @@ def shape(scene, estimate: bool = False):
 
     case, failures = scene.case, []
     table = shape_table(case, failures)
-    return _of_case(case, failures, table=table, draw=lambda plots: plots.suspension_views(case))
-
-
-def loads(scene, estimate: bool = False):
-    """Place, slopes and tensions at each point load; `estimate` changes nothing."""
-    return with_loads(scene, static(scene, "points"))
+    return _of_case(case, failures, tables=only(table), draw=lambda plots: plots.suspension_views(case))
 
 
 def form(scene, table: Text | None = None):
     """The form of a net by force densities."""
     from cablestudy.study.suspension.report import chosen_tables, form_tables
 
-    return Answer(**_named(table, chosen_tables(form_tables(scene.model), table)))
+    return Answer(tables=_named(table, chosen_tables(form_tables(scene.model), table)))
 
 
 def modes(
@@ -69,7 +64,7 @@ def modes(
         case,
         warnings=(*galloping_notes(case.scene.load_case), *fewer_modes(found, size, limit)),
         notes=lambda: (*mode_notes(case, found, len(asked)), *tension_notes(case.scene, group.cables)),
-        table=with_lock_in(table, diameters_of_coupled_modes(table, case.scene)),
+        tables=only(with_lock_in(table, diameters_of_coupled_modes(table, case.scene))),
         draw=lambda plots, share=None: plots.suspension_modes(case, found, len(asked), share),
     )
 
@@ -89,7 +84,7 @@ def _modes_of_cable(case, name, size, limit):
     return _of_case(
         case,
         warnings=fewer_modes(found[1], size, limit),
-        table=with_lock_in(table, diameters_of_modes(table, diameter)),
+        tables=only(with_lock_in(table, diameters_of_modes(table, diameter))),
         draw=lambda plots, share=None: plots.mode_shapes(*found, share),
     )
 
@@ -102,7 +97,7 @@ def windrms(scene, table: Text | None = None, estimate: bool = False):
     tables, failures = wind_tables(scene.document, case, table)
     draw = None if failures else lambda plots: plots.wind_response([case.in_wind])
     remarks = () if failures else remarks_of(case, tables)
-    return _of_case(case, failures, remarks, **_named(table, tables), draw=draw)
+    return _of_case(case, failures, remarks, tables=_named(table, tables), draw=draw)
 
 
 def solve_loop(scene, span, asked, table, estimate):
@@ -117,12 +112,12 @@ def solve_loop(scene, span, asked, table, estimate):
     tables, failures = ({}, ()) if span or asked else loop_tables(case, table)
     remarks = () if failures else loop_remarks(case, tables)
     failures = unstable(case.in_wind.controlled) if span else failures
-    return with_loop(_of_case(case, failures, remarks, **_named(table, tables)), scene, case.in_wind, span, asked)
+    return with_loop(_of_case(case, failures, remarks, tables=_named(table, tables)), scene, case.in_wind, span, asked)
 
 
 def _named(name, tables):
-    """Arguments of an `Answer` with several tables, or with the one of a name."""
-    return {"table": tables[name]} if name else {"tables": tables}
+    """Several tables, or the one of a name as the only one."""
+    return only(tables[name]) if name else tables
 
 
 def _of_case(case, failures=(), warnings=(), notes=tuple, **parts):
@@ -148,15 +143,15 @@ class Suspension(Scene):
     loop_key: ClassVar[str] = "control"
     loads_key: ClassVar[str] = "cables.CABLE.loads"
     attachable: ClassVar[tuple[str, ...]] = ("loop", "actuators")
+    picture_of_cases: ClassVar[str] = "suspension_case_views"
     hidden: ClassVar[Set[str]] = Scene.hidden | {"case", "estimated"}
     answers: ClassVar[Mapping[str, Callable[..., Answer]]] = {
         "static": static,
         "form": form,
         "shape": shape,
-        "loads": loads,
         "modes": modes,
         "windrms": windrms,
-        **{name: Scene.answers[name] for name in ("loop", "locus", "ssm", "trade", "find", "limits")},
+        **SHARED,
     }
     solve_loop = staticmethod(solve_loop)
 
@@ -206,11 +201,6 @@ class Suspension(Scene):
         check_options(options)
         if not out and options.error is None and not responds:
             check_channel(options, responds)
-
-    @staticmethod
-    def _draw_cases(what, solved):
-        """As of one cable."""
-        return (lambda plots: plots.suspension_case_views(solved)) if what == "static" and solved else None
 
     @checked
     def static(self) -> Tables:  # type: ignore[override]

@@ -6,6 +6,7 @@ import os
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from typing import Any
 
 from cablestudy.errors import SceneError
@@ -13,16 +14,16 @@ from cablestudy.interface import scene_of
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Changes, File, Processes, Source, Text, Variations, case_text
 from cablestudy.pages import given
-from cablestudy.pages.markup import paragraph
+from cablestudy.pages.markup import element, paragraph, text
 from cablestudy.pages.page import Page
-from cablestudy.pages.provenance import Provenance
 from cablestudy.pages.results import limits, sections
+from cablestudy.pages.tables import TableGrid
 from cablestudy.scene.document import MAPPING, STDIN, apply_sets, read_base, read_file, resolve_base
 from cablestudy.scene.scene import is_study, read_scene
 from cablestudy.scene.study import study_of
 from cablestudy.scene.words import counted
 from cablestudy.study.table import TableFiles, write_whole
-from cablestudy.sweeps.fingerprint import versions
+from cablestudy.sweeps.fingerprint import origin, versions
 
 ENDINGS = (".html", ".htm")
 STATEMENT = (
@@ -108,20 +109,20 @@ def write_report(
     quiet: bool = True,
 ) -> Report:
     """The page as `report`, of changes as texts; errors name the options of the command, whose `words` it shows."""
-    provenance = Provenance(shlex.join(["cablestudy", *words]) if words else "cablestudy.report")
+    begun = shlex.join(["cablestudy", *words]) if words else "cablestudy.report", datetime.now(UTC)
     place = checked_place(out, path)
     sets, varied = tuple(set), tuple(vary)
     source = read_file(path)
     if is_study(source):
         if case is not None:
             raise SceneError(f"--case {case}: no effect: {source.name} is a study: give --set case={case}")
-        page = _study_page(source, sets, varied, title, provenance, jobs, quiet)
+        page = _study_page(source, sets, varied, title, begun, jobs, quiet)
     elif varied:
         raise SceneError(f"--vary {varied[0].partition('=')[0]}: no effect: {source.name} is a scene, not a study")
     elif jobs not in (None, 1):
         raise SceneError(f"--jobs {jobs}: no effect: {source.name} is a scene, not a study")
     else:
-        page = _scene_page(source, sets, None if case == "all" else case, title, provenance)
+        page = _scene_page(source, sets, None if case == "all" else case, title, begun)
     write_whole(place, page.html())
     return Report(place, tuple(page.failures), tuple(page.warnings))
 
@@ -144,7 +145,7 @@ def _stem(name):
     return TableFiles("", name).stem
 
 
-def _scene_page(source, sets, case, title, provenance):
+def _scene_page(source, sets, case, title, begun):
     plain = resolve_base(source)
     document = apply_sets(plain, sets, case)
     model = read_scene(document)
@@ -161,7 +162,7 @@ def _scene_page(source, sets, case, title, provenance):
     _file(page, plain, document)
     sections(page, scene)
     page.models_and_errors(STATEMENT)
-    _provenance(page, provenance, {"versions": versions(), "scene": document.value}, [document])
+    _provenance(page, begun, {"versions": versions(), "scene": document.value}, [document])
     return page
 
 
@@ -172,7 +173,7 @@ def _file(page, plain, document):
     page.add(given.resolved_file(document))
 
 
-def _study_page(source, sets, vary, title, provenance, jobs, quiet):
+def _study_page(source, sets, vary, title, begun, jobs, quiet):
     from cablestudy.pages.study import open_run, study_sections
 
     study = study_of(source, sets, vary)
@@ -191,11 +192,23 @@ def _study_page(source, sets, vary, title, provenance, jobs, quiet):
         words += [word for entry in vary for word in ("--vary", entry)]
         study_sections(page, work, words)
         page.models_and_errors(STATEMENT)
-        _provenance(page, provenance, work.identity, [source, study.document])
+        _provenance(page, begun, work.identity, [source, study.document])
         return page
 
 
-def _provenance(page, provenance, identity, documents):
+def _provenance(page, begun, identity, documents):
+    """Where the numbers of a page come from; see `NAME.run.yaml` of a sweep. `begun`: the command, and when."""
     page.heading("Provenance")
-    files = dict.fromkeys(name for document in documents for name in document.files)
-    page.add(provenance.html(identity, files))
+    command, started = begun
+    found = origin(command, identity, started)
+    lines = {
+        "command": command,
+        "files": ", ".join(dict.fromkeys(name for document in documents for name in document.files)),
+        "fingerprint": found["fingerprint"],
+        "started": found["started"],
+        "duration": f"{found['duration_s']:.1f} s",
+        "versions": ", ".join(f"{name} {version}" for name, version in found["versions"].items()),
+        "platform": found["platform"],
+    }
+    rows = [[text(name), element("code", text(value))] for name, value in lines.items()]
+    page.add(TableGrid(["what", "value"], rows).html("Where the numbers come from"))

@@ -79,7 +79,7 @@ def sections(page, scene):
     if attribute(model, scene.loop_key) is not None:
         with page.section("Loop"):
             found = _answer(page, scene, "loop")
-            known = {name: {field.name for field in table.fields} for name, table in _by_name(found).items()}
+            known = {name: {field.name for field in table.fields} for name, table in found.tables.items()}
     if model.wind is not None:
         with page.section("Wind"):
             _answer(page, scene, "windrms", known)
@@ -96,11 +96,6 @@ def limits(page, scene):
     page.key_figure(answer.table, "margin", "least margin of the limits", min)
 
 
-def _by_name(answer):
-    """The tables of an answer by their names, empty of the only one."""
-    return {"": answer.table} if answer.table is not None else answer.tables or {}
-
-
 def _answer(page, scene, what, known=None, headed=True):
     """What a command computes: tables without the columns that are known, picture, notes; returns the `Answer`.
 
@@ -108,7 +103,7 @@ def _answer(page, scene, what, known=None, headed=True):
     """
     answer, tables = scene.compute(what, estimate=True), {}
     _add_messages(page, what, answer)
-    for name, table in _by_name(answer).items():
+    for name, table in answer.tables.items():
         new = tuple(field for field in table.fields if field.name not in (known or {}).get(name, ()))
         if any(not field.label for field in new):
             status = tuple(field for field in table.fields if field.name == "status" and field not in new)
@@ -155,15 +150,15 @@ def _cases(page, scene):
     page.warn(answer.warnings)
     for reason in answer.failures:
         page.fail("Load cases", reason)
-    if answer.tables is None:
+    if answer.table is not None:
         page.table(answer.table, "Statics in each load case")
-    else:
+    elif answer.tables:
         cables = answer.tables["cables"]
         page.table(_extremes(cables, list(scene.cases)), "Extremes of all cables")
         for column, title in (("sag_m", "Sag"), ("clearance_m", "Clearance")):
             if any(row.get(column) is not None for row in cables.rows):
                 page.table(_of_each_cable(cables, column, list(scene.cases)), f"{title} of each cable [m]")
-    _key_figures(page, "static", _by_name(answer))
+    _key_figures(page, "static", answer.tables)
     if answer.draw is not None:
         page.draw(answer.draw, "Static forms in the load cases")
 

@@ -9,8 +9,7 @@ from collections.abc import Mapping
 from contextlib import nullcontext, suppress
 from io import BytesIO
 
-from cablestudy.errors import Mistake, SceneError
-from cablestudy.scene.empty_keys import add_blank
+from cablestudy.errors import Mistake, Mistakes, SceneError
 from cablestudy.scene.fields import suggestion
 from cablestudy.scene.layers import (
     absent_name,
@@ -23,6 +22,7 @@ from cablestudy.scene.layers import (
     split_key,
     unknown_name,
 )
+from cablestudy.scene.mistakes import add_blank
 from cablestudy.scene.strict_yaml import Place, compose, mistake, refuse
 
 MAX_BYTES = 10_000_000
@@ -364,19 +364,15 @@ def apply_sets(document, texts, case=None):
     SceneError
         Every option that cannot be read, a key that is given twice or that cannot be set.
     """
-    values, mistakes = {}, []
-    for text in texts:
-        try:
-            key, value = parse_set(text)
-        except SceneError as error:
-            mistakes.extend(error.mistakes)
-            continue
-        if key in values:
-            mistakes.append(Mistake(f"--set {key}", "", "given twice"))
-        values[key] = value
-    if case is not None and "case" in values:
-        mistakes.append(Mistake(f"--case {case}", "", "given twice, also as --set case"))
-    if mistakes:
-        raise SceneError(*mistakes)
+    values = {}
+    with Mistakes() as mistakes:
+        for text in texts:
+            with mistakes.at():
+                key, value = parse_set(text)
+                if key in values:
+                    mistakes.append(Mistake(f"--set {key}", "", "given twice"))
+                values[key] = value
+        if case is not None and "case" in values:
+            mistakes.append(Mistake(f"--case {case}", "", "given twice, also as --set case"))
     chosen = [] if case is None else [("case", case, f"--case {case}")]
     return document.with_sets([*((key, value, f"--set {key}") for key, value in values.items()), *chosen])

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from cablestudy.errors import Mistake, SceneError
+from cablestudy.errors import Mistake, Mistakes
 from cablestudy.scene.layers import replaced_by, split_key
 from cablestudy.scene.ranges import MAX_COUNT, read_interval, read_range, read_vary
 from cablestudy.scene.sampling import Sampled
@@ -182,28 +182,21 @@ def entries_of_options(texts, entries, cases):
     SceneError
         An option that cannot be read, or whose key the study or an option before it varies already.
     """
-    added, mistakes = [], []
-    for text in texts:
-        try:
-            key, values = read_vary(text)
-            values = _all_of(cases()) if (key, values) == ("case", [ALL]) else values
-        except SceneError as error:
-            mistakes += error.mistakes
-            continue
-        except ValueError as error:
-            mistakes.append(Mistake(f"--vary {text}", "", str(error)))
-            continue
-        option = f"--vary {key}"
-        taken = [other for entry in (*entries, *added) for other in entry.set_keys]
-        reason = next(filter(None, (clash(key, other) for other in taken)), None)
-        if reason:
-            mistakes.append(Mistake(option, "", reason))
-        added.append(Entry(((key, values, partial(_place_of_option, option)),)))
-    count = math.prod(map(len, (*entries, *added)))
-    if count > MAX_COUNT and not mistakes:
-        mistakes.append(Mistake("--vary", "", f"{count} cases (at most {MAX_COUNT})"))
-    if mistakes:
-        raise SceneError(*mistakes)
+    added = []
+    with Mistakes() as mistakes:
+        for text in texts:
+            with mistakes.at(f"--vary {text}"):
+                key, values = read_vary(text)
+                values = _all_of(cases()) if (key, values) == ("case", [ALL]) else values
+                option = f"--vary {key}"
+                taken = [other for entry in (*entries, *added) for other in entry.set_keys]
+                reason = next(filter(None, (clash(key, other) for other in taken)), None)
+                if reason:
+                    mistakes.append(Mistake(option, "", reason))
+                added.append(Entry(((key, values, partial(_place_of_option, option)),)))
+        count = math.prod(map(len, (*entries, *added)))
+        if count > MAX_COUNT and not mistakes:
+            mistakes.append(Mistake("--vary", "", f"{count} cases (at most {MAX_COUNT})"))
     return tuple(added)
 
 

@@ -5,18 +5,15 @@ from typing import Annotated, Literal, get_args
 from pydantic import Field, ValidationError
 
 from cablestudy.scene.cable_table import CHORD_RANGE, Cable, beyond_the_end
+from cablestudy.scene.common_tables import Correction, Exposure, Ground, ModelTable, ground_relations
 from cablestudy.scene.control_tables import Controller, Drive
 from cablestudy.scene.document import apply_sets, read_document
-from cablestudy.scene.empty_keys import empty_keys
 from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, suggestion, tables_of
-from cablestudy.scene.ground import Ground, ground_relations
-from cablestudy.scene.imaging_tables import Correction, Exposure
 from cablestudy.scene.layers import matches, split_key
 from cablestudy.scene.limit_table import Limits, limit_relations
 from cablestudy.scene.load_tables import LoadCase, paths_of_loads
 from cablestudy.scene.materials import Materials
-from cablestudy.scene.mistakes import findings, located
-from cablestudy.scene.model import ModelTable
+from cablestudy.scene.mistakes import empty_keys, findings, located
 from cablestudy.scene.one_cable import CABLE
 from cablestudy.scene.section import limited
 from cablestudy.scene.stress_strain_table import loaded_by_a_case

@@ -1,4 +1,4 @@
-"""YAML text -> plain values and the place of each, by the rules of YAML 1.2.
+"""YAML text -> plain values and the place of each, by the rules of YAML 1.2; and plain values -> YAML text.
 
 PyYAML scans, parses and composes. Its loaders are not used: they follow YAML 1.1 (`no` is false, 1:30 is 90) and take
 the last of two equal keys.
@@ -12,6 +12,7 @@ import yaml
 from cablestudy.errors import Mistake, SceneError
 
 MAX_DEPTH = 50
+WIDTH = 120  # of text that is written
 MAX_ALIASED = 100_000
 MAX_DIGITS = 400
 
@@ -241,3 +242,29 @@ class _Reader:
 def _written_tag(tag):
     """A tag as users write it."""
     return "!!" + tag.removeprefix(_CORE) if tag.startswith(_CORE) else tag[:60]
+
+
+class _Dumper(yaml.SafeDumper):
+    """Text that YAML 1.2 would take for a number, a truth value or null is quoted; nothing is an alias."""
+
+    def ignore_aliases(self, data):
+        return True
+
+
+def _text(dumper, text):
+    plain = isinstance(resolve(text), str)
+    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=None if plain else '"')
+
+
+_Dumper.add_representer(str, _text)
+
+
+def write_yaml(value):
+    """YAML text of plain mappings, lists, text and numbers, in their order, from which `compose` reads the same values.
+
+    Parameters
+    ----------
+    value : dict
+    """
+    options = {"sort_keys": False, "allow_unicode": True, "width": WIDTH, "default_flow_style": None}
+    return yaml.dump(value, Dumper=_Dumper, **options)

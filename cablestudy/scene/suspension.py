@@ -7,22 +7,18 @@ from typing import Annotated, Literal
 
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
-from cablestudy.scene.actuator_tables import LIMITS, Actuator, ReactionWheel, is_wheel
+from cablestudy.scene.actuator_tables import LIMITS, Actuator, ReactionWheel, actuator_relations, is_wheel
 from cablestudy.scene.cable_table import CHORD_RANGE, LENGTH_RATIO, NO_CURVES, beyond_the_end, length_ratio
-from cablestudy.scene.carried_mass import actuator_relations
+from cablestudy.scene.common_tables import Exposure, Ground, MarkerCorrection, ModelTable, ground_relations
 from cablestudy.scene.connections import attachment_of, connection_mistakes, unheld, written_connections
 from cablestudy.scene.control_tables import Control, Drive
 from cablestudy.scene.determinacy import determinacy_mistakes
-from cablestudy.scene.empty_keys import empty_keys
 from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, suggestion, tables_of
-from cablestudy.scene.ground import Ground, ground_relations
-from cablestudy.scene.imaging_tables import Exposure, MarkerCorrection
 from cablestudy.scene.layers import merge
 from cablestudy.scene.limit_table import Limits, limit_relations
 from cablestudy.scene.load_tables import SuspensionLoadCase, paths_of_loads
 from cablestudy.scene.materials import Materials
-from cablestudy.scene.mistakes import findings, located
-from cablestudy.scene.model import ModelTable
+from cablestudy.scene.mistakes import empty_keys, findings, located
 from cablestudy.scene.references import case_mistakes, reference_mistakes
 from cablestudy.scene.section import limited, within
 from cablestudy.scene.stress_strain_table import loaded_by_a_case

@@ -38,7 +38,7 @@ def shared(*keys):
     Parameters
     ----------
     keys : str
-        Attributes of the case, hashable, on which the result depends beside cable and refinement level.
+        Of the scene, with dots, on which the result depends beside cable and refinement level.
     """
 
     def wrap(function):

@@ -9,6 +9,7 @@ from cablestudy.cable.dynamics import PLANAR
 from cablestudy.cable.geometry import midspan
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.cache import Cache, frozen, shared
+from cablestudy.study.columns import attribute
 from cablestudy.study.models import MAX_MODES, model_of, numbers_of
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues
@@ -66,19 +67,9 @@ class Case:
 
     # --------------------------------------------------------------------------------------------------------- keys
 
-    def key_of(self, name, keys):
-        """(cable, key) of a result in the cache, which depends on some attributes of the case."""
-        return self._closed.key, (name, self.level, *(getattr(self, key) for key in keys))
-
-    @cached_property
-    def damping_key(self):
-        """All that the cable's damping depends on."""
-        return frozen(self.scene.cable.damping)
-
-    @property
-    def mass_key(self):
-        """The gondola's mass; None without one."""
-        return self.scene.gondola and self.scene.gondola.mass
+    def key_of(self, name, keys=()):
+        """(cable, key) of a result in the cache, which depends on some keys of the scene, with dots."""
+        return self._closed.key, (name, self.level, *(frozen(attribute(self.scene, key)) for key in keys))
 
     @property
     def size(self):
@@ -123,16 +114,11 @@ class Case:
         """
         return self._closed.catenary
 
-    @property
-    def closed_statics(self):
-        """Statics of the closed form: `ClosedStatics`."""
-        return self._closed.statics
-
     @cached_property
     def statics(self):
         """Statics of the model: `ClosedStatics` or `ElementStatics`."""
         if self.exact_statics:
-            return self.closed_statics
+            return self._closed.statics
         return ElementStatics(self.state, self.model.convergence, self.catenary.middle)
 
     @property
@@ -283,22 +269,22 @@ class Case:
 
     # ---------------------------------------------------------------------------------------- ends, gondola and loop
 
-    @shared("damping_key")
+    @shared("cable.damping")
     def end_model(self):
         """The cable at its two ends, with every mode that the model has: `Superelement`."""
         return self.model.end_model(self.dynamics.planes, self.scene.cable.damping)
 
-    @shared("damping_key")
+    @shared("cable.damping")
     def cable_models(self):
         """`Cables` by their viscous damping, for `in_wind`."""
         return {}
 
-    @shared("damping_key", "mass_key")
+    @shared("cable.damping", "gondola.mass")
     def coupled_models(self):
         """`CoupledModes` of gondola and cable by their number, by the viscous damping of the cable."""
         return {}
 
-    @shared("damping_key", "body_key", "air_key")
+    @shared("cable.damping", "gondola", "wind")
     def linear_models(self):
         """Linear models about the equilibrium, by what they are of: what cases share that differ in the loop alone."""
         return {}
@@ -388,16 +374,6 @@ class Case:
         sizes = [len(found.shapes) for found in of_modes if not isinstance(found, Exception)]
         return max([*sizes, *(len(one.described.motion) for one in self.solved_winds)], default=0)
 
-    @property
-    def body_key(self):
-        """All that the scene states of the gondola."""
-        return frozen(self.scene.gondola)
-
-    @property
-    def air_key(self):
-        """The wind."""
-        return frozen(self.scene.wind)
-
     @cached_property
     def gondola_air_damping(self):
         """Viscous damping of the gondola by the air; 0 without wind or drag. [N s/m]"""
@@ -410,16 +386,6 @@ class Case:
     def cable_air_damping(self):
         """Viscous damping of the cable by the air, per length; 0 where its diameter is not known. [N s/m^2]"""
         return 0.0 if self.scene.wind_diameter is None else cable_damping(self.scene.wind, self.scene.wind_diameter)
-
-    @property
-    def cable_air_rate(self):
-        """Viscous damping of the cable by the air, per mass. [1/s]"""
-        return self.cable_air_damping / float(self.span.mass)
-
-    @cached_property
-    def gondola_frequency_static(self):
-        """sqrt(k/M)/(2 pi). [Hz]"""
-        return np.sqrt(self.end_stiffness_along(0) / self.scene.gondola.mass) / (2 * np.pi)
 
     @cached_property
     def gondola_mode(self):

@@ -459,7 +459,7 @@ COLUMNS = (
            lambda r: r.end_stiffness_chord),
     _frequency("cable_frequency", "lowest in-plane frequency, ends fixed", 1, "in-plane"),
     Column("gondola_frequency_static", "Hz", "sqrt(static end stiffness/gondola mass)/(2 pi)", "stiffness",
-           lambda r: r.gondola_frequency_static, "gondola.mass"),
+           lambda r: np.sqrt(r.end_stiffness_along(0) / r.given("gondola.mass")) / (2 * np.pi), "gondola.mass"),
     Column("gondola_frequency", "Hz", "coupled mode with the largest share of the gondola's static compliance",
            "gondola", lambda c: c.gondola_mode.frequency, "gondola.mass"),
     Column("gondola_share", "", "share of the gondola's static compliance in its mode, phi^2/w^2 over 1/k", "gondola",

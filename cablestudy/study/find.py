@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.activity import doing
-from cablestudy.errors import CablestudyError, Mistake, NoSolutionError, SceneError
+from cablestudy.errors import CablestudyError, Mistake, Mistakes, NoSolutionError, SceneError
 from cablestudy.scene.entries import Entry
 from cablestudy.scene.layers import split_key
 from cablestudy.scene.scene import quantity_of, read_scene
@@ -283,18 +283,15 @@ def shown_columns(goal, document, names=None):
         usual = map(find, kind_of(scene).usual_columns)
         beside = [column for column in usual if column.name not in own and not why_not(scene, column)]
         return [goal.column, *beside]
-    columns, mistakes = [goal.column], []
-    for name in filter(None, (part.strip() for part in names.split(","))):
-        try:
-            column = find(name)
-            if reason := why_not(scene, column):
-                raise ValueError(reason)
-            if column.name not in ("status", *(other.name for other in columns)):
-                columns.append(column)
-        except ValueError as error:
-            mistakes.append(f"--columns: {error}")
-    if mistakes:
-        raise SceneError(*mistakes)
+    columns = [goal.column]
+    with Mistakes() as mistakes:
+        for name in filter(None, (part.strip() for part in names.split(","))):
+            with mistakes.at("--columns"):
+                column = find(name)
+                if reason := why_not(scene, column):
+                    raise ValueError(reason)
+                if column.name not in ("status", *(other.name for other in columns)):
+                    columns.append(column)
     return columns
 
 

@@ -4,9 +4,7 @@ import re
 from dataclasses import dataclass
 from math import isfinite
 
-from pydantic_core import PydanticCustomError
-
-from cablestudy.errors import Mistake, SceneError
+from cablestudy.errors import Mistakes, SceneError
 from cablestudy.scene.fields import Quantity
 from cablestudy.scene.layers import split_key, value_at
 from cablestudy.scene.scene import quantity_of, read_scene
@@ -117,22 +115,18 @@ def read_goal(asked, places, document):
     SceneError
         All that is wrong with its parts.
     """
-    mistakes, parts = [], {}
-
-    def read(part, function, *needed):
-        if any(name not in parts for name in needed):
-            return
-        try:
-            parts[part] = function(*(parts[name] for name in needed))
-        except (ValueError, PydanticCustomError) as error:
-            mistakes.append(Mistake(*places[part], str(error)))
-
-    read("column", lambda: _number_column(asked.column))
-    read("value", lambda column: number_in_unit(asked.value, column, lambda: read_scene(document)), "column")
-    read("by", lambda: _quantity(asked.by, document))
-    read("between", lambda quantity: asked.between and _range(asked.between, quantity), "by")
-    if mistakes:
-        raise SceneError(*mistakes)
+    parts = {}
+    steps = {
+        "column": ((), lambda: _number_column(asked.column)),
+        "value": (("column",), lambda column: number_in_unit(asked.value, column, lambda: read_scene(document))),
+        "by": ((), lambda: _quantity(asked.by, document)),
+        "between": (("by",), lambda quantity: asked.between and _range(asked.between, quantity)),
+    }
+    with Mistakes() as mistakes:
+        for part, (needed, read) in steps.items():
+            if parts.keys() >= set(needed):
+                with mistakes.at(*places[part]):
+                    parts[part] = read(*(parts[name] for name in needed))
     return Goal(parts["column"], parts["value"], key_column(asked.by), parts["by"], parts["between"], places)
 
 

@@ -6,10 +6,10 @@ least b; not negative where the limit holds. The governing limit is the one with
 
 from dataclasses import dataclass
 
-from cablestudy.errors import Mistake, SceneError
+from cablestudy.errors import Mistakes
 from cablestudy.scene.limit_table import REFERENCE, comparison
-from cablestudy.scene.mistakes import located
 from cablestudy.study.all_columns import find, why_not
+from cablestudy.study.closed_form import CLOSED
 from cablestudy.study.goal import number_in_unit
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.status import FALLEN
@@ -101,17 +101,12 @@ def limits_of(scene, document=None):
     SceneError
         All that it cannot have, at their places in its document where this is given.
     """
-    found, mistakes, written = [], [], document.value.get("limits", {}) if document else {}
-    for name, table in scene.limits.items():
-        try:
-            found.append(_limit(scene, name, table))
-        except ValueError as error:
+    found, written = [], document.value.get("limits", {}) if document else {}
+    with Mistakes() as mistakes:
+        for name, table in scene.limits.items():
             path = "limits", name, *["that"] * isinstance(written.get(name), dict)
-            mistakes.append((path, str(error)))
-    if mistakes and document:
-        raise located(mistakes, document)
-    if mistakes:
-        raise SceneError(*(Mistake("", ".".join(path), text) for path, text in mistakes))
+            with mistakes.at(document.where(path) if document else "", ".".join(path)):
+                found.append(_limit(scene, name, table))
     return found
 
 
@@ -144,6 +139,18 @@ def in_case(scene, case):
 
 
 # ------------------------------------------------------------------------------------------------------- the answers
+
+
+def columns_by_case(limits):
+    """Load case -> header -> `Column`, of all that some `SceneLimit` compare: dict of dict.
+
+    Closed forms cost next to nothing: they are in all load cases alike, so that these are solved together.
+    """
+    terms, columns = [term for limit in limits for term in limit.terms], {}
+    everywhere = {c.header: c for _, _, c in terms if c.needs in CLOSED and "load_case" not in c.key}
+    for case, _, column in terms:
+        columns.setdefault(case, dict(everywhere))[column.header] = column
+    return columns
 
 
 def least_margin(limit, rows):

@@ -1,23 +1,27 @@
 """Response of a loop of winches in time, for the command `loop`: to a step of a winch or a reference, or to a gust."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control import time_response
+from cablestudy.control import loop_response, time_response
+from cablestudy.control.loop_state_space import Labels, state_space
 from cablestudy.control.step_response import step_response
+from cablestudy.control.suspension import labels
 from cablestudy.errors import SceneError
+from cablestudy.scene.determinacy import ROTATIONS
 from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_positive
 from cablestudy.study.columns import attribute
 from cablestudy.study.ssm import has_loss_factor, number_of
-from cablestudy.study.suspension.loop_in_time import GUST as OF_STATE_SPACE
-from cablestudy.study.suspension.loop_in_time import delayed_up_to, in_time, unit_of
 from cablestudy.study.table import Field, Table
+from cablestudy.system.first_order import LinearControl
+from cablestudy.system.linear import MODAL
 
 OF_WIND = ("gust", "wind")
+WIND_INPUT = "gust"  # of the state space
 STEP = 1e-3  # of winch or reference, without another size [m] or [rad]
 GUST = 3.0  # standard deviations of the turbulence in a gust or step of the wind without another size
 COUNT, MOST = 101, 100_001  # points of time of a table
@@ -248,7 +252,7 @@ def time_case(document, scene, movement, options, names=None, wind_keys=("wind",
         for key in wind_keys:
             if attribute(scene, key) is None:
                 raise missing(document, key, f"loop --input {kind}")
-        asked, driven = options.gust(scene.wind, movement.scene.wind.turbulence[0]), OF_STATE_SPACE
+        asked, driven = options.gust(scene.wind, movement.scene.wind.turbulence[0]), WIND_INPUT
     elif kind in references:
         coordinate = references[kind].removeprefix("reference.")
         asked, driven = options.step(f"the {kind} moves", unit_of(coordinate)), references[kind]
@@ -259,9 +263,76 @@ def time_case(document, scene, movement, options, names=None, wind_keys=("wind",
     output = movement.measured_outputs[shown]
     found = in_time(movement, output, driven, asked.components, options.times).times(asked.size)
     dampings = [cable.damping for cable in movement.scene.cables.values()]
-    remarks = remarks_of(movement.scene.control, delayed_up_to(movement.loop), found, dampings)
+    delayed_up_to = 0.0 if movement.loop.slight_delay else movement.loop.right_up_to
+    remarks = remarks_of(movement.scene.control, delayed_up_to, found, dampings)
     unit = f"m{unit_of(movement.measured[shown])}"
     return TimeCase(options, asked, found, movement.loop.gain, outputs[shown], unit, tuple(winches), remarks)
+
+
+def in_time(movement, output, input_, components, times):
+    """`TimeResponse` of a `Movement`, with its error by the modes that are left out.
+
+    Parameters
+    ----------
+    movement : Movement
+        With a loop, stable.
+    output : str
+        A displacement, as of `Movement.outputs`.
+    input_ : str
+        `winch.CABLE`, `reference.COORDINATE`, or WIND_INPUT: a gust along the mean wind, the same everywhere, per speed
+        of it.
+    components : list of time_response.Component
+        Of the input.
+    times : ndarray, shape (m,)
+        Uniform, from zero. [s]
+
+    Raises
+    ------
+    NoSolutionError
+        The state space overflows.
+    """
+    linear = movement.linear
+    whole = linear.viscous_motion
+    found = [
+        _responses(movement, motion, space, output, input_, components, times)
+        for motion, space in ((whole, None), (whole.within(linear.fewer), linear.fewer))
+    ]
+    found = loop_response.compared(*found)
+    if movement.loop.gain:
+        return found
+    return replace(found, winch=np.zeros_like(found.winch), winch_speed=np.zeros_like(found.winch_speed))
+
+
+def unit_of(coordinate):
+    """Of a measured coordinate: m or rad."""
+    return "rad" if coordinate in ROTATIONS else "m"
+
+
+def uniform_gust(gusts):
+    """Force on each coordinate per speed of a gust along the mean wind that is the same everywhere. [N/(m/s)]"""
+    return gusts.directions[0] @ gusts.uniform
+
+
+def _responses(movement, motion, space, output, input_, components, times):
+    """`TimeResponse` with the motion, or with that in a space of its coordinates."""
+    loop = movement.loop
+    loads, allocation = np.zeros((len(movement.motion), 1)), loop.allocation
+    if movement.gusts is not None:
+        along = uniform_gust(movement.gusts)
+        loads[: len(along), 0] = along
+    if space is not None:
+        loads, allocation = space.T @ loads, replace(allocation, measured=allocation.measured @ space)
+    inputs, outputs = labels(movement.layout, movement.winches, movement.markers)
+    winches, size = inputs[: len(movement.winches)], len(motion) - sum(not one.wheel for one in movement.actuators)
+    coordinates = tuple((f"coordinate_{k + 1}", MODAL) for k in range(size))
+    measured = tuple((name, unit_of(name)) for name in movement.measured)
+    named = Labels(coordinates, winches, ((WIND_INPUT, "m/s"),), outputs, measured)
+    control = LinearControl(allocation, loop.gain, loop.notches, loop.law_space, loop.law_names)
+    closed = state_space(motion, loads, named, control, movement.actuators, added=True)
+    alone = state_space(motion, loads, named, None, movement.actuators)
+    reeled = [closed.output_names.index(name) for name, _ in winches]
+    places = closed.output_names.index(output), reeled, closed.input_names.index(input_)
+    return loop_response.responses(closed, alone, *places, components, times)
 
 
 def remarks_of(drive, right, found, dampings):
@@ -309,9 +380,7 @@ def time_table(solved):
             (Field(f"{winch}_speed_mm_per_s", "speed", "mm/s", hidden=hidden), MILLI * found.winch_speed[:, place]),
         ]
     shown = np.stack([_rounded(value)[:: solved.options.every] for _, value in columns], axis=1)
-    fields = tuple(field for field, _ in columns)
-    names = [field.name for field in fields]
-    return Table(fields, [dict(zip(names, row, strict=True)) for row in shown.tolist()])
+    return Table.of([field for field, _ in columns], shown.tolist())
 
 
 def _rounded(value):

@@ -184,9 +184,5 @@ def response_table(movement, span):
 def over_frequency(frequency, columns):
     """Table of numbers over frequency [Hz], shape (f,): `Field` -> shape (f,); what is not finite is empty."""
     columns = {Field("frequency_Hz", "frequency", "Hz"): frequency, **columns}
-    names = [field.name for field in columns]
-    rows = [
-        {name: cell if np.isfinite(cell) else None for name, cell in zip(names, cells, strict=True)}
-        for cells in np.stack(list(columns.values()), axis=1).tolist()
-    ]
-    return Table(tuple(columns), rows)
+    lines = np.stack(list(columns.values()), axis=1).tolist()
+    return Table.of(columns, ([cell if np.isfinite(cell) else None for cell in line] for line in lines))

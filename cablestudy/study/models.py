@@ -226,7 +226,7 @@ def give_elements(cases, found):
 
 def _give(case, elements):
     case.model = elements
-    cable, key = case.key_of("model", ())
+    cable, key = case.key_of("model")
     case.cache.results(cable, case.size)[key] = elements
 
 
@@ -242,7 +242,7 @@ def solve_models(cases):
     """
     groups, seen = {}, set()
     for case in cases:
-        where = case.key_of("model", ())
+        where = case.key_of("model")
         if where in case.cache or where in seen:
             continue
         seen.add(where)

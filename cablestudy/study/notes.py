@@ -304,10 +304,10 @@ def air_damping(case):
     switch = "wind.aerodynamic_damping: false leaves it out"
     if gondola is None:
         return (f"aerodynamic damping: the drag of the cable damps its motion ({switch})",)
-    on_gondola, on_cable = case.gondola_air_damping, case.cable_air_rate * float(case.span.mass)
     return (
-        f"aerodynamic damping: {on_gondola:.4g} N s/m on the gondola; {on_cable:.4g} N s/m^2 on the cable too, where "
-        f"the wind on it counts (_cable_wind, _all_wind); {switch}",
+        f"aerodynamic damping: {case.gondola_air_damping:.4g} N s/m on the gondola; "
+        f"{case.cable_air_damping:.4g} N s/m^2 on the cable too, where the wind on it counts (_cable_wind, _all_wind); "
+        f"{switch}",
     )
 
 

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from difflib import get_close_matches
 
-from cablestudy.errors import Mistake, SceneError
+from cablestudy.errors import Mistake, Mistakes, SceneError
 from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
 from cablestudy.study.all_columns import find, find_header, key_column, why_not
 from cablestudy.study.columns import STATUS
@@ -60,15 +60,11 @@ def _check_plot(study):
         return
     names = {("x",): study.plot.x} | {("y", place): name for place, name in enumerate(study.plot.y)}
     names |= {("color",): study.plot.color}
-    mistakes = []
-    for path, name in names.items():
-        try:
-            if name is not None and varied_key(study, name) is None:
-                _drawn_column(study, name)
-        except ValueError as error:
-            mistakes.append(Mistake(study.where(("plot", *path)), f"plot.{path[0]}", str(error)))
-    if mistakes:
-        raise SceneError(*mistakes)
+    with Mistakes() as mistakes:
+        for path, name in names.items():
+            with mistakes.at(study.where(("plot", *path)), f"plot.{path[0]}"):
+                if name is not None and varied_key(study, name) is None:
+                    _drawn_column(study, name)
 
 
 def _drawn_column(study, name):
@@ -93,22 +89,18 @@ def columns_of(study):
     SceneError
         Unknown or repeated columns, or one that needs a key which the scene lacks.
     """
-    columns, mistakes = [key_column(study.find.by)] if study.find else [], []
+    columns = [key_column(study.find.by)] if study.find else []
     _, scene = study.case(0)
-    for place, name in enumerate(study.columns):
-        try:
-            column = find(name)
-            if any(column.header == other.header for other in columns):
-                raise ValueError(f"{column.name} is listed twice")
-            columns.append(column)
-            if (reason := why_not(scene, column)) and _no_case_has(study, column):
-                raise ValueError(reason)
-        except ValueError as error:
+    with Mistakes() as mistakes:
+        for place, name in enumerate(study.columns):
             by_option = place >= len(study.columns) - len(study.asked)
-            key = "" if by_option else f"columns.{place}"
-            mistakes.append(Mistake(study.where(("columns", place)), key, str(error)))
-    if mistakes:
-        raise SceneError(*mistakes)
+            with mistakes.at(study.where(("columns", place)), "" if by_option else f"columns.{place}"):
+                column = find(name)
+                if any(column.header == other.header for other in columns):
+                    raise ValueError(f"{column.name} is listed twice")
+                columns.append(column)
+                if (reason := why_not(scene, column)) and _no_case_has(study, column):
+                    raise ValueError(reason)
     return columns
 
 
@@ -134,17 +126,14 @@ def compared(study, name):
 
 def tolerances_of(study):
     """The relative tolerances that a study file states: header, or ALL_COLUMNS -> number; SceneError for mistakes."""
-    found, mistakes = {}, []
-    for name, value in study.tolerances.items():
-        try:
-            header = name if name == ALL_COLUMNS else compared(study, name)
-            if header in found:
-                raise ValueError("given twice")
-            found[header] = value
-        except ValueError as error:
-            mistakes.append(Mistake(study.source.where(("check", name), of_key=True), f"check.{name}", str(error)))
-    if mistakes:
-        raise SceneError(*mistakes)
+    found = {}
+    with Mistakes() as mistakes:
+        for name, value in study.tolerances.items():
+            with mistakes.at(study.source.where(("check", name), of_key=True), f"check.{name}"):
+                header = name if name == ALL_COLUMNS else compared(study, name)
+                if header in found:
+                    raise ValueError("given twice")
+                found[header] = value
     return found
 
 

@@ -311,7 +311,12 @@ def refine(searches, prepare):
         waiting = [search for search in waiting if search.finer is not None]
 
 
+def with_accuracy(scene, accuracy):
+    """Copy of a scene, of one cable or of a suspension, with a model to an accuracy."""
+    model = {"accuracy": accuracy, "elements": None, "order": 1, "mass": "lumped"}
+    return scene.model_copy(update={"model": scene.model.model_copy(update=model)})
+
+
 def reference_scene(scene):
-    """Copy of a scene, of one cable or of a suspension, with a model to an accuracy of REFERENCE."""
-    model = scene.model.model_copy(update={"elements": None, "order": 1, "mass": "lumped", "accuracy": REFERENCE})
-    return scene.model_copy(update={"model": model})
+    """That to an accuracy of REFERENCE."""
+    return with_accuracy(scene, REFERENCE)

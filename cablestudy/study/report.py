@@ -104,17 +104,9 @@ def mode_table(case, modes):
 def modes_as_rows(case, modes, chosen, more):
     """Table of chosen modes of a case, by indices: number, kind, symmetry, frequency, and more (Field -> values)."""
     fields = (*(Field(name, name) for name in ("number", "type", "symmetry")), Field("frequency_Hz", "frequency", "Hz"))
-    rows = [
-        {
-            "number": int(k) + 1,
-            "type": modes.kind[k],
-            "symmetry": modes.symmetry[k],
-            "frequency_Hz": float(modes.frequency[k]),
-            **{field.name: float(values[k]) for field, values in more.items()},
-        }
-        for k in chosen
-    ]
-    return Table((*fields, *more), rows, errors=lambda: _errors_of_modes(case, modes, chosen))
+    numbers = modes.frequency, *more.values()
+    lines = [(int(k) + 1, modes.kind[k], modes.symmetry[k], *(float(values[k]) for values in numbers)) for k in chosen]
+    return Table.of((*fields, *more), lines, errors=lambda: _errors_of_modes(case, modes, chosen))
 
 
 def _errors_of_modes(case, modes, chosen):

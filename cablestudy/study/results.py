@@ -165,11 +165,6 @@ class Results:
         """That along the chord, shape (n,). [N/m]"""
         return self.catenary.end_stiffness[..., 0, 0]
 
-    @property
-    def gondola_frequency_static(self):
-        """sqrt(k/M)/(2 pi), shape (n,). [Hz]"""
-        return np.sqrt(self.end_stiffness_along(0) / self.given("gondola.mass")) / (2 * np.pi)
-
     # ---------------------------------------------------------------------------------------- what motion depends on
 
     @cached_property

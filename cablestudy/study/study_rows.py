@@ -3,9 +3,8 @@
 from dataclasses import replace
 
 from cablestudy.errors import SceneError
-from cablestudy.study.closed_form import CLOSED
 from cablestudy.study.columns import ROUNDING
-from cablestudy.study.limits import in_case, least_margin, limits_of, unanswered
+from cablestudy.study.limits import columns_by_case, in_case, least_margin, limits_of, unanswered
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.status import has_answer
 
@@ -37,24 +36,25 @@ def checks_of(scenes):
     list
         Of each scene: list of `limits.Check`, or the SceneError of one that cannot have its limits.
     """
-    limits, groups, rows = [_limits_or_error(scene) for scene in scenes], {}, [{} for _ in scenes]
-    for place, known in enumerate(limits):
-        terms = [] if isinstance(known, SceneError) else [term for limit in known for term in limit.terms]
-        # closed forms cost next to nothing: in all load cases alike, so that these are solved together
-        everywhere = {c.header: c for _, _, c in terms if c.needs in CLOSED and "load_case" not in c.key}
-        columns = {}  # of each load case
-        for case, _, column in terms:
-            columns.setdefault(case, dict(everywhere))[column.header] = column
-        for case, here in columns.items():
-            groups.setdefault(tuple(here), (here, []))[1].append((place, case))
-    for columns, members in groups.values():
-        found = evaluate([in_case(scenes[place], case) for place, case in members], list(columns.values()))
-        for (place, case), row in zip(members, found, strict=True):
-            rows[place][case] = row
+    limits = [_limits_or_error(scene) for scene in scenes]
+    rows = _rows_of_cases(scenes, [[] if isinstance(known, SceneError) else known for known in limits])
     return [
         known if isinstance(known, SceneError) else [least_margin(limit, own) for limit in known]
         for known, own in zip(limits, rows, strict=True)
     ]
+
+
+def _rows_of_cases(scenes, limits):
+    """Rows with the columns of the limits of scenes, by load case: list of dict. Cases alike are solved together."""
+    groups, rows = {}, [{} for _ in scenes]
+    for place, own in enumerate(limits):
+        for case, columns in columns_by_case(own).items():
+            groups.setdefault(tuple(columns), (columns, []))[1].append((place, case))
+    for columns, members in groups.values():
+        found = evaluate([in_case(scenes[place], case) for place, case in members], list(columns.values()))
+        for (place, case), row in zip(members, found, strict=True):
+            rows[place][case] = row
+    return rows
 
 
 def _limits_or_error(scene):

@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import partial
-from itertools import islice
+from itertools import chain, islice
 from math import isfinite
 
 from cablestudy.errors import SceneError
@@ -85,6 +85,12 @@ class Table:
     more: tuple = ()  # fields of cells that rows have too, shown only where `chosen` names them
     errors: Callable | None = None  # yields for each row, or for some, the relative errors of its cells, for JSON
     digits: int = DIGITS  # significant ones of a number in Markdown
+
+    @classmethod
+    def of(cls, fields, lines, **options):
+        """The table of lines, each of which has its cells in the order of the fields."""
+        names = [field.name for field in fields]
+        return cls(tuple(fields), [dict(zip(names, line, strict=True)) for line in lines], **options)
 
     def chosen(self, names=(), top=None):
         """Some columns, in the order of their names, behind those that name the rows or vary; and the first rows.
@@ -366,3 +372,35 @@ def number(text):
     except ValueError:
         return None
     return value if isfinite(value) else None
+
+
+def joined(answers):
+    """Tables of load cases as one of each name: name of a case -> name -> Table, dict of name -> Table."""
+    names = dict.fromkeys(name for tables in answers.values() for name in tables)
+    return {name: _joined({case: tables[name] for case, tables in answers.items() if name in tables}) for name in names}
+
+
+def _joined(tables):
+    """The rows of several tables in one, each with its case in front.
+
+    Parameters
+    ----------
+    tables : dict
+        Name of a case -> Table.
+
+    Returns
+    -------
+    Table
+        Tables of one row each become columns side by side in Markdown.
+    """
+    fields = dict.fromkeys(field for table in tables.values() for field in table.fields if field.name != "status")
+    last = dict.fromkeys(field for table in tables.values() for field in table.fields if field.name == "status")
+    rows = [{"case": name, **row} for name, table in tables.items() for row in table.rows]
+
+    def errors():
+        return chain.from_iterable(table.errors() if table.errors else ({},) for table in tables.values())
+
+    single = all(table.single for table in tables.values())
+    return Table(
+        (Field("case", "case", label=True), *fields, *last), rows, errors=errors, across="case" if single else ""
+    )

@@ -404,15 +404,12 @@ def write(trade, place, title):
     """Write the table to `TableFiles`; the title has the scene and its changes."""
     names = [f"{target:.0e}" for target in TARGETS]
     fields = (Field("column", "column"), *(Field(name, f"error below {name}") for name in names))
-    rows = [
-        {"column": column.name, **{name: trade.fastest(column, float(name)) for name in names}}
-        for column in trade.columns
-    ]
+    lines = [(column.name, *(trade.fastest(column, float(name)) for name in names)) for column in trade.columns]
     libraries = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy"))
     text = (
         f"# Error against time: {title}\n\n{table_of(trade, shown=True).render('md')}\n"
         f"Times: Python {platform.python_version()}, {libraries}, {platform.machine()}, one thread; "
         f"processor time. Read the ratios: another machine has other milliseconds.\n\n"
-        f"## The fastest model below an error\n\n{Table(fields, rows).render('md')}"
+        f"## The fastest model below an error\n\n{Table.of(fields, lines).render('md')}"
     )
     place.write_texts(table_of(trade).render("csv"), text)

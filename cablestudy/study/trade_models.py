@@ -17,6 +17,7 @@ from cablestudy.study.columns import GONDOLA_X, ROUNDING, find, is_own, lacks, v
 from cablestudy.study.notes import strength_warning as strength_warning
 from cablestudy.study.one_cable_columns import column_of_one_cable
 from cablestudy.study.one_cable_system import in_cable_wind_of, in_wind_of
+from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.row import evaluate
 from cablestudy.study.scene_values import load_count
 from cablestudy.study.suspension.body_mode import largest_share
@@ -182,15 +183,7 @@ def fixed(elements, order, mass, scene, _=()):
 
 def with_elements(scene, elements, order, mass):
     """Copy of a scene with exactly these elements."""
-    return _modelled(scene, accuracy=None, elements=elements, order=order, mass=mass)
-
-
-def with_accuracy(scene, accuracy):
-    """Copy of a scene with error control."""
-    return _modelled(scene, accuracy=accuracy, elements=None, order=1, mass="lumped")
-
-
-def _modelled(scene, **model):
+    model = {"accuracy": None, "elements": elements, "order": order, "mass": mass}
     return scene.model_copy(update={"model": scene.model.model_copy(update=model)})
 
 
@@ -365,7 +358,8 @@ def _summed(scene, _):
 def _on_grid(space, points, scene, _):
     """By the trapezoidal rule on a grid about the gondola's frequency, in equal steps or equal ratios."""
     case = _summed(scene, _)
-    return by_trapezoids(case, space(*(np.array(GRID) * case.gondola_frequency_static), points))
+    middle = find("gondola_frequency_static").compute(case)
+    return by_trapezoids(case, space(*(np.array(GRID) * middle), points))
 
 
 def by_trapezoids(case, frequency):

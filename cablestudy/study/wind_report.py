@@ -10,6 +10,7 @@ from cablestudy.study.case import Case
 from cablestudy.study.case_modes import modes
 from cablestudy.study.columns import GONDOLA_X, find
 from cablestudy.study.notes import beyond_linear, gondola_notes, growing_damping, larger_by_loop, slack_warning
+from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.row import evaluate_named
 from cablestudy.study.table import Field
 from cablestudy.system.cables import UNDAMPED, Cables
@@ -154,8 +155,7 @@ def modes_between(case, low, high):
     time = transverse_travel_time(case)
     if 2 * high * time > COUNTED:
         return 2 * max(floor(2 * high * time) - ceil(max(2 * low * time, 1)) + 1, 0), 1 / (2 * time)
-    accurate = case.scene.model.model_copy(update={"elements": None, "accuracy": 1e-3})
-    found = modes(Case(case.scene.model_copy(update={"model": accurate})), upto=high)[1]
+    found = modes(Case(with_accuracy(case.scene, 1e-3)), upto=high)[1]
     kinds = [kind for kind, frequency in zip(found.kind, found.frequency, strict=True) if frequency >= low]
     return sum(kind != "axial" for kind in kinds), None
 

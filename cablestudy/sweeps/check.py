@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from decimal import Decimal
 
-from cablestudy.errors import SceneError, shorten
+from cablestudy.errors import Mistakes, shorten
 from cablestudy.scene.study import ALL_COLUMNS
 from cablestudy.scene.units import to_si
 from cablestudy.study.all_columns import find
@@ -55,19 +55,15 @@ def read_tolerances(texts, study):
     SceneError
         Every option that is wrong.
     """
-    given, mistakes = {}, []
-    for text in texts:
-        name, sign, written = text.rpartition("=")
-        try:
-            header, value = compared(study, name.strip()) if sign else ALL_COLUMNS, _tolerance(written)
-        except ValueError as error:
-            mistakes.append(f"--rtol {text}: {error}")
-            continue
-        if header in given:
-            mistakes.append(f"--rtol {text}: given twice{'' if sign else ' for all columns'}")
-        given[header] = value
-    if mistakes:
-        raise SceneError(*mistakes)
+    given = {}
+    with Mistakes() as mistakes:
+        for text in texts:
+            name, sign, written = text.rpartition("=")
+            with mistakes.at(f"--rtol {text}"):
+                header, value = compared(study, name.strip()) if sign else ALL_COLUMNS, _tolerance(written)
+                if header in given:
+                    raise ValueError(f"given twice{'' if sign else ' for all columns'}")
+                given[header] = value
     columns = {**tolerances_of(study), **given}
     return Tolerance(columns.pop(ALL_COLUMNS, RTOL), columns)
 

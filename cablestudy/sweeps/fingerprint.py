@@ -1,8 +1,12 @@
 """Fingerprint of what rows of a study depend on: version of the results, scene, what varies, columns."""
 
 import json
+import platform
+from datetime import UTC, datetime
 from functools import cache
 from hashlib import sha256
+
+from cablestudy.version import __version__
 
 # Rows on disk are used again only if this number is the one they were computed with. Raise it by one with every change
 # of the code that changes a number of any table by more than its rounding, or the text of a `status`: whatever needs a
@@ -30,6 +34,31 @@ def identity(study, columns):
 def digest(identity):
     """Fingerprint of an identity: 32 hexadecimal digits."""
     return sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:32]
+
+
+def origin(command, identity, started, **more):
+    """Where numbers come from: dict of plain values.
+
+    Parameters
+    ----------
+    command : str
+        As typed.
+    identity : dict
+        What the numbers depend on.
+    started : datetime
+        Of a resumed run, of the last part.
+    **more
+        What else belongs there.
+    """
+    return {
+        "command": command,
+        "fingerprint": digest(identity),
+        "started": started.isoformat(timespec="seconds"),
+        "duration_s": (datetime.now(UTC) - started).total_seconds(),
+        **more,
+        "versions": {"cablestudy": __version__, **identity["versions"], "python": platform.python_version()},
+        "platform": platform.platform(),
+    }
 
 
 def differences(stored, current):

@@ -1,7 +1,6 @@
 """One run of a study, from the stored rows to the table: what is computed, what is reported, how to go on."""
 
 import os
-import platform
 import re
 import shlex
 import sys
@@ -21,12 +20,11 @@ from cablestudy.study.status import FALLEN, OVER_STRENGTH, SLACK
 from cablestudy.study.table import write_whole
 from cablestudy.sweeps.chunks import Chunks
 from cablestudy.sweeps.driver import compute_here
-from cablestudy.sweeps.fingerprint import digest, identity
+from cablestudy.sweeps.fingerprint import identity, origin
 from cablestudy.sweeps.progress import Progress
 from cablestudy.sweeps.row_reuse import reuse_rows
 from cablestudy.sweeps.rows import table_of
 from cablestudy.sweeps.store import COMPLETE, MISSING, PARTIAL, open_store
-from cablestudy.version import __version__
 
 SHOWN = 10  # failures, and rows over strength, that are listed
 REPLAYED = 3  # failures whose command is given
@@ -189,17 +187,9 @@ class Run:
         """Where the table comes from, as YAML: NAME.run.yaml beside it, never inside."""
         import yaml
 
-        versions = {"cablestudy": __version__, **self.identity["versions"], "python": platform.python_version()}
-        content = {
-            "command": command,
-            "fingerprint": digest(self.identity),
-            "started": self._started.isoformat(timespec="seconds"),
-            "duration_s": (datetime.now(UTC) - self._started).total_seconds(),  # of a resumed run, the last part
-            "rows": {"total": len(self.cases), "reused": self._known, "failed": self.failed},
-            "versions": versions,
-            "platform": platform.platform(),
-            "study": {name: value for name, value in self.identity.items() if name != "versions"},
-        }
+        rows = {"total": len(self.cases), "reused": self._known, "failed": self.failed}
+        content = origin(command, self.identity, self._started, rows=rows)
+        content["study"] = {name: value for name, value in self.identity.items() if name != "versions"}
         return yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=120)
 
     def reused(self):

@@ -5,7 +5,7 @@ from functools import partial
 
 import pandas
 
-from cablestudy.errors import NoSolutionError, SceneError
+from cablestudy.errors import Mistakes, NoSolutionError, SceneError
 from cablestudy.scene.words import counted
 from cablestudy.study.pareto import pareto_front
 from cablestudy.sweeps.condition import parse
@@ -98,15 +98,12 @@ def read_selection(study, where=None, sort=None, best=None, pareto=None):
     """
     if sort is not None and best is not None:
         raise SceneError("--sort and --best exclude each other: --best shows a single row")
-    mistakes, parts = [], {}
+    parts = {}
     readers = (where, _read_where), (pareto, _read_pareto), (sort, _read_sort), (best, _read_best)
-    for text, read in readers:
-        try:
-            parts |= read(text, study) if text is not None else {}
-        except SceneError as error:
-            mistakes += error.mistakes
-    if mistakes:
-        raise SceneError(*mistakes)
+    with Mistakes() as mistakes:
+        for text, read in readers:
+            with mistakes.at():
+                parts |= read(text, study) if text is not None else {}
     return Selection(**parts) if parts else None
 
 

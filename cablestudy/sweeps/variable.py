@@ -6,7 +6,7 @@ from difflib import get_close_matches
 
 from pandas.api.types import is_numeric_dtype
 
-from cablestudy.errors import SceneError
+from cablestudy.errors import Mistakes
 from cablestudy.scene.scene import quantity_of
 from cablestudy.scene.units import common_factor, to_si
 from cablestudy.study.all_columns import find, why_not
@@ -104,15 +104,11 @@ def ask_columns(study, names):
     SceneError
         Names of neither a column nor a varied key, nor of printed values.
     """
-    mistakes = []
-    for name in names:
-        try:
-            if not (study.reference_path and OF_REFERENCE.search(name)):
-                variable(name, study, "--columns")
-        except ValueError as error:
-            mistakes.append(f"--columns: {error}")
-    if mistakes:
-        raise SceneError(*mistakes)
+    with Mistakes() as mistakes:
+        for name in names:
+            with mistakes.at("--columns"):
+                if not (study.reference_path and OF_REFERENCE.search(name)):
+                    variable(name, study, "--columns")
 
 
 def _refuse_unknown(name, study):

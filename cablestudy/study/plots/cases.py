@@ -52,13 +52,18 @@ def case_forms(cases):
     tall = [height for height, _ in panels]
     figure = Figure(figsize=(WIDTH, sum(tall) + 0.8), layout="constrained")
     grid = figure.subplots(len(tall), 1, height_ratios=tall, squeeze=False)[:, 0]
-    looks = {name: (DASHES[k % len(DASHES)], SERIES[k % len(SERIES)]) for k, name in enumerate(views)}
+    looks = looks_of(views)
     for axes, (_, paint) in zip(grid, panels, strict=True):
         paint(axes, views, looks)
     legend_below(figure, list(zip(*grid[0].get_legend_handles_labels(), strict=True)))
     several = len(cases) > 1
     heading(figure, f"Load cases: chord {quantity_text(first.chord, 'm')}" if several else form_title(case))
     return figure
+
+
+def looks_of(names):
+    """Dashes and colour of each of some load cases: dict."""
+    return {name: (DASHES[k % len(DASHES)], SERIES[k % len(SERIES)]) for k, name in enumerate(names)}
 
 
 def form_title(case, with_sag=True):
@@ -113,11 +118,8 @@ class _View:
 
     def __init__(self, case):
         form, end_1 = case.form, np.asarray(case.end_1, dtype=float)
-        self.chord = float(form.span.chord)
-        chord = form.span.frame[0] * self.chord
-        self.run, self.rise = float(np.hypot(*chord[:2])), float(chord[2])
+        self.chord, (self.run, self.rise, level) = float(form.span.chord), along_the_chord(form.span)
         upright = self.run < UPRIGHT * self.chord
-        level = np.array([1.0, 0.0]) if upright else chord[:2] / self.run
         positions = shape_positions(case)
         where = places(form, positions)
         self.distance, self.aside = where[:, :2] @ level, where[:, :2] @ np.array([-level[1], level[0]])
@@ -126,6 +128,13 @@ class _View:
         self.case, self.start, self.level, self.sag = case, end_1, level, float(case.statics.sag)
         loads = form.span.load_positions / form.span.unstretched_length
         self.loads = np.interp(loads, positions, self.distance), np.interp(loads, positions, self.height)
+
+
+def along_the_chord(span):
+    """Horizontal and vertical distance of the ends of a `Span` [m], and the horizontal direction of end 2."""
+    chord = span.frame[0] * float(span.chord)
+    run = float(np.hypot(*chord[:2]))
+    return run, float(chord[2]), np.array([1.0, 0.0]) if run < UPRIGHT * float(span.chord) else chord[:2] / run
 
 
 def ground_under(ground, run, start, level):
@@ -180,14 +189,14 @@ def _side(axes, views, looks, ground, window):
     finish_side(axes, ground, window)
 
 
-def finish_side(axes, ground, window):
-    """The ground in a side view, if it is known, and scales and names of its axes."""
+def finish_side(axes, ground, window, title="Side view", labels=(DISTANCE, "level [m]")):
+    """The ground in a view from the side, if it is known, and scales and names of its axes."""
     if ground is not None:
         axes.plot(*ground, color=GROUND, lw=1.5, label="ground")
         axes.fill_between(*ground, window.y[0], color=GROUND, alpha=0.15, lw=0)
     window.apply(axes)
-    axes.set(xlabel=DISTANCE, ylabel="level [m]")
-    axes.set_title(f"Side view, {window.note}", loc="left", color=GREY)
+    axes.set(xlabel=labels[0], ylabel=labels[1])
+    axes.set_title(f"{title}, {window.note}", loc="left", color=GREY)
 
 
 def _mark(axes, view, ground):

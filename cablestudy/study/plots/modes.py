@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from cablestudy.scene.words import counted
 from cablestudy.study.plots.deflection import between_nodes
 from cablestudy.study.plots.form import Form
 from cablestudy.study.plots.style import (
@@ -42,13 +43,11 @@ def mode_shapes(case, modes, share=None):
     """
     count = min(len(modes), PANELS)
     if not count:
-        figure = Figure(figsize=(WIDTH, 1.2), layout="constrained")
-        figure.suptitle("There is no mode to show")
-        return figure
+        return no_mode()
     form = Form(case)
     peak = _peak(form)
     drawn = _lines(form, modes, count, peak)
-    columns = 1 if count == 1 else 2 if count < 5 else 3
+    columns = columns_of(count)
     width, ratio = WIDTH / columns, LAYOUT[columns]
     reached = [drawn] if share is None else [_at(drawn, 1.0), _at(drawn, -1.0)]
     x, y = (np.concatenate([line for all_ in reached for lines in all_ for line in lines[axis::2]]) for axis in (0, 1))
@@ -66,13 +65,29 @@ def mode_shapes(case, modes, share=None):
         axes.set_title(title, loc="left", pad=13, **bold(title))
         kind = f"{modes.kind[k]}, {modes.symmetry[k]}"
         axes.annotate(kind, (0, 1), (0, 3), "axes fraction", "offset points", fontsize=7.5, color=GREY, va="bottom")
-    which = f"First {count} of {len(modes)} modes" if count < len(modes) else f"{count} mode{'s' if count > 1 else ''}"
     scaled = f"scaled to a peak of {quantity_text(peak, 'm')}"
-    heading(figure, f"{which}, {scaled}, on the static form (grey); {window.note}")
+    heading(figure, f"{how_many(count, len(modes))}, {scaled}, on the static form (grey); {window.note}")
     figure.supxlabel("distance along the chord [m]", fontsize=9)
     upwards = ", or ".join(word for kind, word in WORDS.items() if kind in modes.kind[:count]) + " [m]"
     figure.supylabel(wrapped(upwards, figure.get_figheight() - 1.0, 9), fontsize=9)
     return figure
+
+
+def no_mode():
+    """Figure that says that there is no mode."""
+    figure = Figure(figsize=(WIDTH, 1.2), layout="constrained")
+    figure.suptitle("There is no mode to show")
+    return figure
+
+
+def columns_of(count):
+    """How many of so many panels stand side by side."""
+    return 1 if count == 1 else 2 if count < 5 else 3
+
+
+def how_many(count, listed):
+    """Words on how many modes are drawn, of those that are asked for."""
+    return f"First {count} of {listed} modes" if count < listed else counted(count, "mode")
 
 
 def _lines(form, modes, count, peak):

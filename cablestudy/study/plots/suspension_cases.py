@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from cablestudy.study.plots.cases import GROUND
-from cablestudy.study.plots.style import DASHES, GREY, SERIES, WIDTH, Window, heading, legend_below, styled
+from cablestudy.study.plots.cases import finish_side, looks_of
+from cablestudy.study.plots.style import GREY, WIDTH, Window, heading, legend_below, styled
 from cablestudy.study.plots.suspension import draw_links, drawing_of, from_above, from_front, from_side
 from cablestudy.study.plots.words import quantity_text, shortened
 
@@ -39,16 +39,11 @@ def suspension_case_views(cases):
     heights = [0.7 + window.ratio * (WIDTH - 0.8) for window in windows]
     figure = Figure(figsize=(WIDTH, sum(heights) + 0.8), layout="constrained")
     grid = figure.subplots(len(shown), 1, height_ratios=heights, squeeze=False)[:, 0]
-    looks = {name: (DASHES[k % len(DASHES)], SERIES[k % len(SERIES)]) for k, name in enumerate(drawings)}
+    looks = looks_of(drawings)
     for axes, (title, view, labels, _), window, level in zip(grid, shown, windows, grounds, strict=True):
         for name, drawing in drawings.items():
             _draw(axes, drawing, view, *looks[name], _label(name, cases[name]))
-        if level is not None:
-            axes.plot(*level, color=GROUND, lw=1.5, label="ground")
-            axes.fill_between(*level, window.y[0], color=GROUND, alpha=0.15, lw=0)
-        window.apply(axes)
-        axes.set(xlabel=labels[0], ylabel=labels[1])
-        axes.set_title(f"{title}, {window.note}", loc="left", color=GREY)
+        finish_side(axes, level, window, title, labels)
     entries = {label: artist for axes in grid for artist, label in zip(*axes.get_legend_handles_labels(), strict=True)}
     legend_below(figure, [(artist, label) for label, artist in entries.items()])
     heading(figure, f"Load cases: {max(len(drawing.cables) for drawing in drawings.values())} cables")

@@ -8,13 +8,14 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
+from cablestudy.scene.determinacy import ROTATIONS
 from cablestudy.study.plots.deflection import between_nodes
+from cablestudy.study.plots.modes import PANELS, columns_of, how_many, no_mode
 from cablestudy.study.plots.style import BLUE, GREEN, GREY, RED, WIDTH, bold, heading, nice, styled
 from cablestudy.study.plots.suspension import draw_arms, drawing_of, scale_bar
 from cablestudy.study.plots.words import quantity_text, shortened
 from cablestudy.system.suspension import GROUND
 
-PANELS = 48  # modes in one picture, at most
 COLOURS = {"bodies": RED, "points": GREEN, "cables": BLUE}
 STILL = "#b4b4b4"
 PEAK = 0.08  # largest displacement drawn over the size of the suspension
@@ -100,7 +101,7 @@ def displaced(case, modes, drawing, number):
     if what[0] in suspension.body_names or what[0] == "points":
         kind = "bodies" if what[0] in drawing.bodies else "points"
     turns = np.linalg.norm(motion[:count, 3:], axis=-1)
-    body = what[0] if kind == "bodies" and what[-1] in ("roll", "pitch", "yaw") else None
+    body = what[0] if kind == "bodies" and what[-1] in ROTATIONS else None
     points = equilibrium.position[count:], motion[count:, :3]
     return Displaced(cables, bodies, points, float(turns.max(initial=0.0)), kind, body)
 
@@ -126,46 +127,45 @@ def suspension_modes(case, modes, listed=None, share=None):
     listed = len(modes) if listed is None else listed
     count = min(listed, PANELS)
     if not count:
-        figure = Figure(figsize=(WIDTH, 1.2), layout="constrained")
-        figure.suptitle("There is no mode to show")
-        return figure
+        return no_mode()
     drawing = drawing_of(case)
-    size, view = drawing.size, drawing.perspective
-    peak = nice(PEAK * size)
+    view, peak = drawing.perspective, nice(PEAK * drawing.size)
     shown = [displaced(case, modes, drawing, k) for k in range(count)]
-    flat = [view(drawing.places), *(_outline(view, one, one.factor(peak)) for one in shown)]
+    flat = [_outline(view, one, one.factor(peak)) for one in shown]
     if share is not None:
         flat += [_outline(view, one, -one.factor(peak)) for one in shown]
-    flat = np.concatenate(flat)
-    low, high = flat.min(axis=0), flat.max(axis=0)
-    enlarged = [one.body and np.ptp(drawing.bodies[one.body], axis=0).max() < SMALL * size for one in shown]
-    across, up = high - low
-    side = ENLARGED * max(across, up / TALL)
-    below = side * (1 + NAME / ENLARGED) if any(enlarged) else 0.0  # room for enlarged bodies, and for the scale
-    low[1] -= max(below, 0.16 * max(up, 0.3 * across))
-    middle, half = (low + high) / 2, 0.53 * (high - low)
-    half = np.maximum(half, [half[1] / TALL, 0.4 * half[0]])
-    columns = 1 if count == 1 else 2 if count < 5 else 3
+    small = [one.body and np.ptp(drawing.bodies[one.body], axis=0).max() < SMALL * drawing.size for one in shown]
+    (middle, half), side = _limits(np.concatenate([view(drawing.places), *flat]), any(small))
+    columns = columns_of(count)
     tall, rows = half[1] / half[0], -(-count // columns)
-    width = WIDTH if columns == 1 else WIDTH / columns
+    width = WIDTH / columns
     figure = Figure(figsize=(columns * width, rows * (width * tall + 0.35) + 0.4), layout="constrained")
     figure.get_layout_engine().set(w_pad=0.1)
-    for k, axes in enumerate(figure.subplots(rows, columns, squeeze=False).ravel()):
+    grid = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes in grid:
         axes.set_axis_off()
-        if k >= count:
-            continue
-        one = shown[k]
+    for k, (axes, one, enlarged) in enumerate(zip(grid, shown, small, strict=False)):
         axes.set(xlim=middle[0] + half[0] * np.array([-1, 1]), ylim=middle[1] + half[1] * np.array([-1, 1]))
         axes.set_aspect("equal", adjustable="box")
         factor, reached = one.factor(peak), 1.0 if share is None else share
         _draw(axes, drawing, view, one, reached * factor)
         _name(axes, modes, k, one, factor)
-        scale_bar(axes, size)
-        if enlarged[k]:
+        scale_bar(axes, drawing.size)
+        if enlarged:
             _enlarge(axes, view, one, factor, side, reached)
-    which = f"First {count} of {listed} modes" if count < listed else f"{count} mode{'s' if count > 1 else ''}"
-    heading(figure, f"{which} beside the static form (grey), displacements enlarged")
+    heading(figure, f"{how_many(count, listed)} beside the static form (grey), displacements enlarged")
     return figure
+
+
+def _limits(flat, enlarged):
+    """Middle and half the size of a panel of places on the paper, shape (n, 2), and the side of an `enlarged` body."""
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    across, up = high - low
+    side = ENLARGED * max(across, up / TALL)
+    below = side * (1 + NAME / ENLARGED) if enlarged else 0.0  # room for enlarged bodies, and for the scale
+    low[1] -= max(below, 0.16 * max(up, 0.3 * across))
+    middle, half = (low + high) / 2, 0.53 * (high - low)
+    return (middle, np.maximum(half, [half[1] / TALL, 0.4 * half[0]])), side
 
 
 def _outline(view, one, factor):

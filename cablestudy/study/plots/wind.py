@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.plots.style import BLUE, BOX, GREEN, GREY, LIGHT, ORANGE, RED, WIDTH, heading, plain, styled
 from cablestudy.study.plots.words import quantity_text, shortened
+from cablestudy.study.suspension.wind_columns import PLACES, TURNS
 from cablestudy.wind.spectrum import admittance, speed_spectrum
 
 TURN = 2 * np.pi
@@ -16,7 +17,6 @@ RANGE, POINTS = (1e-3, 1e2), 1200  # frequencies of a picture [Hz], and how many
 NARROW = 0.3  # damping ratio below which a pole gets frequencies of its own
 BESIDE = np.sinh(np.linspace(-3.6, 3.6, 57))  # their distances from it, in half-widths
 DECADES = 10  # of the largest spectrum that are shown
-PLACES, TURNS = ("x", "y", "z"), ("rx", "ry", "rz")
 PAIRS = ((0, 1), (0, 2), (1, 2))
 COLOURS, WIDTHS = (BLUE, GREEN, ORANGE), (1.8, 1.2, 0.7)
 MM = 1e3

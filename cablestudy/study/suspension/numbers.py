@@ -1,7 +1,5 @@
 """Scenes of suspensions -> the numeric description that the solvers take, with an axis of cases."""
 
-import math
-
 import numpy as np
 
 from cablestudy.scene.determinacy import found_rotations
@@ -132,19 +130,17 @@ def each_with(compute, scenes):
     return found
 
 
-def numbers_of(scenes, count=None):
+def numbers_of(scenes):
     """The numeric description of one or more scenes.
 
     Parameters
     ----------
     scenes : sequence of SuspensionScene
         Of equal topology; n of them.
-    count : int or None
-        n, where a single scene holds arrays of shape (n,) in place of the numbers that vary, as in `CaseTable`.
 
     Returns
     -------
-    Suspension
+    SuspendedSystem
         With one axis of cases, shape (n,).
 
     Raises
@@ -157,16 +153,11 @@ def numbers_of(scenes, count=None):
         raise ValueError("the scenes differ in their names, connections, free motions, or in what their cables state")
     of_cables = each_with(_cable_numbers, scenes)
     listed = [_numbers(scene) | numbers for scene, numbers in zip(scenes, of_cables, strict=True)]
-    n, b, c = count or len(scenes), len(topology["body_names"]), len(topology["cable_names"])
+    n, b, c = len(scenes), len(topology["body_names"]), len(topology["cable_names"])
     links = len(topology["link_names"])
 
     def array(name, *shape):
-        if count is None:
-            return np.array([numbers[name] for numbers in listed], dtype=float).reshape(n, *shape)
-        found = np.empty((n, math.prod(shape)))
-        for place, number in enumerate(_flat(listed[0][name])):
-            found[:, place] = number
-        return found.reshape(n, *shape)
+        return np.array([numbers[name] for numbers in listed], dtype=float).reshape(n, *shape)
 
     density = array("force_density", c)
     return SuspendedSystem(
@@ -254,12 +245,3 @@ def _cable_numbers(scene):
         "force_density": [cable.force_density for cable in cables],
         **{name: [getattr(link, name.removeprefix("link_")) for link in links] for name in OF_LINKS},
     }
-
-
-def _flat(numbers):
-    """Yield the numbers, or arrays, in nested lists and tuples."""
-    if isinstance(numbers, (list, tuple)):
-        for inside in numbers:
-            yield from _flat(inside)
-    else:
-        yield numbers

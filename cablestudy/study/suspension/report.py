@@ -10,7 +10,7 @@ from cablestudy.study.columns import ROUNDING, find, relative
 from cablestudy.study.notes import of_comparison
 from cablestudy.study.report import STATE, modes_as_rows, shapes_table
 from cablestudy.study.suspension.columns import body_columns, cable_columns, has_key, link_columns, point_columns
-from cablestudy.study.suspension.lost_cables import slack_cables
+from cablestudy.study.suspension.notes import slack_cables
 from cablestudy.study.suspension.numbers import numbers_of
 from cablestudy.study.suspension.rows import value
 from cablestudy.study.table import Field, Table
@@ -116,21 +116,19 @@ def listed(case, names, columns_of, kinds=(), failures=None):
     fields = {kind.header[1:]: _field(kind, "") for kind in kinds}
     rows, errors = [], []
     for name in names:
-        cells, stated = {"name": name}, {}
-        for column in columns_of(name):
-            field = _field(column, name)
-            fields.setdefault(field.name, field)
-            cells[field.name], error = tried(case, column, failures)
-            if error is not None:
-                stated[field.name] = error
-        rows.append(cells)
+        columns = {_field(column, name): column for column in columns_of(name)}
+        fields |= {field.name: field for field in columns if field.name not in fields}
+        cells, stated = cells_of(case, {field.name: column for field, column in columns.items()}, failures)
+        rows.append({"name": name} | cells)
         errors.append(stated)
     used = [field for field in fields.values() if not rows or any(field.name in row for row in rows)]
     return Table((Field("name", "name", label=True), *used), rows, errors=lambda: iter(errors))
 
 
-def tried(case, column, failures=None):
-    """A number of a case and its error, see `rows.value`; None both, and why in the list of failures, if there is one.
+def cells_of(case, columns, failures=None):
+    """Numbers of a case and their errors where these are known: two dicts, by name; `columns` is name -> Column.
+
+    A number that cannot be had is None, and why in the list of failures, if there is one.
 
     Raises
     ------
@@ -138,13 +136,16 @@ def tried(case, column, failures=None):
         It cannot be had, and there is no list.
     ConvergenceError
     """
-    try:
-        return value(case, column)
-    except NoSolutionError as why:
-        if failures is None:
-            raise
-        failures.append(str(why))
-        return None, None
+    cells, errors = {}, {}
+    for name, column in columns.items():
+        try:
+            cells[name], errors[name] = value(case, column)
+        except NoSolutionError as why:
+            if failures is None:
+                raise
+            failures.append(str(why))
+            cells[name] = errors[name] = None
+    return cells, {name: error for name, error in errors.items() if error is not None}
 
 
 def _field(column, name):
@@ -157,12 +158,12 @@ def _stiffness_table(case):
     """The 6x6 stiffness of each body, one line for each force and moment."""
     suspension = case.equilibrium.suspension
     fields = [Field(axis, axis, label=axis not in AXES) for axis in ("body", "row", *AXES)]
-    rows = [
-        {"body": name, "row": axis, **dict(zip(AXES, map(float, line), strict=True))}
+    lines = [
+        (name, axis, *map(float, line))
         for name in suspension.body_names[: suspension.bodies]
         for axis, line in zip(AXES, case.body_stiffness(name), strict=True)
     ]
-    return Table(tuple(fields), rows)
+    return Table.of(fields, lines)
 
 
 def form_tables(scene):
@@ -191,13 +192,9 @@ def form_tables(scene):
     stated = np.isfinite(density)
     numbers = np.stack([density, tension[0], tension[0] / density], axis=-1)[stated].tolist()
     names = [name for name, known in zip(form.cable_names, stated, strict=True) if known]
-
-    def table(fields, lines):
-        return Table(fields, [dict(zip((field.name for field in fields), line, strict=True)) for line in lines])
-
     return {
-        "points": table(points, ([name, *place] for name, place in places)),
-        "cables": table(cables, ([name, *line] for name, line in zip(names, numbers, strict=True))),
+        "points": Table.of(points, ([name, *place] for name, place in places)),
+        "cables": Table.of(cables, ([name, *line] for name, line in zip(names, numbers, strict=True))),
     }
 
 
@@ -225,10 +222,9 @@ def mode_table(case, modes, chosen):
     )
     share = np.where(modes.body_share > ROUNDING, modes.body_share, 0.0)
     damping = np.where(np.abs(modes.damping_ratio) > ROUNDING, modes.damping_ratio, 0.0)
-    rows = []
-    for k in map(int, chosen):
-        numbers = k + 1, float(modes.frequency[k]), float(damping[k]), modes.moves[k], float(share[k])
-        rows.append(dict(zip((field.name for field in fields), numbers, strict=True)))
+    lines = [
+        (k + 1, float(modes.frequency[k]), float(damping[k]), modes.moves[k], float(share[k])) for k in map(int, chosen)
+    ]
 
     def errors():
         frequency, ratio = mode_errors(case, modes, int(max(chosen, default=-1)) + 1)
@@ -236,7 +232,7 @@ def mode_table(case, modes, chosen):
             stated = {"frequency_Hz": float(frequency[k]), "damping_ratio": float(ratio[k])}
             yield {name: error for name, error in stated.items() if not np.isnan(error)}
 
-    return Table(fields, rows, errors=errors)
+    return Table.of(fields, lines, errors=errors)
 
 
 def cable_mode_table(case, name, found):

@@ -15,8 +15,7 @@ from cablestudy.study.status import FALLEN, MODAL, OVER_STRENGTH, SLACK, status_
 from cablestudy.study.suspension.case import SuspensionCase, cases_of, prepare
 from cablestudy.study.suspension.columns import WHOLE
 from cablestudy.study.suspension.group import TOGETHER
-from cablestudy.study.suspension.lost_cables import LISTED, fallen
-from cablestudy.study.suspension.notes import notes_of, strength_warning
+from cablestudy.study.suspension.notes import LISTED, fallen, notes_of, strength_warning
 from cablestudy.study.suspension.wind_columns import exceeded_limits, slackened
 
 OF_THE_WHOLE = {column.name: column for column in WHOLE}

@@ -11,6 +11,7 @@ from cablestudy.control.statespace import MODAL
 from cablestudy.control.suspension import labels
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
+from cablestudy.study.loop_in_time import unit_of
 from cablestudy.study.ssm import number_of
 from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.suspension.case import SuspensionCase
@@ -22,7 +23,6 @@ from cablestudy.system.linear import solved
 MOST = 160  # modes beyond which a response does not ask for more by itself
 AT_ONCE = 1_000_000  # entries of the matrices that are solved at once for a response
 NEEDS = {"loop": "control", "actuators": "actuators"}  # keys of the scene
-TURNS = ("roll", "pitch", "yaw")
 
 
 class CoupledChoice:
@@ -263,5 +263,5 @@ def _labels(movement, closed):
     modal = [(f"mode_{k + 1}", MODAL) for k in range(kept)] + [
         (f"residual_{k + 1}", MODAL) for k in range(every - kept)
     ]
-    measured = [(name, "rad" if name in TURNS else "m") for name in movement.measured] if closed else ()
+    measured = [(name, unit_of(name)) for name in movement.measured] if closed else ()
     return Labels(tuple(modal), inputs[:winches], inputs[winches:], outputs, tuple(measured))

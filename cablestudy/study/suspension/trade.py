@@ -7,6 +7,7 @@ import numpy as np
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.closed_form import DISCRETE
 from cablestudy.study.columns import most_modes_first
+from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import MODE, find
 from cablestudy.study.suspension.notes import strength_warning as strength_warning
@@ -17,7 +18,6 @@ from cablestudy.study.trade_models import (
     ComparedModel,
     element_models,
     power,
-    with_accuracy,
     with_elements,
 )
 from cablestudy.system.cables import UNDAMPED, Cables

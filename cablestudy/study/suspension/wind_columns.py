@@ -105,36 +105,34 @@ def turn_columns(name):
 
 def tension_columns(name):
     """The columns of a cable: list of Column."""
-    outputs = [f"{name}.{end}" for end in ENDS]
 
     def rms(case):
-        return case.in_wind.largest_rms(outputs)
+        return case.in_wind.largest_rms([f"{name}.{end}" for end in ENDS])
 
-    def least(case):
-        means = case.in_wind.mean_tensions(name)
-        parts = [
-            (mean, *case.in_wind.peak([output], 0.0, CROSSINGS)) for mean, output in zip(means, outputs, strict=True)
-        ]
-        mean, drop, error = min(parts, key=lambda part: part[0] - part[1])
-        value = mean - drop
-        return value, error * drop / abs(value) if value else error
-
-    def largest(case):
-        means = case.in_wind.mean_tensions(name)
-        parts = [
-            (mean, *case.in_wind.peak([output], 0.0, CROSSINGS)) for mean, output in zip(means, outputs, strict=True)
-        ]
-        mean, rise, error = max(parts, key=lambda part: part[0] + part[1])
-        whole = mean + rise
-        return whole / case.scene.cables[name].section_breaking_force, error * rise / whole if whole else error
+    def utilisation(case):
+        tension, error = tension_at_peak(case, name, 1)
+        return tension / case.scene.cables[name].section_breaking_force, error
 
     return [
         Column(f"{name}.rms_tension", "N", "RMS tension, the larger one of both ends", "wind", rms, "wind"),
         Column(f"{name}.least_tension", "N", "mean less peak factor times RMS, the smaller one of both ends; below "
-               "zero it goes slack", "wind", least, "wind"),
+               "zero it goes slack", "wind", lambda case: tension_at_peak(case, name, -1), "wind"),
         Column(f"{name}.peak_utilisation", "", "mean and peak factor times RMS of the tension, the larger one of both "
-               "ends, over breaking force", "wind", largest, f"wind, cables.{name}.section_breaking_force"),
+               "ends, over breaking force", "wind", utilisation, f"wind, cables.{name}.section_breaking_force"),
     ]  # fmt: skip
+
+
+def tension_at_peak(case, name, sign):
+    """Mean tension of a cable and peak factor times RMS, or less that with a `sign` of -1, and its relative error.
+
+    That of the end where it is largest, or least. [N]
+    """
+    parts = []
+    for mean, end in zip(case.in_wind.mean_tensions(name), ENDS, strict=True):
+        change, error = case.in_wind.peak([f"{name}.{end}"], 0.0, CROSSINGS)
+        value = mean + sign * change
+        parts.append((value, error * change / abs(value) if value else error))
+    return max(parts, key=lambda part: sign * part[0])
 
 
 def midspan_column(name):
@@ -152,7 +150,7 @@ def slackened(case):
     if case.scene.wind is None:
         return []
     try:
-        return [name for name in case.scene.cables if tension_columns(name)[1].compute(case)[0] < 0]
+        return [name for name in case.scene.cables if tension_at_peak(case, name, -1)[0] < 0]
     except CablestudyError:  # the columns of the wind say why
         return []
 

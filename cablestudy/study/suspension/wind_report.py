@@ -13,7 +13,7 @@ from cablestudy.study.notes import beyond_linear, larger_by_loop
 from cablestudy.study.status import SLACK
 from cablestudy.study.suspension.columns import cable_columns, has_key, linear_ranges
 from cablestudy.study.suspension.notes import LISTED
-from cablestudy.study.suspension.report import chosen_tables, listed, tried
+from cablestudy.study.suspension.report import cells_of, chosen_tables, listed
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
     WINCHES,
@@ -132,11 +132,8 @@ def loop_table(case, failures, more=()):
         Why cells are empty: it is filled.
     more : sequence of Column
     """
-    cells, errors, columns = {}, {}, (*LOOP, *more)
-    for column in columns:
-        cells[column.header], error = tried(case, column, failures)
-        if error is not None:
-            errors[column.header] = error
+    columns = (*LOOP, *more)
+    cells, errors = cells_of(case, {column.header: column for column in columns}, failures)
     return Table(tuple(column.field for column in columns), [cells], single=True, errors=lambda: iter([errors]))
 
 
@@ -144,20 +141,18 @@ def coordinate_table(case, _):
     """Each measured coordinate: its notch, and by how much its gain alone may grow, which an unstable loop lacks."""
     movement = case.in_wind.controlled
     limits = movement.single_limits if movement.loop.gain and movement.stable else {}
-    rows = []
+    lines = []
     for name, notch in zip(movement.measured, movement.notches, strict=True):
         limit = limits.get(name, np.inf)
-        rows.append({
-            "coordinate": f"{movement.body_name}.{name}",
-            "notch_frequency_Hz": notch and float(notch.omega / (2 * np.pi)),
-            "gain_margin_dB": float(20 * np.log10(limit)) if 0 < limit < np.inf else None,
-        })  # fmt: skip
+        frequency = notch and float(notch.omega / (2 * np.pi))
+        margin = float(20 * np.log10(limit)) if 0 < limit < np.inf else None
+        lines.append((f"{movement.body_name}.{name}", frequency, margin))
     fields = (
         Field("coordinate", "coordinate", label=True),
         Field("notch_frequency_Hz", "notch frequency", "Hz"),
         Field("gain_margin_dB", "gain margin of this one alone", "dB"),
     )
-    return Table(fields, rows)
+    return Table.of(fields, lines)
 
 
 TABLES = {  # name -> the key of the scene that it needs, and what makes it of a case

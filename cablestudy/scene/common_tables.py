@@ -1,0 +1,84 @@
+"""Tables that scenes of one cable and suspensions have alike: how finely cables are computed, the ground, imaging."""
+
+from itertools import pairwise
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field, TypeAdapter, model_validator
+
+from cablestudy.scene.cable_table import Coordinate
+from cablestudy.scene.fields import LEAST, Count, Either, KeyTable, Name, Quantity
+
+DEFAULT_ACCURACY = 1e-4
+MAX_ELEMENTS = 1_000_000
+MAX_ORDER = 64
+
+Exposure = Annotated[float, Quantity("s", 1e-12, 1e12)]
+_level = Quantity("m", -1e9, 1e9)
+_profile = TypeAdapter(
+    Annotated[tuple[tuple[Coordinate, Coordinate], ...], Field(min_length=2, max_length=10_000)]
+).validate_python
+Ground = Annotated[
+    float | tuple,
+    Either(
+        (((int, float, str), _level.read), ((list, tuple), _profile)),
+        "a level, or a list of [x, z]",
+        (
+            *_level.schema()["anyOf"],
+            {"type": "array", "minItems": 2, "items": {"type": "array", "minItems": 2, "maxItems": 2}},
+        ),
+    ),
+]
+
+
+class ModelTable(KeyTable):
+    """How finely the cable is computed: to an accuracy (`elements` is None), or with exactly these elements."""
+
+    table: ClassVar[str] = "model"
+    optional_groups: ClassVar[bool] = True
+
+    accuracy: Annotated[float, Quantity("", 1e-20, 0.1)] | None = Field(
+        None, description="Largest relative error: the cheapest model below it is used (default 1e-4)"
+    )
+    elements: Annotated[int, Count(1, MAX_ELEMENTS)] | None = Field(
+        None, description="Exactly so many elements, without error control (instead of accuracy)"
+    )
+    order: Annotated[int, Count(1, MAX_ORDER)] = Field(1, description="Polynomial order of each element")
+    mass: Literal["lumped", "consistent", "blended"] = Field("lumped", description="Mass of an element")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _default(cls, data):
+        return {"accuracy": DEFAULT_ACCURACY} if data == {} else data
+
+    def relations(self):
+        """Blended mass is defined for bars."""
+        message = f"blended needs order 1, and the order is {self.order} (use lumped or consistent)"
+        yield [(("mass",), self.mass != "blended" or self.order == 1, lambda: message)]
+
+
+def ground_relations(ground):
+    """The relations that the x of the points of a `Ground` ascend; a list as of `Table.relations`."""
+    if not isinstance(ground, tuple):
+        return []
+    rising = all(one[0] < other[0] for one, other in pairwise(ground))
+    return [(("ground",), rising, lambda: "the x of its points must ascend")]
+
+
+class Correction(KeyTable):
+    """The tip/tilt/piston mirror that follows the motion."""
+
+    bandwidth: Annotated[float, Quantity("Hz", 1e-9, 1e9)] = Field(description="Bandwidth of the correction")
+    delay: Annotated[float, Quantity("s", 0, 1e6, LEAST)] = Field(
+        0.0, description="Time between measurement and correction"
+    )
+
+    def relations(self):
+        """The mirror's loop, an integrator with a delay, is stable."""
+        highest = "an unstable mirror: with this delay it must be below 1/(4 delay) = {:.4g} Hz"
+        yield [(("bandwidth",), 4 * self.bandwidth * self.delay < 1, lambda: highest.format(0.25 / self.delay))]
+
+
+class MarkerCorrection(Correction):
+    """The correction of a suspension, of the motion of one marker."""
+
+    marker: Name = Field(description="Whose motion is corrected: BODY.MARKER")

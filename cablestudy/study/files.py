@@ -1,0 +1,153 @@
+"""Tables of the commands that compute nothing: validate, keys, materials."""
+
+from dataclasses import asdict, fields
+
+from pydantic import TypeAdapter, ValidationError
+
+from cablestudy.errors import Mistakes, SceneError
+from cablestudy.scene.document import apply_sets, read_file, resolve_base
+from cablestudy.scene.fields import suggestion, tables_of
+from cablestudy.scene.keys import ANY, Key, keys_of
+from cablestudy.scene.likely_mistakes import likely_mistakes
+from cablestudy.scene.materials import Material, Materials, materials
+from cablestudy.scene.mistakes import findings, located
+from cablestudy.scene.sampling import FEWEST
+from cablestudy.scene.scene import is_study, read_scene
+from cablestudy.scene.study import study_of
+from cablestudy.scene.words import counted
+from cablestudy.study.limits import limits_of
+from cablestudy.study.prepare import prepare
+from cablestudy.study.table import Field, Table
+
+# Of a file with one of these keys the materials are those that it names, of any other file its contents.
+OF_SCENE = ("base", "cable", "cables", "materials")
+FIELDS = (
+    Field("material", "material"),
+    Field("elastic_modulus_GPa", "elastic modulus", "GPa"),
+    Field("density_kg_per_m3", "density", "kg/m^3"),
+    Field("strength_MPa", "strength", "MPa"),
+    Field("fill_factor", "fill factor"),
+    Field("expansion_per_K", "expansion", "1/K"),
+    Field("diameter_mm", "diameter", "mm"),
+    Field("source", "source"),
+)
+
+
+def validate_table(files, sets=()):
+    """Read and check files, with `--set` options.
+
+    Returns
+    -------
+    table : Table
+        File, kind, number of cases (of a scene its load cases, or 1), status.
+    mistakes : list of Mistake
+    notes : list of str
+        Warnings about files without a mistake.
+    """
+    rows, mistakes, notes = [], [], []
+    for file in files:
+        try:
+            kind, cases, known = _validate(file, sets)
+            notes += known
+            rows.append({"file": file, "kind": kind, "cases": cases, "status": "ok"})
+        except SceneError as error:
+            mistakes += error.mistakes
+            rows.append({"file": file, "status": counted(len(error.mistakes), "mistake")})
+    return Table(tuple(Field(name, name) for name in ("file", "kind", "cases", "status")), rows), mistakes, notes
+
+
+def _validate(file, sets):
+    document = read_file(file)
+    if is_study(document):
+        study = study_of(document, sets)
+        prepare(study)
+        notes, sample = [], study.sample
+        if sample and sample.method == "saltelli" and sample.count < FEWEST:
+            few = f"sample: {sample.count} points; --sensitivity needs at least {FEWEST}"
+            notes = [f"{study.where(('sample', 'count'))}: {few}"]
+        return "study", study.count, [*study.likely_mistakes(), *study.notes, *notes]
+    document = apply_sets(resolve_base(document), sets)
+    scene = read_scene(document)
+    limits_of(scene, document)
+    return "scene", len(scene.cases) or 1, likely_mistakes(document)
+
+
+def key_table(kind, beginning=""):
+    """Table of the keys of a file.
+
+    Parameters
+    ----------
+    kind : {"scene", "suspension", "study"}
+    beginning : str
+        Only the key of this name and those below it.
+
+    Raises
+    ------
+    SceneError
+        No key begins so.
+    """
+    known = keys_of(kind)
+    found = [key for key in known if not beginning or _is_below(key.key, beginning)]
+    if not found:
+        raise SceneError(f"{beginning}: unknown key ({suggestion(beginning, [key.key for key in known])})")
+    return Table(tuple(Field(field.name, field.name) for field in fields(Key)), [asdict(key) for key in found])
+
+
+def _is_below(key, beginning):
+    """Whether a key is the one asked for or below it; `bodies.camera.mass` is `bodies.NAME.mass`."""
+    parts, asked = key.split("."), beginning.split(".")
+    alike = all(part in (word, *ANY) for part, word in zip(parts, asked, strict=False))
+    return alike and len(asked) <= len(parts)
+
+
+def materials_table(files=()):
+    """Table of the materials of some files, then of the built-in ones that they do not replace.
+
+    Parameters
+    ----------
+    files : sequence of str
+        Files of materials, scenes or studies; `-` is standard input.
+
+    Raises
+    ------
+    SceneError
+        All that is wrong with the materials of all files.
+    """
+    found = {}
+    with Mistakes() as mistakes:
+        for file in files:
+            with mistakes.at():
+                found |= _materials_of(read_file(file))
+    found |= {name: (material, "") for name, material in materials().items() if name not in found}
+    return Table(FIELDS, [_row(name, *entry) for name, entry in found.items()])
+
+
+def _materials_of(document):
+    """Name -> (Material, where it is written) of one file."""
+    path = ()
+    if is_study(document):
+        document, path = study_of(document).document, ("materials",)
+    elif any(key in document.given for key in OF_SCENE):
+        document, path = resolve_base(document), ("materials",)
+    value = document.value.get("materials", {}) if path else document.value
+    try:
+        read = TypeAdapter(Materials).validate_python(value)
+    except ValidationError as error:
+        mistakes = findings(error, value, tables_of(Material, ("*",)))
+        raise located([((*path, *inside), message) for inside, message in mistakes], document) from None
+    return {name: (material, document.where((*path, name), of_key=True)) for name, material in read.items()}
+
+
+def _row(name, material, where):
+    """One row; the source of an entry that states none is its place in its file."""
+    modulus, strength = material.section_elastic_modulus, material.section_strength
+    return {
+        "material": name,
+        "elastic_modulus_GPa": modulus and modulus / 1e9,
+        "density_kg_per_m3": material.section_density,
+        "strength_MPa": strength and strength / 1e6,
+        "fill_factor": material.section_fill_factor,
+        "expansion_per_K": material.expansion,
+        "diameter_mm": material.diameter and material.diameter * 1e3,
+        "source": material.source or where,
+    }
