@@ -4,7 +4,7 @@ The margin of a limit is relative to its number b: (b - x)/|b| where x may be at
 least b; not negative where the limit holds. The governing limit is the one with the least margin.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.limit_table import REFERENCE, comparison
@@ -113,6 +113,15 @@ def limits_of(scene, document=None):
     if mistakes:
         raise SceneError(*(Mistake("", ".".join(path), text) for path, text in mistakes))
     return found
+
+
+def limits_by_case(scene):
+    """List of the limits of a scene in each of their load cases; raises as `limits_of`."""
+    return [
+        replace(limit, terms=tuple(term for term in limit.terms if term[0] == case))
+        for limit in limits_of(scene)
+        for case in dict.fromkeys(case for case, *_ in limit.terms)
+    ]
 
 
 def _limit(scene, name, table):

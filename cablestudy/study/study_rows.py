@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 from cablestudy.errors import SceneError
-from cablestudy.study.closed_form import CLOSED
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.limits import in_case, least_margin, limits_of, unanswered
 from cablestudy.study.scene_kind import kind_of
@@ -25,23 +24,26 @@ def evaluate(scenes, columns, estimate=False):
     return rows if len(own) == len(columns) else list(map(_with_limits, rows, checks_of(scenes)))
 
 
-def checks_of(scenes):
+def checks_of(scenes, limits_of=limits_of):
     """The limits of scenes, each in all of its load cases.
 
     Parameters
     ----------
     scenes : sequence of CableScene or SuspensionScene
+    limits_of : callable
+        Scene -> list of its `SceneLimit`; by default all of them.
 
     Returns
     -------
     list
         Of each scene: list of `limits.Check`, or the SceneError of one that cannot have its limits.
     """
-    limits, groups, rows = [_limits_or_error(scene) for scene in scenes], {}, [{} for _ in scenes]
+    limits, groups, rows = [_known_or_error(limits_of, scene) for scene in scenes], {}, [{} for _ in scenes]
     for place, known in enumerate(limits):
         terms = [] if isinstance(known, SceneError) else [term for limit in known for term in limit.terms]
-        # closed forms cost next to nothing: in all load cases alike, so that these are solved together
-        everywhere = {c.header: c for _, _, c in terms if c.needs in CLOSED and "load_case" not in c.key}
+        # what costs next to nothing: in all load cases alike, so that these are solved together
+        cheap = kind_of(scenes[place]).is_cheap
+        everywhere = {c.header: c for _, _, c in terms if cheap(c) and "load_case" not in c.key}
         columns = {}  # of each load case
         for case, _, column in terms:
             columns.setdefault(case, dict(everywhere))[column.header] = column
@@ -57,7 +59,7 @@ def checks_of(scenes):
     ]
 
 
-def _limits_or_error(scene):
+def _known_or_error(limits_of, scene):
     try:
         return limits_of(scene)
     except SceneError as error:

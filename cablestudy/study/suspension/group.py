@@ -21,8 +21,9 @@ from cablestudy.study.suspension.load_cases import (
     too_long,
 )
 from cablestudy.study.suspension.numbers import CableValues, distribution_of, loads_of, numbers_of
-from cablestudy.system import lengths, statics
+from cablestudy.system import lengths
 from cablestudy.system.coupled_modes import coupled_modes_of_cases
+from cablestudy.system.equilibria import pose
 from cablestudy.system.failure import explain
 from cablestudy.system.force_density import find_form
 from cablestudy.system.rigid import to_angles
@@ -168,7 +169,7 @@ class Group:
         if self._scenes[0].solve_for == "lengths":
             found, self.problems = lengths.solve(numbers, **distribution_of(self._scenes))
             return found
-        return statics.pose(_formed(numbers))
+        return pose(_formed(numbers))
 
     @property
     def _of_case(self):
