@@ -257,3 +257,32 @@ def test_the_command_draws_all_load_cases(tmp_path):
     done = run("static", path, "--case", "all", "--table", "points", "--plot", picture)
     assert done.lines == [f"written: {picture}"]
     assert "vertical scale enlarged" in picture.read_text(encoding="utf-8")
+
+
+def dashed(axes):
+    """Curves of the dashed lines of a view."""
+    return [curve for one in axes.collections if one.get_linestyle()[0][1] for curve in one.get_segments()]
+
+
+def test_a_lost_cable_is_drawn_pale_and_dashed_where_it_would_be(tmp_path):
+    """Its curve runs between the ends that it has with all cables."""
+    text = f"base: {CONFIGS / 'suspensions' / 'mast-levels.yaml'}\ncases: {{broken: {{lost: [north-high]}}}}\n"
+    case, everyday = case_of(tmp_path, text, "case=broken"), case_of(tmp_path, text)
+    ends = everyday.equilibrium.ends[everyday.equilibrium.suspension.cable_names.index("north-high")]
+    figure = whole(plots.suspension_views(case))
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["lost"]
+    for axes, (x, y) in zip(figure.axes[1:4], ((0, 1), (0, 2), (1, 2)), strict=True):
+        (curve,) = dashed(axes)
+        assert curve[[0, -1]] == pytest.approx(ends[:, [x, y]], abs=1e-9)
+    assert not whole(plots.suspension_views(everyday)).legends
+
+
+def test_load_cases_name_what_they_lose(tmp_path):
+    text = SECTION.replace("hot: {temperature: 70 degC}", "broken: {lost: [s2, i2]}")
+    cases = cases_of(tmp_path, text, "everyday", "broken")
+    (axes,) = whole(figure := plots.suspension_case_views(cases)).axes
+    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert words[2:] == ["lost in broken", "ground"]
+    lost = next(one for one in axes.collections if one.get_label() == "lost in broken").get_segments()
+    at = cases["everyday"].equilibrium.ends[:, :, [0, 2]]  # s2 and i2, at the temperature of the reference state
+    assert np.array([curve[[0, -1]] for curve in lost]) == pytest.approx(at[[1, 4]], rel=1e-3)

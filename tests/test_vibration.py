@@ -66,6 +66,23 @@ def test_the_catenary_constant_is_the_horizontal_tension_over_the_weight():
     assert "weight per length" not in run("modes", LINE, "-n", 1, "--explain", "--case", "ice").err
 
 
+@pytest.mark.parametrize(
+    ("material", "published", "unknown"),
+    [("aac-dahlia", True, False), ("acsr-6/1", True, False), ("guy-strand", False, True), ("steel", False, True),
+     ("own", True, True)],
+)  # fmt: skip
+def test_safe_values_are_those_of_aluminium_alone(material, published, unknown):
+    """Of a material of the scene nothing is known but its numbers."""
+    own = "materials={own: {elastic_modulus: 70 GPa, density: 2700 kg/m^3, expansion: 2e-5}}"
+    sets = ["cable.diameter=16 mm", f"cable.material={material}", "cable.preload=9 kN", "cases=null"]
+    sets += [own] if material == "own" else []
+    told = run("modes", GUY, "-n", 1, "--explain", *(word for one in sets for word in ("--set", one))).err
+    (line,) = [line for line in told.splitlines() if "weight per length" in line]
+    assert ("1000 m (" in line) == published
+    assert ("no published" in line) == unknown
+    assert material == "own" or not unknown or f"for {material} no" in line
+
+
 def test_without_gravity_there_is_no_catenary_constant():
     assert "catenary_constant_m" not in table_of("static", CARLINA, "--set", "gravity=0")[0]
     done = run("find", CARLINA, "catenary_constant = 100 m", "--by", "cable.diameter", "--set", "gravity=0", code=2)

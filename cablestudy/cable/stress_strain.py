@@ -119,7 +119,7 @@ class Condition:
         return tuple(part[..., 0] + part[..., 1] for part in self.parts(strain))
 
     def beyond(self, strain):
-        """Whether each part is stretched beyond what its curve is measured to, shape (..., 2)."""
+        """True of each part that is stretched beyond what its curve is measured to, shape (..., 2)."""
         return (self._own(strain) > self._curve[1]) & (self.parts(strain)[0] > 0)
 
     def elastic(self, strain):

@@ -1,6 +1,7 @@
 """The value of a key for which a column takes a value: `cablestudy find`, and `find:` in a study."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -16,12 +17,12 @@ from cablestudy.study.all_columns import find, key_column, why_not
 from cablestudy.study.closed_form import CLOSED
 from cablestudy.study.columns import STATUS
 from cablestudy.study.goal import goal_of_study
-from cablestudy.study.limits import limits_of
+from cablestudy.study.limits import limits_by_case, limits_of, unanswered
 from cablestudy.study.roots import Effort, places_between, ranges_about, zeros
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.scene_values import CaseTable, tables_of
 from cablestudy.study.status import has_answer
-from cablestudy.study.study_rows import evaluate, evaluate_tables
+from cablestudy.study.study_rows import checks_of, evaluate, evaluate_tables
 from cablestudy.study.table import Field, Table
 
 # columns that are shown beside what was found, where the scene has them: of one cable, of a suspension
@@ -135,13 +136,38 @@ def search(goal, document, enclose=False):
         ranges = [[places_between(goal.quantity.low, goal.quantity.high, 2 * effort.points)]]
     else:
         ranges = ranges_about(start, goal.quantity.low, goal.quantity.high, effort.points, effort.reach)
-    found = zeros(distance, ranges, effort, enclose)
+    cheaper = partial(_governing, goal, document) if goal.column.name == "limit_margin" and not goal.value else None
+    found = zeros(distance, ranges, effort, enclose, cheaper)
     notes = [] if goal.between else [
         f"searched: {goal.key.name} from {goal.of_key(found.low, found.high)}; {goal.elsewhere}"
     ]  # fmt: skip
     ends = f"at an end of the values of {goal.column.name}"
     notes += [f"not searched: {goal.key.name} from {goal.of_key(*gap)}, {ends}" for gap in found.gaps]
     return found, statuses, notes
+
+
+def _governing(goal, document, low, high):
+    """Least margin of those limits, each in one load case, that do not hold at both of two values of the key.
+
+    Returns
+    -------
+    callable
+        Value of the key -> margin, not a number where some have no value.
+    """
+    ends = zip(*checks_of(scenes_at(goal, document, [low, high]), limits_by_case), strict=True)
+    chosen = {number for number, checks in enumerate(ends) if any((check.margin or 0.0) <= 0 for check in checks)}
+
+    def some(scene):
+        return [limit for number, limit in enumerate(limits_by_case(scene)) if number in chosen]
+
+    def margin(value):
+        try:
+            (checks,) = checks_of(scenes_at(goal, document, [value]), some)
+        except SceneError:
+            return np.nan
+        return np.nan if isinstance(checks, SceneError) or unanswered(checks) else min(c.margin for c in checks)
+
+    return margin
 
 
 def scenes_at(goal, document, values):

@@ -4,12 +4,11 @@ The margin of a limit is relative to its number b: (b - x)/|b| where x may be at
 least b; not negative where the limit holds. The governing limit is the one with the least margin.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cablestudy.errors import Mistakes
 from cablestudy.scene.limit_table import REFERENCE, comparison
 from cablestudy.study.all_columns import find, why_not
-from cablestudy.study.closed_form import CLOSED
 from cablestudy.study.goal import number_in_unit
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.status import FALLEN
@@ -110,6 +109,15 @@ def limits_of(scene, document=None):
     return found
 
 
+def limits_by_case(scene):
+    """List of the limits of a scene in each of their load cases; raises as `limits_of`."""
+    return [
+        replace(limit, terms=tuple(term for term in limit.terms if term[0] == case))
+        for limit in limits_of(scene)
+        for case in dict.fromkeys(case for case, *_ in limit.terms)
+    ]
+
+
 def _limit(scene, name, table):
     """The `SceneLimit` of a table; ValueError says what is wrong."""
     asked = comparison(table.that)
@@ -141,13 +149,13 @@ def in_case(scene, case):
 # ------------------------------------------------------------------------------------------------------- the answers
 
 
-def columns_by_case(limits):
+def columns_by_case(limits, is_cheap):
     """Load case -> header -> `Column`, of all that some `SceneLimit` compare: dict of dict.
 
-    Closed forms cost next to nothing: they are in all load cases alike, so that these are solved together.
+    Columns that cost next to nothing (`is_cheap`) are in all load cases alike, so that these are solved together.
     """
     terms, columns = [term for limit in limits for term in limit.terms], {}
-    everywhere = {c.header: c for _, _, c in terms if c.needs in CLOSED and "load_case" not in c.key}
+    everywhere = {c.header: c for _, _, c in terms if is_cheap(c) and "load_case" not in c.key}
     for case, _, column in terms:
         columns.setdefault(case, dict(everywhere))[column.header] = column
     return columns

@@ -174,7 +174,7 @@ def places_between(low, high, points):
 # --------------------------------------------------------------------------------------------------------- the search
 
 
-def zeros(function, ranges, effort, enclose=False):
+def zeros(function, ranges, effort, enclose=False, cheaper=None):
     """Search ranges one after the other until one has a zero, and then for all zeros in it.
 
     A side of a range that has no value anywhere ends the search on that side, once there are values elsewhere. Two
@@ -190,12 +190,15 @@ def zeros(function, ranges, effort, enclose=False):
     effort : Effort
     enclose : bool
         Whether the search goes on until the function is negative, or has no value, at both ends of what was tried.
+    cheaper : callable, optional
+        Two places -> function of one place to be tried first between them: where it has a zero, and there the same
+        value, that is one.
 
     Returns
     -------
     Zeros
     """
-    scan = _Scan(function, effort)
+    scan = _Scan(function, effort, cheaper)
     ended = set()
     for sides in ranges:
         going_on = {number: places for number, places in enumerate(sides) if number not in ended}
@@ -218,8 +221,8 @@ def zeros(function, ranges, effort, enclose=False):
 class _Scan:
     """Places where the function was evaluated, and what is found between them."""
 
-    def __init__(self, function, effort):
-        self._function, self._effort = function, effort
+    def __init__(self, function, effort, cheaper):
+        self._function, self._effort, self._cheaper = function, effort, cheaper
         self.tried = {}  # place -> value, NaN where there is none; what the search looks at
         self._others = {}  # the same of places about a zero
         self.plateaus = []
@@ -355,16 +358,30 @@ class _Scan:
 
     def _brent(self, low, high):
         """Where the function changes its sign between two places of different sign."""
+        if cheaper := self._cheaper and self._cheaper(low, high):
+            try:
+                place = self._bracketed(cheaper, low, high)
+                if self.value(place) == cheaper(place):
+                    return place
+            except (_NoValueError, _JumpFoundError):
+                pass
+        try:
+            return self._bracketed(self.value, low, high)
+        except _NoValueError as none:
+            self.tried[none.args[0]] = np.nan
+            raise
+
+    def _bracketed(self, function, low, high):
+        """Where a function changes its sign between two places of different sign, by Brent's method."""
         from scipy.optimize import brentq
 
-        place_at, ends = _way(low, high), {}
+        place_at, ends, known = _way(low, high), {}, {low: self.value(low), high: self.value(high)}
 
         def value(part):
             place = place_at(part)
-            number = self.value(place)
+            number = known[place] if place in known else function(place)
             if isnan(number):
-                self.tried[place] = number
-                raise _NoValueError
+                raise _NoValueError(place)
             ends[number > 0] = place, number
             if self._effort.costly and len(ends) == 2:
                 (a, f), (b, g) = ends.values()
@@ -372,7 +389,7 @@ class _Scan:
                     raise _JumpFoundError(place)
             return number
 
-        change = self.value(high) - self.value(low)
+        change = known[high] - known[low]
         return place_at(brentq(value, 0.0, 1.0, xtol=1e-15, rtol=self._effort.rtol, maxiter=500))
 
 

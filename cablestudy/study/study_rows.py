@@ -24,19 +24,21 @@ def evaluate(scenes, columns, estimate=False):
     return rows if len(own) == len(columns) else list(map(_with_limits, rows, checks_of(scenes)))
 
 
-def checks_of(scenes):
+def checks_of(scenes, limits_of=limits_of):
     """The limits of scenes, each in all of its load cases.
 
     Parameters
     ----------
     scenes : sequence of CableScene or SuspensionScene
+    limits_of : callable
+        Scene -> list of its `SceneLimit`; by default all of them.
 
     Returns
     -------
     list
         Of each scene: list of `limits.Check`, or the SceneError of one that cannot have its limits.
     """
-    limits = [_limits_or_error(scene) for scene in scenes]
+    limits = [_known_or_error(limits_of, scene) for scene in scenes]
     rows = _rows_of_cases(scenes, [[] if isinstance(known, SceneError) else known for known in limits])
     return [
         known if isinstance(known, SceneError) else [least_margin(limit, own) for limit in known]
@@ -48,7 +50,7 @@ def _rows_of_cases(scenes, limits):
     """Rows with the columns of the limits of scenes, by load case: list of dict. Cases alike are solved together."""
     groups, rows = {}, [{} for _ in scenes]
     for place, own in enumerate(limits):
-        for case, columns in columns_by_case(own).items():
+        for case, columns in columns_by_case(own, kind_of(scenes[place]).is_cheap).items():
             groups.setdefault(tuple(columns), (columns, []))[1].append((place, case))
     for columns, members in groups.values():
         found = evaluate([in_case(scenes[place], case) for place, case in members], list(columns.values()))
@@ -57,7 +59,7 @@ def _rows_of_cases(scenes, limits):
     return rows
 
 
-def _limits_or_error(scene):
+def _known_or_error(limits_of, scene):
     try:
         return limits_of(scene)
     except SceneError as error:

@@ -18,6 +18,10 @@ SAFE = (
 )
 
 
+ALUMINIUM = ("acsr-", "aac-")  # built-in materials that these values are for, as their names begin
+OTHERS = "for another material no published value is known here"
+
+
 def with_lock_in(table, diameters):
     """A table of modes with the wind speed at which vortices have the frequency of each: f D/St, with St = 0.2.
 
@@ -97,5 +101,11 @@ def tension_notes(scene, values):
         return ()
     constants = np.ravel(find("catenary_constant").compute(values)).tolist()
     name, most = max(zip(scene.cables, constants, strict=True), key=lambda pair: pair[1])
-    whose = f" of {name}" if len(constants) > 1 else ""
-    return (f"horizontal tension over weight per length{whose}: {most:.4g} m; {SAFE}",) if most > 0 else ()
+    whose, material = f" of {name}" if len(constants) > 1 else "", scene.cables[name].material
+    if material is None or material in scene.materials:
+        safe = f"{SAFE}; {OTHERS}"
+    elif material.startswith(ALUMINIUM):
+        safe = SAFE
+    else:
+        safe = f"for {material} no published safe value is known here (those of CIGRE are for aluminium conductors)"
+    return (f"horizontal tension over weight per length{whose}: {most:.4g} m; {safe}",) if most > 0 else ()

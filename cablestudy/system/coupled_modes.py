@@ -15,6 +15,7 @@ from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, res
 from cablestudy.system.cables import HIGHEST_ORDER, MAX_MODES, UNDAMPED, Cables, Models, fixed_meshes, has_more_modes
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_solution import NOISE, CoupledModes, Trial
+from cablestudy.system.mode_pairs import BEYOND
 from cablestudy.system.superelement import grows_with_modes
 
 PER_DIGIT = 0.9  # orders of a cable's mesh for each digit of the accuracy
@@ -83,7 +84,7 @@ class Search:
                 again[place] = error.max(initial=0.0) > self.accuracy
                 if not again[place]:
                     serves = self._damped or not self._heavy[row].any()
-                    finer = partial(self._finer, row, orders[place], limits[place], highest[place], error)
+                    finer = partial(self._finer, row, orders[place], limits[place], highest[place])
                     found[row] = outcome_of(partial(finished, trial, number, error, None if serves else finer))
             more = STEP * np.ceil(np.log10(coarse) / DIGITS) * np.ceil(orders / HIGHEST_ORDER)
             finer = np.maximum(orders + more, self._orders(rows, highest))
@@ -175,15 +176,16 @@ class Search:
         for group in models.groups:
             omega = np.sort(group.ends.omega, axis=-1)
             limits[group.places] = omega[:, MAX_MODES] if omega.shape[-1] > MAX_MODES else np.inf
-        return finished(self._tried(models, limits, rows), 0, np.full(self.count, np.nan))
+        count = self.count + BEYOND
+        return finished(self._tried(models, limits, rows, count), 0, np.full(count, np.nan))
 
-    def _finer(self, row, orders, limits, highest, error):
-        """`CoupledModes` of one row, of a finer model with more modes of cables."""
-        one = np.array([row])
+    def _finer(self, row, orders, limits, highest):
+        """`CoupledModes` of one row, of a finer model with more modes of cables, some beyond those asked for."""
+        one, count = np.array([row]), self.count + BEYOND
         cables = self._cables_of(one)
         limits = np.where(limits > 0, np.maximum(WIDER * limits, DAMPED * highest), 0.0)
-        trial = self._tried(Models(cables, cables.meshes(orders + STEP)), limits, rows=one)
-        return finished(trial, 0, error)
+        trial = self._tried(Models(cables, cables.meshes(orders + STEP)), limits, one, count)
+        return finished(trial, 0, trial.error[0])
 
     @property
     def refused(self):
@@ -307,7 +309,7 @@ class Search:
         highest, limits = highest.copy(), limits.copy()
         for _ in range(TRIALS):
             some = models if len(waiting) == len(rows) else models.take(self._places(waiting))
-            trial, kept = self._tried(some, limits[waiting].ravel(), rows=rows[waiting]), limits[waiting]
+            trial, kept = self._tried(some, limits[waiting].ravel(), rows[waiting]), limits[waiting]
             few = np.isinf(trial.omega).any(axis=1) & self._heavy[rows[waiting]].any(axis=1)
             top = np.where(np.isfinite(trial.omega), trial.omega, 0.0).max(axis=1, initial=0.0)
             top = np.where(few, WIDER * highest[waiting], top)
@@ -333,10 +335,9 @@ class Search:
     def _too_accurate(self, why):
         return ConvergenceError(f"accuracy {self.accuracy:g} of the coupled modes cannot be had: {why}")
 
-    def _tried(self, models, limits, rows=None):
-        """`Trial` of some rows, or of all."""
-        layout = self.layout if rows is None else self._layout_of(rows)
-        return Trial(layout, models.coordinates(limits), self.count)
+    def _tried(self, models, limits, rows, count=None):
+        """`Trial` of some rows."""
+        return Trial(self._layout_of(rows), models.coordinates(limits), count or self.count)
 
 
 def finished(trial, row, error, finer=None):

@@ -10,6 +10,7 @@ import numpy as np
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.damping import COUPLED, damping_ratios
 from cablestudy.system.linear import ReducedSystem, compliance_shares, coupled
+from cablestudy.system.mode_pairs import pair_modes
 
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 KINDS = ("in-plane", "out-of-plane", "axial")
@@ -297,7 +298,7 @@ class CoupledModes:
     shapes : ndarray, shape (n, k)
         In the coordinates of the system, mass-normalised.
     finer : callable or None
-        Computes `damped`; None where these modes serve.
+        Computes modes of a finer model, more of them, for `damped`; None where these modes serve.
     """
 
     frequency: np.ndarray
@@ -340,12 +341,14 @@ class CoupledModes:
 
     @cached_property
     def damped(self):
-        """`CoupledModes` of a finer model with more modes of cables: what damping ratios and state spaces are made of.
+        """The same modes, in their order, of a finer model with more modes of cables: damping and state spaces.
 
         Where there is none (see `finer`), these modes themselves.
         """
         found = self.finer and self.finer()
-        return found if found and len(found) == len(self) else self
+        if not found or len(found) < len(self):
+            return self
+        return found.take(pair_modes(self, found))
 
     @cached_property
     def damping_error(self):
@@ -357,12 +360,12 @@ class CoupledModes:
         cables = self.solution.models.cables
         if cables.modal.any() or self.damped is self:
             return np.full(len(self), np.nan) if cables.heavy.any() else self.error
-        ratio = self.damping_ratio.copy()
+        ratio = self.damping_ratio
         other = damping_ratios(self.system, self.solution.omega, self.shapes, COUPLED // 2)
         for first, last in self.coincident:  # their poles come in any order
-            for values in (ratio, other):
-                values[first - 1 : last].sort()
-        return np.abs(ratio - other) / np.where(ratio > 0, ratio, 1.0)
+            run = slice(first - 1, last)
+            other[run] = np.sort(other[run])[np.argsort(np.argsort(ratio[run]))]
+        return np.abs(ratio - other) / np.where(ratio > NOISE, ratio, 1.0)
 
     def compliance_shares(self, body, axis):
         """Share of each mode in the static compliance of a free motion of a body, see `linear.compliance_shares`.
@@ -380,6 +383,17 @@ class CoupledModes:
         moved = self.layout.bodies(self.shapes)[motion] / (2 * np.pi * self.frequency)
         return compliance_shares(moved, self.solution.reduced.compliance(motion))
 
+    @cached_property
+    def _nodes(self):
+        """Places of the nodes of each cable from its end 1, and their displacements: list, see `Models.nodes`."""
+        amplitudes = self.solution.coordinates.amplitudes(self.shapes)
+        return self.solution.models.nodes(amplitudes, self.layout.ends(self.layout.bodies(self.shapes)))
+
+    @cached_property
+    def displacements(self):
+        """Of the nodes of each cable in each mode, global axes: list of ndarray, shape (nodes, 3, k). [1/sqrt(kg)]"""
+        return [moved for _, moved in self._nodes]
+
     def nodes(self, mode):
         """Places of the nodes of each cable from its end 1, and their displacements in one mode (from 0), global axes.
 
@@ -388,10 +402,22 @@ class CoupledModes:
         list of (ndarray, ndarray)
             Both of shape (nodes, 3). [m], [1/sqrt(kg)]
         """
-        shape = self.shapes[:, [mode]]
-        amplitudes = self.solution.coordinates.amplitudes(shape)
-        found = self.solution.models.nodes(amplitudes, self.layout.ends(self.layout.bodies(shape)))
-        return [(place, moved[..., 0]) for place, moved in found]
+        return [(place, moved[..., mode]) for place, moved in self._nodes]
+
+    def take(self, chosen):
+        """Some of these modes, by their numbers (from 0), in that order; of which coincide nothing is said."""
+        found = self.solution
+        some = replace(
+            found, omega=found.omega[chosen], shapes=found.shapes[:, chosen], omitted=found.omitted[:, chosen]
+        )
+        return replace(
+            self,
+            frequency=self.frequency[chosen],
+            error=self.error[chosen],
+            coincident=(),
+            solution=some,
+            shapes=self.shapes[:, chosen],
+        )
 
     def up_to(self, frequency):
         """The modes up to a frequency [Hz], numbers from 0."""

@@ -3,6 +3,7 @@
 import numpy as np
 
 DEPENDENT = 1e-10  # size of a vector over the largest, below which rounding determines it
+ALIKE = 1e-6  # product of two modes above which they are not orthogonal: of some that coincide not all were asked for
 COUPLED = 40  # modes above those asked for that damping may couple to them
 OWN = 0.5  # part of a mode in the motion of a pole, below which a mode damped above critical does not oscillate
 
@@ -19,11 +20,11 @@ def damped_poles(system, omega, shapes, coupled=COUPLED):
     ----------
     system : LinearSystem
     omega : ndarray, shape (k,)
-        Of the lowest modes. [rad/s]
+        Of some of the lowest modes, in any order. [rad/s]
     shapes : ndarray, shape (n, k)
         Mass-normalised.
     coupled : int
-        How many modes above these are considered too.
+        How many other modes are considered too.
 
     Returns
     -------
@@ -34,7 +35,7 @@ def damped_poles(system, omega, shapes, coupled=COUPLED):
 
     Notes
     -----
-    The poles are those of s^2 + s phi^T C phi + w^2 + i phi^T Im K phi in a space of these modes, some above them, and
+    The poles are those of s^2 + s phi^T C phi + w^2 + i phi^T Im K phi in a space of these modes, some others, and
     the static response K^-1 C phi to the damping forces of these modes. A pole belongs to the mode that has the largest
     part in its motion; a mode that does not oscillate has phi^T C phi/(2 w).
     """
@@ -44,7 +45,12 @@ def damped_poles(system, omega, shapes, coupled=COUPLED):
     if not np.any(forces):
         return 1j * omega, np.zeros(count)
     above, others = system.lowest(count + coupled)
-    omega, basis = np.concatenate([omega, above[count:]]), np.concatenate([shapes, others[:, count:]], axis=1)
+    product = shapes.T @ (system.mass @ others)
+    rest = np.delete(np.arange(len(above)), assigned(product**2)[1])
+    above, others = above[rest], others[:, rest]
+    if np.abs(product[:, rest]).max(initial=0.0) > ALIKE:
+        above, others = ritz(system, shapes, others)
+    omega, basis = np.concatenate([omega, above]), np.concatenate([shapes, others], axis=1)
     more, added = ritz(system, basis, system.compliance(forces))
     omega, basis = np.concatenate([omega, more]), np.concatenate([basis, added], axis=1)
     modes, damping, loss = len(omega), basis.T @ (damping @ basis), basis.T @ (loss @ basis)
@@ -54,7 +60,7 @@ def damped_poles(system, omega, shapes, coupled=COUPLED):
     above = poles.imag > 0
     poles, part = poles[above], np.abs(vectors[:modes, above]) ** 2
     part = (part / part.sum(axis=0))[:count]
-    mode, pole = _assigned(part)
+    mode, pole = assigned(part)
     ratio = (np.diagonal(damping) / (2 * omega) + np.diagonal(loss) / (2 * omega**2))[:count]
     own = (part[mode, pole] >= OWN) | (ratio[mode] <= 1)
     mode, pole = mode[own], pole[own]
@@ -78,7 +84,7 @@ def ritz(system, basis, vectors):
     return 1 / root, vectors @ (turned[:, chosen] / root)
 
 
-def _assigned(part):
+def assigned(part):
     """Rows and columns of the assignment with the largest sum of entries."""
     best = part.argmax(axis=1) if part.size else []
     if len(np.unique(best)) == len(part):  # no sum of one entry of each row is larger, and none need be searched

@@ -136,6 +136,15 @@ class SuspendedSystem:
         return np.broadcast_shapes(*(array.shape[: array.ndim - CORES[name]] for name, array in self._arrays().items()))
 
     @property
+    def identity(self):
+        """What makes cases of shape (n,) equal: of all of them, and of each in a list, hashable."""
+        whole = self.broadcast()._arrays()
+        names = self.body_names, self.junctions, self.cable_names, self.given, self.link_names, tuple(whole)
+        common = *names, self.free.tobytes(), self.owner.tobytes(), *(array.shape[1:] for array in whole.values())
+        numbers = np.concatenate([array.reshape(len(array), -1) for array in whole.values()], axis=1)
+        return common, [row.tobytes() for row in numbers]
+
+    @property
     def cable_gravity(self):
         """Uniform load over mass of each cable [m/s^2], shape (..., c) or (..., 1), and the direction against it.
 

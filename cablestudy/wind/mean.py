@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.cable.steady_drag import Profile
-from cablestudy.system import statics
 from cablestudy.system.descent import DISAGREED, ROUNDED
+from cablestudy.system.equilibria import pose
 from cablestudy.system.rigid import size
 from cablestudy.system.rounding import SUMS, UNIT
 from cablestudy.system.tangent import GROUND
@@ -154,7 +154,7 @@ def equilibrium_in_wind(without_wind, drag):
         }
         # a case that has ended keeps its digits while others go on
         loads = {name: _kept(ended, loads[name], new) for name, new in fresh.items()} if ended.any() else fresh
-        before, found = found, statics.pose(replace(suspension, **loads))
+        before, found = found, pose(replace(suspension, **loads))
         change = size(found.ends - before.ends).max(axis=(-1, -2))
         agreed = change <= SUMS * UNIT * np.abs(found.ends).max(axis=(-1, -2, -3))
         settled = _settled(drag, found, loads["cable_wind"])

@@ -1,15 +1,16 @@
 """A suspension in space: from above, from two sides, and in perspective."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
-from matplotlib.colors import Normalize
+from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.transforms import blended_transform_factory
 
+from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.plots.style import (
     BLUE,
     GREY,
@@ -20,6 +21,7 @@ from cablestudy.study.plots.style import (
     bold,
     colour_bar,
     heading,
+    legend_below,
     nice,
     plain,
     styled,
@@ -35,6 +37,7 @@ PANEL = 2.5  # width of a view, about [in]
 MANY = 50  # anchors or junctions from which they are small
 NAMED = 12  # anchors up to which each is named
 CORNERS = ((1, -1), (1, 1), (-1, 1), (-1, -1))  # of a place where its name may stand, along x and y
+PALE = 0.5  # opacity of lost cables
 BAR_ROOM = 0.12  # height of the corner with the scale over that of the view; it is twice as wide
 
 
@@ -77,6 +80,9 @@ class Perspective:
         return apart @ axes * (distance / (distance - apart @ towards))[..., None]
 
 
+NO_CABLES = np.zeros((0, POINTS, 3))
+
+
 @dataclass(frozen=True)
 class Drawing:
     """Places of all that is drawn.
@@ -95,6 +101,8 @@ class Drawing:
         Name -> place; name -> places of its attachments and its reference point, shape (k, 3). [m]
     markers : ndarray, shape (m, 3)
         [m]
+    lost : ndarray, shape (k, j, 3)
+        Points along each cable that the load case lacks, where it would be with all cables. [m]
     """
 
     cables: np.ndarray
@@ -104,11 +112,12 @@ class Drawing:
     junctions: dict
     bodies: dict
     markers: np.ndarray
+    lost: np.ndarray = field(default_factory=lambda: NO_CABLES)
 
     @property
     def places(self):
         """All of them, shape (n, 3)."""
-        lines = self.cables.reshape(-1, 3), self.links.reshape(-1, 3)
+        lines = (part.reshape(-1, 3) for part in (self.cables, self.lost, self.links))
         return np.concatenate([*lines, *self.bodies.values(), self.markers])
 
     @cached_property
@@ -125,13 +134,7 @@ class Drawing:
 def drawing_of(case):
     """`Drawing` of a case in equilibrium."""
     scene, found = case.scene, case.equilibrium
-    suspension, span = found.suspension, found.catenary.span
-    ends, links = np.split(found.ends, [len(suspension.cable_names)])
-    share = np.linspace(0.0, 1.0, POINTS)
-    displacement, _ = found.catenary.at(np.broadcast_to(share, (len(ends), POINTS)))
-    straight = np.outer(1 + span.chord_strain, share)[..., None] * np.array([1.0, 0.0, 0.0])
-    local = (displacement + straight) * span.unstretched_length[:, None, None]
-    cables = ends[:, None, 0] + (local[..., None] * span.frame[:, None]).sum(axis=-2)
+    suspension, links = found.suspension, found.ends[len(found.suspension.cable_names) :]
     anchors = {}
     for (name, one), owner, pair in zip(scene.lines.items(), suspension.owner, found.ends, strict=True):
         for word, own, place in zip(one.ends, owner, pair, strict=True):
@@ -146,7 +149,28 @@ def drawing_of(case):
             markers.append(found.position[place] + np.array(list(body.markers.values())) @ found.rotation[place].T)
     junctions = dict(zip(suspension.body_names[count:], found.position[count:], strict=True))
     whole = np.concatenate(markers) if markers else np.zeros((0, 3))
-    return Drawing(cables, links, np.asarray(found.catenary.mean_tension), anchors, junctions, bodies, whole)
+    return Drawing(_curves(found), links, np.asarray(found.catenary.mean_tension), anchors, junctions, bodies, whole)
+
+
+def _curves(found):
+    """Points along each cable of an `Equilibrium` of one case, shape (c, POINTS, 3). [m]"""
+    span, ends, share = found.catenary.span, found.ends[found.suspension.of_cables], np.linspace(0.0, 1.0, POINTS)
+    displacement, _ = found.catenary.at(np.broadcast_to(share, (len(ends), POINTS)))
+    straight = np.outer(1 + span.chord_strain, share)[..., None] * np.array([1.0, 0.0, 0.0])
+    local = (displacement + straight) * span.unstretched_length[:, None, None]
+    return ends[:, None, 0] + (local[..., None] * span.frame[:, None]).sum(axis=-2)
+
+
+def drawing_with_lost(case):
+    """`Drawing` of a case in equilibrium, with the cables that it has lost where it stands with all cables."""
+    drawing, lost = drawing_of(case), case.scene.load_case.lost
+    if not lost:
+        return drawing
+    try:
+        found = case.unbroken.equilibrium
+    except (NoSolutionError, ConvergenceError):  # nowhere to draw them
+        return drawing
+    return replace(drawing, lost=_curves(found)[[found.suspension.cable_names.index(name) for name in lost]])
 
 
 @styled
@@ -162,7 +186,7 @@ def suspension_views(case):
     -------
     matplotlib.figure.Figure
     """
-    drawing = drawing_of(case)
+    drawing = drawing_with_lost(case)
     figure = Figure(figsize=SIZE, layout="constrained")
     grid = figure.subplots(2, 2).ravel()
     least, most = (float(extreme(drawing.tension)) if len(drawing.tension) else 0.0 for extreme in (np.min, np.max))
@@ -188,6 +212,8 @@ def suspension_views(case):
         if not labels[0]:
             axes.set_axis_off()
         scale_bar(axes, drawing.size)
+    if len(drawing.lost):
+        legend_below(figure, [(draw_lost(axes, NO_CABLES[..., :2], GREY), "lost")])
     count = len(drawing.cables)
     title = f"Static form: {count} cable{'s' * (count != 1)}"
     if not count:
@@ -209,6 +235,7 @@ def _draw(axes, drawing, view, colours):
     lines = LineCollection(view(drawing.cables), colors=colours, linewidths=1.4, zorder=2)
     axes.add_collection(lines)
     draw_links(axes, view(drawing.links))
+    draw_lost(axes, view(drawing.lost), GREY)
     if drawing.anchors:
         x, y = view(np.array(list(drawing.anchors.values()))).T
         axes.plot(x, y, "^", color=GREY, ms=5 if len(x) < MANY else 2, zorder=3)
@@ -228,6 +255,12 @@ def draw_links(axes, flat):
     """Dashed lines between the ends of links on the paper, shape (l, 2, 2)."""
     if len(flat):
         axes.add_collection(LineCollection(flat, colors=ORANGE, linestyles="--", linewidths=1.4, zorder=2))
+
+
+def draw_lost(axes, flat, colour):
+    """Pale dashed lines of cables that are lost on the paper, shape (k, j, 2): LineCollection."""
+    look = {"colors": [(*to_rgb(colour), PALE)], "linestyles": "--", "linewidths": 1.1, "zorder": 1.5}
+    return axes.add_collection(LineCollection(flat, **look))
 
 
 def draw_arms(axes, flat, **look):

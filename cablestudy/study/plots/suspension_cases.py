@@ -6,7 +6,14 @@ from matplotlib.figure import Figure
 
 from cablestudy.study.plots.cases import finish_side, looks_of
 from cablestudy.study.plots.style import GREY, WIDTH, Window, heading, legend_below, styled
-from cablestudy.study.plots.suspension import draw_links, drawing_of, from_above, from_front, from_side
+from cablestudy.study.plots.suspension import (
+    draw_links,
+    draw_lost,
+    drawing_with_lost,
+    from_above,
+    from_front,
+    from_side,
+)
 from cablestudy.study.plots.words import quantity_text, shortened
 
 # title, what it shows of places, its axes, and the coordinates that these are
@@ -28,7 +35,7 @@ def suspension_case_views(cases):
     cases : dict
         Name -> `SuspensionCase` of a load case that has an answer.
     """
-    drawings = {name: drawing_of(case) for name, case in cases.items()}
+    drawings = {name: drawing_with_lost(case) for name, case in cases.items()}
     ground = next(iter(cases.values())).scene.ground
     places = np.concatenate([drawing.places for drawing in drawings.values()])
     extent = np.ptp(places, axis=0)
@@ -43,6 +50,8 @@ def suspension_case_views(cases):
     for axes, (title, view, labels, _), window, level in zip(grid, shown, windows, grounds, strict=True):
         for name, drawing in drawings.items():
             _draw(axes, drawing, view, *looks[name], _label(name, cases[name]))
+            if len(drawing.lost):
+                draw_lost(axes, view(drawing.lost), looks[name][1]).set_label(f"lost in {shortened(name)}")
         finish_side(axes, level, window, title, labels)
     entries = {label: artist for axes in grid for artist, label in zip(*axes.get_legend_handles_labels(), strict=True)}
     legend_below(figure, [(artist, label) for label, artist in entries.items()])

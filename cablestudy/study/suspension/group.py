@@ -21,8 +21,9 @@ from cablestudy.study.suspension.load_cases import (
     too_long,
 )
 from cablestudy.study.suspension.numbers import CableValues, distribution_of, loads_of
-from cablestudy.system import lengths, statics
+from cablestudy.system import lengths
 from cablestudy.system.coupled_modes import coupled_modes_of_cases
+from cablestudy.system.equilibria import pose
 from cablestudy.system.failure import explain
 from cablestudy.system.force_density import find_form
 from cablestudy.system.rigid import to_angles
@@ -365,7 +366,7 @@ def at_rest(scenes, numbers):
     """`Equilibrium` of suspensions in the reference state, and for each in words why there is none, or ""."""
     if scenes[0].solve_for == "lengths":
         return lengths.solve(numbers, **distribution_of(scenes))
-    return statics.pose(_formed(numbers)), [""] * len(scenes)
+    return pose(_formed(numbers)), [""] * len(scenes)
 
 
 def _failure(found, place, state=""):

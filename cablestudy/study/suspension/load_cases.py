@@ -25,7 +25,8 @@ from cablestudy.study.load_cases import (
 )
 from cablestudy.study.suspension.linear_motion import offered_by_bodies
 from cablestudy.study.suspension.numbers import CableValues, loads_of, numbers_of
-from cablestudy.system import stated, statics, tangent
+from cablestudy.system import stated, tangent
+from cablestudy.system.equilibria import pose
 from cablestudy.system.rigid import size
 from cablestudy.system.suspension import Equilibrium
 from cablestudy.wind.mean import Drag, equilibrium_in_wind
@@ -208,7 +209,7 @@ def loaded_state(reference, scenes, forced=True, cables=None):
     if any(loads_of(scenes[0], of_case=True)):
         loads, beyond = _loads(values, suspension.cable_names, loaded.value, warm)
         loaded, problems = replace(loaded, **loads), [one or other for one, other in zip(problems, beyond, strict=True)]
-    without_wind = statics.pose(loaded)
+    without_wind = pose(loaded)
     if all(scene.load_case.wind is None for scene in scenes):
         return LoadedState(without_wind, without_wind, None, problems)
     drag = _steady_drag(scenes, np.nan_to_num(drag_width(values)) * cables.share, suspension.body_names)

@@ -15,6 +15,7 @@ from cablestudy.study.suspension.numbers import numbers_of
 from cablestudy.study.suspension.rows import value
 from cablestudy.study.table import Field, Table
 from cablestudy.system.force_density import find_form
+from cablestudy.system.mode_pairs import BEYOND, pair_modes
 from cablestudy.system.suspension import AXES
 
 # columns of cables that a terminal shows where it has not room for all
@@ -299,7 +300,7 @@ def shape_table(case, failures):
 
 
 def mode_errors(case, modes, count):
-    """Estimated relative errors of the lowest coupled modes: of exact elements against a finer model, by their numbers.
+    """Estimated relative errors of the lowest coupled modes: of exact elements against a finer model, by their shapes.
 
     Parameters
     ----------
@@ -317,19 +318,20 @@ def mode_errors(case, modes, count):
         return case.mode_errors(modes)[:count], modes.damping_error[:count]
     errors = np.full((2, count), np.nan)
     try:
-        finer = case.finer.modes(count)
+        finer = case.finer.modes(count + BEYOND)
     except CablestudyError as error:
         case.reason = str(error)
         return errors
-    known = min(count, len(finer))
+    known = min(count, len(modes), len(finer))
+    pair = pair_modes(modes.take(np.arange(known)), finer)
     pairs = (
         (modes.frequency, finer.frequency, finer.error),
         (modes.damping_ratio, finer.damping_ratio, finer.damping_error),
     )
     for row, (own, true, error) in zip(errors, pairs, strict=True):
-        own, true = own[:known], true[:known]
+        own, true, error = own[:known], true[pair], error[pair]
         moves = np.abs(true) > ROUNDING  # not a mode without damping
-        row[:known] = np.where(moves, np.abs(own - true) / np.where(moves, np.abs(true), 1.0) + error[:known], np.nan)
+        row[:known] = np.where(moves, np.abs(own - true) / np.where(moves, np.abs(true), 1.0) + error, np.nan)
         row[:known][~moves & (np.abs(own) <= ROUNDING)] = 0.0  # shown as zero
     return errors
 
