@@ -274,11 +274,6 @@ class Solution:
         """The `LinearSystem`."""
         return self.model.system
 
-    def first(self, count):
-        """The lowest of these modes."""
-        omega, shapes, omitted = self.omega[:count], self.shapes[:, :count], self.omitted[:, :count]
-        return replace(self, omega=omega, shapes=shapes, omitted=omitted, more=self.every)
-
 
 @dataclass(frozen=True)
 class CoupledModes:
@@ -325,13 +320,8 @@ class CoupledModes:
         """The lowest of these modes, in the same model: themselves, or without a finer one."""
         if count >= len(self):
             return self
-        return CoupledModes(
-            self.frequency[:count],
-            self.error[:count],
-            tuple(run for run in self.coincident if run[1] <= count),
-            self.solution.first(count),
-            self.shapes[:, :count],
-        )
+        some, runs = self.take(np.arange(count)), tuple(run for run in self.coincident if run[1] <= count)
+        return replace(some, coincident=runs, solution=replace(some.solution, more=self.solution.every), finer=None)
 
     @cached_property
     def damping_ratio(self):
@@ -341,7 +331,7 @@ class CoupledModes:
 
     @cached_property
     def damped(self):
-        """The same modes, in their order, of a finer model with more modes of cables: damping and state spaces.
+        """These modes, in their order, of a finer model with more modes of cables: for damping and state spaces.
 
         Where there is none (see `finer`), these modes themselves.
         """

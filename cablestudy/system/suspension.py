@@ -137,7 +137,7 @@ class SuspendedSystem:
 
     @property
     def identity(self):
-        """What makes cases of shape (n,) equal: of all of them, and of each in a list, hashable."""
+        """Keys by which cases of shape (n,) are equal: one of all of them, and a list with one of each, hashable."""
         whole = self.broadcast()._arrays()
         names = self.body_names, self.junctions, self.cable_names, self.given, self.link_names, tuple(whole)
         common = *names, self.free.tobytes(), self.owner.tobytes(), *(array.shape[1:] for array in whole.values())
