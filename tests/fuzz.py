@@ -44,7 +44,8 @@ SUSPENSION_COMMANDS = (
     ["static"], ["static", "--explain"], ["static", "--case", "all"], ["static", "--form-finding"],
     ["modes", "-n", "6"], ["windrms"], ["windrms", "--table", "motion"], ["loop"],
     ["loop", "--response", "0.1Hz:10Hz:9"], ["ssm", "--modes", "4"], ["ssm", "--with", "loop", "--modes", "4"],
-    ["ssm", "--with", "actuators", "--modes", "4"], ["find", "max_tension = 1 kN", "--by", "cable.diameter"],
+    ["ssm", "--with", "actuators", "--modes", "4"],
+    ["find", "max_tension = 1 kN", "--by", "cable.diameter", "--between", "1mm:30mm"],
     ["find", "max_utilisation = 0.1", "--by", "gravity"],
 )  # fmt: skip
 STUDY_COMMAND = ["sweep", "--no-write", "--jobs", "1"]

@@ -53,22 +53,27 @@ def frames_of(data):
         return found
 
 
-def test_the_file_has_one_period(tmp_path):
-    path = tmp_path / "modes.gif"
+@pytest.fixture(scope="module")
+def picture(tmp_path_factory):
+    """Bytes of the file that the command writes."""
+    path = tmp_path_factory.mktemp("animation") / "modes.gif"
     assert run(*GIF, path).lines == [f"written: {path}"]
-    frames = frames_of(path.read_bytes())
+    return path.read_bytes()
+
+
+def test_the_file_has_one_period(picture):
+    frames = frames_of(picture)
     assert len(frames) == 20
     for number in range(1, 10):
         assert (frames[number] == frames[20 - number]).all()
         assert (frames[number] != frames[number - 1]).any()
 
 
-def test_a_page_has_the_same_picture_in_it(tmp_path):
-    picture, page = tmp_path / "modes.gif", tmp_path / "modes.html"
-    run(*GIF, picture)
+def test_a_page_has_the_same_picture_in_it(picture, tmp_path):
+    page = tmp_path / "modes.html"
     run(*GIF, page)
     inside = re.search('src="data:image/gif;base64,([^"]+)"', page.read_text(encoding="utf-8"))[1]
-    assert base64.b64decode(inside) == picture.read_bytes()
+    assert base64.b64decode(inside) == picture
     assert "http" not in page.read_text(encoding="utf-8")
 
 

@@ -1,5 +1,6 @@
 """Several processes open the rows of one study at once: one of them has the file, whatever was in it."""
 
+import json
 import sqlite3
 import subprocess
 import sys
@@ -7,23 +8,41 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from command import LONGEST
 
 from cablestudy.sweeps.store import open_store
 
 PATH = "study.rows.sqlite"
 PROCESSES = 6
 IDENTITY = {"versions": {}, "scene": {}, "vary": [], "columns": ["sag_m", "status"]}
-OPEN_AND_HOLD = f"""
+OPEN_AT_ONCE = f"""
+import json
+from multiprocessing import get_context
+
 from cablestudy.errors import SceneError
 from cablestudy.sweeps.store import open_store
-print("ready", flush=True)
-input()
-try:
-    store = open_store("{PATH}", {IDENTITY}, 5)
-    print("opened", flush=True)
-    input()
-except SceneError as error:
-    print(error, flush=True)
+
+fork = get_context("fork")
+begun, ended, answers = fork.Barrier({PROCESSES}), fork.Barrier({PROCESSES}), fork.Queue()
+
+
+def open_and_hold():
+    begun.wait()
+    try:
+        store = open_store("{PATH}", {IDENTITY}, 5)
+        answers.put("opened")
+    except SceneError as error:
+        answers.put(str(error))
+    ended.wait()
+
+
+processes = [fork.Process(target=open_and_hold) for _ in range({PROCESSES})]
+for process in processes:
+    process.start()
+print(json.dumps(sorted(answers.get(timeout={LONGEST}) for _ in processes)))
+for process in processes:
+    process.join()
+    assert process.exitcode == 0
 """
 
 
@@ -44,17 +63,9 @@ def store_damaged_rows():
 @pytest.mark.usefixtures("folder")
 def test_one_of_several_that_begin_at_once_has_the_file(prepare):
     prepare()
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-    processes = [subprocess.Popen([sys.executable, "-c", OPEN_AND_HOLD], text=True, **pipes) for _ in range(PROCESSES)]
-    assert [process.stdout.readline() for process in processes] == ["ready\n"] * PROCESSES
-    for process in processes:
-        process.stdin.write("\n")
-        process.stdin.flush()
-    answers = sorted(process.stdout.readline() for process in processes)
-    assert answers == ["opened\n"] + [f"{PATH}: another sweep is at work on it\n"] * (PROCESSES - 1)
-    for process in processes:
-        process.communicate("\n")
-    assert {process.returncode for process in processes} == {0}
+    done = subprocess.run([sys.executable, "-c", OPEN_AT_ONCE], capture_output=True, text=True, timeout=LONGEST)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == ["opened"] + [f"{PATH}: another sweep is at work on it"] * (PROCESSES - 1)
 
 
 @pytest.mark.parametrize("restart", [False, True])

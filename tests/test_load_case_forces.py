@@ -168,12 +168,14 @@ def top_under(force, lengths, anchors=ANCHORS):
     """Where the top of the mast comes to rest, by catenaries of 50 digits between it and its anchors. [m]"""
     found = load_scene(MAST)[1].cables["guy1"]
     stiffness, mass = found.section_axial_stiffness, found.section_mass
+    near = {}  # of each cable the last answer, from which the next search begins
 
     def net(place):
         total = np.array(force) - [0, 0, 300 * G]
         for anchor, length in zip(anchors, lengths, strict=True):
-            first = catenary_mp.solve_loaded([*(place - np.array(anchor))], length, stiffness, mass * G)
-            total = total - [float(part) for part in first] - [0, 0, mass * G * length]
+            span = [*(place - np.array(anchor))]
+            near[anchor] = catenary_mp.solve_loaded(span, length, stiffness, mass * G, start=near.get(anchor))
+            total = total - [float(part) for part in near[anchor]] - [0, 0, mass * G * length]
         return total
 
     at = root(net, [0.03, 0, 50.02], tol=1e-12)

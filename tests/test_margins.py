@@ -87,14 +87,14 @@ class Chain:
         return Margins(self, frequencies(every[np.abs(every) > 1e-9]))
 
 
-def scan(loop, count=1500):
+def scan(loop, count=400):
     """Frequencies of a fine scan: all decades, and within 30 half-widths of each pole."""
     poles = np.concatenate([loop.poles(0.0), loop.poles(loop.gain)])
     poles = poles[(poles.imag > 0)]
     near = np.concatenate([-np.geomspace(1e-2, 30, count), np.geomspace(1e-2, 30, count)])
     close = np.abs(poles)[:, None] + np.abs(poles.real)[:, None] * near
     low = 1e-3 * min(loop.gain, np.abs(poles).min())
-    omega = np.unique(np.concatenate([np.geomspace(low, 1e3 * np.abs(poles).max(), 20_000), close.ravel()]))
+    omega = np.unique(np.concatenate([np.geomspace(low, 1e3 * np.abs(poles).max(), 6000), close.ravel()]))
     return omega[omega > low]
 
 

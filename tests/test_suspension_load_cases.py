@@ -137,8 +137,11 @@ cables:
 # ------------------------------------------------------------------------------------------- a body on four cables
 
 
-def force_on_body(place, anchor, day, length):
-    """Force of one cable on the body, tension there; from the 50-digit catenary. [N]"""
+def force_on_body(place, anchor, day, length, near):
+    """Force of one cable on the body, tension there; from the 50-digit catenary. [N]
+
+    `near` keeps the answer, from which the search of the next place begins.
+    """
     change, ice, thickness, pressure, degrees = DAYS[day]
     warm = 1 + ALPHA * change
     chord = np.asarray(place) - anchor
@@ -151,8 +154,9 @@ def force_on_body(place, anchor, day, length):
     level = chord - (chord @ vertical) * vertical
     level /= np.linalg.norm(level)
     axes = np.array([level, np.cross(vertical, level), vertical])
-    first = catenary_mp.solve_loaded(axes @ chord, length * warm, EA, weight)
-    first = np.array([float(part) for part in first]) @ axes
+    key = tuple(anchor)
+    near[key] = catenary_mp.solve_loaded(axes @ chord, length * warm, EA, weight, start=near.get(key))
+    first = np.array([float(part) for part in near[key]]) @ axes
     return -(first + weight * length * warm * vertical)
 
 
@@ -161,10 +165,11 @@ def balanced(day, lengths):
     _, _, _, pressure, degrees = DAYS[day]
     direction = np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees)), 0.0])
     own = pressure * 1.1 * np.array([1.5, 1.0, 2.0]) * direction + [0, 0, -400 * G]
+    near = {}
 
     def forces(place):
         pairs = zip(ANCHORS.values(), lengths, strict=True)
-        return np.array([force_on_body(place, np.array(anchor), day, length) for anchor, length in pairs])
+        return np.array([force_on_body(place, np.array(anchor), day, length, near) for anchor, length in pairs])
 
     start = np.array([0.0, 0.1, 0.0])
     found = root(lambda place: forces(place).sum(axis=0) + own, start, tol=1e-13)

@@ -2,6 +2,7 @@
 
 from copy import deepcopy
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -60,10 +61,12 @@ def motion_poles(movement):
     return Loop(movement.motion, None, 0.0, ()).open_poles
 
 
-def value(text, column):
-    """The number in a column."""
-    found = find(column).compute(case_of(text))
-    return found[0] if isinstance(found, tuple) else found
+def value(text, *columns):
+    """The number in a column, or those in some."""
+    case = case_of(text)
+    found = [find(column).compute(case) for column in columns]
+    found = [one[0] if isinstance(one, tuple) else one for one in found]
+    return found if len(found) > 1 else found[0]
 
 
 # ------------------------------------------------------------------------------------------------------- the poles
@@ -188,15 +191,24 @@ def limit_of(own, start=0.5, gains=None, place=None):
     def growth(factor):
         return np.linalg.eigvals(fixed + np.asarray(factor)[..., None, None] * scaled).real.max(axis=-1)
 
-    factors = start * 1.02 ** np.arange(-150, 400)
-    place = np.argmax(growth(factors) > 1e-9)
-    return brentq(growth, factors[place - 1], factors[place], xtol=1e-12 * start, rtol=1e-12)
+    for first in range(-150, 400, 50):
+        factors = start * 1.02 ** np.arange(first - 1, first + 50)
+        grows = growth(factors) > 1e-9
+        if grows.any():
+            place = np.argmax(grows)
+            return brentq(growth, factors[place - 1], factors[place], xtol=1e-12 * start, rtol=1e-12)
+    raise ValueError("nothing grows")
+
+
+@cache
+def limit_of_case(name):
+    """The least gain with growth of one of CASES."""
+    return limit_of(Straight(CASES[name]))
 
 
 @pytest.mark.parametrize("name", ["all", "no notch", "pose of six", "hardly damped"])
 def test_the_largest_gain_is_where_the_first_pole_crosses(name):
-    text, own = CASES[name], Straight(CASES[name])
-    limit = limit_of(own)
+    text, limit = CASES[name], limit_of_case(name)
     movement = movement_of(text)
     assert movement.largest_gain == pytest.approx(limit, rel=1e-6)
     gain = text["control"]["gain"]
@@ -248,8 +260,7 @@ def test_the_peak_of_the_sensitivity_where_another_one_is_nearly_as_high():
 def test_an_automatic_gain_has_the_margin_that_it_was_asked_for():
     text = everything(control__gain={"auto": {"gain_margin": 8.0, "sensitivity": 1e6}})
     limit = limit_of(Straight(text))
-    assert value(text, "gain") == pytest.approx(limit / 10 ** (8 / 20), rel=1e-6)
-    assert value(text, "largest_gain") == pytest.approx(limit, rel=1e-6)
+    assert value(text, "gain", "largest_gain") == pytest.approx([limit / 10 ** (8 / 20), limit], rel=1e-6)
 
 
 @pytest.mark.parametrize("name", ["all", "no notch", "pose of six", "two bodies"])
@@ -258,21 +269,23 @@ def test_an_automatic_gain_is_the_largest_that_bounds_the_sensitivity_and_has_th
     text = deepcopy(CASES[name])
     text["control"]["gain"] = {"auto": {"gain_margin": 6.0, "sensitivity": peak}}
     own = Straight(CASES[name])
-    most, gain = limit_of(own) / 10 ** (6 / 20), value(text, "gain")
+    most, (gain, stated) = limit_of_case(name) / 10 ** (6 / 20), value(text, "gain", "sensitivity_peak")
     poles = np.concatenate([np.linalg.eigvals(own.closed(one)) for one in (0.0, gain)])
     beside = [abs(p.imag) + step * abs(p.real) for p in poles for step in np.linspace(-4, 4, 41)]
     grid = np.unique(np.concatenate([np.geomspace(1e-3, 1e3, 2000), np.clip(beside, 1e-3, 1e3)]))
     unit = own.unit_gain(1j * grid)
 
-    def largest(gain):
-        return (1 / np.linalg.svd(np.eye(len(own.measured)) + gain * unit, compute_uv=False)[:, -1]).max()
+    def sizes(gain, unit=unit):
+        return 1 / np.linalg.svd(np.eye(len(own.measured)) + gain * unit, compute_uv=False)[:, -1]
 
-    assert largest(gain) <= peak * (1 + 1e-6)
-    assert value(text, "sensitivity_peak") <= peak * (1 + 1e-5)
+    found = sizes(gain)
+    assert found.max() <= peak * (1 + 1e-6)
+    assert stated <= peak * (1 + 1e-5)
     assert gain <= most * (1 + 1e-6)
-    assert gain == pytest.approx(most, rel=1e-6) or largest(gain) == pytest.approx(peak, rel=1e-3)
+    assert gain == pytest.approx(most, rel=1e-6) or found.max() == pytest.approx(peak, rel=1e-3)
     above = np.linspace(gain, most, 40)[1:] if gain < most * (1 - 1e-4) else []
-    assert all(largest(one) > peak for one in above)
+    near = unit[np.argsort(found)[-200:]]  # the bound is passed there first, if not there then elsewhere
+    assert all(sizes(one, near).max() > peak or sizes(one).max() > peak for one in above)
 
 
 # ------------------------------------------------------------------------------------------------------ what grows

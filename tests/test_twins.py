@@ -16,9 +16,9 @@ from random_twins import random_scene, straight_scene
 from solved import contents, rows_of_study, solve
 from twin_comparison import (
     OF_FORM,
-    compare_by_name,
     compare_cable_wind,
     compare_gondola,
+    compare_linear_ranges,
     compare_loop,
     compare_modes,
     compare_open_wind,
@@ -59,6 +59,7 @@ from cablestudy.study.columns import COLUMNS, FAMILIES
 FILE = Path(__file__).with_name("twin_differences.yaml")
 GROWN = 1.1  # over a listed difference
 RANDOM, ROWS = 200, 40  # random scenes whose statics are compared, and rows of each study
+LOOPS = ("carlina", "carlina-inclined", "carlina-pid")
 FILES = ("carlina", "carlina-inclined", "carlina-pid", "guy", "line", "point-load", "slack", "zipline")
 STUDIES = (
     "damping", "density-high", "density-low", "diameter", "emodulus", "extremes", "extremes-cases", "extremes-loop",
@@ -105,6 +106,11 @@ def chosen(names):
     return {name: from_files()[name] for name in names}
 
 
+def is_first_of_its_file(name):
+    """Whether this is a scene of a file, in any load case, or the first row of a study."""
+    return ", row " not in name or name.endswith(", row 1")
+
+
 def weightless(name, **model):
     """A scene of a file without gravity and with other elements: where its winch reels in is along x."""
     return {**from_files()[name], "gravity": 0.0, "model": model}
@@ -113,23 +119,26 @@ def weightless(name, **model):
 PARTS = {  # what is compared, and of which scenes
     "statics of files": lambda: compare_statics(from_files()),
     "statics": lambda: compare_statics(drawn()),
+    "linear range of files": lambda: compare_linear_ranges(
+        {name: scene for name, scene in from_files().items() if "gondola" in scene and is_first_of_its_file(name)}
+    ),
+    "linear range": lambda: compare_linear_ranges(every(drawn(), 9)),
     "modes of files": lambda: compare_modes(chosen([*FILES, "guy, storm", "line, ice"])),
     "modes": lambda: compare_modes(every(drawn(), 13)),
     "gondola of files": lambda: compare_gondola(chosen(["carlina", "carlina-inclined", "carlina-pid", "slack"])),
     "gondola": lambda: compare_gondola(every(drawn(), 9, lambda scene: "elements" in scene["model"])),
     "state space": lambda: compare_state_space(every(drawn(), 9, few_elements)),
     "wind, winch at rest": lambda: compare_open_wind(every(drawn(), 9, few_elements)),
-    "wind of files, winch at rest": lambda: compare_open_wind(chosen(["carlina", "carlina-inclined", "carlina-pid"])),
-    "loop of files": lambda: compare_loop(chosen(["carlina", "carlina-inclined", "carlina-pid"])),
+    "wind of files, winch at rest": lambda: compare_open_wind(chosen(LOOPS)),
+    "loop of files": lambda: compare_loop(chosen(LOOPS), by_name=LOOPS),
     "loop of many elements": lambda: compare_loop({"carlina, 717 modes": weightless("carlina", elements=30, order=8)}),
-    "loop and wind": lambda: compare_loop({f"straight {seed}": straight_scene(seed) for seed in STRAIGHT}),
-    "loop and wind of any form": lambda: compare_loop(
-        {f"random {seed}": drawn()[f"random {seed}"] for seed in HANGING}
+    "loop and wind": lambda: compare_loop(
+        {f"straight {seed}": straight_scene(seed) for seed in STRAIGHT},
+        by_name=[f"straight {seed}" for seed in STRAIGHT[:6]],
     ),
-    "by the same names": lambda: compare_by_name(
-        chosen(["carlina", "carlina-inclined", "carlina-pid"])
-        | {f"straight {seed}": straight_scene(seed) for seed in STRAIGHT[:6]}
-        | {f"random {seed}": drawn()[f"random {seed}"] for seed in HANGING[:10]}
+    "loop and wind of any form": lambda: compare_loop(
+        {f"random {seed}": drawn()[f"random {seed}"] for seed in HANGING},
+        by_name=[f"random {seed}" for seed in HANGING[:10]],
     ),
     "wind on the cable": lambda: compare_cable_wind(every(drawn(), 25, few_elements)),
     "wind on a bare cable": lambda: compare_cable_wind(

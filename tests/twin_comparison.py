@@ -204,9 +204,14 @@ def compare_statics(scenes):
 
 def static_columns(scene):
     """The static columns that a scene has, and those of its twin: dict."""
-    twins = STATICS | STIFFNESS | LINEAR | SECTION | STRENGTH | GROUND | LOADED
+    twins = STATICS | STIFFNESS | SECTION | STRENGTH | GROUND | LOADED
     twins = {one: twin for one, twin in twins.items() if not (is_one_bar(scene) and one in OF_FORM)}
     return {one: twins[one] for one in columns_with_keys(scene, twins)}
+
+
+def compare_linear_ranges(scenes):
+    """The movement up to which the cable restores the gondola linearly, by static forces over distances."""
+    yield from compare(scenes, {name: held(scene) for name, scene in scenes.items()}, LINEAR)
 
 
 def compare_modes(scenes):
@@ -244,22 +249,18 @@ def wind_columns(scene):
     return found | BOTH if {"exposure", "correction"} <= set(scene) else found
 
 
-def compare_loop(scenes):
-    """The winch loop, and the gondola in the wind on it."""
+def compare_loop(scenes, by_name=()):
+    """The winch loop, and the gondola in the wind on it.
+
+    Of the scenes named in `by_name` also columns of suspensions, which a scene of one cable has by the same names.
+    """
     for name, scene in scenes.items():
         columns = wind_columns(scene)
-        own, other = solve(scene, *columns), solve(swinging(scene), *columns.values())
+        same = dict.fromkeys(BY_NAME + BY_NAME_IN_WIND) if name in by_name else {}
+        own = solve(scene, *columns, *same)
+        other = solve(swinging(scene), *dict.fromkeys([*columns.values(), *same]))
         yield from _differences(name, scene, own, other, columns)
-
-
-def compare_by_name(scenes):
-    """Columns of suspensions, which a scene of one cable has by the same names."""
-    for name, scene in scenes.items():
-        columns = {column: column for column in BY_NAME + (BY_NAME_IN_WIND if "wind" in scene else ())}
-        if "winch" not in scene:
-            columns = {column: twin for column, twin in columns.items() if not column.endswith("_open_loop")}
-        own, other = solve(scene, *columns), solve(swinging(scene), *columns)
-        yield from _differences(name, scene, own, other, columns)
+        yield from _differences(name, scene, own, other, {column: column for column in same})
 
 
 def compare_open_wind(scenes):

@@ -108,20 +108,22 @@ def minimise(totals, force, target, length):
     `totals`: force -> (end [m], flexibility [m/N], complementary energy [N m], ...), the first two the gradient and
     Hessian; `length` is the scale of the residual. ArithmeticError: no convergence in 300 steps.
     """
+    end, flexibility, energy, *_ = totals(force)
     for _ in range(300):
-        end, flexibility, energy, *_ = totals(force)
         gradient = mp.matrix([e - t for e, t in zip(end, target, strict=True)])
         value = energy - mp.fdot(force, target)
         step = -mp.lu_solve(flexibility, gradient)
         slope = mp.fdot(step, gradient)
         small = mp.norm(step) < mp.mpf(10) ** -20 * mp.norm(mp.matrix(force))
         factor = mp.mpf(1)
-        while not small and factor > mp.mpf(2) ** -200:
+        while True:
             trial = [f + factor * d for f, d in zip(force, step, strict=True)]
-            if totals(trial)[2] - mp.fdot(trial, target) <= value + factor * slope / 1000:
+            end, flexibility, energy, *_ = totals(trial)
+            lower = energy - mp.fdot(trial, target) <= value + factor * slope / 1000
+            if small or lower or factor < mp.mpf(2) ** -200:
                 break
             factor /= 2
-        force = [f + factor * d for f, d in zip(force, step, strict=True)]
+        force = trial
         if mp.norm(step) < mp.mpf(10) ** -(DIGITS + 3) * mp.norm(mp.matrix(force)):
             return tuple(force)
     raise ArithmeticError(f"no convergence: residual {mp.nstr(mp.norm(gradient) / length, 5)} of the length")
