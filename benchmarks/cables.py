@@ -106,7 +106,13 @@ def _references(name):
 
 
 def seconds(function):
-    """CPU time of one call [s]: what others do on the machine meanwhile counts less than in time on the wall."""
+    """CPU time of one call, without equilibria of calls before it. [s]
+
+    What others do on the machine meanwhile counts less than in time on the wall.
+    """
+    from cablestudy.system.equilibria import shared
+
+    shared.forget()
     begin = time.process_time()
     function()
     return time.process_time() - begin

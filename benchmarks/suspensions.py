@@ -226,6 +226,7 @@ def motion(peers):
     import numpy as np
 
     from cablestudy.study.suspension.case import SuspensionCase, cases_of
+    from cablestudy.system.equilibria import shared
 
     scene = telescope()
     fine = SuspensionCase(scene.model_copy(update={"model": scene.model.model_copy(update={"accuracy": 1e-9})}))
@@ -234,6 +235,7 @@ def motion(peers):
 
     def modes_of(scenes):
         """Frequencies of the last case; seconds for statics and for modes of each case."""
+        shared.forget()
         times, cases = [time.process_time()], cases_of(scenes)
         for case in cases:
             case.equilibrium  # noqa: B018

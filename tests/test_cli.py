@@ -17,7 +17,7 @@ from command import CARLINA, CONFIGS, LONGEST, ROOT, SLACK, process, rows_of, ru
 
 from cablestudy import __version__
 from cablestudy.cli import main
-from cablestudy.study import all_columns, report, validate
+from cablestudy.study import all_columns, files, report
 
 GUY = CONFIGS / "guy.yaml"
 
@@ -127,7 +127,7 @@ def test_json_carries_units_and_a_single_scene_is_one_row():
     [
         ("static", report, "static_table"),
         ("modes", report, "mode_table"),
-        ("validate", validate, "validate_table"),
+        ("validate", files, "validate_table"),
         ("columns", all_columns, "columns_table"),
     ],
 )
