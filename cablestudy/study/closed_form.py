@@ -5,7 +5,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cablestudy.errors import CablestudyError
-from cablestudy.study.columns import DAMPING_RATIO, OF_FORM, ROUNDING, is_own, not_finite, over_strength, shapeless
+from cablestudy.study.columns import (
+    DAMPING_RATIO,
+    OF_FORM,
+    ROUNDING,
+    SAGS,
+    is_own,
+    not_finite,
+    over_strength,
+    shapeless,
+)
 from cablestudy.study.element_results import element_results
 from cablestudy.study.results import Results
 from cablestudy.study.status import OK, OVER_STRENGTH, status_of
@@ -235,8 +244,8 @@ def _of_column(failures, column):
 def _coarse_errors(results, required):
     """Case -> {header: estimated relative error}, where rounding exceeds ROUNDING."""
     statics = np.maximum(results.statics_rounding, results.model_error)
-    sags = [column.header for column in required.closed if column.name in ("sag", "sag_ratio")]
-    sag = results.sag_rounding if sags else np.zeros(len(statics))
+    sags = [column.header for column in required.closed if column.name in SAGS]
+    sag = np.maximum(results.sag_rounding, results.sag_drag_error) if sags else np.zeros(len(statics))
     pushed = [column.header for column in required.closed if column.name == "force_displacement"]
     push = results.pushed[1] if pushed else np.zeros(len(statics))
     errors = {}

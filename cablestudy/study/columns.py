@@ -25,7 +25,8 @@ from cablestudy.wind.peak import peak_factor
 SHAPELESS = "a part of the cable without weight is slack: it has no definite form"
 LIMP = "a slack cable without weight has no definite form"
 # what the form between the ends decides, which a slack part without weight leaves open
-OF_FORM = ("sag", "sag_ratio", "swing", "lowest_point", "angle_1", "angle_2", "clearance")
+SAGS = ("sag", "sag_ratio")
+OF_FORM = (*SAGS, "swing", "lowest_point", "angle_1", "angle_2", "clearance")
 ROUNDING = 1e-12  # relative error of closed forms and modes by rounding; tests hold it against 50 digits
 UPRIGHT = 1e-50  # share of a tension below which the horizontal part of that of an upright cable is zero
 MAX_MODE_NUMBER = 1000

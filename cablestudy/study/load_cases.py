@@ -211,6 +211,8 @@ def uneven_drag_errors(drag, catenary, stretched=False):
     -------
     error : ndarray, shape (n,)
         Estimated relative error of the equilibrium. [-]
+    sag : ndarray, shape (n,)
+        That of the sag: no less. [-]
     end_forces : ndarray, shape (n, 2, 3)
         Change of the force on what holds the two ends, global axes, to first order. [N]
 
@@ -219,23 +221,25 @@ def uneven_drag_errors(drag, catenary, stretched=False):
     The drag of the cable where it hangs, by its own tangent t and stretched length, differs from the uniform one by
     d(s). To first order the tension vector changes by N = c - integral of d, with the constant c for which the ends
     stay where they are: integral of A N = 0, A = (I - t t^T)/T + t t^T/EA. The error is the larger one of the change of
-    the tension over the tension and of the movement at mid-length over the distance from the chord there. In a wind
-    that grows with the height, `profile_error` finds the changes, which are larger, to all orders.
+    the tension over the tension and of the movement at mid-length over the distance from the chord there; that of the
+    sag is the same vertically, where a cable that the wind carries aside may hang little. In a wind that grows with
+    the height, `profile_error` finds the changes, which are larger, to all orders.
     """
     if drag.profile is None:
-        error, ends = _first_order(drag, catenary, stretched)
+        error, sag, ends = _first_order(drag, catenary, stretched)
     else:
         growing = drag.profile.exponent > 0
-        error, ends = np.zeros(len(growing)), np.zeros((len(growing), 2, 3))
+        error, sag, ends = *np.zeros((2, len(growing))), np.zeros((len(growing), 2, 3))
         for chosen, changes in ((growing, profile_error.changes), (~growing, _first_order)):
             if chosen.any():
-                error[chosen], ends[chosen] = changes(drag.take(chosen), catenary.take(chosen))
-    error = SECOND_ORDER * np.minimum(np.nan_to_num(error, nan=UNKNOWN), UNKNOWN)
-    return np.where(drag.pressed > 0, error, 0.0), ends * np.array([1.0, -1.0])[:, None]
+                error[chosen], sag[chosen], ends[chosen] = changes(drag.take(chosen), catenary.take(chosen))
+    errors = np.stack([error, np.fmax(sag, error)])
+    errors = SECOND_ORDER * np.minimum(np.nan_to_num(errors, nan=UNKNOWN), UNKNOWN)
+    return *np.where(drag.pressed > 0, errors, 0.0), ends * np.array([1.0, -1.0])[:, None]
 
 
 def _first_order(drag, catenary, stretched=False):
-    """Error and change of the tension vector at both ends, see `uneven_drag_errors`."""
+    """Error, that of the sag, and change of the tension vector at both ends, see `uneven_drag_errors`."""
     span, length = catenary.span, catenary.span.unstretched_length
     nodes, weights = np.polynomial.legendre.leggauss(DRAG_POINTS)
     places, near = (1 + nodes) / 2, [*range(DRAG_POINTS), 0, -1]
@@ -259,9 +263,9 @@ def _first_order(drag, catenary, stretched=False):
     ends = constant - np.stack([0 * passed[:, 0], (weights[:, None] / 2 * differs).sum(axis=1)], axis=1)
     pulled = np.abs((np.concatenate([change, ends], axis=1) * tangent[:, near]).sum(axis=-1)) / tension[:, near, 0]
     moved = (running_integral(nodes) @ (compliance @ change[..., None])[..., 0])[:, DRAG_POINTS // 2]
-    away = np.sqrt((catenary.at(np.array([0.5]))[0] ** 2).sum(axis=-1))[:, 0]
-    moved = np.hypot(np.hypot(moved[:, 0], moved[:, 1]), moved[:, 2]) / np.maximum(away, np.finfo(float).tiny)
-    return np.maximum(pulled.max(axis=-1), moved), ends
+    whole = np.hypot(np.hypot(moved[:, 0], moved[:, 1]), moved[:, 2])
+    aside, sag = profile_error.shares_at_middle(whole, np.abs(moved[:, 2]), catenary)
+    return np.maximum(pulled.max(axis=-1), aside), sag, ends
 
 
 def wind_direction(angle):

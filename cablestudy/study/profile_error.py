@@ -28,6 +28,8 @@ def changes(drag, catenary):
     error : ndarray, shape (n,)
         The larger one of the change of the tension vector over the tension and of the movement at mid-length over the
         distance from the chord there. [-]
+    sag : ndarray, shape (n,)
+        Vertical movement at mid-length over the vertical distance from the chord there. [-]
     ends : ndarray, shape (n, 2, 3)
         Change of the tension vector at both ends, global axes. [N]
     """
@@ -56,9 +58,24 @@ def changes(drag, catenary):
     ends = constant - np.stack([0 * differs[:, 0], (weights[:, None] * differs).sum(axis=1)], axis=1)
     change = np.concatenate([loaded + constant - first, ends], axis=1)
     pulled = ((_size(change) + _size(step)) / np.maximum(_size(given), np.finfo(float).tiny)).max(axis=-1)
-    away = np.maximum(_size(catenary.at(np.array([0.5]))[0])[:, 0], np.finfo(float).tiny)
-    aside = (_size(moved) + _size(moved - before))[:, DRAG_POINTS // 2] / away
-    return np.maximum(pulled, aside), ends
+    middle = np.stack([moved, moved - before])[:, :, DRAG_POINTS // 2]
+    aside, sag = shares_at_middle(_size(middle).sum(axis=0), np.abs(middle[..., 2]).sum(axis=0), catenary)
+    return np.maximum(pulled, aside), sag, ends
+
+
+def shares_at_middle(moved, vertical, catenary):
+    """Movements at mid-length over the distance from the chord there: whole and vertical, both of shape (n,). [-]
+
+    Parameters
+    ----------
+    moved, vertical : ndarray, shape (n,)
+        Over the unstretched length. [-]
+    catenary : Catenary
+        Of shape (n,).
+    """
+    away = catenary.span.in_frame(catenary.at(np.array([0.5]))[0], "global")[:, 0]
+    tiny = np.finfo(float).tiny
+    return moved / np.maximum(_size(away), tiny), vertical / np.maximum(np.abs(away[..., 2]), tiny)
 
 
 def _slope(force, stiffness):

@@ -224,8 +224,18 @@ class Results:
     @cached_property
     def drag_error(self):
         """Relative error of all results in a steady wind, as drag is taken as uniform along a cable, shape (n,). [-]"""
-        blown = self.drag.pressed.any()
-        return load_cases.uneven_drag_errors(self.drag, self.catenary)[0] if blown else self.drag.pressed
+        return self._drag_errors[0]
+
+    @cached_property
+    def sag_drag_error(self):
+        """As `drag_error`, of the sag, shape (n,). [-]"""
+        return self._drag_errors[1]
+
+    @cached_property
+    def _drag_errors(self):
+        if not self.drag.pressed.any():
+            return self.drag.pressed, self.drag.pressed
+        return load_cases.uneven_drag_errors(self.drag, self.catenary)[:2]
 
     @cached_property
     def model_error(self):

@@ -252,7 +252,11 @@ class Group:
 
     def drag_movement(self, place, in_wind=False):
         """Estimated error of places [m] and attitudes [rad] of bodies and points for the same reason, shape (b, 6)."""
-        return (self._drag_change_in_wind if in_wind else self._drag_change)[1][place]
+        return (self._drag_change_in_wind if in_wind else self._drag_change)[2][place]
+
+    def sag_error(self, place, cable):
+        """Estimated relative error of the sag of a cable for the same reason."""
+        return float(self._drag_change[1][place, cable])
 
     def rounding_error(self, place):
         """Estimated relative error of tensions, places and attitudes of a case by rounding and its search. [-]"""
@@ -292,7 +296,7 @@ class Group:
         return self._coordinates[body, axis]
 
     def _coordinate(self, body, axis):
-        rotation, moved = self.equilibrium.rotation[:, body], self._drag_change[1][:, body]
+        rotation, moved = self.equilibrium.rotation[:, body], self._drag_change[2][:, body]
         unknown = self._rounding_movement[:, body, axis]
         if axis < 3:
             value, by_drag = self.equilibrium.position[:, body, axis], moved[:, axis]

@@ -88,23 +88,31 @@ def drag_change(found, drag):
     -------
     error : ndarray, shape (n,)
         Largest one of all cables, relative. [-]
+    sag : ndarray, shape (n, c)
+        That of the sag of each cable. [-]
     moved : ndarray, shape (n, b, 6)
         Displacement of bodies and points along x, y, z [m], and their rotation about these [rad].
     """
     shape = found.lengths.shape
-    error, moved = np.zeros(shape[0]), np.zeros((*found.position.shape[:2], 6))
+    error, sag, moved = np.zeros(shape[0]), np.zeros(shape), np.zeros((*found.position.shape[:2], 6))
     if drag is None:
-        return error, moved
+        return error, sag, moved
     whole = drag_on_cables(drag, found)
     case, cable = np.nonzero((whole.pressed > 0) & found.record.converged[:, None])
     own, forces = np.zeros(shape), np.zeros((*shape, 2, 3))
     if len(case):
         about = whole.take((case, cable)), found.catenary.take((case, cable)), drag.stretched
-        own[case, cable], forces[case, cable] = uneven_drag_errors(*about)
+        own[case, cable], sag[case, cable], forces[case, cable] = uneven_drag_errors(*about)
     for place in np.unique(case).tolist():
         more, moved[place] = _by_bodies(found, place, forces[place])
-        error[place] = np.minimum(np.nan_to_num(own[place] + SECOND_ORDER * more, nan=UNKNOWN), UNKNOWN).max()
-    return error, np.minimum(np.nan_to_num(SECOND_ORDER * np.abs(moved), nan=UNKNOWN), UNKNOWN)
+        error[place] = _known(own[place] + SECOND_ORDER * more).max()
+        sag[place] = _known(sag[place] + SECOND_ORDER * more)
+    return error, sag, _known(SECOND_ORDER * np.abs(moved))
+
+
+def _known(error):
+    """Errors that are numbers, and no larger than UNKNOWN."""
+    return np.minimum(np.nan_to_num(error, nan=UNKNOWN), UNKNOWN)
 
 
 def _by_bodies(found, place, forces):
