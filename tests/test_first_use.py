@@ -227,7 +227,7 @@ def test_wrong_words_say_what_to_write(words, message):
 
 
 def test_a_goal_as_headings_write_it():
-    by = "--by", "cable.preload", "--format", "json", "--quiet"
+    by = "--by", "cable.preload", "--between", "0.9 kN:5 kN", "--format", "json", "--quiet"
     assert run("find", GUY, "end stiffness yy = 8 N/m", *by).out == run("find", GUY, "end_stiffness_yy=8 N/m", *by).out
 
 

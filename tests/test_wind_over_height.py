@@ -111,7 +111,7 @@ def test_the_stated_error_of_the_sag_is_that_against_400_pieces(made, name):
     assert true <= found.errors["sag_m"] + 1e-5
     assert found.errors["sag_m"] >= found.errors["max_tension_N"]
     if name == "leeward guy":
-        assert 0.05 < true
+        assert true > 0.05
         assert found.errors["sag_m"] < 1.5 * true
 
 
