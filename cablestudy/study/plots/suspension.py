@@ -235,7 +235,8 @@ def _draw(axes, drawing, view, colours):
     lines = LineCollection(view(drawing.cables), colors=colours, linewidths=1.4, zorder=2)
     axes.add_collection(lines)
     draw_links(axes, view(drawing.links))
-    draw_lost(axes, view(drawing.lost), GREY)
+    if len(drawing.lost):
+        draw_lost(axes, view(drawing.lost), GREY)
     if drawing.anchors:
         x, y = view(np.array(list(drawing.anchors.values()))).T
         axes.plot(x, y, "^", color=GREY, ms=5 if len(x) < MANY else 2, zorder=3)
