@@ -228,7 +228,7 @@ class Results:
 
     @cached_property
     def sag_drag_error(self):
-        """As `drag_error`, of the sag, shape (n,). [-]"""
+        """Relative error of the sag for the same reason as `drag_error`, shape (n,). [-]"""
         return self._drag_errors[1]
 
     @cached_property
