@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.stress_strain import NO_SET, TERMS, Condition, Curves, linear_cable, uneven_strain
-from cablestudy.study.load_cases import SECOND_ORDER, UNKNOWN
+from cablestudy.study.load_cases import SECOND_ORDER, bounded
 
 NAMES = tuple(field.name for field in fields(Curves))
 GUESS = 1e-3  # strain of a conductor, to begin with
@@ -268,4 +268,4 @@ def uneven_errors(condition, strain, catenary):
         change = more * catenary.span.unstretched_length * catenary.end_stiffness[..., 0, 0] / mean
         slopes = np.abs(1 / condition.pull(strain)[1] - 1 / condition.elastic(strain))
         change = change + slopes * np.abs(tension - mean[:, None]).max(axis=-1)
-    return np.minimum(np.nan_to_num(SECOND_ORDER * change, nan=UNKNOWN), UNKNOWN)
+    return bounded(SECOND_ORDER * change)

@@ -6,6 +6,7 @@ from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
 from cablestudy.study.one_cable_system import equilibria_of
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.group import Group
+from cablestudy.study.suspension.load_cases import DragChange
 from cablestudy.system.coupled_modes import coupled_modes
 
 
@@ -29,7 +30,7 @@ class OneCableGroup(Group):
         self._rounding_errors = [float(max(results.statics_rounding[index], results.model_error[index]))]
         self._rounding_movement = np.zeros((1, 1, 6))
         sag = results.sag_drag_error[index].reshape(1, 1)
-        self._drag_change = self._drag_change_in_wind = np.zeros(1), sag, self._rounding_movement
+        self._drag_change = self._drag_change_in_wind = DragChange(np.zeros(1), sag, self._rounding_movement)
 
     def failure(self, _):
         """None: it has an equilibrium."""

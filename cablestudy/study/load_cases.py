@@ -234,8 +234,13 @@ def uneven_drag_errors(drag, catenary, stretched=False):
             if chosen.any():
                 error[chosen], sag[chosen], ends[chosen] = changes(drag.take(chosen), catenary.take(chosen))
     errors = np.stack([error, np.fmax(sag, error)])
-    errors = SECOND_ORDER * np.minimum(np.nan_to_num(errors, nan=UNKNOWN), UNKNOWN)
+    errors = SECOND_ORDER * bounded(errors)
     return *np.where(drag.pressed > 0, errors, 0.0), ends * np.array([1.0, -1.0])[:, None]
+
+
+def bounded(error):
+    """Estimated errors that are numbers, none of them larger than UNKNOWN."""
+    return np.minimum(np.nan_to_num(error, nan=UNKNOWN), UNKNOWN)
 
 
 def _first_order(drag, catenary, stretched=False):

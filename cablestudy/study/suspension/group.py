@@ -243,7 +243,7 @@ class Group:
         In the steady wind of its load case, or `in_wind`, in which it moves.
         """
         stretch = 0.0 if self._conductors is None else self._stretch_errors[place]
-        return float((self._drag_change_in_wind if in_wind else self._drag_change)[0][place] + stretch)
+        return float((self._drag_change_in_wind if in_wind else self._drag_change).error[place] + stretch)
 
     @cached_property
     def _stretch_errors(self):
@@ -252,11 +252,11 @@ class Group:
 
     def drag_movement(self, place, in_wind=False):
         """Estimated error of places [m] and attitudes [rad] of bodies and points for the same reason, shape (b, 6)."""
-        return (self._drag_change_in_wind if in_wind else self._drag_change)[2][place]
+        return (self._drag_change_in_wind if in_wind else self._drag_change).moved[place]
 
     def sag_error(self, place, cable):
         """Estimated relative error of the sag of a cable for the same reason."""
-        return float(self._drag_change[1][place, cable])
+        return float(self._drag_change.sag[place, cable])
 
     def rounding_error(self, place):
         """Estimated relative error of tensions, places and attitudes of a case by rounding and its search. [-]"""
@@ -296,7 +296,7 @@ class Group:
         return self._coordinates[body, axis]
 
     def _coordinate(self, body, axis):
-        rotation, moved = self.equilibrium.rotation[:, body], self._drag_change[2][:, body]
+        rotation, moved = self.equilibrium.rotation[:, body], self._drag_change.moved[:, body]
         unknown = self._rounding_movement[:, body, axis]
         if axis < 3:
             value, by_drag = self.equilibrium.position[:, body, axis], moved[:, axis]
@@ -306,7 +306,7 @@ class Group:
             by_drag = moved[:, 3:].sum(axis=-1) / np.sqrt(np.maximum(1 - rotation[:, 2, 0] ** 2, ROUNDING))
         zero = np.abs(value) <= np.maximum(unknown, least)
         error = (unknown + by_drag) / np.where(zero, 1.0, np.abs(value))
-        error = np.where(zero, np.maximum(self._rounding_errors, self._drag_change[0]), error)
+        error = np.where(zero, np.maximum(self._rounding_errors, self._drag_change.error), error)
         return list(zip(np.where(zero, 0.0, value).tolist(), np.maximum(ROUNDING, error).tolist(), strict=True))
 
     @cached_property

@@ -13,7 +13,7 @@ import numpy as np
 from cablestudy.cable.steady_drag import Profile, SteadyDrag
 from cablestudy.study.load_cases import (
     SECOND_ORDER,
-    UNKNOWN,
+    bounded,
     drag_width,
     elongation,
     ice_mass,
@@ -75,17 +75,12 @@ def drag_on_cables(drag, found):
     return replace(whole, profile=profile, end_1=end_1, mean=profile.mean_pressure(found.catenary, end_1))
 
 
-def drag_change(found, drag):
-    """Change of an equilibrium, since drag is taken as uniform along each cable, to first order.
+@dataclass(frozen=True)
+class DragChange:
+    """Estimated errors of an equilibrium, since drag is taken as uniform along each cable.
 
-    Parameters
+    Attributes
     ----------
-    found : Equilibrium
-        Of n cases, in the wind.
-    drag : Drag or None
-
-    Returns
-    -------
     error : ndarray, shape (n,)
         Largest one of all cables, relative. [-]
     sag : ndarray, shape (n, c)
@@ -93,10 +88,25 @@ def drag_change(found, drag):
     moved : ndarray, shape (n, b, 6)
         Displacement of bodies and points along x, y, z [m], and their rotation about these [rad].
     """
+
+    error: np.ndarray
+    sag: np.ndarray
+    moved: np.ndarray
+
+
+def drag_change(found, drag):
+    """`DragChange` of an equilibrium, to first order.
+
+    Parameters
+    ----------
+    found : Equilibrium
+        Of n cases, in the wind.
+    drag : Drag or None
+    """
     shape = found.lengths.shape
     error, sag, moved = np.zeros(shape[0]), np.zeros(shape), np.zeros((*found.position.shape[:2], 6))
     if drag is None:
-        return error, sag, moved
+        return DragChange(error, sag, moved)
     whole = drag_on_cables(drag, found)
     case, cable = np.nonzero((whole.pressed > 0) & found.record.converged[:, None])
     own, forces = np.zeros(shape), np.zeros((*shape, 2, 3))
@@ -105,14 +115,9 @@ def drag_change(found, drag):
         own[case, cable], sag[case, cable], forces[case, cable] = uneven_drag_errors(*about)
     for place in np.unique(case).tolist():
         more, moved[place] = _by_bodies(found, place, forces[place])
-        error[place] = _known(own[place] + SECOND_ORDER * more).max()
-        sag[place] = _known(sag[place] + SECOND_ORDER * more)
-    return error, sag, _known(SECOND_ORDER * np.abs(moved))
-
-
-def _known(error):
-    """Errors that are numbers, and no larger than UNKNOWN."""
-    return np.minimum(np.nan_to_num(error, nan=UNKNOWN), UNKNOWN)
+        error[place] = bounded(own[place] + SECOND_ORDER * more).max()
+        sag[place] = bounded(sag[place] + SECOND_ORDER * more)
+    return DragChange(error, sag, bounded(SECOND_ORDER * np.abs(moved)))
 
 
 def _by_bodies(found, place, forces):
