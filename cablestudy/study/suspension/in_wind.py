@@ -186,7 +186,8 @@ class InWind:
             doing(f"motion with {count} modes")
             movement = self._with(count)
             self._check(movement)
-            before = response if self._compared else None
+            # what the fewest modes change says little of those after them
+            before = response if self._compared and count > self._solved(0) else None
             response = Response(movement, self.scene, before) if self.airflow is not None else None
             if response is None or len(movement.modes) < count or self._suffices(response):
                 break
