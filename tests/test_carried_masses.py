@@ -20,7 +20,8 @@ from test_wind_cable import spectrum_of
 
 from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.dynamics import Dynamics
-from cablestudy.cable.element import PER_WAVE, mesh_pieces, mesh_segments, pieces
+from cablestudy.cable.element import mesh_pieces, mesh_segments, pieces
+from cablestudy.cable.tolerances import CABLE
 from cablestudy.control import statespace
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.case import Case
@@ -193,7 +194,7 @@ def test_the_error_that_a_model_states_is_true(seed):
         state, found = model.state, model.modes(24)
         slowness = np.sqrt(span.mass * state.stretch / (state.tension * state.force))
         time = (state.mesh.point_weights * slowness).sum(axis=-1).max() * span.unstretched_length
-        count = min(int((PER_WAVE * 2 * found.frequency * time + 3 <= order).sum()), 24)
+        count = min(int((CABLE.orders_per_half_wave * 2 * found.frequency * time + 3 <= order).sum()), 24)
         true = np.abs(found.frequency[:count] / fine[:count] - 1)
         assert np.all(true <= np.maximum(found.errors[:count], 1e-11)), order
 

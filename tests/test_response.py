@@ -6,6 +6,7 @@ from cables import EA, MASS, PAPER_LENGTH
 from command import CARLINA, SLACK
 
 from cablestudy.control import response, statespace
+from cablestudy.control.tolerances import CONTROL
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.case import Case
 
@@ -22,11 +23,13 @@ def model(request):
     return case_of(request.param, "model.elements=40").end_model
 
 
-@pytest.mark.parametrize("count", [2, 300, response.BLOCK, response.BLOCK + 1, 3 * response.BLOCK - 1])
+@pytest.mark.parametrize(
+    "count", [2, 300, *(CONTROL.frequency_block * n + more for n, more in ((1, 0), (1, 1), (3, -1)))]
+)
 def test_frequencies_have_equal_ratios_and_both_ends(count):
     blocks = list(response.frequencies(0.013, 97, count))
-    assert all(len(block) == response.BLOCK for block in blocks[:-1])
-    assert 0 < len(blocks[-1]) <= response.BLOCK
+    assert all(len(block) == CONTROL.frequency_block for block in blocks[:-1])
+    assert 0 < len(blocks[-1]) <= CONTROL.frequency_block
     np.testing.assert_array_equal(np.concatenate(blocks), np.geomspace(0.013, 97, count))
 
 

@@ -5,7 +5,8 @@ import pytest
 from mpmath import mp
 from references import catenary_mp
 
-from cablestudy.cable.segment import SMALL_BETA, evaluate, extension, flexibility, solve_symmetric
+from cablestudy.cable.segment import evaluate, extension, flexibility, solve_symmetric
+from cablestudy.cable.tolerances import CABLE
 
 EPS = np.finfo(float).eps
 
@@ -72,10 +73,10 @@ def test_a_taut_segment_keeps_the_digits_of_a_strain_of_1e_12():
 
 @pytest.mark.parametrize("side", [1 - 1e-9, 1 + 1e-9])
 def test_series_and_closed_form_meet(side):
-    """Just below and above SMALL_BETA the two branches are both exact."""
-    weight = 2 * SMALL_BETA / np.sqrt(1 - SMALL_BETA**2) * side  # beta = W / (2 hypot(1, W/2))
+    """Just below and above CABLE.series_below the two branches are both exact."""
+    weight = 2 * CABLE.series_below / np.sqrt(1 - CABLE.series_below**2) * side  # beta = W / (2 hypot(1, W/2))
     kernel = evaluate((1.0, 0.0, 0.0), weight, 1.0, 0.0)
-    assert (kernel.beta < SMALL_BETA) == (side < 1)
+    assert (kernel.beta < CABLE.series_below) == (side < 1)
     assert kernel.excess == pytest.approx(np.arctanh(kernel.beta) / kernel.beta - 1, rel=2e-13)
     parts, kernel = extension((1.0, 0.0, 0.0), weight, 1e3, 1.0, 0.0)
     expected, flexible = exact((1.0, 0.0, 0.0), weight, 1e3, 1.0, 0.0)

@@ -8,8 +8,9 @@ from suspension_scenes import platform
 
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.system import equilibria, statics
+from cablestudy.system import statics
 from cablestudy.system.equilibria import Equilibria
+from cablestudy.system.tolerances import SYSTEM
 
 BODY = platform().suspension
 
@@ -53,7 +54,7 @@ def test_other_connections_are_other_rows(searched):
 
 
 def test_no_more_is_kept_than_there_is_room_for(searched, monkeypatch):
-    monkeypatch.setattr(equilibria, "MOST_CABLES", 20)  # of eight cables: two rows
+    monkeypatch.setitem(vars(SYSTEM), "remembered_cables", 20)  # of eight cables: two rows
     shared = Equilibria()
     for value in (50.0, 60.0, 70.0, 70.0, 60.0, 50.0):
         shared.pose(masses(value))

@@ -11,7 +11,7 @@ from references.continuous_cable import dynamic_end_stiffness
 from scenes import cells, scene
 from scipy.optimize import brentq
 
-from cablestudy.control.gain_limits import NEGLIGIBLE
+from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.scene.scene import CableScene
 from cablestudy.study.columns import find
@@ -90,7 +90,7 @@ def test_no_loop_is_called_stable_that_dense_matrices_on_two_meshes_call_unstabl
         except CablestudyError as error:
             refused = str(error)
         growth = [dense_growth(loop, gain, order) for order in (30, 38)]
-        if min(growth) > 1.2 * NEGLIGIBLE:
+        if min(growth) > 1.2 * CONTROL.negligible_growth:
             assert refused, (gain / begin, growth)
         if max(growth) < 0:
             assert "unstable" not in refused, (gain / begin, growth, refused)
@@ -112,9 +112,9 @@ def test_a_gain_of_eleven_has_a_growing_pole_on_two_meshes():
     loop = OneLoop(short(11))
     growth = [dense_growth(loop, 11.0, order) for order in (38, 46)]
     assert growth == pytest.approx([growth[0]] * 2, rel=1e-3)
-    assert growth[0] > 10 * NEGLIGIBLE
+    assert growth[0] > 10 * CONTROL.negligible_growth
     # and at 0.3 it would take a billion oscillations to see it
-    assert dense_growth(loop, 0.3, 46) < NEGLIGIBLE
+    assert dense_growth(loop, 0.3, 46) < CONTROL.negligible_growth
 
 
 @pytest.mark.parametrize("viscous", [2e-7, 2e-5])
@@ -235,7 +235,7 @@ def test_the_largest_gain_is_the_smallest_at_which_any_pole_crosses(diameter, da
     for factor in (0.3, 0.6, 0.9, 0.995, 1.005):
         poles = dense_loop(cable, loop, factor * limit)
         poles = poles[poles.imag > 0]
-        stable = (poles.real / np.abs(poles)).max() < NEGLIGIBLE
+        stable = (poles.real / np.abs(poles)).max() < CONTROL.negligible_growth
         nearest = poles[np.argmin(np.abs(poles - crossing))]
         assert stable if factor < 1 else nearest.real > 0, factor
         assert loop.with_gain(factor * limit).stable == (factor < 1)

@@ -21,7 +21,7 @@ from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled_modes import coupled_modes_of_cases
 from cablestudy.system.superelement import Damping
-from cablestudy.wind import mean
+from cablestudy.wind.tolerances import WIND
 
 HELD_AT_ITS_CENTER = {"attachments": {f"e{k}": [0, 0, 0] for k in range(8)}, "center_of_mass": [0, 0, 0]}
 
@@ -183,7 +183,7 @@ def test_rows_that_are_resumed_or_merged_are_those_of_one_run(tmp_path):
 
 def test_a_case_whose_wind_and_attitude_do_not_agree_fails_alone(monkeypatch):
     """After one equilibrium only next to no wind has come to rest."""
-    monkeypatch.setattr(mean, "MOST", 1)
+    monkeypatch.setitem(vars(WIND), "mean_wind_equilibria", 1)
     speeds = {"vary": [{"wind.speed": [1e-6, 20]}], "set": {"control": None}}
     study = read_study(IN_MEAN_WIND | speeds | {"columns": ["gondola.rms_open_loop"]})
     (calm, windy) = numbers_and_status(study, range(2)).values()

@@ -15,6 +15,7 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.study.suspension.group import Group
 from cablestudy.system import lengths, stated, statics
 from cablestudy.system.tension_distribution import distribute
+from cablestudy.system.tolerances import SYSTEM
 
 
 def robot(cables=8, mass=40.0, line=0.05):
@@ -270,4 +271,4 @@ def test_cables_whose_own_weight_needs_more_than_is_allowed_end_the_search_at_on
     reason = Group([scene]).failure(0)
     assert "by its own weight at least" in str(reason)
     assert len(searched) == 1  # other least tensions are not tried
-    assert searched[0][1].steps <= lengths.INFEASIBLE_STEPS
+    assert searched[0][1].steps <= SYSTEM.infeasible_steps

@@ -22,8 +22,9 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.suspension.case import SuspensionCase, cases_of
 from cablestudy.study.suspension.columns import find
-from cablestudy.system import descent, statics, tangent
+from cablestudy.system import descent, statics
 from cablestudy.system.coupled import Layout
+from cablestudy.system.tolerances import SYSTEM
 
 TURN, G = 2 * math.pi, 9.81
 BODY = {"at": [0, 0, 0], "mass": 100.0, "inertia": [7.0, 9.0, 11.0], "center_of_mass": [0, 0, -0.2]}
@@ -560,7 +561,7 @@ def test_extremes_of_damping(damping):
 def test_layouts_that_are_sparse_have_the_damping_of_links(monkeypatch):
     scene = random_scene(0)
     expected = case_of(scene).modes(6).damping_ratio
-    monkeypatch.setattr("cablestudy.system.coupled.LARGE", 0)
+    monkeypatch.setitem(vars(SYSTEM), "large_connection", 0)
     case = case_of(scene)
     assert Layout(case.equilibrium).large
     assert case.modes(6).damping_ratio == pytest.approx(expected, rel=1e-7)
@@ -569,7 +570,7 @@ def test_layouts_that_are_sparse_have_the_damping_of_links(monkeypatch):
 def test_a_sparse_search_has_the_same_pose(monkeypatch):
     scene = random_scene(2)
     expected = case_of(scene).equilibrium.position
-    monkeypatch.setattr(tangent, "DENSE", 0)
+    monkeypatch.setitem(vars(SYSTEM), "dense_freedoms", 0)
     assert case_of(scene).equilibrium.position == pytest.approx(expected, abs=1e-9)
 
 

@@ -34,7 +34,7 @@ from cablestudy.study.case import Case
 from cablestudy.study.columns import SENSITIVITY
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
-from cablestudy.system import coupling_damping
+from cablestudy.system.tolerances import SYSTEM
 
 TURN = 2 * np.pi
 FAST = 1e4  # poles above are those of cables without mass to speak of [rad/s]
@@ -563,7 +563,7 @@ def test_waves_that_damped_strain_couples_are_all_in_the_loop_gain(monkeypatch):
         str(CONFIGS / "slack.yaml"), [damping, "winch.controller.gain=0.05", "model={accuracy: 1e-4}"]
     )
     found, error = Case(scene).in_wind.largest_gain
-    monkeypatch.setattr(coupling_damping, "MANY", 10_000)
+    monkeypatch.setitem(vars(SYSTEM), "windows_from", 10_000)
     every, _ = Case(scene).in_wind.largest_gain
     assert error < 1e-5
     assert found == pytest.approx(every, rel=error)

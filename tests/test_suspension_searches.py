@@ -16,6 +16,7 @@ from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.system import lengths, stated, statics
 from cablestudy.system.failure import explain
+from cablestudy.system.tolerances import SYSTEM
 
 G = 9.81
 
@@ -115,7 +116,7 @@ def test_the_least_tension_of_a_cable(way):
 
     share = minimize_scalar(level, bounds=(0.5, 3.0), method="bounded").fun if way[0] else 0.5
     span = Span.between(np.zeros(3), np.array([way]), 1e9, 2.0, G, np.array([10.0]))
-    assert stated.least_preload(span)[0] == pytest.approx(share * 2.0 * G * 10, rel=stated.LEAST_ERROR)
+    assert stated.least_preload(span)[0] == pytest.approx(share * 2.0 * G * 10, rel=SYSTEM.least_tension_error)
 
 
 def heavy_robot(line):

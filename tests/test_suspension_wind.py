@@ -37,10 +37,11 @@ from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.system import statics
-from cablestudy.wind import gusts, strips
+from cablestudy.wind import gusts
 from cablestudy.wind.mean import Drag, cable_loads
 from cablestudy.wind.spectrum import speed_spectrum
 from cablestudy.wind.strips import Strip
+from cablestudy.wind.tolerances import WIND as TOLERANCES
 
 TURN = 2 * np.pi
 EA, G = 1e5, 9.81
@@ -328,9 +329,9 @@ def test_the_stated_error_of_rotations_and_their_rates_is_true(count, monkeypatc
     """Six cables that meet at a gondola: gusts coherent over a metre, against 160 modes and a finer rod for these."""
     scene, found = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml")[1], []
     about = [(f"gondola.r{axis}", kind, at_rest) for axis in "xyz" for kind in response.OWN for at_rest in (0, 1)]
-    for modes, orders in ((count, strips.ORDERS), (160, 150)):
+    for modes, orders in ((count, TOLERANCES.rod_orders), (160, 150)):
         monkeypatch.setattr(in_wind, "COUNTS", (modes,))
-        monkeypatch.setattr(strips, "ORDERS", orders)
+        monkeypatch.setitem(vars(TOLERANCES), "rod_orders", orders)
         wind = SuspensionCase(scene).in_wind
         found.append([wind.rms([name], kind, bool(at_rest)) for name, kind, at_rest in about])
         assert len(wind.movement.modes) == modes
@@ -341,12 +342,12 @@ def test_the_stated_error_of_rotations_and_their_rates_is_true(count, monkeypatc
 def test_the_rms_depends_neither_on_points_of_long_elements_nor_on_parts(monkeypatch):
     """Six cables with 160 modes, in elements of order 32: interpolated between 30 of 36 points, and in small parts."""
     scene, found = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml")[1], []
-    for most, at_once in ((strips.MOST, gusts.AT_ONCE), (100, 1000)):
-        monkeypatch.setattr(strips, "MOST", most)
-        monkeypatch.setattr(gusts, "AT_ONCE", at_once)
+    for most, at_once in ((TOLERANCES.interpolated_points, TOLERANCES.coherence_entries), (100, 1000)):
+        monkeypatch.setitem(vars(TOLERANCES), "interpolated_points", most)
+        monkeypatch.setitem(vars(TOLERANCES), "coherence_entries", at_once)
         movement = SuspensionCase(scene).in_wind.movement_of(160)
         strip = movement.gusts.strips[0]
-        assert len(strip.points) == min(most, strip.mesh.order + strips.MORE)
+        assert len(strip.points) == min(most, strip.mesh.order + TOLERANCES.strip_points)
         found.append(movement.linear.at_rest.variances[0])
     assert found[0] == pytest.approx(found[1], rel=1e-7)
 

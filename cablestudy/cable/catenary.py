@@ -13,13 +13,11 @@ from cablestudy.cable.equilibrium_residual import EquilibriumResidual
 from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.midspan import arc_length_at_midspan
 from cablestudy.cable.newton import CONVERGED, STALLED, UNDETERMINED, Record, newton
-from cablestudy.cable.segment import TINY, SegmentedCable, evaluate, extension, flexibility, solve_symmetric
+from cablestudy.cable.segment import SegmentedCable, evaluate, extension, flexibility, solve_symmetric
 from cablestudy.cable.span import Span
+from cablestudy.cable.tolerances import CABLE
 
 GAUSS_POINTS = 8  # on each piece, for the travel time of a wave
-HORIZONTAL_POINTS = 40  # on each segment, for the mean horizontal tension of a cable in a steady wind
-FOLDED = 1e-12  # share of the largest tension below which a cable counts as folded
-LAST = 1e-8  # relative size of the last step up to which a tension counts as found: the error is about its square
 
 
 @dataclass(frozen=True)
@@ -115,7 +113,7 @@ class Catenary(SegmentedCable):
         distance of the singularity bounds the length on which a polynomial series converges.
         """
         vertical, horizontal = self._vertical_and_horizontal
-        weight = np.maximum(np.broadcast_to(self.segments.weight, vertical.shape), TINY)
+        weight = np.maximum(np.broadcast_to(self.segments.weight, vertical.shape), CABLE.least_tension)
         fraction = self.segments.fraction
         middle = np.cumsum(fraction, axis=-1) - fraction / 2
         real, imaginary = -vertical / weight, horizontal / weight
@@ -132,7 +130,7 @@ class Catenary(SegmentedCable):
     def _mean_horizontal(self):
         """That of a uniform load in any direction, by quadrature of the tension vector, linear on each segment. [N]"""
         load = self.segments.weight[..., None] * self.span.up[..., None, :]
-        nodes, weights = np.polynomial.legendre.leggauss(HORIZONTAL_POINTS)
+        nodes, weights = np.polynomial.legendre.leggauss(CABLE.horizontal_tension_points)
         total = 0.0
         for node, weight in zip(nodes, weights, strict=True):
             force = self.span.in_frame(self.mid_forces + load * node / 2, "global")
@@ -173,7 +171,7 @@ class Catenary(SegmentedCable):
     @property
     def folded(self):
         """True where a cable has next to no tension somewhere, shape (...): it has no stiffness about this form."""
-        return self.min_tension <= FOLDED * self.max_tension
+        return self.min_tension <= CABLE.folded * self.max_tension
 
     def at(self, position):
         """Displacement [-] and tension vector [N] along the cable, chord frame, shapes (..., j, 3).
@@ -257,7 +255,7 @@ def travel_shares(catenary, edges):
     low, high = np.array(edges[:-1]), np.array(edges[1:])
     places = (low[:, None] + high[:, None] + (high - low)[:, None] * nodes) / 2
     force = catenary.at(places.ravel())[1]
-    tension = np.maximum(np.sqrt((force**2).sum(axis=-1)), TINY).reshape(places.shape)
+    tension = np.maximum(np.sqrt((force**2).sum(axis=-1)), CABLE.least_tension).reshape(places.shape)
     time = (high - low) * ((1 / np.sqrt(tension)) @ weights)
     return (time / time.max()).tolist()
 
@@ -290,15 +288,17 @@ def solve(span):
     change, weightless = record.last_correction, ~loose & (np.asarray(span.weight) == 0)
     for _ in range(problem.segments.fraction.shape[-1] if weightless.any() else 0):
         sizes = np.sqrt(sum(part**2 for part in problem.tension(unknown)))
-        unsolved = weightless & ~((change < LAST) & (sizes.min(axis=-1) > LAST * sizes.max(axis=-1)))
+        unsolved = weightless & ~(
+            (change < CABLE.last_tension_step) & (sizes.min(axis=-1) > CABLE.last_tension_step * sizes.max(axis=-1))
+        )
         if not unsolved.any():
             break
         minimum, place, beside = problem.kink(sizes)
-        slack, again = unsolved & minimum, unsolved & ~minimum & ~(change < LAST)
+        slack, again = unsolved & minimum, unsolved & ~minimum & ~(change < CABLE.last_tension_step)
         unknown = np.where(slack, place, np.where(again, beside, unknown))
         change, weightless = np.where(slack, 0.0, change), again
         if again.any():
             unknown, _, more = newton(problem, unknown, again)
             record, change = record.then(more), np.where(again, more.last_correction, change)
-    reason = np.where(loose, UNDETERMINED, np.where(change < LAST, CONVERGED, STALLED))
+    reason = np.where(loose, UNDETERMINED, np.where(change < CABLE.last_tension_step, CONVERGED, STALLED))
     return Catenary(span, problem.tension(unknown), problem.segments, replace(record, reason=reason))

@@ -12,17 +12,13 @@ import numpy as np
 
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL, System
 from cablestudy.cable.modes import CombinedModes, Modes
-from cablestudy.cable.plane_modes import COINCIDENT, PlaneModes
+from cablestudy.cable.plane_modes import PlaneModes
 from cablestudy.cable.state import State
 from cablestudy.cable.symmetry import symmetry_subspaces
+from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError, NoSolutionError
 
-DENSE_LIMIT = 150  # degrees of freedom up to which a full eigen-solution is cheaper than Lanczos
-ALL_LIMIT = 3000  # degrees of freedom up to which all modes can be computed
 PLANAR = (IN_PLANE, OUT_OF_PLANE)
-FIRST = 16  # modes computed first where their number is unknown
-LARGEST_BASIS = 10_000_000  # numbers in the basis of a Lanczos iteration: 80 MB, and some 20 s for 600 modes
-ALL_AT_ONCE = 200  # degrees of freedom up to which all modes cost little more than some
 
 
 class Dynamics:
@@ -78,7 +74,7 @@ class Dynamics:
     @property
     def small(self):
         """True if the modes of a batch of such models are computed together."""
-        return self.dof <= ALL_AT_ONCE
+        return self.dof <= CABLE.cheap_freedoms
 
     @cached_property
     def unit_frequency(self):
@@ -113,10 +109,10 @@ class Dynamics:
 
     def up_to(self, frequency):
         """All modes of one cable up to a frequency [Hz], and at least one above it if the model has one."""
-        count = self.dof if self.small else FIRST
+        count = self.dof if self.small else CABLE.first_modes
         while True:
             modes = self.modes(count)
-            if modes.complete or modes.frequency[-1] > frequency * (1 + COINCIDENT):
+            if modes.complete or modes.frequency[-1] > frequency * (1 + CABLE.coincident_modes):
                 return modes
             count *= 2
 
@@ -145,7 +141,7 @@ class Dynamics:
             The model has no such mode.
         """
         whole, cable = self._among or (self, ())
-        most = self.dof if self.dof <= ALL_LIMIT else self.dof // 4
+        most = self.dof if self.dof <= CABLE.all_modes_freedoms else self.dof // 4
         count = max(*(2 * number for number, _, _ in which), min(ceil(about), most))
         while True:
             found, wrong = (part[cable].tolist() for part in whole._frequencies(count, which, errors))
@@ -189,7 +185,7 @@ class Dynamics:
         dof, lead = system.dof, np.shape(self.length)
         if count == 0:
             return [PlaneModes(system, np.zeros((*lead, dof, 0)))]
-        if dof <= DENSE_LIMIT or (count > dof // 4 and dof <= ALL_LIMIT):
+        if dof <= CABLE.dense_freedoms or (count > dof // 4 and dof <= CABLE.all_modes_freedoms):
             if system.axes not in self._spectra:
                 self._spectra[system.axes] = [
                     _spectrum(system, part)
@@ -202,7 +198,7 @@ class Dynamics:
         if count > dof // 4:
             raise ConvergenceError(
                 f"{count} modes of a model with {dof} unknowns: "
-                f"above {ALL_LIMIT} unknowns at most a quarter of the modes can be computed"
+                f"above {CABLE.all_modes_freedoms} unknowns at most a quarter of the modes can be computed"
             )
         every = [_lanczos(System(self.state.take(cable), system.axes), count) for cable in np.ndindex(lead)]
         return [PlaneModes(system, np.stack(every).reshape(*lead, dof, count))]
@@ -234,10 +230,10 @@ def _lanczos(system, count):
 
     dof = system.dof
     vectors = min(dof, max(2 * count + 10, 30))  # in the basis of the iteration
-    if vectors * dof > LARGEST_BASIS:
+    if vectors * dof > CABLE.lanczos_numbers:
         raise ConvergenceError(
             f"{count} modes of a model with {dof} unknowns are too many to compute "
-            f"(at most {max(LARGEST_BASIS // vectors, ALL_LIMIT)} unknowns for so many modes): "
+            f"(at most {max(CABLE.lanczos_numbers // vectors, CABLE.all_modes_freedoms)} unknowns for so many modes): "
             f"take fewer elements, fewer of a higher order, or an accuracy instead"
         )
     inverse = LinearOperator((dof, dof), matvec=lambda right: system.solve(right.reshape(-1, 1))[:, 0], dtype=float)

@@ -12,13 +12,10 @@ from math import ceil
 import numpy as np
 from numpy.polynomial import legendre
 
+from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import NoSolutionError
 
 MASSES = ("lumped", "consistent", "blended")
-MAX_ORDER = 64
-PER_WAVE = 1.7  # orders for each half-wave from which the error falls exponentially: pi/2 and a little more
-SHORTEST = 1e-9  # of the length: shorter pieces are not divided
-MERGED = 1e-11  # of the length: loads closer than this to each other, or to an end, share a node
 
 
 @dataclass(frozen=True)
@@ -49,7 +46,7 @@ def _lobatto(order):
 
 @lru_cache(maxsize=128)
 def basis(order):
-    """The reference element of an order from 1 to MAX_ORDER: `Basis`."""
+    """The reference element of an order from 1 to `highest_order`: `Basis`."""
     x, lobatto_weights = _lobatto(order)
     points, weights = legendre.leggauss(order)
     slopes = np.stack([legendre.legval(points, legendre.legder(row)) for row in np.eye(order + 1)])
@@ -231,7 +228,7 @@ def pieces(fractions, singularities):
         while stack:
             low, high = stack.pop()
             middle = (low + high) / 2
-            if high - low > max(abs(middle - singularity), SHORTEST):
+            if high - low > max(abs(middle - singularity), CABLE.shortest_piece):
                 stack += [(middle, high), (low, middle)]
             else:
                 edges.append(high)
@@ -267,9 +264,9 @@ def _ends(fractions):
 
 
 def _apart(places):
-    """Ascending places on [0, 1], those closer than MERGED to the one before or to the end left out."""
+    """Ascending places on [0, 1], those closer than `merged_loads` to the one before or to the end left out."""
     kept = [0.0]
     for place in places[1:-1]:
-        if kept[-1] + MERGED < place < 1 - MERGED:
+        if kept[-1] + CABLE.merged_loads < place < 1 - CABLE.merged_loads:
             kept.append(place)
     return [*kept, 1.0]

@@ -13,11 +13,8 @@ from cablestudy.cable.assembly import inverse, local_compliance, static_force_tr
 from cablestudy.cable.element import basis, lagrange
 from cablestudy.cable.newton import SLACK, STALLED, newton
 from cablestudy.cable.state import State
+from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError
-
-TINY = 1e-300
-MOST_UNEVEN = 60  # equilibria until a load that depends on them is found
-SETTLED = 1e-13  # change of such a load over the largest tension
 
 
 def from_catenary(catenary, mesh):
@@ -40,7 +37,7 @@ def _state(catenary, mesh, force, displacement):
     return State(
         mesh=mesh,
         span=catenary.span,
-        direction=(force / np.maximum(size, TINY)[..., None]).reshape(*shape, 3),
+        direction=(force / np.maximum(size, CABLE.tiny)[..., None]).reshape(*shape, 3),
         tension=size.reshape(shape),
         displacement=displacement,
         force=reference,
@@ -96,7 +93,7 @@ class ElementResidual:
     def residual(self, unknown):
         """g, shape (d, ...); at the points tension vectors, tensions, tangents and r' minus the chord's direction."""
         force = np.ascontiguousarray(np.moveaxis(unknown, 0, -1))[..., None, :] - self.transferred
-        size = np.maximum(np.sqrt((force**2).sum(axis=-1)), TINY)
+        size = np.maximum(np.sqrt((force**2).sum(axis=-1)), CABLE.tiny)
         t = force / size[..., None]
         aside = (t[..., 1:] ** 2).sum(axis=-1)
         ahead = t[..., 0] > 0
@@ -156,13 +153,13 @@ def solve_many(catenary, mesh, uneven=None):
     length = np.asarray(catenary.span.unstretched_length)[..., None, None]
     before = np.zeros((*np.shape(catenary.max_tension), mesh.nodes, 3))
     state, record = _solve_loads(catenary, mesh, before)
-    for _ in range(MOST_UNEVEN):
+    for _ in range(CABLE.uneven_load_steps):
         field = uneven(state)
         nodal = _on_nodes(mesh, field) * length
         state, record = _solve_loads(catenary, mesh, nodal)
         state = replace(state, uneven=(mesh.point_weights[..., None] * field).sum(axis=-2) * length)
         change, before = np.abs(nodal - before).sum(axis=(-1, -2)), nodal
-        settled = change <= SETTLED * np.asarray(catenary.max_tension)
+        settled = change <= CABLE.uneven_load_change * np.asarray(catenary.max_tension)
         if (settled | ~record.converged).all():
             return state, record
     return state, replace(record, reason=np.where(settled, record.reason, STALLED))

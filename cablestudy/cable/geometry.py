@@ -8,12 +8,8 @@ a linear function of the arc length vanishes.
 import numpy as np
 
 from cablestudy.cable.bracketing import zeros_between
+from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import NoSolutionError
-
-ROUNDING = 1e-13  # of a distance over the chord
-LEVEL = 1e-12  # component of the direction of a chord: what is less is zero but for rounding
-ONE_PLACE = 1e-9  # share of the length within which point loads are at one place
-MAX_STEPS, CLOSE = 60, 1e-15  # of the search for mid-span, and its last step, a share of the unstretched length
 
 
 def places(cable, positions):
@@ -71,14 +67,14 @@ def midspan(cable):
     upright = length <= 1e-9 * np.asarray(cable.span.chord)
     found, done = np.full(length.shape, 0.5), upright
     low, high, below, above = 0.0 * found, 0.0 * found + 1.0, -length / 2, length / 2
-    for _ in range(MAX_STEPS):
+    for _ in range(CABLE.chord_midspan_steps):
         middle = (low + high) / 2
         at_middle = beyond(middle)
         root = np.sqrt(at_middle**2 - below * above)
         place = middle - (middle - low) * np.divide(at_middle, root, out=np.zeros_like(root), where=root > 0)
         there = beyond(place)
         fresh = np.where(done, found, place)  # no digit depends on the other cables
-        done, found = done | (np.abs(fresh - found) <= CLOSE), fresh
+        done, found = done | (np.abs(fresh - found) <= CABLE.chord_midspan_last_step), fresh
         for trial, value in ((middle, at_middle), (place, there)):
             first, last = (value < 0) & (trial > low), (value >= 0) & (trial < high)
             low, below = np.where(first, trial, low), np.where(first, value, below)
@@ -110,7 +106,9 @@ def sag_and_swing(cable, position):
     length = np.hypot(chord[..., 0], chord[..., 1])
     across = np.stack([-chord[..., 1], chord[..., 0]], axis=-1) / np.where(length > 0, length, 1.0)[..., None]
     aside, whole = (moved[..., :2] * across).sum(axis=-1), np.asarray(span.chord)
-    aside = np.where((length > ROUNDING * whole) & (np.abs(aside) > ROUNDING * whole), aside, 0.0)
+    aside = np.where(
+        (length > CABLE.distance_rounding * whole) & (np.abs(aside) > CABLE.distance_rounding * whole), aside, 0.0
+    )
     return -moved[..., 2], np.arctan2(np.abs(aside), np.abs(moved[..., 2]))
 
 
@@ -126,7 +124,7 @@ def chord_angles(span):
     """
     chord = span.frame[..., 0, :]
     level, rise = np.hypot(chord[..., 0], chord[..., 1]), chord[..., 2]
-    level, rise = (np.where(np.abs(part) > LEVEL, part, 0.0) for part in (level, rise))
+    level, rise = (np.where(np.abs(part) > CABLE.level_chord, part, 0.0) for part in (level, rise))
     return np.arctan2(rise, level), np.arctan2(level, np.abs(rise))
 
 
@@ -183,8 +181,8 @@ def tensions_beside(cable, shares):
         On the side of end 1 and on that of end 2, global axes. [N]
     """
     edges = np.asarray(cable.edges)[1:-1]
-    before = np.searchsorted(edges, shares - ONE_PLACE)  # segment that ends at the load
-    after = np.searchsorted(edges, shares + ONE_PLACE)  # segment that begins there
+    before = np.searchsorted(edges, shares - CABLE.same_place)  # segment that ends at the load
+    after = np.searchsorted(edges, shares + CABLE.same_place)  # segment that begins there
     half = cable.half_changes
     beside = np.stack([(cable.mid_forces + half)[before], (cable.mid_forces - half)[after]], axis=-2)
     return cable.span.in_frame(beside, "global")

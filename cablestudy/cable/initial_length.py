@@ -4,16 +4,9 @@ import numpy as np
 
 from cablestudy.cable.bracketing import bracket, minima_between, zeros_between
 from cablestudy.cable.catenary import solve
+from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import NoSolutionError
 
-MAX_STEPS = 120
-NEAR = 100  # steps about a guess in which its zero is looked for first, then in all of the range
-BRACKETS = 16
-SECANTS, SECANT_STEP = 6, 1e-6  # steps of the secant method, and the first one over the guess,
-SETTLED, SMALLEST = 4e-16, 4e-16  # the last one over the place; a value of the function that is as good as zero
-ROUNDING = 1e-12  # of a mean tension
-LOOSEST = 1 / 1000 - 1  # chord strain of a cable a thousand chords long,
-TAUTEST = 1e3  # and of one that is stretched to a thousand times its length
 BELOW_LEAST = "below the least that this cable can have"  # of a tension, in messages
 
 
@@ -70,7 +63,7 @@ def closer_strain_for_tension(span, tension, at="mean"):
         raise NoSolutionError(f"at no length with {name} of {tension:.6g} N has the cable a definite form")
     if tension > least:
         return float(_between(excess, [lowest], [highest], [0])[0])
-    if tension >= least * (1 - ROUNDING):
+    if tension >= least * (1 - CABLE.mean_tension_rounding):
         return lowest
     length = span.chord / (1 + lowest)
     raise NoSolutionError(
@@ -115,7 +108,7 @@ def strains_for_sag(span, sag):
     def excess(strain, index):
         return 1 - _solved(span.take(index), strain).sag / sag[index]
 
-    return _root(excess, guess, _shortest(span, np.full(len(sag), TAUTEST)))[0]
+    return _root(excess, guess, _shortest(span, np.full(len(sag), CABLE.tautest_strain)))[0]
 
 
 def _tightest(span, tension, at="mean"):
@@ -152,17 +145,20 @@ def _root(function, guess, highest):
     The function takes places and which of the n they belong to. The second array says where the function is known to
     rise at its zero.
     """
-    step = np.minimum(np.maximum(1e-3 * np.abs(guess), 1e-15), (highest - LOOSEST) / 8)
-    guess = np.clip(guess, LOOSEST + 2 * step, highest - 2 * step)
+    step = np.minimum(np.maximum(1e-3 * np.abs(guess), 1e-15), (highest - CABLE.loosest_strain) / 8)
+    guess = np.clip(guess, CABLE.loosest_strain + 2 * step, highest - 2 * step)
     root = _by_secant(function, guess, highest)
     rises = np.isfinite(root)
     rest = np.flatnonzero(~rises)
-    near = np.maximum(guess - NEAR * step, LOOSEST), np.minimum(guess + NEAR * step, highest)
-    for right, (least, most) in ((guess + step, near), (highest, (np.full(len(guess), LOOSEST), highest))):
+    near = (
+        np.maximum(guess - CABLE.near_guess_steps * step, CABLE.loosest_strain),
+        np.minimum(guess + CABLE.near_guess_steps * step, highest),
+    )
+    for right, (least, most) in ((guess + step, near), (highest, (np.full(len(guess), CABLE.loosest_strain), highest))):
         if not len(rest):
             break
         limits = least[rest], most[rest]
-        found, low, high = bracket(function, (guess - step)[rest], right[rest], *limits, rest, BRACKETS)
+        found, low, high = bracket(function, (guess - step)[rest], right[rest], *limits, rest, CABLE.length_brackets)
         if found.any():
             root[rest[found]] = _between(function, low[found], high[found], rest[found])
         rest = rest[~found]
@@ -172,17 +168,19 @@ def _root(function, guess, highest):
 def _by_secant(function, guess, highest):
     """Zeros of `_root` by the secant method from good guesses; not a number where it does not settle on a rise."""
     root, index = np.full(len(guess), np.nan), np.arange(len(guess))
-    before, place = guess, guess * (1 + SECANT_STEP)
+    before, place = guess, guess * (1 + CABLE.length_first_secant)
     value, risen = function(before, index), np.zeros(len(guess), dtype=bool)
-    for _ in range(SECANTS):
+    for _ in range(CABLE.length_secants):
         earlier, value = value, function(place, index)
         with np.errstate(divide="ignore", invalid="ignore"):  # of functions that do not change, or have no value
             change = value * (place - before) / (value - earlier)
             risen |= (value - earlier) / (place - before) > 0
-        settled = risen & ((np.abs(change) <= SETTLED * np.abs(place)) | (np.abs(value) <= SMALLEST))
+        settled = risen & (
+            (np.abs(change) <= CABLE.length_last_step * np.abs(place)) | (np.abs(value) <= CABLE.length_zero)
+        )
         root[index[settled]] = place[settled]
         after = place - change
-        going = ~settled & (after > LOOSEST) & (after < highest[index])
+        going = ~settled & (after > CABLE.loosest_strain) & (after < highest[index])
         index, before, place, value, risen = (part[going] for part in (index, place, after, value, risen))
         if not len(index):
             break
@@ -191,15 +189,17 @@ def _by_secant(function, guess, highest):
 
 def _between(function, low, high, index):
     """Zeros between two places of different sign, shape (k,)."""
-    return zeros_between(function, low, high, index, rtol=5e-16, smallest=SMALLEST, steps=MAX_STEPS)
+    return zeros_between(function, low, high, index, rtol=5e-16, smallest=CABLE.length_zero, steps=CABLE.length_steps)
 
 
 def _least_tension(span, highest, at="mean"):
     """Chord strain and value of the least tension over all lengths."""
     near = np.geomspace(1e-14, 1e-2, 50)  # a steep cable has its least tension just before it is slack
-    long = np.geomspace(1 + LOOSEST, 0.1, 50)[:-1] - 1  # under loads larger than its weight, where it is long
+    long = (
+        np.geomspace(1 + CABLE.loosest_strain, 0.1, 50)[:-1] - 1
+    )  # under loads larger than its weight, where it is long
     strain = np.concatenate(
-        [long, np.linspace(-0.9, -0.011, 100), -near[::-1], [0.0], near, np.geomspace(0.011, TAUTEST, 100)]
+        [long, np.linspace(-0.9, -0.011, 100), -near[::-1], [0.0], near, np.geomspace(0.011, CABLE.tautest_strain, 100)]
     )
     strain = np.append(strain[strain < highest], highest)
     tension = _tension(span, strain, at)

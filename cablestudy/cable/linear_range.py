@@ -4,10 +4,7 @@ import numpy as np
 
 from cablestudy.cable import catenary
 from cablestudy.cable.span import Span
-
-APART = 0.05  # difference of the restoring force from its linear part
-NEAREST, FARTHEST = 1e-7, 0.9  # movements that are looked at, over the shortest chord
-POINTS, PASSES = 40, 6  # movements at once, and how often the interval of two of them is divided again
+from cablestudy.cable.tolerances import CABLE
 
 
 def forces(rest, moves, distances):
@@ -50,7 +47,7 @@ def forces(rest, moves, distances):
 
 
 def linear_range(span, moves):
-    """Shortest movement, of either sign, at which the restoring force differs by APART from its linear part.
+    """Shortest movement, of either sign, with a restoring force `linear_difference` off its linear part.
 
     Parameters
     ----------
@@ -62,25 +59,27 @@ def linear_range(span, moves):
     Returns
     -------
     float or None
-        Shorter where a cable has no equilibrium; None where there is none below FARTHEST of the shortest chord. [m]
+        Shorter where a cable has no equilibrium; None without one below `largest_movement` of the shortest chord. [m]
     """
     moving = np.abs(moves).max(axis=-1) > 0
     if not moving.any():
         return None
     rest, moves = catenary.solve(span.take(np.flatnonzero(moving))), moves[moving]
     chord = float(rest.span.chord.min())
-    distances = np.geomspace(NEAREST * chord, FARTHEST * chord, 2 * POINTS) * [[1.0], [-1.0]]
+    distances = np.geomspace(
+        CABLE.least_movement * chord, CABLE.largest_movement * chord, 2 * CABLE.movements_at_once
+    ) * [[1.0], [-1.0]]
     found = []
-    for _ in range(PASSES):
+    for _ in range(CABLE.movement_divisions):
         divided = []
         for row, force, linear in zip(distances, *forces(rest, moves, distances), strict=True):
             if not linear.all() or np.isnan(force[0]):
                 continue
-            beyond = ~(np.abs(force / linear - 1) <= APART)
+            beyond = ~(np.abs(force / linear - 1) <= CABLE.linear_difference)
             if beyond.any():
                 place = int(np.argmax(beyond))
                 if place:
-                    divided.append(np.linspace(row[place - 1], row[place], POINTS))
+                    divided.append(np.linspace(row[place - 1], row[place], CABLE.movements_at_once))
                 else:
                     found.append(abs(row[0]))
         distances = np.array(divided)

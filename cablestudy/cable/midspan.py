@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from cablestudy.cable.segment import TINY, evaluate
+from cablestudy.cable.segment import evaluate
+from cablestudy.cable.tolerances import CABLE
 
 EPSILON = float(np.finfo(float).eps)
-MAX_STEPS = 80  # bisection alone needs 53
 
 
 def arc_length_at_midspan(catenary):
@@ -22,7 +22,7 @@ def arc_length_at_midspan(catenary):
     """
     span, kernel, fraction = catenary.span, catenary.kernel, catenary.segments.fraction
     stiffness = np.asarray(span.axial_stiffness, dtype=float)[..., None]
-    scale = np.maximum(np.abs(kernel.horizontal).max(axis=-1, keepdims=True), TINY)
+    scale = np.maximum(np.abs(kernel.horizontal).max(axis=-1, keepdims=True), CABLE.least_tension)
     rate = kernel.horizontal / scale
     distance = rate * fraction * (1 / stiffness + 2 * (1 + kernel.excess) / kernel.sum_of_tensions)
     total = np.cumsum(distance, axis=-1)
@@ -46,13 +46,15 @@ def _root(whole, *data):
     data = [np.broadcast_to(values, shape).ravel() for values in (whole, *data)]
     low, high, x = np.zeros_like(data[0]), data[0].copy(), data[0] / 2
     found, active = np.empty_like(x), np.arange(x.size)
-    for _ in range(MAX_STEPS):
+    for _ in range(CABLE.midspan_steps):
         whole, target, rounding, rate, stiffness, weight, cosine, sine, q, n, y = data
         shift = weight * (x - whole) / 2  # of the tension vector, from mid-segment to the middle of the piece up to x
         piece = evaluate((q + shift * sine, n + shift * cosine, y), weight * x, cosine, sine)
         gap = target - rate * x * (1 / stiffness + 2 * (1 + piece.excess) / piece.sum_of_tensions)
         low, high = np.where(gap > 0, x, low), np.where(gap > 0, high, x)
-        slope = np.maximum(rate, TINY) * (1 / stiffness + 1 / np.maximum(piece.tensions[1], TINY))
+        slope = np.maximum(rate, CABLE.least_tension) * (
+            1 / stiffness + 1 / np.maximum(piece.tensions[1], CABLE.least_tension)
+        )
         trial = x + gap / slope
         trial = np.where((trial > low) & (trial < high), trial, (low + high) / 2)
         trial = np.where(np.abs(gap) > rounding, trial, x)

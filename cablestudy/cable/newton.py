@@ -13,9 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-MAX_STEPS = 60
-HALVINGS = 40
-ROUNDING = 1e-12  # corrections below it are taken whole: the slope along them is rounding
+from cablestudy.cable.tolerances import CABLE
+
 CONVERGED, STALLED, SLACK, UNDETERMINED = range(4)
 REASONS = (
     "converged",
@@ -63,7 +62,10 @@ class Record:
     def __str__(self):
         """Of one cable: its steps, their corrections, and why it stopped."""
         own = self.correction[np.isfinite(self.share)]
-        trace = ", ".join(f"{correction:.1e}" if correction > ROUNDING else f"below {ROUNDING:g}" for correction in own)
+        trace = ", ".join(
+            f"{correction:.1e}" if correction > CABLE.whole_correction else f"below {CABLE.whole_correction:g}"
+            for correction in own
+        )
         return f"{self.steps} steps ({trace}); {REASONS[self.reason]}"
 
 
@@ -91,17 +93,17 @@ def newton(problem, unknown, active):
     gap, point = problem.residual(unknown)
     change, settled = np.full(active.shape, np.inf), np.zeros(active.shape, dtype=bool)
     trace = []
-    for _ in range(MAX_STEPS):
+    for _ in range(CABLE.newton_steps):
         step = problem.step(gap, point)
         slope = (gap * step).sum(axis=0)
         rounding = problem.rounding(step)
         last, change = change, np.where(active, problem.relative(step, unknown, point), change)
         share = active.astype(float)
-        for _ in range(HALVINGS):
+        for _ in range(CABLE.newton_halvings):
             trial = unknown + share * step
             new_gap, new_point = problem.residual(trial)
             along = (new_gap * step).sum(axis=0)
-            grows = active & (along < -0.5 * slope - rounding) & (change > ROUNDING)
+            grows = active & (along < -0.5 * slope - rounding) & (change > CABLE.whole_correction)
             if not grows.any():
                 break
             share = np.where(grows, share / 2, share)

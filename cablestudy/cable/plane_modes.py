@@ -7,15 +7,13 @@ import numpy as np
 
 from cablestudy.cable.assembly import OUT_OF_PLANE, System, joined
 from cablestudy.cable.element import basis, lagrange
+from cablestudy.cable.tolerances import CABLE
 
-PURE = 0.8  # overlap with the mirrored shape from which a mode counts as symmetric: nine tenths of its energy
-COINCIDENT = 1e-12  # relative distance of frequencies below which the shapes of an eigen-solution are arbitrary
 KINDS = ("out-of-plane", "in-plane", "axial")
 SYMMETRIES = ("symmetric", "antisymmetric", "mixed")
 OUT, IN, AXIAL = range(3)  # places in KINDS
 SYMMETRIC, ANTISYMMETRIC, MIXED = range(3)  # places in SYMMETRIES
 SHARES = {9: 0.12, 0: 0.3}  # least order -> error over the energy of the two highest orders, by tests/test_extremes.py
-ROUNDING = 4e-16  # error of the lowest frequency; it grows with the frequency
 
 
 class PlaneModes:
@@ -74,9 +72,9 @@ class PlaneModes:
         share = unresolved_share(self.system.state.mesh.order)
         left = share * self.system.highest_energy(self.shapes) / (2 * self.square)
         apart = self.square / self.square[..., :1]
-        rounding = ROUNDING * np.sqrt(apart)
+        rounding = CABLE.lowest_frequency * np.sqrt(apart)
         if self.system.state.mesh.point_masses:  # which may lie far below all others, and hide them
-            rounding = np.maximum(rounding, (ROUNDING * apart) ** 2)
+            rounding = np.maximum(rounding, (CABLE.lowest_frequency * apart) ** 2)
         return np.maximum(left, rounding)
 
     @cached_property
@@ -95,7 +93,9 @@ class PlaneModes:
         if self.system.state.mesh.point_masses:  # the form of the cable, whatever it carries and where
             even = even / _overlap(self.system, self.shapes, self.shapes)
         even = even * np.where(self.kinds == AXIAL, -1, 1)
-        return np.where(even > PURE, SYMMETRIC, np.where(even < -PURE, ANTISYMMETRIC, MIXED))
+        return np.where(
+            even > CABLE.symmetric_overlap, SYMMETRIC, np.where(even < -CABLE.symmetric_overlap, ANTISYMMETRIC, MIXED)
+        )
 
     @cached_property
     def participation(self):
@@ -125,7 +125,7 @@ def reordered(values, order):
 
 def clusters(square):
     """(cable, first, last) of each run of coincident eigenvalues; cable is an index tuple."""
-    near = np.diff(square, axis=-1) <= 2 * COINCIDENT * square[..., 1:]
+    near = np.diff(square, axis=-1) <= 2 * CABLE.coincident_modes * square[..., 1:]
     found = []
     for cable in {tuple(where[:-1]) for where in np.argwhere(near).tolist()}:
         breaks = np.flatnonzero(~near[cable]) + 1

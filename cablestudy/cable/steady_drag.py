@@ -12,9 +12,9 @@ import numpy as np
 
 from cablestudy.cable.element import basis, lagrange
 from cablestudy.cable.geometry import places
+from cablestudy.cable.tolerances import CABLE
 
 ALONG_CHORD = np.array([1.0, 0.0, 0.0])  # chord frame
-DRAG_POINTS = 9  # along a cable, at which the drag that it has is compared with the uniform one
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Profile:
         end_1 : ndarray, shape (..., 3)
             Places of their ends 1. [m]
         """
-        nodes, weights = np.polynomial.legendre.leggauss(DRAG_POINTS)
+        nodes, weights = np.polynomial.legendre.leggauss(CABLE.drag_points)
         found = self.pressure(places(cable, (1 + nodes) / 2) + end_1[..., None, :])
         return np.where(self.exponent > 0, np.nan_to_num((found * weights).sum(axis=-1) / 2, nan=1.0), 1.0)
 

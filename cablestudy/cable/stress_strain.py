@@ -23,11 +23,10 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.tolerances import CABLE
+
 NO_SET = -np.inf  # of a part that was not yet stretched
 TERMS = 5  # coefficients of a curve
-MAX_STEPS = 100
-ACCURACY = 1e-12  # of a tension, relative
-EPSILON = 4e-16  # rounding of one number
 
 
 @dataclass(frozen=True)
@@ -146,7 +145,7 @@ class Condition:
         start = self.slack_strain + tension / self.curves.final.sum(axis=-1)
         return self.settle(lambda strain, value, slope: tension, start)
 
-    def settle(self, tension_at, start, alone=True, accuracy=ACCURACY):
+    def settle(self, tension_at, start, alone=True, accuracy=CABLE.curve_tension):
         """Strains with the tensions that something else has at them, by Newton's method, shape (...). [-]
 
         Parameters
@@ -162,13 +161,13 @@ class Condition:
             What may be left of the tension, relative.
         """
         low = self.slack_strain
-        strain, high = np.maximum(start, low + EPSILON), np.full(np.shape(low), np.inf)
+        strain, high = np.maximum(start, low + CABLE.curve_rounding), np.full(np.shape(low), np.inf)
         done = np.zeros(np.shape(low), dtype=bool)
-        for _ in range(MAX_STEPS):
+        for _ in range(CABLE.curve_steps):
             value, slope = self.pull(strain)
             tension = tension_at(strain, value, slope)
             gap = tension - value
-            done = done | ~(np.abs(gap) > accuracy * tension + EPSILON * np.abs(strain) * slope)
+            done = done | ~(np.abs(gap) > accuracy * tension + CABLE.curve_rounding * np.abs(strain) * slope)
             if done.all():
                 break
             if alone:
@@ -254,6 +253,6 @@ def uneven_strain(condition, strain, tensions, weights):
     mean, slope = condition.pull(strain)
     found = np.zeros(len(strain))
     for place, weight in enumerate(weights.tolist()):
-        tension = np.maximum(tensions[:, place], EPSILON * mean)
+        tension = np.maximum(tensions[:, place], CABLE.curve_rounding * mean)
         found = found + weight * (condition.strain_at(tension) - strain - (tension - mean) / slope)
     return found

@@ -10,8 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from cablestudy.cable.assembly import masses, static_force_transfer_of_axes
-
-SMALL = 200  # free displacements up to which bases are cached
+from cablestudy.cable.tolerances import CABLE
 
 
 @dataclass(frozen=True)
@@ -42,7 +41,7 @@ def symmetry_subspaces(mesh, axes, mirror_symmetric):
     mirror_symmetric : bool
         Whether the cable is its own mirror image at mid-length.
     """
-    small = (mesh.nodes - 2) * len(axes) <= SMALL
+    small = (mesh.nodes - 2) * len(axes) <= CABLE.cached_basis_freedoms
     return (_symmetry_subspaces if small else _symmetry_subspaces.__wrapped__)(mesh, axes, mirror_symmetric)
 
 

@@ -11,7 +11,6 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.law import SMALL
 from cablestudy.control.margins import Margins, gain_of_peak, sensitivity
 from cablestudy.control.margins_crossings import crossing_near, crossings, refined
 from cablestudy.control.margins_grid import (
@@ -24,23 +23,10 @@ from cablestudy.control.margins_grid import (
     frequencies,
     with_more,
 )
+from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
 
-UNDAMPED = 1e-8  # damping ratio below which a mode counts as undamped
-NEGLIGIBLE = 1e-9  # growth over frequency, of such a mode, that is not called instability: twofold in 1e8 oscillations
 ASIDE = np.geomspace(0.05, 1e4, 80)  # distances from such a mode, over its width, at which its growth is looked for
-TOGETHER = 2.0  # factors up to so many times the least one are refined at once
-BESIDE = 0.03  # relative distance of a gain from a crossing up to which that is polished
-SIMILAR = 0.1  # relative distance of two frequencies up to which they belong to one crossing
-NEAR = 0.5  # relative distance of an eigenvalue from -1 over a gain up to which it may cross near that gain
-FIRST_STEP = 1e-6  # relative, of the search for a crossing near another one
-SETTLED = 1e-12  # relative, of a frequency that is found
-HIGHEST = 1e3  # gain up to which the sensitivity of a loop without limit is looked at, over its highest pole
-FARTHEST = 1e9  # gain up to which stability is judged, over the lowest pole: beyond it rounding decides
-MOST_MODES = 300  # of cables, that a gain could drive; more are refused: 600 states take a second
-AT_POLE = 1e-5  # relative distance of a peak from a pole up to which it is that of its mode
-ABOVE = 0.03  # a gain this much above that at which a mode as good as undamped grows is named
-CLOSED = 3.0  # gains between which poles of the closed loop follow from a crossing, over its gain
 
 
 @dataclass(frozen=True)
@@ -65,10 +51,10 @@ class Limit:
     @property
     def undamped(self):
         """True if that mode is as good as undamped."""
-        return self.rate < UNDAMPED
+        return self.rate < CONTROL.undamped
 
     def of(self, loop_gain):
-        """Limit of a similar loop gain; of a mode as good as undamped where it grows by NEGLIGIBLE, if it ever does.
+        """Limit of a similar loop gain; of a mode as good as undamped where it grows by `negligible_growth`, if ever.
 
         Its factor is infinite where it does not.
         """
@@ -77,9 +63,9 @@ class Limit:
             return replace(found, rate=self.rate) if found else self
 
         def damped(s):
-            return loop_gain(s + NEGLIGIBLE * np.abs(s))
+            return loop_gain(s + CONTROL.negligible_growth * np.abs(s))
 
-        step = max(self.rate, NEGLIGIBLE) * self.omega * ASIDE
+        step = max(self.rate, CONTROL.negligible_growth) * self.omega * ASIDE
         omega = self.omega + np.concatenate([-step[::-1], [0.0], step])
         found = crossings(omega[None], eigenvalues(by_parts(damped, omega))[None])
         found = refined(damped, found.take(found.outward))
@@ -123,7 +109,7 @@ class StableGains:
     def _crossings(self):
         omega, _, values = self.curve
         found = crossings(omega[None], values[None])
-        return found.take(found.factor < FARTHEST * np.abs(self.poles).min(initial=np.inf)).sorted()
+        return found.take(found.factor < CONTROL.highest_judged_gain * np.abs(self.poles).min(initial=np.inf)).sorted()
 
     @property
     def limit(self):
@@ -137,7 +123,8 @@ class StableGains:
         Notes
         -----
         With l the eigenvalue of L, 1 + g l(s) = 0, so that the pole moves by 1/(g dl/ds) per relative change of g. One
-        of a mode as good as undamped is called unstable only from the gain on with which it grows by NEGLIGIBLE.
+        of a mode as good as undamped is called unstable only from the gain on with which it grows by
+        `negligible_growth`.
         """
         rest, found = self._crossings, []
         while len(rest) and (not found or rest.factor[0] < found[0].factor):
@@ -176,10 +163,10 @@ class StableGains:
             The delay is too long to judge the loop.
         """
         self.check_delay(gain)
-        rest = self._crossings.take(self._crossings.factor < TOGETHER * gain)
+        rest = self._crossings.take(self._crossings.factor < CONTROL.refined_together * gain)
         count = 0
         for one, outward in self._described(refined(self.loop_gain, rest)) if len(rest) else ():
-            near = abs(one.factor / gain - 1) < BESIDE
+            near = abs(one.factor / gain - 1) < CONTROL.polished_within
             if (polished(one) if near else one).factor < gain:
                 count += 2 if outward else -2
         return max(count, 0)
@@ -187,7 +174,7 @@ class StableGains:
     def check_delay(self, gain):
         """Refuse a gain [rad/s] with which a delay is too long to judge the loop; see `Law.check_reach`."""
         if self.law.delay and gain:
-            self.law.check_reach(self.large_up_to(SMALL / gain), gain)
+            self.law.check_reach(self.large_up_to(CONTROL.harmless_delayed_gain / gain), gain)
 
     @cached_property
     def _largest(self):
@@ -212,7 +199,9 @@ class StableGains:
         if not gain:
             return omega, matrices
         near = self._crossings
-        near = near.take((near.factor < CLOSED * gain) & (gain < CLOSED * near.factor))
+        near = near.take(
+            (near.factor < CONTROL.closed_poles_gain * gain) & (gain < CONTROL.closed_poles_gain * near.factor)
+        )
         poles = 1j * near.place + 1j / (near.factor * near.slope) * (gain / near.factor - 1)
         added = beside(np.append(poles, [-gain, -min(gain / 2, omega[0])]))  # a small gain is below all of them
         omega, matrices = curve_beside(self.loop_gain, gain, omega, matrices, values)
@@ -226,7 +215,10 @@ class StableGains:
     def _check_peak(self, omega):
         """Refuse a peak of the sensitivity [rad/s] of a mode as good as undamped: NoSolutionError."""
         pole = self.poles[np.argmin(np.abs(self.poles - 1j * omega))] if len(self.poles) else np.inf
-        if abs(pole - 1j * omega) < AT_POLE * omega and (ratio := self.open_ratio(omega)) < UNDAMPED:
+        if (
+            abs(pole - 1j * omega) < CONTROL.peak_at_pole * omega
+            and (ratio := self.open_ratio(omega)) < CONTROL.undamped
+        ):
             raise undamped(pole, ratio, "no peak of the sensitivity: ")
 
     def gain_of_peak(self, peak, most):
@@ -244,7 +236,7 @@ class StableGains:
         float or None
             None where every gain has a lower peak.
         """
-        gain, omega, reached = most or HIGHEST * np.abs(self.poles).max(), self.curve[0], False
+        gain, omega, reached = most or CONTROL.highest_sensitive_gain * np.abs(self.poles).max(), self.curve[0], False
         for _ in range(2):  # beside the poles without the loop, then beside those with that gain
             gain, found = gain_of_peak(self.loop_gain, omega, peak, gain)
             omega = distinct(np.append(omega, self.frequencies(gain)))
@@ -299,7 +291,7 @@ def _growth_allowed(function, rest):
 
 def _least(function, rest):
     """Of some `Crossings` that are sorted those with the least factors, to rounding, and the rest."""
-    near = rest.factor <= TOGETHER * rest.factor[0]
+    near = rest.factor <= CONTROL.refined_together * rest.factor[0]
     found = refined(function, rest.take(near))
     return found if len(found) else rest.take(slice(0)), rest.take(~near)
 
@@ -315,8 +307,12 @@ def limit_near(loop_gain, known):
     """
     omega = known.omega
     needed = -1 / eigenvalues(loop_gain(np.array([1j * omega])))[0]
-    near = needed[np.abs(needed - known.factor) < NEAR * known.factor]
-    span = min(FIRST_STEP, known.rate) * omega, SIMILAR * omega, SETTLED * omega
+    near = needed[np.abs(needed - known.factor) < CONTROL.may_cross_within * known.factor]
+    span = (
+        min(CONTROL.first_crossing_step, known.rate) * omega,
+        CONTROL.one_crossing * omega,
+        CONTROL.crossing_frequency * omega,
+    )
     found = [crossing_near(_followed(loop_gain, one), omega, *span) for one in near]
     found = [Limit(*map(float, one)) for one in found if one and one[0] > 0]
     return min(found, key=lambda one: one.factor, default=None)
@@ -345,7 +341,8 @@ def undamped(pole, ratio, begin=""):
     """The error for a loop whose stability depends on a mode as good as undamped, the message beginning with a text."""
     return NoSolutionError(
         f"{begin}the loop drives a mode of {abs(pole.imag) / (2 * np.pi):.4g} Hz, whose damping ratio is "
-        f"{ratio:.1e}: damped strain leaves it as good as undamped (below {UNDAMPED:g}); give cable.damping.viscous"
+        f"{ratio:.1e}: damped strain leaves it as good as undamped (below {CONTROL.undamped:g}); "
+        f"give cable.damping.viscous"
     )
 
 
@@ -353,5 +350,6 @@ def too_many(gains, count, omega):
     """The error for a gain, in words, that could drive too many modes."""
     return NoSolutionError(
         f"{gains} could drive about {count} modes of the cable, up to {omega / (2 * np.pi):.4g} Hz, "
-        f"more than are resolved ({MOST_MODES}): cable.damping.viscous or a lower roll-off of the notch bounds them"
+        f"more than are resolved ({CONTROL.driven_modes}): "
+        f"cable.damping.viscous or a lower roll-off of the notch bounds them"
     )

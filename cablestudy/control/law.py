@@ -4,9 +4,10 @@
 
 Stability and margins take exp(-s T) itself, over frequency. As a state space the delay is a chain of equal Padé
 approximants of order [8/8] (Golub and Van Loan, Matrix Computations, 2013, section 9.3.1), as many as make the phase
-right to PHASE each up to a stated frequency. Their magnitude is one at all frequencies, as that of the delay. Where the
-loop gain is below a third neither it nor its approximant can encircle -1; up to there both agree to PHASE, so that by
-Rouche's theorem both loops have equally many unstable poles, except where |1 + L| is as small as that.
+right to `pade_phase_error` each up to a stated frequency. Their magnitude is one at all frequencies, as that of the
+delay. Where the loop gain is below a third neither it nor its approximant can encircle -1; up to there both agree to
+`pade_phase_error`, so that by Rouche's theorem both loops have equally many unstable poles, except where |1 + L| is as
+small as that.
 """
 
 from dataclasses import dataclass
@@ -15,15 +16,9 @@ from math import ceil, factorial
 
 import numpy as np
 
+from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.first_order import NOTHING
-
-ORDER, REACH = 8, 4.0  # of a Padé approximant, and the phase up to which one is used [rad]
-PHASE = 8e-9  # error of its phase there, at most 2 REACH^17 (8!)^2/(16! 17!) [rad]
-MOST = 15  # approximants of one delay
-BEYOND = 1.5  # frequencies up to which a loop gain is followed, over those up to which its delay is approximated
-SMALL = 0.3  # loop gain from which down a delay and its approximant cannot encircle -1: less than a third
-FAR = 300.0  # growth of exp(-s T) beyond which it is not followed to the left: no pole is there that matters
 
 
 @dataclass(frozen=True)
@@ -74,7 +69,7 @@ class Law:
         if not self.delay:
             return value
         power = -s * self.delay
-        return value * np.exp(np.minimum(power.real, FAR) + 1j * power.imag)
+        return value * np.exp(np.minimum(power.real, CONTROL.followed_growth) + 1j * power.imag)
 
     def described(self, gain, digits=6):
         """The gains of the controller in words, for what the law is multiplied by [rad/s]."""
@@ -88,7 +83,7 @@ class Law:
 
     def approximants(self, highest):
         """How many approximants make the delay right up to a frequency [rad/s]."""
-        return max(1, ceil(highest * self.delay / REACH)) if self.delay else 0
+        return max(1, ceil(highest * self.delay / CONTROL.pade_phase)) if self.delay else 0
 
     def state_space(self, highest):
         """s C1 as a state space a, b, c, d, with the delay right up to a frequency [rad/s]; names of the states."""
@@ -99,7 +94,7 @@ class Law:
         parts, names = [], []
         if count:
             parts += [_pade(self.delay / count)] * count
-            names += [f"delay_{k + 1}" for k in range(ORDER * count)]
+            names += [f"delay_{k + 1}" for k in range(CONTROL.pade_order * count)]
         if self.bandwidth < np.inf:
             parts.append(self._drive)
             names += ["drive", "derivative"][: len(self._drive[0])]
@@ -108,15 +103,15 @@ class Law:
     @property
     def reach(self):
         """Frequency up to which the delay can be approximated. [rad/s]"""
-        return MOST * REACH / self.delay if self.delay else np.inf
+        return CONTROL.pade_number * CONTROL.pade_phase / self.delay if self.delay else np.inf
 
     @property
     def judged_up_to(self):
         """Frequency above which a loop gain is not followed: whatever it does there, `check_reach` refuses. [rad/s]"""
-        return BEYOND * self.reach
+        return CONTROL.followed_beyond * self.reach
 
     def check_reach(self, highest, gain):
-        """Refuse a gain [rad/s] whose loop gain is above SMALL up to a frequency [rad/s] too high for the delay.
+        """Refuse a gain [rad/s] whose loop gain is above `harmless_delayed_gain` up to too high a frequency.
 
         Raises
         ------
@@ -126,8 +121,8 @@ class Law:
             turn = 2 * np.pi
             raise NoSolutionError(
                 f"stability with a delay of {self.delay:.4g} s is not judged at {self.described(gain, 4)}: the "
-                f"loop gain is above {SMALL:g} up to {highest / turn:.4g} Hz, and a delay is approximated up to "
-                f"{self.reach / turn:.4g} Hz"
+                f"loop gain is above {CONTROL.harmless_delayed_gain:g} up to {highest / turn:.4g} Hz, "
+                f"and a delay is approximated up to {self.reach / turn:.4g} Hz"
             )
 
     @property
@@ -158,8 +153,10 @@ def series(first, second):
 def _pade_poles():
     """Poles of the approximant of exp(-s) in the upper half plane; its zeros are their negatives."""
     weights = [
-        factorial(2 * ORDER - k) * factorial(ORDER) / (factorial(2 * ORDER) * factorial(k) * factorial(ORDER - k))
-        for k in range(ORDER, -1, -1)
+        factorial(2 * CONTROL.pade_order - k)
+        * factorial(CONTROL.pade_order)
+        / (factorial(2 * CONTROL.pade_order) * factorial(k) * factorial(CONTROL.pade_order - k))
+        for k in range(CONTROL.pade_order, -1, -1)
     ]
     poles = np.roots(weights)
     return poles[poles.imag > 0]

@@ -16,20 +16,16 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.law import INTEGRATOR, REACH, SMALL, Law
+from cablestudy.control.law import INTEGRATOR, Law
 from cablestudy.control.notch import Notch
+from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
-from cablestudy.system.first_order import DEPENDENT, Allocation, equations
+from cablestudy.system.first_order import Allocation, equations
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.residues import eigen, eigen_apart
+from cablestudy.system.tolerances import SYSTEM
 
 PASSES = Notch(1.0, 1.0, 1.0, 1.0)  # a notch that is one at all frequencies
-STILL = 1e-3  # static gain of a coordinate over the largest, below which winches do not move it
-GROWING = 1e-9  # growth over frequency that is called instability, as for one cable
-ROUNDING = 1e-12  # of a pole over the largest one
-FAINT = 1e-3  # loop gain down to which a delay is right in a response,
-NEAR = 20  # up to so many times the lowest frequency
-SLIGHT = 5e-3  # turn by a delay that is left out of poles and state space: its approximant would spoil them [rad]
 
 
 def moved_by_winches(motion, measured, sizes):
@@ -44,7 +40,7 @@ def moved_by_winches(motion, measured, sizes):
     """
     gain = measured @ np.linalg.solve(motion.dynamic_stiffness(np.zeros(1))[0].real, motion.b[0].real)
     largest = np.abs(gain * sizes[:, None]).max(axis=1, initial=0.0)
-    return largest > STILL * largest.max(initial=0.0), gain
+    return largest > CONTROL.unmoved * largest.max(initial=0.0), gain
 
 
 def allocate(motion, measured, sizes, weights):
@@ -66,7 +62,7 @@ def allocate(motion, measured, sizes, weights):
     if not moves.all():
         raise NoSolutionError("no winch moves a coordinate that is measured")
     root = 1 / np.sqrt(weights)
-    inverse = np.linalg.pinv(sizes[:, None] * gain * root, rcond=DEPENDENT)
+    inverse = np.linalg.pinv(sizes[:, None] * gain * root, rcond=SYSTEM.uncorrected)
     return Allocation(measured, root[:, None] * inverse * sizes, gain)
 
 
@@ -147,7 +143,7 @@ class Loop:
     def _approximants(self, highest):
         """How many approximants of the delay make it right up to a frequency [rad/s]; 0 where it is slight."""
         highest = min(highest, self.law.reach)
-        return self.law.approximants(highest) if highest * self.law.delay > SLIGHT else 0
+        return self.law.approximants(highest) if highest * self.law.delay > CONTROL.slight_delay else 0
 
     @cached_property
     def equations(self):
@@ -166,15 +162,17 @@ class Loop:
         if not self.law.delay or not self.gain:
             return 0.0
         self.gains.check_delay(self.gain)
-        needed, faint = (self.gains.large_up_to(size / self.gain) for size in (SMALL, FAINT))
-        return max(needed, min(faint, NEAR * self.motion.unit.min()))
+        needed, faint = (
+            self.gains.large_up_to(size / self.gain) for size in (CONTROL.harmless_delayed_gain, CONTROL.faint_gain)
+        )
+        return max(needed, min(faint, CONTROL.delay_right_up_to * self.motion.unit.min()))
 
     @property
     def right_up_to(self):
         """Up to where it is right in responses; raises as `check_reach` of the law. [rad/s]"""
         if not self.law.delay:
             return 0.0
-        least = SLIGHT if self.slight_delay else REACH
+        least = CONTROL.slight_delay if self.slight_delay else CONTROL.pade_phase
         return min(max(self._highest, least / self.law.delay), self.law.reach)
 
     @property
@@ -233,4 +231,4 @@ def unstable_pole(poles):
 
 def growth_rates(poles):
     """Growth of each pole less what rounding may be. [1/s]"""
-    return poles.real - GROWING * np.abs(poles) - ROUNDING * np.abs(poles).max(initial=0.0)
+    return poles.real - CONTROL.growing * np.abs(poles) - CONTROL.pole_rounding * np.abs(poles).max(initial=0.0)

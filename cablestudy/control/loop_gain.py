@@ -21,12 +21,9 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.system.coupling_damping import FEW
+from cablestudy.control.tolerances import CONTROL
 from cablestudy.system.linear import LinearSystem
-
-AT_ONCE = 200  # modes, so that matrices stay in the processor's cache
-ASIDE = 5.0  # distance from the frequency of a mode, in its half-widths, at which Z is computed for its pole
-NARROWEST = 1e-9  # half-width that is taken at least, over the frequency
+from cablestudy.system.tolerances import SYSTEM
 
 
 @dataclass(frozen=True)
@@ -90,7 +87,9 @@ class LoopGain:
         """Z, shape (f, d, d), and F, shape (f, d, i)."""
         bodies = self.bodies.dynamic_stiffness(s)
         pulled = np.broadcast_to(self.lifted, (len(s), *self.lifted.shape)).astype(complex)
-        few = len(s) <= FEW and self.near is None and "_divided" not in self.__dict__  # of which poles cost more
+        few = (
+            len(s) <= SYSTEM.solved_places and self.near is None and "_divided" not in self.__dict__
+        )  # of which poles cost more
         together, apart = (None, self._parts) if few else self._divided
         if together:
             stiffness, count = together(s), bodies.shape[-1]
@@ -137,11 +136,14 @@ class LoopGain:
             To first order.
         """
         element = self.elements[cable]
-        omega, decay = element.omega[modes], np.maximum(element.decay[modes], NARROWEST * element.omega[modes])
-        every, rate, coupling = 1j * (omega + ASIDE * decay), 2 * decay, element.coupling[modes]
+        omega, decay = (
+            element.omega[modes],
+            np.maximum(element.decay[modes], CONTROL.least_half_width * element.omega[modes]),
+        )
+        every, rate, coupling = 1j * (omega + CONTROL.half_widths_aside * decay), 2 * decay, element.coupling[modes]
         found = []
-        for begin in range(0, len(modes), AT_ONCE):
-            part = slice(begin, begin + AT_ONCE)
+        for begin in range(0, len(modes), CONTROL.modes_at_once):
+            part = slice(begin, begin + CONTROL.modes_at_once)
             s, momentum = every[part], coupling[part] @ self.moved[cable]
             bodies, pulled = self._at(s)
             own = s**4 / (omega[part] ** 2 + s * (s + rate[part]))

@@ -18,17 +18,14 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.margins_grid import AT_ONCE, FLAT, REACH, by_parts, eigenvalues, finite, highest, passages
+from cablestudy.control.margins_grid import by_parts, eigenvalues, finite, highest, passages
+from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
 
 TURN = 2 * np.pi
-SMALL = 0.3  # size of the loop gain up to which bounds tell where the sensitivity has no peak that counts
-PEAKS = 2 * (1 + 2 * REACH)  # change by such a loop gain, beside the height of a peak, over which none is overlooked
-FAR = 1.5  # logarithm of a size that is far from 1: no resonance between two frequencies brings it there
-STEPS = 60  # of the search for a gain
-REACHED = 1e-9  # relative, of a peak of the sensitivity that rounding leaves where it is reached
-REAL = 1e-7  # imaginary part over size of an eigenvalue that rounding may have moved off the real axis
-PASSIVE = 1e-12  # of alpha below 2, which rounding may be: the real part of L is negative nowhere
+PEAKS = 2 * (
+    1 + 2 * CONTROL.peak_reach
+)  # change by such a loop gain, beside the height of a peak, over which none is overlooked
 
 
 @dataclass(frozen=True)
@@ -85,12 +82,12 @@ class Margins:
 
         omega, matrices = self._curve
         without, value = abs(1 - shift), np.zeros(len(omega))  # of I - shift I, and about that where L is small
-        gain = np.minimum(np.sqrt((np.abs(matrices) ** 2).sum(axis=(-2, -1))), SMALL)
+        gain = np.minimum(np.sqrt((np.abs(matrices) ** 2).sum(axis=(-2, -1))), CONTROL.small_gain)
         apart = gain / (1 - gain)  # by which it differs from that at most
-        large = gain == SMALL
+        large = gain == CONTROL.small_gain
         value[large] = size(self._sensitivity[large])
         best = value.max(initial=without)
-        rest = ~large & (PEAKS * apart + FLAT * best >= best - without)
+        rest = ~large & (PEAKS * apart + CONTROL.flat_peak * best >= best - without)
         value[rest] = size(self._sensitivity[rest])
         value[~large & ~rest] = without
         return highest(at, omega, value)
@@ -116,7 +113,7 @@ class Margins:
     def _disk(self):
         """alpha [-], and the frequency that decides it [rad/s]: 2 and None where the real part of L is nowhere < 0."""
         value, omega = self._highest_disk
-        if not value > 0.5 * (1 + PASSIVE):
+        if not value > 0.5 * (1 + CONTROL.passive):
             return 2.0, None
         self.check_peak(omega)
         return 1 / value, omega
@@ -191,7 +188,9 @@ class Margins:
         omega, last = self._curve[0], len(self._curve[0])
         value = np.zeros((0, 1))
         while len(value) < last:
-            value = np.concatenate([value, level(self._sensitivity[len(value) : len(value) + AT_ONCE])])
+            value = np.concatenate(
+                [value, level(self._sensitivity[len(value) : len(value) + CONTROL.frequencies_at_once])]
+            )
             below = np.flatnonzero((value[:-1, 0] > 0) & (value[1:, 0] <= 0))
             last = below[0] + 2 if len(below) else last
         found, _ = passages(at, omega[:last], value[:last])
@@ -200,15 +199,17 @@ class Margins:
 
 
 def _sizes(matrices):
-    """Logarithm of the sizes of eigenvalues, ascending, within FAR of 0, shape (f, k, k) -> (f, k)."""
-    found = np.full(matrices.shape[:-1], -FAR)
-    large = np.sqrt((np.abs(matrices) ** 2).sum(axis=(-2, -1))) > np.exp(-FAR)  # no eigenvalue is larger than this
+    """Logarithm of the sizes of eigenvalues, ascending, within `far_from_one` of 0, shape (f, k, k) -> (f, k)."""
+    found = np.full(matrices.shape[:-1], -CONTROL.far_from_one)
+    large = np.sqrt((np.abs(matrices) ** 2).sum(axis=(-2, -1))) > np.exp(
+        -CONTROL.far_from_one
+    )  # no eigenvalue is larger than this
     found[large] = _logarithm(np.sort(np.abs(eigenvalues(matrices[large])), axis=1))
     return found
 
 
 def _logarithm(value):
-    return np.clip(np.log(np.maximum(value, np.finfo(float).tiny)), -FAR, FAR)
+    return np.clip(np.log(np.maximum(value, np.finfo(float).tiny)), -CONTROL.far_from_one, CONTROL.far_from_one)
 
 
 def sensitivity(matrices):
@@ -265,7 +266,7 @@ def gain_of_peak(unit_gain, omega, peak, most):
         return _finite(by_parts(unit_gain, omega))
 
     found, value = None, at(omega)
-    for _ in range(STEPS):
+    for _ in range(CONTROL.gain_steps):
 
         def size(value, gain=most):
             return 1 / np.maximum(_least(value, gain), np.finfo(float).tiny)
@@ -274,15 +275,15 @@ def gain_of_peak(unit_gain, omega, peak, most):
             return _next_below(value, peak, gain)
 
         height, place = highest(lambda some, size=size: size(at(some)), omega, size(value))
-        if height <= peak * (1 + REACHED):
+        if height <= peak * (1 + CONTROL.peak_reached):
             break
         if place not in omega:
             row = np.searchsorted(omega, place)
             omega, value = np.insert(omega, row, place), np.insert(value, row, at(np.array([place])), axis=0)
         least, found = highest(lambda some, inverse=inverse: inverse(at(some)), omega, inverse(value))
-        most = 1 / max(least, (1 + REACHED) / most)  # rounding may hide the next gain, all but reached
+        most = 1 / max(least, (1 + CONTROL.peak_reached) / most)  # rounding may hide the next gain, all but reached
     else:
-        raise NoSolutionError(f"no gain with a sensitivity of at most {peak:g} was found in {STEPS} steps")
+        raise NoSolutionError(f"no gain with a sensitivity of at most {peak:g} was found in {CONTROL.gain_steps} steps")
     return most, found
 
 
@@ -319,7 +320,7 @@ def _next_below(value, peak, gain):
     companion[:, size:, :size] = -conjugate @ value / room
     companion[:, size:, size:] = -(value + conjugate) / room
     inverse = np.linalg.eigvals(companion)
-    there = (np.abs(inverse.imag) <= REAL * np.abs(inverse)) & (inverse.real * gain > 1)
+    there = (np.abs(inverse.imag) <= CONTROL.real_eigenvalue * np.abs(inverse)) & (inverse.real * gain > 1)
     least = np.where(there, inverse.real, np.inf).min(axis=1, initial=np.inf)
     found[higher] = np.where(np.isfinite(least), least, 0.0)
     return found

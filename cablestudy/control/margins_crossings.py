@@ -11,14 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.margins_grid import by_parts, eigenvalues, paired
-
-STEPS = 60  # of the search for one crossing
-SMALL = 1e-11  # size of an eigenvalue over that of the largest, below which it is rounding of zero
-POINTS, ZOOMS = 15, 2  # by which crossings between two frequencies are told apart, and how often
-SECANT, SETTLED = 12, 1e-9  # steps of the secant method, and the one that ends it over the distance of frequencies
-ROUNDING = 1e-14  # least such step, over the frequency
-REAL = 1e-6  # imaginary part over size of an eigenvalue that crosses: others were taken for one that does
-SAME = 1e-9  # relative distance of crossings that are one
+from cablestudy.control.tolerances import CONTROL
 
 
 @dataclass(frozen=True)
@@ -75,7 +68,9 @@ class Crossings:
         order = np.argsort(self.factor, kind="stable")
         own = self.take(order)
         factor, place = own.factor, own.place
-        again = (np.diff(factor) <= SAME * factor[1:]) & (np.abs(np.diff(place)) <= SAME * place[1:])
+        again = (np.diff(factor) <= CONTROL.same_crossing * factor[1:]) & (
+            np.abs(np.diff(place)) <= CONTROL.same_crossing * place[1:]
+        )
         return own.take(np.append(True, ~again)) if len(own) else own
 
 
@@ -90,7 +85,7 @@ def crossings(omega, values):
         Eigenvalues of the loop gain; not a number where it is infinite.
     """
     before, after = paired(values)
-    least = SMALL * np.abs(values).max(axis=-1)[:, :-1, None]
+    least = CONTROL.zero_eigenvalue * np.abs(values).max(axis=-1)[:, :-1, None]
     crosses = (before.imag * after.imag <= 0) & (before.imag != after.imag)
     row, place, which = np.nonzero(crosses & (np.minimum(before.real, after.real) < 0) & (np.abs(before) > least))
     omega = np.stack([omega[row, place], omega[row, place + 1]], axis=1)
@@ -115,9 +110,9 @@ def refined(function, found):
         return eigenvalues(by_parts(function, omega.ravel()))
 
     alone = False
-    for _ in range(ZOOMS if len(found) else 0):
+    for _ in range(CONTROL.crossing_zooms if len(found) else 0):
         low, high = found.omega.T
-        omega = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, POINTS)
+        omega = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, CONTROL.crossing_points)
         values = at(omega)
         alone, found = values.shape[-1] == 1, crossings(omega, values.reshape(*omega.shape, -1)).sorted()
         if not len(found):
@@ -131,8 +126,8 @@ def _by_secant(at, bracket, alone):
     Where each value is `alone`, k being 1, none can be taken for another one.
     """
     found, (low, high) = bracket, bracket.omega.T
-    least = np.maximum(SETTLED * (high - low), ROUNDING * high)
-    for _ in range(SECANT):
+    least = np.maximum(CONTROL.secant_last_step * (high - low), CONTROL.secant_rounding * high)
+    for _ in range(CONTROL.secant_steps):
         place = np.clip(found.place, low, high)
         moved = np.abs(place - found.omega[:, 1]) > least
         if not moved.any():
@@ -150,7 +145,7 @@ def _by_secant(at, bracket, alone):
     if alone:  # beside a narrow pole the rounding of the loop gain may be all that is left of its imaginary part
         return found
     rounding = 2 * least * np.abs(bracket.slope)
-    return found.take(np.abs(value.imag) <= REAL * np.abs(value) + rounding)
+    return found.take(np.abs(value.imag) <= CONTROL.crossing_real * np.abs(value) + rounding)
 
 
 def crossing_near(needed_gain, begin, step, farthest, settled):
@@ -170,7 +165,7 @@ def crossing_near(needed_gain, begin, step, farthest, settled):
     The imaginary part is about linear in the frequency, so that the secant method needs few steps.
     """
     before, here, last = begin, begin + step, needed_gain(begin).imag
-    for _ in range(STEPS):
+    for _ in range(CONTROL.crossing_steps):
         found = needed_gain(here)
         if found.imag == last:
             return None

@@ -9,26 +9,9 @@ import numpy as np
 
 from cablestudy.cable.bracketing import minima_between, zeros_between
 from cablestudy.control.law import INTEGRATOR
+from cablestudy.control.tolerances import CONTROL
 
-PER_DECADE = 20
-RANGE = 1e-4, 1e3  # frequencies that are evaluated, over the least and largest of the poles
 ASIDE = np.array([0.6, 2.0, 6.0])  # distances from a pole, in its half-widths
-ALIKE = 1e-13  # relative distance of frequencies that are one
-BROAD = 0.12  # largest such distance, relative to the frequency of the pole: beyond it the decades are as close
-UNDAMPED = 1e-9  # damping ratio below which the loop gain at the pole itself is as good as infinite
-TURN = 0.1  # of a delay from one frequency to the next [rad]
-AT_ONCE = 250  # frequencies of one call
-# Between two frequencies more are taken where an eigenvalue turns so far, or where one near the negative real axis
-# changes so much (its angle over that to the axis, the logarithm of its size) that it may cross and come back.
-FAR_TURN, NEAR_AXIS, SHARE, GROWTH = 0.5, 0.8, 0.5, 0.3
-ABOVE = 4.0  # gain up to which crossings are looked for so closely, over the one up to which none may be missed
-HIGH, TURNED = 3.0, 0.5  # distance of an eigenvalue from -1 up to which its change, relative to it, is followed
-# relative distance of two frequencies that are close enough; parts of a larger one, and how often it is divided
-COARSE, PARTS, ROUNDS = 1e-5, 3, 4
-REACH = 2.0  # a peak between frequencies is at most so many times its visible height above the highest of them
-FLAT = 0.02  # peaks so much, relative, below the highest are refined too
-PLACED, SETTLED = 1e-4, 1e-14  # of an extremum: its place over the distance of frequencies, its relative value
-STENCIL = 1e-3  # distance of the values by which the highest one is found to rounding, over that of frequencies
 
 
 def frequencies(poles, notches=(), law=INTEGRATOR):
@@ -49,31 +32,40 @@ def frequencies(poles, notches=(), law=INTEGRATOR):
     poles = np.concatenate([poles, *(one.corners for one in notches if one is not None), law.corners])
     poles = poles[(poles.imag >= 0) & (np.abs(poles) > 0)]
     centre = np.abs(poles)
-    low, high = RANGE[0] * centre.min(), RANGE[1] * centre.max()
-    decades = np.geomspace(low, high, 2 + int(PER_DECADE * np.log10(high / low)))
-    turns = TURN / law.delay * np.arange(1, law.reach * law.delay / TURN) if law.delay else np.zeros(0)
+    low, high = CONTROL.grid_range[0] * centre.min(), CONTROL.grid_range[1] * centre.max()
+    decades = np.geomspace(low, high, 2 + int(CONTROL.grid_per_decade * np.log10(high / low)))
+    turns = (
+        CONTROL.delay_turn / law.delay * np.arange(1, law.reach * law.delay / CONTROL.delay_turn)
+        if law.delay
+        else np.zeros(0)
+    )
     return distinct(np.concatenate([decades, turns[turns < high], beside(poles)]))
 
 
 def distinct(omega):
     """Frequencies in ascending order, without those that only rounding tells from others: these would hide a peak."""
     omega = np.unique(omega)
-    return omega[np.append(True, np.diff(omega) > ALIKE * omega[1:])]
+    return omega[np.append(True, np.diff(omega) > CONTROL.same_frequency * omega[1:])]
 
 
 def beside(poles):
     """Frequencies at and on both sides of the sizes of some poles, at distances of their half-widths. [rad/s]"""
     centre = np.abs(poles)
-    step = np.maximum(np.abs(poles.real), UNDAMPED * centre)[:, None] * np.concatenate([-ASIDE, ASIDE])
-    aside = (centre[:, None] + step)[np.abs(step) < BROAD * centre[:, None]]
-    return np.concatenate([aside, centre[np.abs(poles.real) > UNDAMPED * centre]])
+    step = np.maximum(np.abs(poles.real), CONTROL.infinite_at_pole * centre)[:, None] * np.concatenate([-ASIDE, ASIDE])
+    aside = (centre[:, None] + step)[np.abs(step) < CONTROL.broad_pole * centre[:, None]]
+    return np.concatenate([aside, centre[np.abs(poles.real) > CONTROL.infinite_at_pole * centre]])
 
 
 def by_parts(function, omega):
     """Values of a function of s at frequencies [rad/s], few at a time, whose matrices stay in the processor's cache."""
-    if len(omega) <= AT_ONCE:
+    if len(omega) <= CONTROL.frequencies_at_once:
         return function(1j * omega)
-    return np.concatenate([function(1j * omega[i : i + AT_ONCE]) for i in range(0, len(omega), AT_ONCE)])
+    return np.concatenate(
+        [
+            function(1j * omega[i : i + CONTROL.frequencies_at_once])
+            for i in range(0, len(omega), CONTROL.frequencies_at_once)
+        ]
+    )
 
 
 def eigenvalues(matrices):
@@ -135,7 +127,9 @@ def curve_beside(function, gain, omega, matrices, values):
     def turning(values):
         before, after = (1 + gain * part for part in paired(values))
         near = np.minimum(np.abs(before), np.abs(after))
-        return ((near < HIGH) & (np.abs(after - before) > TURNED * near)).any(axis=1)
+        return ((near < CONTROL.followed_distance) & (np.abs(after - before) > CONTROL.followed_change * near)).any(
+            axis=1
+        )
 
     return _closer(function, omega, matrices, values, turning)[:2]
 
@@ -151,10 +145,10 @@ def with_more(function, omega, matrices, added):
 
 def _closer(function, omega, matrices, values, unsure, upto=np.inf):
     """Frequencies, matrices and eigenvalues as of `curve`, with more between those that `unsure` chooses of these."""
-    share = np.arange(1, PARTS) / PARTS
-    for _ in range(ROUNDS):
+    share = np.arange(1, CONTROL.interval_parts) / CONTROL.interval_parts
+    for _ in range(CONTROL.interval_rounds):
         width = np.diff(omega)
-        wide = unsure(values) & (width > COARSE * omega[1:]) & (omega[1:] < upto)
+        wide = unsure(values) & (width > CONTROL.close_frequencies * omega[1:]) & (omega[1:] < upto)
         if not wide.any():
             break
         between = (omega[:-1][wide, None] + width[wide, None] * share).ravel()
@@ -179,9 +173,9 @@ def _unsure(values, most):
     to_axis = np.minimum(np.abs(np.angle(-before)), np.abs(np.angle(-after)))
     with np.errstate(divide="ignore", invalid="ignore"):  # an eigenvalue of zero
         growth = np.abs(np.log(size[1] / size[0]))
-    changes = (turn > SHARE * to_axis) | ~(growth < GROWTH)
-    unsure = (turn > FAR_TURN) | ((to_axis < NEAR_AXIS) & changes)
-    return (unsure & (np.maximum(*size) * most * ABOVE >= 1)).any(axis=1)
+    changes = (turn > CONTROL.angle_change * to_axis) | ~(growth < CONTROL.size_change)
+    unsure = (turn > CONTROL.eigenvalue_turn) | ((to_axis < CONTROL.near_axis) & changes)
+    return (unsure & (np.maximum(*size) * most * CONTROL.closely_looked_above >= 1)).any(axis=1)
 
 
 def finite(omega, matrices):
@@ -203,7 +197,7 @@ def highest(function, omega, value=None):
     """
     value = function(omega) if value is None else value
     best = int(np.argmax(value))
-    reach = np.maximum(FLAT * np.abs(value[best]), REACH * _height(value))
+    reach = np.maximum(CONTROL.flat_peak * np.abs(value[best]), CONTROL.peak_reach * _height(value))
     low, top, high = _peaks(omega, value, value + reach >= value[best])
     if not len(top):
         return float(value[best]), float(omega[best])
@@ -242,14 +236,15 @@ def maxima(function, low, top, high, *which):
     width = high - low
     found, value = minima_between(
         lambda step, index: -function(top[index] + step * width[index], *(one[index] for one in which)),
-        (low - top) / width, np.zeros(len(top)), (high - top) / width, np.arange(len(top)), PLACED, 0.0, SETTLED,
+        (low - top) / width, np.zeros(len(top)), (high - top) / width, np.arange(len(top)),
+        CONTROL.extremum_place, 0.0, CONTROL.extremum_value,
     )  # fmt: skip
     return top + found * width, np.nan_to_num(-value, nan=-np.inf)
 
 
 def _placed(function, height, omega, width):
-    """A maximum that is known to PLACED: its value, and where the derivative is zero, both to rounding. [rad/s]"""
-    step = STENCIL * width
+    """Value of a maximum known to `extremum_place`, and where the derivative is zero, both to rounding. [rad/s]"""
+    step = CONTROL.stencil * width
     value = function(omega + step * np.arange(-2, 3))
     slope, curvature = np.array([1, -8, 0, 8, -1]) @ value / 12, np.array([-1, 16, -30, 16, -1]) @ value / 12
     if not curvature < -abs(slope):
@@ -293,7 +288,7 @@ def _turning(function, omega, value):
     for which, own in enumerate(value.T):
         for sign in (1.0, -1.0):
             side = sign * own
-            bracket = _peaks(omega, side, (side < 0) & (side + REACH * _height(side) > 0))
+            bracket = _peaks(omega, side, (side < 0) & (side + CONTROL.peak_reach * _height(side) > 0))
             brackets.append((*bracket, np.full(len(bracket[0]), which), np.full(len(bracket[0]), sign)))
     low, top, high, which, sign = (np.concatenate(parts) for parts in zip(*brackets, strict=True))
     if not len(top):

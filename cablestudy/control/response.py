@@ -5,13 +5,12 @@ Responses are complex and of the shape (m,) of the frequencies [Hz]; not finite 
 
 import numpy as np
 
+from cablestudy.control.tolerances import CONTROL
 from cablestudy.system.superelement import GONDOLA, GROUND
-
-BLOCK = 4096  # frequencies computed at once, to bound the memory of a long response
 
 
 def frequencies(low, high, count, others=()):
-    """Yield frequencies with equal ratios, both ends included, and others between them, in blocks of about BLOCK.
+    """Yield frequencies with equal ratios, both ends included, and others, in blocks of about `frequency_block`.
 
     Parameters
     ----------
@@ -24,11 +23,11 @@ def frequencies(low, high, count, others=()):
     """
     first, last = np.log10(low), np.log10(high)
     step = (last - first) / (count - 1)
-    for begin in range(0, count, BLOCK):
-        block = 10.0 ** (np.arange(begin, min(begin + BLOCK, count)) * step + first)
+    for begin in range(0, count, CONTROL.frequency_block):
+        block = 10.0 ** (np.arange(begin, min(begin + CONTROL.frequency_block, count)) * step + first)
         if not begin:
             block[0] = low
-        if begin + BLOCK >= count:
+        if begin + CONTROL.frequency_block >= count:
             block[-1] = high
         others = np.asarray(others, dtype=float)
         before = others[others < block[-1]]

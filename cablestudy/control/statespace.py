@@ -27,6 +27,7 @@ import numpy as np
 
 from cablestudy.control.law import INTEGRATOR, Law
 from cablestudy.control.proper import channels
+from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.system.first_order import Allocation, LinearControl, rows
 from cablestudy.system.linear import MASSLESS_MOTION, MODAL, LinearSystem, equivalent_viscous
@@ -45,7 +46,6 @@ ENDS = len(NAMES)
 
 
 Labels = tuple[tuple[str, str], ...]  # name and unit of each
-FEW = 4  # names that a representation lists all
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class StateSpace:
 
     def __repr__(self) -> str:
         pairs = (
-            (names, first_of(names) if len(names) > FEW else ", ".join(names))
+            (names, first_of(names) if len(names) > CONTROL.listed_names else ", ".join(names))
             for names in (self.input_names, self.output_names)
         )
         inputs, outputs = (f"{len(names)} ({shown})" for names, shown in pairs)

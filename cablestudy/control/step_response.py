@@ -4,11 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-BAND = 0.02  # about the final value, of the settling time
-RISE = 0.1, 0.9  # shares of the final value between which a response rises
-SMALL = 0.1  # final value over the largest one, below which a response is one that is taken back
-CLOSE = 0.01  # relative difference between all points of time and every second one, up to which they are enough
-FEWEST = 8  # points of time
+from cablestudy.control.tolerances import CONTROL
 
 
 @dataclass(frozen=True)
@@ -24,9 +20,9 @@ class StepResponse:
     overshoot : float or None
         Largest value beyond the final one over that; None of a response that is taken back. [-]
     rise_time : float or None
-        From RISE[0] to RISE[1] of the final value; None of a response that is taken back, or within the time. [s]
+        From `rise[0]` to `rise[1]` of the final value; None of a response that is taken back, or within the time. [s]
     settling_time : float or None
-        From which on it stays within BAND of its size about the final value; None where that is not reached. [s]
+        From which on it stays within `settling_band` of its size about the final value; None if never. [s]
     resolved : bool
         Whether the points of time are close enough for these numbers.
     """
@@ -44,12 +40,12 @@ class StepResponse:
         return self.overshoot is None
 
     def agrees(self, other):
-        """True if the numbers of another one are the same to CLOSE."""
+        """True if the numbers of another one are the same to `enough_points`."""
         pairs = [(getattr(self, name), getattr(other, name)) for name in ("rise_time", "settling_time")]
         if any((one is None) != (two is None) for one, two in pairs):
             return False
-        near = abs((self.overshoot or 0.0) - (other.overshoot or 0.0)) <= CLOSE
-        return near and all(one is None or abs(one - two) <= CLOSE * abs(one) for one, two in pairs)
+        near = abs((self.overshoot or 0.0) - (other.overshoot or 0.0)) <= CONTROL.enough_points
+        return near and all(one is None or abs(one - two) <= CONTROL.enough_points * abs(one) for one, two in pairs)
 
 
 def step_response(time, value, final):
@@ -63,7 +59,7 @@ def step_response(time, value, final):
         Its value after a long time; nan where that is not known.
     """
     largest = float(np.abs(value).max())
-    if not (np.isfinite(final) and largest > 0 and len(time) >= 2 * FEWEST):
+    if not (np.isfinite(final) and largest > 0 and len(time) >= 2 * CONTROL.fewest_points):
         return None
     found, coarse = (_numbers(time[::k], value[::k], final, largest) for k in (1, 2))
     return found if found.agrees(coarse) else StepResponse(**vars(found) | {"resolved": False})
@@ -75,18 +71,18 @@ def _numbers(time, value, final, largest):
 
     sign, goal = np.copysign(1.0, final), abs(final) / largest
     curve = CubicSpline(time, sign * value / largest)
-    follows = goal >= SMALL
+    follows = goal >= CONTROL.taken_back
     size = goal if follows else 1.0
     overshoot = rise = None
     if follows:
         turns = curve.derivative().roots(extrapolate=False)
         highest = curve(np.append(turns[np.isfinite(turns)], time[-1])).max()
         overshoot = max(0.0, float(highest) / goal - 1.0)
-        first, last = (_times(curve, share * goal).min(initial=np.inf) for share in RISE)
+        first, last = (_times(curve, share * goal).min(initial=np.inf) for share in CONTROL.rise)
         rise = float(last - first) if last < np.inf else None
     settling = None
-    if abs(curve(time[-1]) - goal) <= BAND * size:
-        crossings = [_times(curve, goal + side * BAND * size) for side in (-1, 1)]
+    if abs(curve(time[-1]) - goal) <= CONTROL.settling_band * size:
+        crossings = [_times(curve, goal + side * CONTROL.settling_band * size) for side in (-1, 1)]
         settling = float(np.concatenate(crossings).max(initial=0.0))
     return StepResponse(final, size * largest, overshoot, rise, settling)
 

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.control.statespace import state_space_of
+from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.linear import MODAL, LinearSystem, dense
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import AXES, outward
 
-MOST = 2000  # coordinates of a state space: matrices of 128 MB
 FROM, TO = 0, 1
 ENDS = ("from", "to")
 LOADS = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
@@ -104,9 +104,9 @@ def second_order(layout, kept, winches=(), markers=(), midspans=()):
     -------
     LinearSystem
         Inputs: `winch.CABLE` (m reeled in), then `BODY.force_x` to `BODY.moment_z` of all free displacements, at the
-        reference point. Outputs: those displacements, `BODY.MARKER.x` and so on, `CABLE.midspan.x` and so on along
-        the axes of its chord frame, `LINK.force`, `CABLE.tension_from`,
-        `CABLE.tension_to`. Displacements need no derivatives of inputs in the state space; tensions at moved ends do.
+        reference point. Outputs: those displacements, `BODY.MARKER.x` and so on, ``midspan`.x` and so on along
+        the axes of its chord frame, `LINK.force`, ``tension_from``,
+        ``tension_to``. Displacements need no derivatives of inputs in the state space; tensions at moved ends do.
 
     Raises
     ------
@@ -116,9 +116,10 @@ def second_order(layout, kept, winches=(), markers=(), midspans=()):
     """
     equilibrium = layout.equilibrium
     free, modal = len(layout.free), sum(len(one.element.omega) for one in kept)
-    if free + modal > MOST:
+    if free + modal > CONTROL.state_space_coordinates:
         raise NoSolutionError(
-            f"the linear model has {free + modal} coordinates, and a state space is made of at most {MOST}"
+            f"the linear model has {free + modal} coordinates, and a state space is made of at most "
+            f"{CONTROL.state_space_coordinates}"
         )
     imposed = reeled(equilibrium, winches)
     system = layout.system([one.element for one in kept], imposed)

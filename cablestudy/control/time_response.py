@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-ROUNDING = 1e-9  # of a time step, by which a component may begin before a point of time
+from cablestudy.control.tolerances import CONTROL
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def respond(a, b, c, d, components, time):
 
     found, width = np.zeros((len(time), len(c))), time[1] - time[0]
     for one in components:
-        first = int(np.ceil(one.begin / width - ROUNDING))
+        first = int(np.ceil(one.begin / width - CONTROL.component_begin))
         if first >= len(time):
             continue
         n, k = len(a), len(one.start)

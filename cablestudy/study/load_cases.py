@@ -14,7 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.cable.span import Span
-from cablestudy.cable.steady_drag import DRAG_POINTS, Profile, SteadyDrag, across
+from cablestudy.cable.steady_drag import Profile, SteadyDrag, across
+from cablestudy.cable.tolerances import CABLE
 from cablestudy.study import profile_error
 from cablestudy.study.profile_error import running_integral
 
@@ -246,8 +247,8 @@ def bounded(error):
 def _first_order(drag, catenary, stretched=False):
     """Error, that of the sag, and change of the tension vector at both ends, see `uneven_drag_errors`."""
     span, length = catenary.span, catenary.span.unstretched_length
-    nodes, weights = np.polynomial.legendre.leggauss(DRAG_POINTS)
-    places, near = (1 + nodes) / 2, [*range(DRAG_POINTS), 0, -1]
+    nodes, weights = np.polynomial.legendre.leggauss(CABLE.drag_points)
+    places, near = (1 + nodes) / 2, [*range(CABLE.drag_points), 0, -1]
     force = span.in_frame(catenary.at(places)[1], "global")
     tension = np.sqrt((force**2).sum(axis=-1, keepdims=True))
     tension = np.maximum(tension, SLACK * np.maximum(tension.max(axis=1, keepdims=True), SLACK))
@@ -267,7 +268,7 @@ def _first_order(drag, catenary, stretched=False):
     # at the points, and with the change at the ends over the tension near them
     ends = constant - np.stack([0 * passed[:, 0], (weights[:, None] / 2 * differs).sum(axis=1)], axis=1)
     pulled = np.abs((np.concatenate([change, ends], axis=1) * tangent[:, near]).sum(axis=-1)) / tension[:, near, 0]
-    moved = (running_integral(nodes) @ (compliance @ change[..., None])[..., 0])[:, DRAG_POINTS // 2]
+    moved = (running_integral(nodes) @ (compliance @ change[..., None])[..., 0])[:, CABLE.drag_points // 2]
     whole = np.hypot(np.hypot(moved[:, 0], moved[:, 1]), moved[:, 2])
     aside, sag = profile_error.shares_at_middle(whole, np.abs(moved[:, 2]), catenary)
     return np.maximum(pulled.max(axis=-1), aside), sag, ends

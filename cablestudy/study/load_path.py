@@ -50,7 +50,7 @@ def load_path(document, scene, asked):
     scene : CableScene or SuspensionScene
         The same in SI.
     asked : str
-        Name of the load, `load1` or `CABLE.load1`, and after a colon how many places: 39 by default.
+        Name of the load, `load1` or ``load`1`, and after a colon how many places: 39 by default.
 
     Raises
     ------

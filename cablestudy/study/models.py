@@ -5,9 +5,10 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable import equilibrium
-from cablestudy.cable.dynamics import ALL_AT_ONCE, Dynamics
+from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.element import counts_of_pieces, mesh_pieces, mesh_segments
 from cablestudy.cable.steady_drag import uneven_drag
+from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.results import along
 from cablestudy.system.ends import Ends
@@ -216,7 +217,7 @@ def give_elements(cases, found):
     """
     for numbers, elements in found:
         batch = elements.models
-        if len(numbers) > 1 and 3 * (batch.state.mesh.nodes - 2) > ALL_AT_ONCE:
+        if len(numbers) > 1 and 3 * (batch.state.mesh.nodes - 2) > CABLE.cheap_freedoms:
             continue
         for place, number in enumerate(numbers.tolist()):
             case = cases.get(number)
@@ -250,7 +251,7 @@ def solve_models(cases):
             mesh = mesh_of(case)
         except (NoSolutionError, ConvergenceError):
             continue
-        if 3 * (mesh.nodes - 2) <= ALL_AT_ONCE:
+        if 3 * (mesh.nodes - 2) <= CABLE.cheap_freedoms:
             kind = mesh, case.level, case.planar, bool(case.results.mirror_symmetric[case.index])
             groups.setdefault(kind, []).append(case)
     for (mesh, level, *_), members in groups.items():

@@ -8,7 +8,8 @@ integral of r' = N/EA + N/|N| is the chord. d depends on the form: c and d are f
 import numpy as np
 
 from cablestudy.cable.geometry import places as places_along
-from cablestudy.cable.steady_drag import DRAG_POINTS, across
+from cablestudy.cable.steady_drag import across
+from cablestudy.cable.tolerances import CABLE
 
 STEPS = 3  # in which c and d settle; what is left in the last one is added to the error
 
@@ -34,7 +35,7 @@ def changes(drag, catenary):
         Change of the tension vector at both ends, global axes. [N]
     """
     span = catenary.span
-    nodes, weights = np.polynomial.legendre.leggauss(DRAG_POINTS)
+    nodes, weights = np.polynomial.legendre.leggauss(CABLE.drag_points)
     points, weights, running = (1 + nodes) / 2, weights / 2, running_integral(nodes)
     stiffness, length = (np.asarray(part)[:, None, None] for part in (span.axial_stiffness, span.unstretched_length))
     given = span.in_frame(catenary.at(np.concatenate([points, [0.0, 1.0]]))[1], "global")
@@ -58,7 +59,7 @@ def changes(drag, catenary):
     ends = constant - np.stack([0 * differs[:, 0], (weights[:, None] * differs).sum(axis=1)], axis=1)
     change = np.concatenate([loaded + constant - first, ends], axis=1)
     pulled = ((_size(change) + _size(step)) / np.maximum(_size(given), np.finfo(float).tiny)).max(axis=-1)
-    middle = np.stack([moved, moved - before])[:, :, DRAG_POINTS // 2]
+    middle = np.stack([moved, moved - before])[:, :, CABLE.drag_points // 2]
     aside, sag = shares_at_middle(_size(middle).sum(axis=0), np.abs(middle[..., 2]).sum(axis=0), catenary)
     return np.maximum(pulled, aside), sag, ends
 

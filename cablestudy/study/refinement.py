@@ -6,7 +6,7 @@ from math import ceil, inf, log10
 
 import numpy as np
 
-from cablestudy.cable.element import PER_WAVE
+from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import CablestudyError, ConvergenceError
 
 
@@ -50,7 +50,7 @@ class Settings:
     most_dense: int = 2000
     many_waves: float = 100
     growth: float = 1.3
-    per_wave: float = PER_WAVE
+    per_wave: float = CABLE.orders_per_half_wave
     beside_waves: float = 3
     per_digit: float = 1.0
     beside_digits: float = 0.75

@@ -5,10 +5,11 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.catenary import FOLDED, solve, travel_shares
+from cablestudy.cable.catenary import solve, travel_shares
 from cablestudy.cable.element import pieces
 from cablestudy.cable.newton import UNDETERMINED
 from cablestudy.cable.taut import lambda_squared
+from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study import load_cases
 from cablestudy.study.columns import LIMP, ROUNDING
@@ -258,7 +259,7 @@ class Results:
         Its rounding acts over the short piece that has this tension.
         """
         largest = self.statics.max_tension
-        least = np.maximum(self.catenary.min_tension, FOLDED * largest)
+        least = np.maximum(self.catenary.min_tension, CABLE.folded * largest)
         steep = np.divide(largest, least, out=np.ones_like(largest), where=least > 0)  # not without tension
         return np.maximum(np.maximum(ROUNDING, self.length_rounding), EPSILON * steep**0.75)
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from cablestudy.cable.catenary import FOLDED
 from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.state import interpolate, sag
+from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.columns import SHAPELESS, UPRIGHT
 
@@ -17,9 +17,9 @@ class ClosedStatics:
         self.mean_tension, self.max_tension = catenary.mean_tension, catenary.max_tension
         # the solver leaves a folded cable a tiny tension at its fold, and an upright one a tiny horizontal tension
         least, horizontal = catenary.min_tension, catenary.horizontal_tension
-        folded = least <= FOLDED * self.max_tension
+        folded = least <= CABLE.folded * self.max_tension
         self.min_tension = np.where(folded, 0.0, least)
-        floor = np.where(folded, FOLDED, UPRIGHT) * self.max_tension
+        floor = np.where(folded, CABLE.folded, UPRIGHT) * self.max_tension
         self.horizontal_tension = np.where(horizontal > floor, horizontal, 0.0)
         self.stretched_length, self.iterations = catenary.stretched_length, catenary.record.steps
 

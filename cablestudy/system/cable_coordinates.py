@@ -15,8 +15,7 @@ import numpy as np
 
 from cablestudy.system.ends import Ends
 from cablestudy.system.superelement import Superelement
-
-DEPENDENT = 1e-12  # size of a residual vector over the largest, below which rounding determines it
+from cablestudy.system.tolerances import SYSTEM
 
 
 @dataclass(frozen=True)
@@ -276,7 +275,7 @@ def residual_vectors(omega, coupling, left):
     square = np.where(left, omega**2, 0.0)[..., None]
     response = np.where(left[..., None], coupling / omega[..., None] ** 2, 0.0)
     vectors, size, _ = np.linalg.svd(response, full_matrices=False)
-    vectors = vectors * (size > DEPENDENT * size.max(axis=-1, keepdims=True, initial=0.0))[..., None, :]
+    vectors = vectors * (size > SYSTEM.dependent_residual * size.max(axis=-1, keepdims=True, initial=0.0))[..., None, :]
     turned = np.linalg.eigh(vectors.swapaxes(-1, -2) @ (square * vectors))[1]
     found = vectors @ turned
     return np.where((found**2).sum(axis=-2, keepdims=True) > 0.5, found, 0.0)

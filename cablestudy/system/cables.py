@@ -14,17 +14,17 @@ import numpy as np
 from cablestudy.cable import equilibrium
 from cablestudy.cable.assembly import SPATIAL
 from cablestudy.cable.catenary import GAUSS_POINTS, travel_shares
-from cablestudy.cable.dynamics import ALL_AT_ONCE, Dynamics
+from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.element import basis, counts_of_pieces, mesh_pieces, mesh_segments, pieces
 from cablestudy.cable.plane_modes import nodal_tangent
 from cablestudy.cable.steady_drag import SteadyDrag, uneven_drag
+from cablestudy.cable.tolerances import CABLE
 from cablestudy.system.cable_coordinates import Coordinates, MeshGroup
 from cablestudy.system.coupling_damping import Strain
 from cablestudy.system.ends import Ends, EndsOfLarge
 from cablestudy.system.superelement import Damping, Superelement, grows_with_modes
+from cablestudy.system.tolerances import SYSTEM
 
-MAX_MODES = 600  # of one cable
-HIGHEST_ORDER = 44
 STRAIGHT = np.kron([[2.0, 1.0], [1.0, 2.0]], np.eye(3)) / 6  # inertia of a straight cable of unit mass at its ends
 
 
@@ -195,7 +195,7 @@ class Cables:
         """
         found = [None] * self.count
         for place in np.flatnonzero(self.heavy).tolist():
-            elements = ceil(orders[place] / HIGHEST_ORDER)
+            elements = ceil(orders[place] / SYSTEM.highest_order)
             order = 2 * ceil(orders[place] / elements / 2)  # even ones, so that many cables share a mesh
             edges = self.edges[place]
             shares = travel_shares(self.catenary.take(place), edges) if len(edges) > 2 else [1.0]
@@ -217,7 +217,7 @@ class Models:
         Modes of each cable that are computed at most; six vectors stand for the others.
     """
 
-    def __init__(self, cables, meshes, fixed=False, most=MAX_MODES):
+    def __init__(self, cables, meshes, fixed=False, most=SYSTEM.modes_of_cable):
         self.cables, self.meshes, self._fixed, self._most = cables, meshes, fixed, most
         self._among, self._others = None, {}
 
@@ -472,7 +472,7 @@ def _with_at_most(mesh, displacements, coarser):
 
 def has_more_modes(mesh, most=0):
     """True if a cable has more modes than so many, and more than cost little."""
-    return 3 * (mesh.nodes - 2) > max(most, ALL_AT_ONCE)
+    return 3 * (mesh.nodes - 2) > max(most, CABLE.cheap_freedoms)
 
 
 def fixed_meshes(cables, model):

@@ -7,8 +7,7 @@ as if the others were not there.
 
 import numpy as np
 
-NONE = 1e-12  # of the size of two coordinates, up to which what couples them is rounding
-ROUNDING = 1e-14  # entry of A over the largest one of its row or column, whichever is less, up to which it is that
+from cablestudy.system.tolerances import SYSTEM
 
 
 def connected(mass, damping, stiffness, some):
@@ -30,9 +29,9 @@ def connected(mass, damping, stiffness, some):
 def _coupled(mass, damping, stiffness):
     """Which coordinates each is coupled with, shape (n, n); see `connected`."""
     k, m = np.sqrt(np.abs(np.diagonal(stiffness))), np.sqrt(np.diagonal(mass))
-    coupled = np.abs(mass) > NONE * m[:, None] * m
+    coupled = np.abs(mass) > SYSTEM.uncoupled_entry * m[:, None] * m
     for part, size in ((damping, np.sqrt(k * m)), (stiffness, k)):
-        coupled |= np.abs(part) > NONE * size[:, None] * size
+        coupled |= np.abs(part) > SYSTEM.uncoupled_entry * size[:, None] * size
     return coupled
 
 
@@ -66,7 +65,9 @@ def apart(a):
     Entries that are rounding beside the largest ones of their row and of their column join nothing.
     """
     size = np.abs(a)
-    joined = size > ROUNDING * np.minimum(size.max(axis=1, initial=0.0)[:, None], size.max(axis=0, initial=0.0))
+    joined = size > SYSTEM.entry_rounding * np.minimum(
+        size.max(axis=1, initial=0.0)[:, None], size.max(axis=0, initial=0.0)
+    )
     return _parts(joined | joined.T)
 
 
@@ -90,5 +91,5 @@ def observed(system):
     with np.errstate(divide="ignore", invalid="ignore"):  # coordinates without mass
         moving = 1 / stiffness, 1 / mass, stiffness / mass**2
         seen = sum(np.nan_to_num(np.abs(part) * one) for part, one in zip(system.c, moving, strict=True))
-    seen = (seen > NONE * seen.max(axis=1, keepdims=True, initial=0.0)).any(axis=0)
+    seen = (seen > SYSTEM.uncoupled_entry * seen.max(axis=1, keepdims=True, initial=0.0)).any(axis=0)
     return connected(system.mass, system.damping, system.stiffness, seen)

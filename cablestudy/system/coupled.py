@@ -19,8 +19,7 @@ from cablestudy.system import tangent
 from cablestudy.system.linear import ReducedSystem, assemble, dense
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import GROUND, Equilibrium
-
-LARGE = 300_000  # entries of G from which it is kept sparse
+from cablestudy.system.tolerances import SYSTEM
 
 
 @dataclass(frozen=True)
@@ -54,7 +53,7 @@ class Layout:
     @cached_property
     def large(self):
         """True if matrices are sparse."""
-        return 6 * len(self.equilibrium.suspension.cable_names) * len(self.free) > LARGE
+        return 6 * len(self.equilibrium.suspension.cable_names) * len(self.free) > SYSTEM.large_connection
 
     @cached_property
     def moved(self):

@@ -10,28 +10,15 @@ from math import ceil
 
 import numpy as np
 
-from cablestudy.cable.element import PER_WAVE
+from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, result_of
-from cablestudy.system.cables import HIGHEST_ORDER, MAX_MODES, UNDAMPED, Cables, Models, fixed_meshes, has_more_modes
+from cablestudy.system.cables import UNDAMPED, Cables, Models, fixed_meshes, has_more_modes
 from cablestudy.system.coupled import Layout
-from cablestudy.system.coupled_solution import NOISE, CoupledModes, Trial
-from cablestudy.system.mode_pairs import BEYOND
+from cablestudy.system.coupled_solution import CoupledModes, Trial
 from cablestudy.system.superelement import grows_with_modes
+from cablestudy.system.tolerances import SYSTEM
 
-PER_DIGIT = 0.9  # orders of a cable's mesh for each digit of the accuracy
 STEPS = np.array([6, 8, 10, 12, 14, 16, 20, 24, 32, 40])  # sums of orders to begin with: cables then share a mesh
-STEP, DIGITS = 2, 2.0  # orders that are added where a mesh is too coarse, and digits that they gain at least
-ALLOWED = 0.5  # share of the accuracy that what is left out of the coordinates may take
-POWER = 6  # of the highest frequency over the limit of the modes kept, to which the error by those left out grows
-MARGIN, SHARPER = 1.5, 0.2  # least such limit over the highest frequency; factor of accuracy^(-1/POWER)
-NEAR = 1.5  # multiple of the highest frequency up to which the first mode of a cable may be among those asked for
-WIDER = 1.5  # growth of that multiple, and of limits, where it does not suffice
-LEAST_GROWTH, MOST_GROWTH, SAFETY = 1.15, 3.0, 1.1  # of a limit in one trial; factor on what its error calls for
-DAMPED = 3.0  # least multiple of the highest frequency up to which the finer model for damping keeps modes
-FAR = 0.5  # estimated error by cables without modes over the error allowed, up to which they are tried
-LEVELS, TRIALS = 8, 12
-EXACT = 1e-10  # error of a frequency that modes of cables may leave where the choice of elements is exact
-MOST_DAMPED = 1800  # modes of a cable of such elements whose modal damping counts: an eigenvalue problem of a second
 
 
 class Search:
@@ -69,9 +56,9 @@ class Search:
             return found
         highest = self._first_guess(rows)
         orders, limits = self._orders(rows, highest), self._limits(rows, highest)
-        for _ in range(LEVELS):
+        for _ in range(SYSTEM.mesh_trials):
             cables = self._cables_of(rows)
-            models = Models(cables, cables.meshes(orders.ravel() + STEP * self._damped))
+            models = Models(cables, cables.meshes(orders.ravel() + SYSTEM.finer_orders * self._damped))
             trials, highest, limits = self._resolved(rows, models, highest, limits)
             coarse, again = np.ones(orders.shape), np.zeros(len(rows), dtype=bool)
             for place, (row, outcome) in enumerate(zip(rows.tolist(), trials, strict=True)):
@@ -86,7 +73,11 @@ class Search:
                     serves = self._damped or not self._heavy[row].any()
                     finer = partial(self._finer, row, orders[place], limits[place], highest[place])
                     found[row] = outcome_of(partial(finished, trial, number, error, None if serves else finer))
-            more = STEP * np.ceil(np.log10(coarse) / DIGITS) * np.ceil(orders / HIGHEST_ORDER)
+            more = (
+                SYSTEM.finer_orders
+                * np.ceil(np.log10(coarse) / SYSTEM.finer_digits)
+                * np.ceil(orders / SYSTEM.highest_order)
+            )
             finer = np.maximum(orders + more, self._orders(rows, highest))
             orders = np.where(coarse > 1, finer, orders)
             rows, highest, limits, orders = (part[again] for part in (rows, highest, limits, orders))
@@ -120,7 +111,7 @@ class Search:
         trial = Trial(self.layout, coordinates, len(coordinates.omega) + len(self.layout.free))
         omega = trial.omega[0]
         trial = trial.some((np.arange(len(omega)) < self.count) | ((omega > lowest) & (omega < highest)))
-        return finished(trial, 0, np.maximum(trial.unresolved[0].sum(axis=0) / 2, NOISE))
+        return finished(trial, 0, np.maximum(trial.unresolved[0].sum(axis=0) / 2, SYSTEM.frequency_rounding))
 
     def of_elements(self, model):
         """`CoupledModes` of each row with an exact choice of elements, with some modes of each cable.
@@ -153,7 +144,7 @@ class Search:
     def _elements_of(self, rows, alone, meshes):
         """`of_elements` of some rows: list; where those of one have no equilibrium, of one after the other."""
         cables, own = self._cables_of(rows), [meshes[place] for place in self._places(rows)]
-        most = min(self._most(rows), MAX_MODES) if alone else MAX_MODES
+        most = min(self._most(rows), SYSTEM.modes_of_cable) if alone else SYSTEM.modes_of_cable
         models = Models(cables, own, fixed=True, most=most)
         try:
             trial = self._tried(models, np.where(cables.heavy, np.inf, 0.0), rows)
@@ -167,24 +158,26 @@ class Search:
         return [outcome_of(partial(finished, trial, number, unknown, finer)) for number in range(len(rows))]
 
     def _damped_by_all(self, rows, meshes):
-        """`CoupledModes` of elements of one row with MAX_MODES of each cable, and the modal damping of all.
+        """`CoupledModes` of elements of one row with `modes_of_cable` of each cable, and the modal damping of all.
 
         That of the others is what it does to slow movements of the ends: see `Superelement.combine`.
         """
         cables = self._cables_of(rows)
-        models, limits = Models(cables, meshes, fixed=True, most=MOST_DAMPED), np.zeros(cables.count)
+        models, limits = Models(cables, meshes, fixed=True, most=SYSTEM.modally_damped_modes), np.zeros(cables.count)
         for group in models.groups:
             omega = np.sort(group.ends.omega, axis=-1)
-            limits[group.places] = omega[:, MAX_MODES] if omega.shape[-1] > MAX_MODES else np.inf
-        count = self.count + BEYOND
+            limits[group.places] = (
+                omega[:, SYSTEM.modes_of_cable] if omega.shape[-1] > SYSTEM.modes_of_cable else np.inf
+            )
+        count = self.count + SYSTEM.modes_beyond
         return finished(self._tried(models, limits, rows, count), 0, np.full(count, np.nan))
 
     def _finer(self, row, orders, limits, highest):
         """`CoupledModes` of one row, of a finer model with more modes of cables, some beyond those asked for."""
-        one, count = np.array([row]), self.count + BEYOND
+        one, count = np.array([row]), self.count + SYSTEM.modes_beyond
         cables = self._cables_of(one)
-        limits = np.where(limits > 0, np.maximum(WIDER * limits, DAMPED * highest), 0.0)
-        trial = self._tried(Models(cables, cables.meshes(orders + STEP)), limits, one, count)
+        limits = np.where(limits > 0, np.maximum(SYSTEM.wider * limits, SYSTEM.damping_limit * highest), 0.0)
+        trial = self._tried(Models(cables, cables.meshes(orders + SYSTEM.finer_orders)), limits, one, count)
         return finished(trial, 0, trial.error[0])
 
     @property
@@ -224,17 +217,17 @@ class Search:
     @property
     def _margin(self):
         """Multiple of the highest frequency up to which the modes of cables are kept at first. [-]"""
-        margin = max(MARGIN, SHARPER * self.accuracy ** (-1 / POWER))
-        return max(DAMPED, WIDER * margin) if self._damped else margin
+        margin = max(SYSTEM.least_mode_limit, SYSTEM.mode_limit * self.accuracy ** (-1 / SYSTEM.left_out_power))
+        return max(SYSTEM.damping_limit, SYSTEM.wider * margin) if self._damped else margin
 
     @property
     def _least(self):
         """Least such multiple for cables whose first mode is among those asked for, or near. [-]"""
-        return DAMPED / WIDER if self._damped else 1.0
+        return SYSTEM.damping_limit / SYSTEM.wider if self._damped else 1.0
 
     def _most(self, row):
         """How many modes of each cable of one row an exact choice of elements needs: the others change no digit."""
-        highest = SHARPER * EXACT ** (-1 / POWER) * self._first_guess(row)[0]
+        highest = SYSTEM.mode_limit * SYSTEM.exact_elements ** (-1 / SYSTEM.left_out_power) * self._first_guess(row)[0]
         return 8 + ceil(2 * highest * self._travel_time[row].max(initial=0.0) / np.pi)
 
     def _first_guess(self, rows):
@@ -268,7 +261,7 @@ class Search:
 
     def orders_of(self, waves):
         """Sum of orders along each cable from which some half-waves are resolved to the accuracy, shape (..., c)."""
-        orders = PER_WAVE * waves - PER_DIGIT * np.log10(self.accuracy)
+        orders = CABLE.orders_per_half_wave * waves - SYSTEM.orders_per_digit * np.log10(self.accuracy)
         steps = STEPS[np.minimum(np.searchsorted(STEPS, orders), len(STEPS) - 1)]
         return np.where(orders <= STEPS[-1], steps, 8 * np.ceil(orders / 8))
 
@@ -281,7 +274,9 @@ class Search:
         bodies = np.broadcast_to(bodies, (*self.layout.shape, bodies.shape[-1])).reshape(self._rows, -1)[rows]
         cables = self.cables.mass.reshape(self._rows, -1)[rows].sum(axis=1, keepdims=True)
         share = cables / (cables + bodies.sum(axis=1, keepdims=True))
-        far = (share * (highest / first) ** 2 <= FAR * ALLOWED * self.accuracy) & (NEAR * highest < first)
+        far = (share * (highest / first) ** 2 <= SYSTEM.no_modes_error * SYSTEM.coordinates_share * self.accuracy) & (
+            SYSTEM.near_highest * highest < first
+        )
         return np.where(far | ~self._heavy[rows], 0.0, self._margin * highest)
 
     def _resolved(self, rows, models, highest, limits):
@@ -304,16 +299,16 @@ class Search:
         highest, limits : ndarray
             Of these modes.
         """
-        allowed = 2 * ALLOWED * self.accuracy  # of squared frequencies
+        allowed = 2 * SYSTEM.coordinates_share * self.accuracy  # of squared frequencies
         found, waiting = [self._too_accurate("too many modes of cables")] * len(rows), np.arange(len(rows))
         highest, limits = highest.copy(), limits.copy()
-        for _ in range(TRIALS):
+        for _ in range(SYSTEM.limit_trials):
             some = models if len(waiting) == len(rows) else models.take(self._places(waiting))
             trial, kept = self._tried(some, limits[waiting].ravel(), rows[waiting]), limits[waiting]
             few = np.isinf(trial.omega).any(axis=1) & self._heavy[rows[waiting]].any(axis=1)
             top = np.where(np.isfinite(trial.omega), trial.omega, 0.0).max(axis=1, initial=0.0)
-            top = np.where(few, WIDER * highest[waiting], top)
-            near = some.first.reshape(kept.shape) < NEAR * top[:, None]
+            top = np.where(few, SYSTEM.wider * highest[waiting], top)
+            near = some.first.reshape(kept.shape) < SYSTEM.near_highest * top[:, None]
             omitted = np.abs(trial.omitted)
             good = ~few & (omitted.sum(axis=1).max(axis=-1, initial=0.0) <= allowed)
             good &= (~near | (kept >= self._least * top[:, None])).all(axis=1)
@@ -323,7 +318,14 @@ class Search:
             largest = omitted.max(axis=-1, initial=0.0)
             many = np.maximum(np.count_nonzero(largest, axis=1), 1)[:, None]
             much = np.maximum(2 * largest * many / allowed, 1.0)
-            wider = np.where(much > 1, np.clip(SAFETY * much ** (1 / POWER), LEAST_GROWTH, MOST_GROWTH) * kept, kept)
+            wider = np.where(
+                much > 1,
+                np.clip(
+                    SYSTEM.growth_safety * much ** (1 / SYSTEM.left_out_power), SYSTEM.least_growth, SYSTEM.most_growth
+                )
+                * kept,
+                kept,
+            )
             enough = np.maximum(wider, self._margin * top[:, None])
             wider = np.where((much > 1) | near | (wider > 0), enough, wider)
             highest[waiting], limits[waiting] = top, np.where(good[:, None], kept, wider)
@@ -359,7 +361,7 @@ def finished(trial, row, error, finer=None):
     """
     solution = trial.solution(row)
     error, shapes = error[: len(solution.omega)].copy(), solution.shapes.copy()
-    coincident = tuple(runs(solution.omega, np.where(np.isnan(error), NOISE, error)))
+    coincident = tuple(runs(solution.omega, np.where(np.isnan(error), SYSTEM.frequency_rounding, error)))
     number = np.arange(len(shapes))[:, None] + 1.0
     for first, last in coincident:
         alike = slice(first - 1, last)

@@ -8,13 +8,13 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.system.damping import COUPLED, damping_ratios
+from cablestudy.system.damping import damping_ratios
 from cablestudy.system.linear import ReducedSystem, compliance_shares, coupled
 from cablestudy.system.mode_pairs import pair_modes
+from cablestudy.system.tolerances import SYSTEM
 
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 KINDS = ("in-plane", "out-of-plane", "axial")
-NOISE = 1e-12  # error of a frequency by rounding
 
 
 @dataclass(frozen=True)
@@ -154,7 +154,7 @@ class Trial:
     @cached_property
     def error(self):
         """Estimated relative error of each frequency, shape (n, k). [-]"""
-        return np.maximum((np.abs(self.omitted) + self.unresolved).sum(axis=1) / 2, NOISE)
+        return np.maximum((np.abs(self.omitted) + self.unresolved).sum(axis=1) / 2, SYSTEM.frequency_rounding)
 
     def solution(self, row):
         """`Solution` of one row.
@@ -351,11 +351,11 @@ class CoupledModes:
         if cables.modal.any() or self.damped is self:
             return np.full(len(self), np.nan) if cables.heavy.any() else self.error
         ratio = self.damping_ratio
-        other = damping_ratios(self.system, self.solution.omega, self.shapes, COUPLED // 2)
+        other = damping_ratios(self.system, self.solution.omega, self.shapes, SYSTEM.coupled_modes // 2)
         for first, last in self.coincident:  # their poles come in any order
             run = slice(first - 1, last)
             other[run] = np.sort(other[run])[np.argsort(np.argsort(ratio[run]))]
-        return np.abs(ratio - other) / np.where(ratio > NOISE, ratio, 1.0)
+        return np.abs(ratio - other) / np.where(ratio > SYSTEM.frequency_rounding, ratio, 1.0)
 
     def compliance_shares(self, body, axis):
         """Share of each mode in the static compliance of a free motion of a body, see `linear.compliance_shares`.

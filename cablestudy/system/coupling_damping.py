@@ -11,16 +11,7 @@ import numpy as np
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.pole_windows import eigen, poles_in_windows, shapes
-
-TRUSTED = 1e-11  # difference between the sum over poles and the forces it stands for, up to which the sum is used
-# the same of poles found in windows: nine cables of a balloon leave up to 6e-7; a cable whose damping couples modes
-# over more than windows are wide leaves 2e-6, and 1.5e-4 of its largest gain
-TRUSTED_WINDOWS = 7e-7
-MANY = 150  # modes from which on windows are faster than one eigenvalue problem
-MOST_DAMPED = 1e6  # loss factor at the lowest mode from which rounding spoils what damped strain leaves
-FEW = 4  # places up to which solving is cheaper than finding the poles
-AT_ONCE = 64  # systems of equations that are solved in one call
-MOST_DECAY = 0.9  # rate of decay over frequency of a mode up to which its two poles stand for it
+from cablestudy.system.tolerances import SYSTEM
 
 
 @dataclass(frozen=True)
@@ -82,7 +73,7 @@ class PoleSum:
 
         x/(x - X) = -viscous s/X - s^2 sum of q/(p (p - q))/(s - p), for both orders of the two poles p and q.
         """
-        if (viscous > 2 * MOST_DECAY * np.sqrt(np.abs(self.poles))).any():
+        if (viscous > 2 * SYSTEM.pole_pair_decay * np.sqrt(np.abs(self.poles))).any():
             return None
         half = np.sqrt(viscous**2 / 4 + self.poles + 0j) * np.array([[1], [-1]])
         poles, other = half - viscous / 2, -half - viscous / 2
@@ -129,7 +120,7 @@ class Strain:
 
     def spoils(self, omega):
         """True if so much strain is damped that rounding spoils what is left."""
-        return len(omega) > 0 and bool(np.abs(self.factor(1j * omega.min())) > MOST_DAMPED)
+        return len(omega) > 0 and bool(np.abs(self.factor(1j * omega.min())) > SYSTEM.spoiling_loss)
 
     @property
     def matrix(self):
@@ -154,7 +145,7 @@ class CouplingDamping:
 
     def __init__(self, element):
         self.omega, self._near, self._viscous = element.omega, element.near, element.viscous
-        self.windowed = element.windowed and len(element.omega) > MANY
+        self.windowed = element.windowed and len(element.omega) > SYSTEM.windows_from
         mass, damping, stiffness = element.matrices()
         hysteretic = element.strain is not None and element.strain.law == "hysteretic"
         self._squared = hysteretic and not element.uneven and not np.any(element.residual_damping)
@@ -164,7 +155,9 @@ class CouplingDamping:
         """Dynamic stiffness at some of the ends, see `Superelement.dynamic_stiffness`."""
         below = np.imag(s) < 0
         x = self._variable(np.where(below, np.conj(s), s))
-        few = len(s) <= FEW and self._near is None and "_found" not in self.__dict__  # of which poles cost more
+        few = (
+            len(s) <= SYSTEM.solved_places and self._near is None and "_found" not in self.__dict__
+        )  # of which poles cost more
         by_poles = None if few else self.pole_sum
         value = by_poles(x, rows, columns) if by_poles else _solved(self.matrices, x, rows, columns, len(self.omega))
         if (real := np.imag(s) == 0).any():  # where hysteretic strain loses nothing
@@ -198,7 +191,7 @@ class CouplingDamping:
             if self.windowed:
                 resolvent = poles_in_windows(of_modes, self.omega)
                 found = PoleSum.of(self.matrices, *resolvent)
-                if self._difference(found, *resolvent) <= TRUSTED_WINDOWS:
+                if self._difference(found, *resolvent) <= SYSTEM.trusted_windows:
                     return found, resolvent
         except np.linalg.LinAlgError:
             pass
@@ -208,7 +201,7 @@ class CouplingDamping:
                 left = shapes(vectors, self.omega)
                 resolvent = poles, left, right(poles, left, vectors)
                 found = PoleSum.of(self.matrices, *resolvent)
-                if self._difference(found, *resolvent) <= TRUSTED:
+                if self._difference(found, *resolvent) <= SYSTEM.trusted:
                     return found, resolvent
         except np.linalg.LinAlgError:
             pass
@@ -281,11 +274,11 @@ def _solved(matrices, x, rows, columns, n):
     """Forces at some ends per displacement of some, of n modes and the ends, by a system of equations for each x."""
     right = [part[:, n:][:, columns] for part in matrices]
     value = _polynomial([part[n:][rows] for part in right], x)
-    for i in range(0, len(x) if n else 0, AT_ONCE):
-        some = x[i : i + AT_ONCE]
+    for i in range(0, len(x) if n else 0, SYSTEM.systems_at_once):
+        some = x[i : i + SYSTEM.systems_at_once]
         matrix = _polynomial([part[:n, :n] for part in matrices], some)
         moved = np.linalg.solve(matrix, _polynomial([part[:n] for part in right], some))
-        value[i : i + AT_ONCE] -= _polynomial([part[n:, :n][rows] for part in matrices], some) @ moved
+        value[i : i + SYSTEM.systems_at_once] -= _polynomial([part[n:, :n][rows] for part in matrices], some) @ moved
     return value
 
 

@@ -14,9 +14,7 @@ whose last two terms do not cancel, however small the damping. C need not be sym
 import numpy as np
 
 from cablestudy.errors import ConvergenceError
-
-MOST = 30  # iterations
-CONVERGED = 1e-12  # relative change of a pole, of the size of its rounding
+from cablestudy.system.tolerances import SYSTEM
 
 
 def damped_pole(layout, elements, near, moved, damping, far):
@@ -49,7 +47,7 @@ def damped_pole(layout, elements, near, moved, damping, far):
     """
     cables, damping = [element.matrices() for element in elements], damping + layout.damping
     pole, vector = near, moved.astype(complex)
-    for _ in range(MOST):
+    for _ in range(SYSTEM.pole_steps):
         stiffness, slope = _dynamic(layout, cables, pole, damping)
         try:
             vector = _solved(stiffness, slope @ vector)
@@ -60,7 +58,7 @@ def damped_pole(layout, elements, near, moved, damping, far):
         pole = pole - step
         if not (abs(pole - near) < far * abs(near) and pole.imag > 0):
             break
-        if abs(step) <= CONVERGED * abs(pole):
+        if abs(step) <= SYSTEM.pole_change * abs(pole):
             return _with_its_losses(layout, cables, pole, vector, damping)
     raise ConvergenceError(
         f"no damped mode is found for certain near {abs(near) / (2 * np.pi):.4g} Hz: the damping there is too strong"

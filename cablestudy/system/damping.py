@@ -2,18 +2,15 @@
 
 import numpy as np
 
-DEPENDENT = 1e-10  # size of a vector over the largest, below which rounding determines it
-ALIKE = 1e-6  # product of two modes above which they are not orthogonal: of some that coincide not all were asked for
-COUPLED = 40  # modes above those asked for that damping may couple to them
-OWN = 0.5  # part of a mode in the motion of a pole, below which a mode damped above critical does not oscillate
+from cablestudy.system.tolerances import SYSTEM
 
 
-def damping_ratios(system, omega, shapes, coupled=COUPLED):
+def damping_ratios(system, omega, shapes, coupled=SYSTEM.coupled_modes):
     """Damping ratio -Re s/|s| of the pole that belongs to each mode, shape (k,); see `damped_poles`. [-]"""
     return damped_poles(system, omega, shapes, coupled)[1]
 
 
-def damped_poles(system, omega, shapes, coupled=COUPLED):
+def damped_poles(system, omega, shapes, coupled=SYSTEM.coupled_modes):
     """The pole that belongs to each mode, and its damping ratio -Re s/|s|.
 
     Parameters
@@ -48,7 +45,7 @@ def damped_poles(system, omega, shapes, coupled=COUPLED):
     product = shapes.T @ (system.mass @ others)
     rest = np.delete(np.arange(len(above)), assigned(product**2)[1])
     above, others = above[rest], others[:, rest]
-    if np.abs(product[:, rest]).max(initial=0.0) > ALIKE:
+    if np.abs(product[:, rest]).max(initial=0.0) > SYSTEM.not_orthogonal:
         above, others = ritz(system, shapes, others)
     omega, basis = np.concatenate([omega, above]), np.concatenate([shapes, others], axis=1)
     more, added = ritz(system, basis, system.compliance(forces))
@@ -62,7 +59,7 @@ def damped_poles(system, omega, shapes, coupled=COUPLED):
     part = (part / part.sum(axis=0))[:count]
     mode, pole = assigned(part)
     ratio = (np.diagonal(damping) / (2 * omega) + np.diagonal(loss) / (2 * omega**2))[:count]
-    own = (part[mode, pole] >= OWN) | (ratio[mode] <= 1)
+    own = (part[mode, pole] >= SYSTEM.own_part) | (ratio[mode] <= 1)
     mode, pole = mode[own], pole[own]
     ratio[mode] = np.maximum(-poles.real[pole], 0.0) / np.abs(poles[pole])  # what is below zero is rounding
     found = np.full(count, complex(np.nan, np.nan))
@@ -76,10 +73,10 @@ def ritz(system, basis, vectors):
     vectors = vectors / np.where(whole > 0, whole, 1.0)
     vectors = vectors - basis @ (basis.T @ (system.mass @ vectors))
     size, turned = np.linalg.eigh(vectors.T @ (system.stiffness.real @ vectors))
-    chosen = size > DEPENDENT
+    chosen = size > SYSTEM.dependent_ritz
     vectors = vectors @ (turned[:, chosen] / np.sqrt(size[chosen]))
     compliance, turned = np.linalg.eigh(vectors.T @ (system.mass @ vectors))
-    chosen = compliance > DEPENDENT * compliance.max(initial=0.0)
+    chosen = compliance > SYSTEM.dependent_ritz * compliance.max(initial=0.0)
     root = np.sqrt(compliance[chosen])
     return 1 / root, vectors @ (turned[:, chosen] / root)
 

@@ -24,8 +24,9 @@ from cablestudy.cable.span import Span
 from cablestudy.system import tangent
 from cablestudy.system.links import Links, joined
 from cablestudy.system.rigid import size, turn
-from cablestudy.system.rounding import UNIT, bounds, over
+from cablestudy.system.rounding import bounds, over
 from cablestudy.system.tangent import GROUND
+from cablestudy.system.tolerances import SYSTEM
 
 CONVERGED, NO_DESCENT, TOO_MANY, UNMET, UNHELD, ROUNDED, DISAGREED = range(7)
 REASONS = (
@@ -37,18 +38,8 @@ REASONS = (
     "converged: no step leaves less, and what is left is the rounding of lengths and places",
     "the forces of the mean wind and the attitude that they lead to do not agree",
 )
-MAX_STEPS, HALVINGS = 100, 30
-FEW_STEPS = 12  # of a search straight from the start: those that need more go by softer cables
 SOFTENED = (0.3, 0.1, 0.03, *(10.0**-k for k in range(2, 13)))  # strains of those: ten times stiffer each is few steps
-SOFT_STEPS, LOOSE = 60, 1e-6  # most steps with each, and net force over the sum of forces that is small enough there
-MOST_LOAD = 10.0  # tension that a soft cable may have, over the loads on all bodies
-SLOW, PATIENCE = 0.5, 4  # a search can go no further where so many steps leave more than this share of the net force
-FARTHEST, WIDEST = 0.5, 0.7  # largest step: over the extent of the suspension, and in radians
-SUFFICIENT = 1e-4  # share of the descent that the slope foretells (Armijo),
-FLAT = 0.1  # and by how much the slope must have changed where the descent is rounding (delta of Hager and Zhang)
-FLATTEST = 1e-13  # scaled eigenvalues below it count as this large in a step
-TINY, EPSILON = 1e-300, 2 * UNIT
-NEAREST = 1e-9  # of the unstretched length: ends closer than this are taken as this far apart, one above the other
+TINY, EPSILON = 1e-300, 2 * SYSTEM.rounding
 
 
 @dataclass(frozen=True)
@@ -202,8 +193,8 @@ def moved_with_work(suspension, state, step):
 
 def spans(suspension, state):
     """The cables between their ends: a `Span` of shape (n, c)."""
-    length, close = state.length, size(state.chord) <= NEAREST * state.length
-    down = np.array([0.0, 0.0, -NEAREST]) * length[..., None]
+    length, close = state.length, size(state.chord) <= SYSTEM.nearest_ends * state.length
+    down = np.array([0.0, 0.0, -SYSTEM.nearest_ends]) * length[..., None]
     vector = np.where(close[..., None], down, state.chord)
     gravity, vertical = suspension.cable_gravity
     stiffness, mass = suspension.axial_stiffness, suspension.cable_mass
@@ -213,7 +204,7 @@ def spans(suspension, state):
     span = Span.between(np.zeros(3), vector, stiffness, mass, gravity, vertical=vertical, **loads)
     if loads:
         span = replace(span, load_masses=suspension.load_masses, load_fractions=suspension.load_fractions).broadcast()
-    return span.with_chord_strain(np.where(close, NEAREST - 1, state.strain))
+    return span.with_chord_strain(np.where(close, SYSTEM.nearest_ends - 1, state.strain))
 
 
 def at_ends(suspension, state, cables, stiffness):
@@ -324,13 +315,13 @@ def newton_step(suspension, state, point):
     free = suspension.free
     force = tangent.free_values(suspension, point.net)
     blocks = tangent.blocks(suspension, state.rotation, state.arms, point.end_forces, point.end_stiffness)
-    largest_step = np.ones((len(force), *free.shape)) * WIDEST
-    largest_step[..., :3] = FARTHEST * extent(state)[:, None, None]
+    largest_step = np.ones((len(force), *free.shape)) * SYSTEM.widest_turn
+    largest_step[..., :3] = SYSTEM.farthest_step * extent(state)[:, None, None]
     # where nothing holds a degree of freedom the step is small if the force is rounding, and else as large as allowed
     least = tangent.free_values(suspension, np.maximum(np.abs(point.net), point.least) / largest_step)
     stiffness = np.maximum(tangent.magnitudes(blocks, suspension), least)
     scales = np.sqrt(np.maximum(stiffness, TINY))
-    if free.sum() <= tangent.DENSE:
+    if free.sum() <= SYSTEM.dense_freedoms:
         longest_moves = tangent.free_values(suspension, largest_step) * scales
         moves = _dense_step(tangent.scaled_dense(blocks, suspension, scales), force / scales, longest_moves)
     else:
@@ -351,7 +342,7 @@ def _dense_step(matrix, force, largest):
     the others without a step.
     """
     symmetric = (matrix + np.swapaxes(matrix, -1, -2)) / 2
-    definite = np.linalg.eigvalsh(symmetric)[:, 0] > FLATTEST
+    definite = np.linalg.eigvalsh(symmetric)[:, 0] > SYSTEM.flattest
     plain = np.where(definite[:, None, None], matrix, np.eye(force.shape[-1]))
     exact = tangent.solved(plain, force)
     good = definite & (np.abs(exact) <= largest).all(axis=-1)
@@ -359,7 +350,7 @@ def _dense_step(matrix, force, largest):
         return exact
     values, vectors = np.linalg.eigh(symmetric)
     shares = (np.swapaxes(vectors, -1, -2) @ force[..., None])[..., 0]
-    parts = vectors * (shares / np.maximum(np.abs(values), FLATTEST))[:, None, :]
+    parts = vectors * (shares / np.maximum(np.abs(values), SYSTEM.flattest))[:, None, :]
     parts = parts / np.maximum(1.0, (np.abs(parts) / largest[..., None]).max(axis=-2))[:, None, :]
     return np.where(good[:, None], exact, parts.sum(axis=-1))
 
@@ -370,7 +361,7 @@ def _sparse_step(matrix, force):
 
     unit, shift = eye_array(len(force), format="csc"), 0.0
     while (factors := tangent.factorised(matrix + shift * unit)) is None:
-        shift = max(10 * shift, FLATTEST)
+        shift = max(10 * shift, SYSTEM.flattest)
     return factors.solve(force)
 
 
@@ -397,7 +388,7 @@ def line_search(suspension, state, point, step):
     share, found = np.ones(len(slope)), np.zeros(len(slope), dtype=bool)
     new_state, new_point = copied(state), copied(point)
     rest = np.arange(len(slope))
-    for _ in range(HALVINGS):
+    for _ in range(SYSTEM.descent_halvings):
         part = suspension if len(rest) == len(slope) else suspension.take(rest)
         before, taken = some(state, rest), step[rest] * share[rest, None, None]
         trial, work = moved_with_work(part, before, taken)
@@ -405,8 +396,8 @@ def line_search(suspension, state, point, step):
         change = there.energy - point.energy[rest] - work
         rounding = there.rounding + point.rounding[rest]
         ahead = (there.net * step[rest]).sum(axis=(-1, -2))
-        falls = change <= -SUFFICIENT * share[rest] * slope[rest]
-        flat = (change <= rounding) & (ahead >= -(1 - 2 * FLAT) * slope[rest])
+        falls = change <= -SYSTEM.sufficient_descent * share[rest] * slope[rest]
+        flat = (change <= rounding) & (ahead >= -(1 - 2 * SYSTEM.slope_change) * slope[rest])
         good = there.solved & (falls | flat)
         if not found.any() and good.all():
             return trial, there, share
@@ -424,7 +415,7 @@ def line_search(suspension, state, point, step):
     return new_state, new_point, np.where(found, share, 0.0)
 
 
-def descend(suspension, state, most=MAX_STEPS, enough=0.0):
+def descend(suspension, state, most=SYSTEM.descent_steps, enough=0.0):
     """Poses of least energy, from given starts.
 
     Parameters
@@ -456,10 +447,10 @@ def descend(suspension, state, most=MAX_STEPS, enough=0.0):
         change = np.maximum(size(step[..., :3]).max(axis=-1) / longest(state), size(step[..., 3:]).max(axis=-1))
         state, point, share = line_search(part, state, point, step)
         after, left = imbalance(part, point), over(part, point.net, point.least)
-        slow[active] = np.where(left > SLOW * best[active], slow[active] + 1, 0)
+        slow[active] = np.where(left > SYSTEM.descent_progress * best[active], slow[active] + 1, 0)
         best[active] = np.minimum(best[active], left)
         found = (left <= 1) | (after < enough)
-        stuck = (share == 0) | (slow[active] >= PATIENCE) | (number == MAX_STEPS - 1)
+        stuck = (share == 0) | (slow[active] >= SYSTEM.descent_patience) | (number == SYSTEM.descent_steps - 1)
         rounded = stuck & (over(part, point.net, point.most) <= 1)
         ended = found | rounded | (share == 0)
         count[active] += 1
@@ -511,7 +502,7 @@ def search(suspension, state):
     Stiff cables make a narrow, curved valley of the energy, in which Newton steps are short. Cables that the loads
     strain by a third make it wide; stiffer ones then follow, each from the equilibrium of the one before; so do links.
     """
-    first, record = descend(suspension, state, FEW_STEPS)
+    first, record = descend(suspension, state, SYSTEM.straight_steps)
     hard = np.flatnonzero(~record.converged)
     if not len(hard):
         return first, record
@@ -526,10 +517,10 @@ def search(suspension, state):
         if not len(rest):
             break
         soft = replace(part, axial_stiffness=softened, link_stiffness=links).take(rest)
-        there, _ = descend(soft, some(state, rest), SOFT_STEPS, LOOSE)
+        there, _ = descend(soft, some(state, rest), SYSTEM.soft_steps, SYSTEM.soft_net_force)
         put(state, rest, there)
         tension = catenary.solve(spans(soft, there)).max_tension
-        loads[rest] = np.clip(tension, loads[rest], MOST_LOAD * loads[rest].sum(axis=-1, keepdims=True))
+        loads[rest] = np.clip(tension, loads[rest], SYSTEM.soft_tension * loads[rest].sum(axis=-1, keepdims=True))
     state, last = descend(part, state)
     put(first, hard, state)
     record = copied(record)

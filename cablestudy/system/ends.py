@@ -9,9 +9,7 @@ from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.plane_modes import unresolved_share
 from cablestudy.system.coupling_damping import Strain
 from cablestudy.system.superelement import Superelement
-
-ROUNDING = 1e-11  # size of what the modes leave of a vector, over its own, below which it is rounding
-DEPENDENT = 1e-8  # mass of a combination of unit vectors, below which rounding determines it
+from cablestudy.system.tolerances import SYSTEM
 
 
 def _of_batch(compute):
@@ -265,9 +263,9 @@ class EndsOfLarge(Ends):
         for _ in range(2):  # the second time for what rounding left
             vectors = vectors - modes @ (modes.T @ (one.mass @ vectors))
         size, whole = (np.sqrt((part * (one.mass @ part)).sum(axis=0)) for part in (vectors, response))
-        vectors = vectors[:, size > ROUNDING * whole] / size[size > ROUNDING * whole]
+        vectors = vectors[:, size > SYSTEM.left_by_modes * whole] / size[size > SYSTEM.left_by_modes * whole]
         size, turned = np.linalg.eigh(vectors.T @ (one.mass @ vectors))
-        definite = size > DEPENDENT
+        definite = size > SYSTEM.dependent_unit
         vectors = vectors @ (turned[:, definite] / np.sqrt(size[definite]))
         nodal = np.zeros((*shapes.shape[:2], vectors.shape[1]))
         nodal[1:-1, list(axes)] = vectors.reshape(len(nodal) - 2, len(axes), -1)

@@ -3,8 +3,7 @@
 import numpy as np
 
 from cablestudy.system import statics
-
-MOST_CABLES = 6000  # of the equilibria that are kept, in all their cases
+from cablestudy.system.tolerances import SYSTEM
 
 
 class Equilibria:
@@ -52,7 +51,7 @@ class Equilibria:
         places = sorted(first.values())
         equilibrium = statics.pose(suspension if len(places) == len(keys) else suspension.take(np.array(places)))
         rows = {keys[place]: row for row, place in enumerate(places)}
-        room, kept = MOST_CABLES, []
+        room, kept = SYSTEM.remembered_cables, []
         for one in [(common, rows, equilibrium), *self._found]:
             room -= one[2].lengths.size
             if room < 0:

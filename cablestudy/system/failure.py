@@ -5,10 +5,9 @@ import numpy as np
 from cablestudy.system import stated, tangent
 from cablestudy.system.descent import REASONS, UNMET
 from cablestudy.system.rigid import size
+from cablestudy.system.tolerances import SYSTEM
 
 MOTIONS = ("along x", "along y", "along z", "about x", "about y", "about z")
-DIFFERENT = 1e-8  # relative error of a stated value that counts as one,
-NEARLY = 1e-3  # and up to which its digits would not show it
 
 
 def explain(equilibrium):
@@ -44,7 +43,7 @@ def _left(equilibrium):
     share = np.nan_to_num(share)
     turning = np.where(suspension.moment.any(axis=-1)[:, None], share, 0.0)
     turning[:, :3] = 0.0
-    if turning.max() > DIFFERENT:
+    if turning.max() > SYSTEM.wrong_value:
         body = int(turning.max(axis=-1).argmax())
         moment = f"{size(suspension.moment[body]):.4g} N m on {suspension.body_names[body]}"
         return f"the dead moment of {moment} may be more than the cables can hold"
@@ -59,12 +58,12 @@ def _unmet(equilibrium):
     has = stated.values(cables, suspension.given)
     error = np.nan_to_num(np.abs(has / suspension.value - 1))
     cable = int(error.argmax())
-    if error[cable] < DIFFERENT:
+    if error[cable] < SYSTEM.wrong_value:
         return ""
     kind, value = suspension.given[cable], suspension.value[cable]
     unit = "m" if kind in ("sag", "unstretched_length") else "N"
     text = f"{suspension.cable_names[cable]} has a {kind} of {has[cable]:.4g} {unit} instead of {value:.4g} {unit}"
-    if error[cable] < NEARLY:
+    if error[cable] < SYSTEM.nearly_right_value:
         text = f"the {kind} of {suspension.cable_names[cable]} comes within {error[cable]:.0e} of {value:.4g} {unit}"
     least = stated.least_preload(cables.span)[cable]
     if kind == "preload" and value < least:

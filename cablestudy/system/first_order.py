@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cablestudy.system.tolerances import SYSTEM
+
 NOTHING = np.zeros((0, 0)), np.zeros(0), np.zeros(0), 1.0  # a law of no states that passes what it is given
-DEPENDENT = 1e-3  # singular value of the static gain over the largest, below which a pose is not corrected
 
 
 @dataclass(frozen=True)
@@ -196,7 +197,7 @@ def _independent(shares):
     In each movement the winch that moves most reels in.
     """
     left, values, right = np.linalg.svd(shares, full_matrices=False)
-    kept = values > DEPENDENT * values.max(initial=0.0)
+    kept = values > SYSTEM.uncorrected * values.max(initial=0.0)
     left, right = left[:, kept], values[kept, None] * right[kept]
     sign = np.sign(np.take_along_axis(left, np.abs(left).argmax(axis=0)[None], axis=0))[0]
     return left * sign, right * sign[:, None]

@@ -23,24 +23,14 @@ from cablestudy.system.descent import (
 )
 from cablestudy.system.failure import MOTIONS
 from cablestudy.system.stability import UNSTABLE
-from cablestudy.system.statics import NUDGES, equilibrium, perturbed, refuse_unheld, start
+from cablestudy.system.statics import equilibrium, perturbed, refuse_unheld, start
 from cablestudy.system.tension_distribution import METHODS, distribute
+from cablestudy.system.tolerances import SYSTEM
 
-MAX_STEPS = 40
-LARGEST, GROWING = 0.3, 10.0  # steps that turn more [rad] or grow more are damped,
-SHRINKING, SLOW = 0.7, 0.3  # and those that go back and shrink less; damping is eased where others shrink less
-DAMPED, MOST_DAMPED = 0.05, 1e3  # with weights from the first to the second
-# A search can go no further where so many steps in a row leave more than this share of the changes, or of the tensions
-# beyond the bounds
-PATIENCE, SLOW_APPROACH = 4, 0.9
-ROUGH = 1e-3  # relative change up to which balanced tensions are an answer: the best ones but for its stated error
-INFEASIBLE_STEPS = 6  # in a row that leave no tensions within the bounds, and come no closer
 GOING_ON = -1  # in place of a reason
-SLOWEST = 0.1  # least share of a tension that a step leaves of it
-LEVEL_LEAST = 0.508  # least tension of a level cable that does not stretch, over the weight of its chord
 # Least tensions over those that a cable has at least by its own weight, tried in turn: near these its length hardly
 # changes the tension, and the steps of the search are good for little
-ABOVE_LEAST = (1.5, 2.0, 1.05, 1 + stated.LEAST_ERROR)
+ABOVE_LEAST = (1.5, 2.0, 1.05, 1 + SYSTEM.least_tension_error)
 UNITS = ((1e6, "MN"), (1e3, "kN"), (1.0, "N"))
 
 
@@ -129,7 +119,7 @@ def with_stable_attitudes(suspension, flat, answers, which, found, method, bound
     The bodies fall with the lengths as they are, from a place beside it along the unstable motion; the search begins
     again where they shall be, with the attitudes in which they have come to rest.
     """
-    for side in NUDGES:
+    for side in SYSTEM.off_saddle:
         state, record, _ = answers
         stability = equilibrium(suspension, flat, state, record).stability
         falling = np.flatnonzero(record.converged & (stability.verdict == UNSTABLE).reshape(len(record.converged)))
@@ -323,14 +313,14 @@ def search(suspension, which, found, method, low, high, reference, above):
     record = SearchRecord(
         np.zeros(cases, dtype=int), np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
     )  # fmt: skip
-    for number in range(MAX_STEPS + 1):
+    for number in range(SYSTEM.lengths_steps + 1):
         index, linear = going.index, linearised(part, state, which, found)
         solutions = distributions(linear, going, method, reference[index], high[index])
         answers[index] = solutions
         step, asked, wide = limited(part, state, going, solutions, found)
         change = sizes_of(step, asked, going)
         going = with_infeasible(going, solutions, high[index], above)
-        going, reason = judged(going, linear, solutions, change, last=number == MAX_STEPS)
+        going, reason = judged(going, linear, solutions, change, last=number == SYSTEM.lengths_steps)
         put(record, index, SearchRecord(np.full(len(index), number), linear.imbalance, change, reason))
         put(whole, index, state)
         possible[index] = going.possible
@@ -384,7 +374,7 @@ def limited(suspension, state, going, solutions, found):
     share = allowed_share(suspension, state, step)
     asked = np.array([answer.tension for answer in solutions])
     asked = going.tension + share[:, None] * (asked - going.tension)
-    return step * share[:, None, None], np.maximum(asked, SLOWEST * going.tension), wide
+    return step * share[:, None, None], np.maximum(asked, SYSTEM.least_tension_share * going.tension), wide
 
 
 def sizes_of(step, asked, going):
@@ -404,7 +394,7 @@ def with_infeasible(going, solutions, high, above):
     within = np.array([answer.within for answer in solutions])
     outside = np.maximum(np.maximum(going.possible - tension, tension - high), 0.0).sum(axis=-1)
     heavy = (going.possible > above * high).any(axis=-1)
-    farther = outside >= SLOW_APPROACH * going.outside
+    farther = outside >= SYSTEM.lengths_progress * going.outside
     hopeless = ~held | (~within & (heavy | (tension.min(axis=-1) < 0) | farther))
     return replace(
         going,
@@ -415,7 +405,7 @@ def with_infeasible(going, solutions, high, above):
 
 def judged(going, linear, solutions, change, last):
     """`Iterates` with their smallest change, and why each of them ends: place in REASONS, or GOING_ON."""
-    falling = change < SLOW_APPROACH * going.least_change
+    falling = change < SYSTEM.lengths_progress * going.least_change
     going = replace(
         going,
         stalled=np.where(falling, 0, going.stalled + 1),
@@ -424,9 +414,9 @@ def judged(going, linear, solutions, change, last):
     good = np.array([answer.held and answer.within for answer in solutions])
     fine = change <= linear.rounding
     found = (linear.least <= 1) & fine
-    stuck = (going.stalled >= np.where(fine, 1, PATIENCE)) | last
-    rounded = stuck & (linear.most <= 1) & (change < ROUGH)
-    ended = found | rounded | (going.infeasible >= INFEASIBLE_STEPS) | last
+    stuck = (going.stalled >= np.where(fine, 1, SYSTEM.lengths_patience)) | last
+    rounded = stuck & (linear.most <= 1) & (change < SYSTEM.rough_balance)
+    ended = found | rounded | (going.infeasible >= SYSTEM.infeasible_steps) | last
     why = np.where(good, np.where(found, CONVERGED, np.where(rounded, ROUNDED, TOO_MANY)), UNHELD)
     return going, np.where(ended, why, GOING_ON)
 
@@ -436,11 +426,11 @@ def eased(going, asked, change, wide, number):
     direction = (asked - going.tension) / going.tension
     back = (going.direction * direction).sum(axis=-1) < 0
     diverging = (
-        (wide > LARGEST)
-        | ((change > SHRINKING * going.change) & back & (number > 2))
-        | (change > GROWING * going.change)
+        (wide > SYSTEM.largest_turn)
+        | ((change > SYSTEM.shrinking_step * going.change) & back & (number > 2))
+        | (change > SYSTEM.growing_step * going.change)
     )
-    damping, least = damped(going.damping, going.least_damping, diverging, change > SLOW * going.change)
+    damping, least = damped(going.damping, going.least_damping, diverging, change > SYSTEM.slow_step * going.change)
     return replace(going, direction=direction, damping=damping, least_damping=least, change=change)
 
 
@@ -460,7 +450,11 @@ def damped(damping, least, diverging, slow):
     allowed where these are slow.
     """
     least = np.where(diverging, np.maximum(least, 3 * damping), np.where(slow, least / 3, least))
-    return np.where(diverging, np.clip(3 * damping, DAMPED, MOST_DAMPED), np.maximum(damping / 3, least)), least
+    return np.where(
+        diverging,
+        np.clip(3 * damping, SYSTEM.damped_lengths, SYSTEM.most_damped_lengths),
+        np.maximum(damping / 3, least),
+    ), least
 
 
 def near_least(suspension, state, which, high):
@@ -480,7 +474,7 @@ def possible_tensions(suspension, state, which, low, tension, above):
     Of cables with more tension than the weight of their chord it is that of a level cable that does not stretch.
     """
     heavy = (suspension.cable_mass * suspension.cable_gravity[0] * size(state.chord))[:, which]
-    least = LEVEL_LEAST * heavy
+    least = SYSTEM.least_level_tension * heavy
     if np.any(tension < heavy):
         least = np.where(tension < heavy, stated.least_preload(spans(suspension, state))[:, which], least)
     return np.maximum(low, above * least)
@@ -488,8 +482,8 @@ def possible_tensions(suspension, state, which, low, tension, above):
 
 def allowed_share(suspension, state, step):
     """Share of a step of bodies that is no longer than a search allows, shape (n,). [-]"""
-    far = np.abs(step[..., :3]).max(axis=(-1, -2)) / (descent.FARTHEST * descent.extent(state))
-    wide = np.abs(step[..., 3:]).max(axis=(-1, -2)) / descent.WIDEST
+    far = np.abs(step[..., :3]).max(axis=(-1, -2)) / (SYSTEM.farthest_step * descent.extent(state))
+    wide = np.abs(step[..., 3:]).max(axis=(-1, -2)) / SYSTEM.widest_turn
     return 1 / np.maximum(1.0, np.maximum(far, wide))
 
 
@@ -511,7 +505,9 @@ def describe(suspension, which, answer, settled, low, possible, high):
         return ""
     beyond = np.maximum(possible - answer.tension, answer.tension - high)
     if answer.within or beyond.max() <= 0:
-        return f"no lengths were found that hold {held} here: their search did not settle in {MAX_STEPS} steps"
+        return (
+            f"no lengths were found that hold {held} here: their search did not settle in {SYSTEM.lengths_steps} steps"
+        )
     outside = beyond > min(1e-6 * np.abs(answer.tension).max(), beyond.max() / 2)
     unit, name = next(pair for pair in UNITS if np.abs(answer.tension).max() >= pair[0] or pair[0] == 1.0)
     nearest = ", ".join(

@@ -18,15 +18,11 @@ import numpy as np
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.system.first_order import equations
 from cablestudy.system.residues import eigen
+from cablestudy.system.tolerances import SYSTEM
 
-DENSE_LIMIT = 300  # coordinates up to which a full eigen-solution costs less than Lanczos iteration
-DEPENDENT = 1e-10  # size of a vector over the largest, below which rounding determines it
-MASSLESS = 1e-28  # compliance over the largest, below which a motion has no mass
 UNSTABLE = "the equilibrium is not stable: it has no modes"
 MASSLESS_MOTION = "the state space needs a mass of everything that moves"
 MODAL = "sqrt(kg) m"  # unit of a modal amplitude
-ENTRIES = 4_000_000  # of the matrices that are solved at once for a frequency response: 64 MB
-UNCOUPLED = 1e-12  # momentum of a mode of unit mass over the root of a body's mass, up to which it is rounding
 
 
 @dataclass(frozen=True)
@@ -134,7 +130,7 @@ class LinearSystem:
         size = len(self)
         if not size:
             return np.zeros(0), np.zeros((0, 0))
-        if size <= DENSE_LIMIT or 2 * count > size:
+        if size <= SYSTEM.dense_coordinates or 2 * count > size:
             compliance, shapes = self.strain_modes
             compliance, shapes = compliance[:count], shapes[:, :count]
         else:
@@ -359,7 +355,7 @@ class LinearSystem:
         frequency : ndarray, shape (m,)
             [Hz]
         """
-        at_once = max(1, ENTRIES // max(1, len(self.mass)) ** 2)
+        at_once = max(1, SYSTEM.response_entries // max(1, len(self.mass)) ** 2)
         pieces = np.split(frequency, range(at_once, len(frequency), at_once))
         return np.concatenate([self._response(output, input_, 2j * np.pi * piece) for piece in pieces])
 
@@ -428,7 +424,7 @@ def shares(parts):
 
 def _massive(shapes, compliance):
     """Mass-normalised shapes of modes of unit strain energy and finite frequency, and its square [rad^2/s^2]."""
-    moving = compliance > MASSLESS * compliance.max(initial=0.0)
+    moving = compliance > SYSTEM.massless * compliance.max(initial=0.0)
     square = 1 / compliance[moving]
     return shapes[:, moving] * np.sqrt(square), square
 
@@ -443,7 +439,7 @@ def _normalised(shapes, compliance):
     compliance : ndarray, shape (..., k)
         Their quotients x^T M x, which have all digits of the high modes too. [s^2]
     """
-    moving = compliance > MASSLESS * compliance.max(axis=-1, keepdims=True, initial=0.0)
+    moving = compliance > SYSTEM.massless * compliance.max(axis=-1, keepdims=True, initial=0.0)
     omega = 1 / np.sqrt(np.where(moving, compliance, np.inf))
     shapes = shapes * omega[..., None, :]
     omega = np.where(moving, omega, np.inf)
@@ -502,7 +498,7 @@ class ReducedSystem:
 
     def _lowest(self, count):
         """`lowest` of coordinates all of which move bodies."""
-        if len(self) > DENSE_LIMIT and 2 * count <= len(self):
+        if len(self) > SYSTEM.dense_coordinates and 2 * count <= len(self):
             return self._lowest_of_large(count)
         return self._lowest_of_small(min(count, len(self)))
 
@@ -585,7 +581,7 @@ def coupled(coupling, inertia):
     inertia : ndarray, shape (..., N, d) or (..., 1, d)
         Diagonal of its inertia.
     """
-    return (np.abs(coupling) > UNCOUPLED * np.sqrt(inertia)).any(axis=-1)
+    return (np.abs(coupling) > SYSTEM.uncoupled_momentum * np.sqrt(inertia)).any(axis=-1)
 
 
 def assemble(cables, moved, bodies, imposed=None, stiffness=0.0):

@@ -19,9 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.system.rigid import size
-
-NEAREST = 1e-9  # of the length: places closer than this are taken as this far apart in F/d
-TINY = 1e-300
+from cablestudy.system.tolerances import SYSTEM
 
 
 @dataclass(frozen=True)
@@ -67,12 +65,12 @@ class Links:
     @cached_property
     def direction(self):
         """t, shape (..., l, 3); zero where both places are one."""
-        return self.vector / np.maximum(self.distance, TINY)[..., None]
+        return self.vector / np.maximum(self.distance, SYSTEM.tiny)[..., None]
 
     @property
     def across(self):
         """F/d, shape (..., l). [N/m]"""
-        distance = np.maximum(self.distance, np.maximum(NEAREST * self.length, TINY))
+        distance = np.maximum(self.distance, np.maximum(SYSTEM.nearest_link_places * self.length, SYSTEM.tiny))
         return self.stiffness * np.where(self.length > 0, self.extension / distance, 1.0)
 
     @property

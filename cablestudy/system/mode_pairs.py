@@ -7,8 +7,6 @@ import numpy as np
 from cablestudy.cable.element import basis, lagrange
 from cablestudy.system.damping import assigned
 
-BEYOND = 8  # modes that the other model needs beyond those asked for: the partner of the highest may be among them
-
 
 def pair_modes(modes, others):
     """Number (from 0) of the mode of another model that has the shape of each mode, shape (k,).

@@ -17,11 +17,7 @@ order in the coupling to modes that are not in the window, where poles of the wi
 import numpy as np
 
 from cablestudy.system.connected import parts_of
-
-CORE = 60  # poles of a window,
-BESIDE = 20  # and those on each side of it of which the modes are in its eigenvalue problem
-LOWEST = 3  # of the lowest window these are so many times as wide: there coupling is strongest
-AT_EDGE = 6  # poles on each side of the edge of a window among which its widest gap is sought
+from cablestudy.system.tolerances import SYSTEM
 
 
 def poles_in_windows(matrices, omega):
@@ -53,9 +49,9 @@ def poles_in_windows(matrices, omega):
     coupling = [(0, 1j, static.imag)] * np.iscomplexobj(static) + [(1, 1.0, part) for part in damping]
     found, begin, low = [], 0, 0.0
     while begin < len(size):
-        wide = 1 if begin else LOWEST
-        end = begin + wide * CORE if begin + (wide + 0.5) * CORE < len(size) else len(size)
-        near = np.unique(mode[max(begin - BESIDE, 0) : end + wide * BESIDE])
+        wide = 1 if begin else SYSTEM.lowest_window
+        end = begin + wide * SYSTEM.window if begin + (wide + 0.5) * SYSTEM.window < len(size) else len(size)
+        near = np.unique(mode[max(begin - SYSTEM.window_margin, 0) : end + wide * SYSTEM.window_margin])
         poles, vectors = eigen([part[np.ix_(near, near)] for part in matrices], omega[near])
         high = _edge(np.abs(poles), size[end]) if end < len(size) else np.inf
         own = (np.abs(poles) >= low) & (np.abs(poles) < high)
@@ -123,7 +119,7 @@ def _edge(size, near):
     """Middle of the widest gap among sizes of poles about one of them."""
     size = np.sort(size)
     place = np.searchsorted(size, near)
-    some = size[max(place - AT_EDGE, 0) : place + AT_EDGE]
+    some = size[max(place - SYSTEM.window_edge, 0) : place + SYSTEM.window_edge]
     widest = np.argmax(np.diff(some))
     return (some[widest] + some[widest + 1]) / 2
 

@@ -10,16 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.system.connected import apart
+from cablestudy.system.tolerances import SYSTEM
 
-# sum of the sizes of the shares of all states in a pole, and entry of V^-1, above which A has next to no eigenvectors
-DEPENDENT, SINGULAR = 1e5, 1e12
-SHARP = 0.35  # damping ratio below which a pole makes a response sharp over frequency
-GAP = 0.7  # least of the frequency above which other poles are taken
-NUDGE = 1e-9  # change of poles that coincide then, over their size
-COINCIDE = 1e-3  # relative distance of poles up to which they may be one: four of them, by rounding
-PARALLEL = 1e-3  # least singular value of the unit eigenvectors of these, below which they are next to parallel
 CIRCLE = np.exp(2j * np.pi * (np.arange(24) + 0.5) / 24)  # around these poles
-RADIUS = 0.3  # of it, over the distance of the next one
 
 
 @dataclass(frozen=True)
@@ -80,7 +73,7 @@ def _eigen_of_one(a):
     except np.linalg.LinAlgError:  # V is singular
         left = np.full_like(a, np.inf)
     if not _independent(right, left):
-        poles, right = np.linalg.eig(a + NUDGE * _among_coinciding(a, poles, right))
+        poles, right = np.linalg.eig(a + SYSTEM.moved_apart * _among_coinciding(a, poles, right))
         left = np.linalg.inv(right)
     return Eigen(poles + 0j, right[back], left[:, back], np.iscomplexobj(a))
 
@@ -88,7 +81,9 @@ def _eigen_of_one(a):
 def _independent(right, left):
     """Whether the eigenvectors of a matrix are far from dependent: V and V^-1, both of shape (N, N)."""
     shares = (np.abs(left) * np.abs(right.T)).sum(axis=1)
-    return shares.max(initial=0.0) <= DEPENDENT and np.abs(left).max(initial=0.0) <= SINGULAR
+    return (
+        shares.max(initial=0.0) <= SYSTEM.dependent_shares and np.abs(left).max(initial=0.0) <= SYSTEM.singular_inverse
+    )
 
 
 def _eigen_of_springs(a):
@@ -125,18 +120,18 @@ def _among_coinciding(a, poles, right):
     draw, found, left, real = np.random.default_rng(0), np.zeros_like(a), np.arange(len(poles)), not np.iscomplexobj(a)
     while len(left):
         centre = poles[left[0]]
-        near = np.abs(poles - centre) <= COINCIDE * np.abs(centre)
+        near = np.abs(poles - centre) <= SYSTEM.coincident_poles * np.abs(centre)
         left = np.setdiff1d(left, np.append(np.flatnonzero(near), left[0]))
-        conjugate = real and centre.imag < -COINCIDE * np.abs(centre)  # of a pole that is looked at too
-        if conjugate or np.linalg.svd(right[:, near], compute_uv=False)[-1] > PARALLEL:
+        conjugate = real and centre.imag < -SYSTEM.coincident_poles * np.abs(centre)  # of a pole that is looked at too
+        if conjugate or np.linalg.svd(right[:, near], compute_uv=False)[-1] > SYSTEM.parallel_vectors:
             continue
         centre = poles[near].mean()
-        step = RADIUS * np.abs(poles[~near] - centre).min(initial=np.abs(centre)) * CIRCLE
+        step = SYSTEM.circle_radius * np.abs(poles[~near] - centre).min(initial=np.abs(centre)) * CIRCLE
         inverse = np.linalg.inv((centre + step)[:, None, None] * np.eye(len(a)) - a)
         projector = (step[:, None, None] * inverse).mean(axis=0)
         change = projector @ draw.normal(size=a.shape) @ projector
         change *= np.abs(centre) / np.linalg.norm(change, 2)
-        found += (1.0 + (centre.imag > COINCIDE * np.abs(centre))) * change.real if real else change
+        found += (1.0 + (centre.imag > SYSTEM.coincident_poles * np.abs(centre))) * change.real if real else change
     return found
 
 
@@ -238,8 +233,8 @@ def delayed_response(response, slow, fast, highest):
         About that frequency: where the poles of `fast` are farthest from each other. [rad/s]
     """
     slow, fast = _sharp(slow), _sharp(fast)
-    size = np.unique(np.append(np.abs(fast.poles), [GAP * highest, highest]))
-    size = size[(size >= GAP * highest) & (size <= highest)]
+    size = np.unique(np.append(np.abs(fast.poles), [SYSTEM.gap * highest, highest]))
+    size = size[(size >= SYSTEM.gap * highest) & (size <= highest)]
     widest = np.argmax(np.diff(size))
     apart = size[widest : widest + 2].mean()
     slow, fast = slow.some(np.abs(slow.poles) <= apart), fast.some(np.abs(fast.poles) > apart)
@@ -252,7 +247,9 @@ def delayed_response(response, slow, fast, highest):
 
 def _sharp(system):
     size, imag = np.abs(system.poles), system.poles.imag
-    return system.some((np.abs(system.poles.real) < SHARP * size) & ((imag > 0) if system.one_sided else (imag != 0)))
+    return system.some(
+        (np.abs(system.poles.real) < SYSTEM.sharp * size) & ((imag > 0) if system.one_sided else (imag != 0))
+    )
 
 
 def residues(eigen, b, c, d):

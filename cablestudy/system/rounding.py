@@ -21,10 +21,7 @@ import numpy as np
 from cablestudy.system import tangent
 from cablestudy.system.links import joined
 from cablestudy.system.rigid import size
-
-UNIT = 2.0**-52  # rounding of a number
-SUMS = 8.0  # rounding of a sum of some terms, over that of one: a residual that does not cancel further
-TINY = 1e-300
+from cablestudy.system.tolerances import SYSTEM
 
 
 @dataclass(frozen=True)
@@ -73,7 +70,7 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
         force = of_cables[..., cable]
         total = np.zeros((*force.shape[:-1], *dead.shape[-2:])) + dead
         np.add.at(total, (..., body, slice(None)), np.stack([force, force * arm], axis=-1))
-        return SUMS * UNIT * np.repeat(total, 3, axis=-1)
+        return SYSTEM.sum_rounding * SYSTEM.rounding * np.repeat(total, 3, axis=-1)
 
     return Bounds(summed(least), summed(most))
 
@@ -90,9 +87,12 @@ def of_values(ends, strain, cables, given, value):
     """
     sags = np.array([kind == "sag" for kind in given])
     tension = np.where(sags, cables.mean_tension, value)
-    deep = np.where(sags, cables.span.chord / np.maximum(value, TINY), 0.0)
-    parts = (part / np.maximum(tension, TINY) + deep for part in _of_tensions(ends, strain, cables, cables.max_tension))
-    return Bounds(*(SUMS * UNIT * part for part in parts))
+    deep = np.where(sags, cables.span.chord / np.maximum(value, SYSTEM.tiny), 0.0)
+    parts = (
+        part / np.maximum(tension, SYSTEM.tiny) + deep
+        for part in _of_tensions(ends, strain, cables, cables.max_tension)
+    )
+    return Bounds(*(SYSTEM.sum_rounding * SYSTEM.rounding * part for part in parts))
 
 
 def _of_tensions(ends, strain, cables, tension):
@@ -111,5 +111,5 @@ def of_springs(ends, links):
 
 def over(suspension, net, bound):
     """Largest net force on a free degree of freedom over its bound, shape (...). [-]"""
-    share = np.where(suspension.free, np.abs(net), 0.0) / np.maximum(bound, TINY)
+    share = np.where(suspension.free, np.abs(net), 0.0) / np.maximum(bound, SYSTEM.tiny)
     return share.max(axis=(-1, -2))

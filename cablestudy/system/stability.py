@@ -9,13 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.system import tangent
-from cablestudy.system.rounding import UNIT
+from cablestudy.system.tolerances import SYSTEM
 
 STABLE, MECHANISM, UNSTABLE = range(3)
 MOTIONS = ("x", "y", "z", "roll", "pitch", "yaw")
-ROUNDING = 1e-13  # scaled eigenvalues of this size count as zero, and those of the size of the net forces
-SHARE = 0.5  # of the largest component of a motion: components from here on are named
-NAMED = 3  # components that are named at most
 
 
 @dataclass(frozen=True)
@@ -46,8 +43,8 @@ class Stability:
     def motion_name(self, case=()):
         """The motion of one case in words, as "gondola yaw" or "gondola x and gondola pitch"."""
         motion = np.abs(self.motion[case])
-        largest = np.argsort(-motion, axis=None, kind="stable")[:NAMED]
-        named = [i for i in largest if motion.flat[i] >= SHARE]
+        largest = np.argsort(-motion, axis=None, kind="stable")[: SYSTEM.named_components]
+        named = [i for i in largest if motion.flat[i] >= SYSTEM.named_share]
         return " and ".join(f"{self.body_names[i // 6]} {MOTIONS[i % 6]}" for i in named)
 
     def reason(self, case=()):
@@ -75,7 +72,7 @@ def judge(equilibrium):
         return Stability(np.full(shape, np.inf), np.full(shape, STABLE), motion, suspension.body_names)
     sizes = tangent.magnitudes(blocks, suspension)
     scales = np.sqrt(np.where(sizes > 0, sizes, 1.0))
-    if scales.shape[-1] <= tangent.DENSE:
+    if scales.shape[-1] <= SYSTEM.dense_freedoms:
         matrix = tangent.scaled_dense(blocks, suspension, scales)
         values, vectors = np.linalg.eigh((matrix + np.swapaxes(matrix, -1, -2)) / 2)
         least, vector = values[..., 0], vectors[..., 0]
@@ -85,7 +82,7 @@ def judge(equilibrium):
         for case in np.ndindex(shape):
             matrix = tangent.scaled_sparse(blocks.of(case), suspension, scales[case])
             least[case], vector[case] = _lowest(matrix)
-    zero = np.maximum(ROUNDING, equilibrium.record.residual)
+    zero = np.maximum(SYSTEM.zero_eigenvalue, equilibrium.record.residual)
     verdict = np.where(least > zero, STABLE, np.where(least < -zero, UNSTABLE, MECHANISM))
     motion = np.zeros((*least.shape, *suspension.free.shape))
     motion[..., suspension.free] = vector / scales
@@ -100,7 +97,11 @@ def _held(equilibrium):
     Whether such a cable is just taut or just slack is decided by the last digit.
     """
     span, tension = equilibrium.catenary.span, equilibrium.catenary.max_tension
-    loose = (tension <= UNIT * span.axial_stiffness) & (np.asarray(span.weight) == 0) & (span.load_positions.size == 0)
+    loose = (
+        (tension <= SYSTEM.rounding * span.axial_stiffness)
+        & (np.asarray(span.weight) == 0)
+        & (span.load_positions.size == 0)
+    )
     if not loose.any():
         return equilibrium.blocks
     loose = np.pad(loose, [(0, 0)] * (loose.ndim - 1) + [(0, len(equilibrium.suspension.link_names))])
@@ -118,7 +119,7 @@ def _lowest(matrix):
     count = matrix.shape[0]
     unit, shift = diags_array(np.ones(count), format="csc"), 0.0
     while (factors := tangent.factorised(matrix + shift * unit)) is None:
-        shift = max(10 * shift, ROUNDING)
+        shift = max(10 * shift, SYSTEM.zero_eigenvalue)
     inverse = LinearOperator(matrix.shape, factors.solve, dtype=float)
     begin = np.random.default_rng(1).normal(size=count)
     values, vectors = eigsh(matrix, 1, sigma=-shift, which="LM", OPinv=inverse, v0=begin)

@@ -20,20 +20,13 @@ import numpy as np
 from cablestudy.cable import catenary, initial_length
 from cablestudy.cable.span import Span
 from cablestudy.system.rigid import size
-from cablestudy.system.rounding import SUMS, UNIT
+from cablestudy.system.tolerances import SYSTEM
 
-MAX_STEPS = 60
-EXACT = SUMS * UNIT  # relative error of a stated value at which its length is found: rounding of its sum,
-STALLED = 1e-9  # and at which it is where rounding stops the iteration
-FALLING, STALLED_STEPS = 0.9, 8  # a cable whose error does not fall to this share in so many steps has no such length
-DIFFERENCE = 1e-5  # relative step for the derivatives of a sag, which are good to its square
-LARGEST = 0.2  # change of an unstretched length in one step, over the length
-SLACKEST, TRIALS = 2.0, 17  # of the cable with the least tension: more than its length over chord, lengths on a grid
-LEAST_ERROR = 1e-3  # largest relative error of that tension, found on a grid and a finer one
-TINY = 1e-300
+EXACT = (
+    SYSTEM.sum_rounding * SYSTEM.rounding
+)  # relative error of a stated value at which its length is found: rounding of its sum,
 FORCES = ["preload", "tension_to", "tension_from", "horizontal_tension", "max_tension"]
 LEVEL = np.array([1.0, 1.0, 0.0])
-STEEPEST = 1e-6  # least cosine of the inclination of a cable whose horizontal tension is stated
 
 
 @dataclass(frozen=True)
@@ -126,7 +119,7 @@ def _at_ends(cables):
     forces = cables.end_forces("global")
     first, last = forces[..., 0, :], -forces[..., 1, :]
     t1, t2 = size(first)[..., None], size(last)[..., None]
-    tangents = [p / np.maximum(t, TINY) for p, t in ((first, t1), (last, t2))]
+    tangents = [p / np.maximum(t, SYSTEM.tiny) for p, t in ((first, t1), (last, t2))]
     return (first + last) / 2, (last - first) / 2, t1, t2, tangents
 
 
@@ -153,7 +146,7 @@ def _gradients(cables, kinds):
     }
     if (kinds == "horizontal_tension").any():
         level = middle * LEVEL
-        gradients["horizontal_tension"] = level / np.maximum(size(level)[..., None], TINY), 0.0 * mean
+        gradients["horizontal_tension"] = level / np.maximum(size(level)[..., None], SYSTEM.tiny), 0.0 * mean
     if (kinds == "max_tension").any():
         at_end_2 = t2 > t1
         by_place, by_length_alone = zip(gradients["tension_to"], gradients["tension_from"], strict=True)
@@ -182,7 +175,7 @@ def kept(cables, given):
     movement by dL/L at a given tension vector N, and g and c the derivatives of what is stated.
     """
     found, value = rates(cables, given), values(cables, given)
-    own = np.where(np.abs(found.by_length) > TINY, found.by_length, TINY)
+    own = np.where(np.abs(found.by_length) > SYSTEM.tiny, found.by_length, SYSTEM.tiny)
     by_length = (found.end_forces[..., 0, :] - found.end_forces[..., 1, :]) / 2
     lengthening = np.concatenate([-found.by_end, value[..., None]], axis=-1) / own[..., None]
     pulled = np.concatenate([found.stiffness, np.zeros_like(value)[..., None, None].repeat(3, axis=-2)], axis=-1)
@@ -230,7 +223,7 @@ def _rates_with_loads(cables, given):
         return np.concatenate([moved.end_forces("global").reshape((*known.shape[:-1], 6)), known], axis=-1)
 
     strain = np.maximum(np.abs(span.chord_strain), cables.mean_tension / span.axial_stiffness)
-    found = _differences(span, asked, DIFFERENCE * np.maximum(strain, 1e-12))
+    found = _differences(span, asked, SYSTEM.sag_difference * np.maximum(strain, 1e-12))
     found = np.where(np.isfinite(found), found, 0.0)  # without a definite form, as without any load, there are none
     stated = ~np.isnan(values(cables, given))
     end_forces = found[..., :6, 0].reshape((*found.shape[:-2], 2, 3))
@@ -240,7 +233,7 @@ def _rates_with_loads(cables, given):
 
 def _slack_step(span):
     """A change of strain about as large as what the slack or stretch of a cable can tell of its sag."""
-    return DIFFERENCE * np.maximum(np.abs(span.chord_strain), 1e-8)
+    return SYSTEM.sag_difference * np.maximum(np.abs(span.chord_strain), 1e-8)
 
 
 def _differences(span, function, step):
@@ -312,17 +305,23 @@ def least_preload(span):
     Returns
     -------
     tension : ndarray, shape of the span
-        At most LEAST_ERROR above the exact one. [N]
+        At most `least_tension_error` above the exact one. [N]
     """
     stretched = np.log1p(span.weight_per_length * span.chord / span.axial_stiffness)
     span = span.without_loads()
-    low, high = np.broadcast_to(-np.log(SLACKEST), stretched.shape), stretched  # log of chord over unstretched length
-    share = np.linspace(0.0, 1.0, TRIALS).reshape(-1, *[1] * stretched.ndim)
+    low, high = (
+        np.broadcast_to(-np.log(SYSTEM.slackest), stretched.shape),
+        stretched,
+    )  # log of chord over unstretched length
+    share = np.linspace(0.0, 1.0, SYSTEM.slack_lengths).reshape(-1, *[1] * stretched.ndim)
     for _ in range(2):
         trials = low + share * (high - low)
         tension = catenary.solve(span.with_chord_strain(np.expm1(trials))).mean_tension
         lowest = tension.argmin(axis=0)[None]
-        low, high = (np.take_along_axis(trials, np.clip(lowest + side, 0, TRIALS - 1), axis=0)[0] for side in (-1, 1))
+        low, high = (
+            np.take_along_axis(trials, np.clip(lowest + side, 0, SYSTEM.slack_lengths - 1), axis=0)[0]
+            for side in (-1, 1)
+        )
     return tension.min(axis=0)
 
 
@@ -381,26 +380,30 @@ def fit(span, given, value, strain):
     # an end may be the lower one
     heaviest = np.where(np.isin(kinds, ["tension_to", "tension_from"]), span.weight_per_length * span.chord, 0.0)
     heaviest = heaviest + np.where(kinds == "preload", 0.0, size(span.load_forces).sum(axis=-1))
-    steepness = np.where(kinds == "horizontal_tension", np.maximum(np.abs(span.cosine), STEEPEST), 1.0)
+    steepness = np.where(kinds == "horizontal_tension", np.maximum(np.abs(span.cosine), SYSTEM.steepest), 1.0)
     most = np.where(force, (value + heaviest) / steepness / span.axial_stiffness, np.inf)
     strain, last = np.where(force, np.minimum(strain, most), strain), np.inf
     best, stalled_steps = np.inf, 0  # errors so far, and steps since they last fell
     ended = np.zeros(np.shape(strain), dtype=bool)  # a cable ends where it would end alone
-    for _ in range(MAX_STEPS):
+    for _ in range(SYSTEM.stated_steps):
         cables = catenary.solve(span.with_chord_strain(strain))
         error = np.where(stated, values(cables, given) / value - 1, 0.0)
         error = np.where(np.isfinite(error), error, 1.0)
         worst = np.abs(error)
-        stalled_steps = np.where(worst < FALLING * best, 0, stalled_steps + 1)
+        stalled_steps = np.where(worst < SYSTEM.falling_error * best, 0, stalled_steps + 1)
         best = np.minimum(worst, best)
-        ended |= (worst < EXACT) | ((worst < STALLED) & (worst >= last / 2)) | (stalled_steps >= STALLED_STEPS)
+        ended |= (
+            (worst < EXACT)
+            | ((worst < SYSTEM.stalled_error) & (worst >= last / 2))
+            | (stalled_steps >= SYSTEM.stalled_steps)
+        )
         if ended.all():
             break
         excess, factor = linear_measure(error, kinds)
         by_length = rates(cables, given).by_length
         slope = factor * by_length / value
         change = np.where(stated & (slope != 0) & np.isfinite(slope), -excess / np.where(slope != 0, slope, 1.0), 0.0)
-        change = np.clip(np.nan_to_num(change), -LARGEST, LARGEST)
+        change = np.clip(np.nan_to_num(change), -SYSTEM.stated_length_change, SYSTEM.stated_length_change)
         closer = np.minimum(with_relative_length(strain, np.where(stated, change, 0.0)), most)
         hanging = force & (error < 0) & ~(by_length < 0)  # so long that a longer cable would be tauter
         strain, last = np.where(ended, strain, np.where(hanging, most, closer)), worst

@@ -27,18 +27,7 @@ from cablestudy.system.links import Links
 from cablestudy.system.rounding import Bounds, of_values
 from cablestudy.system.stability import UNSTABLE
 from cablestudy.system.suspension import GIVEN, GROUND, Equilibrium
-
-MAX_STEPS = 30
-HALVINGS = 6
-SLOW, PATIENCE = 0.7, 4  # a search ends where so many steps in a row leave more than this share of the errors
-FEW_STEPS = 25  # from an equilibrium to the next one
-SOFTENED = (0.3, 0.03, 1e-3, 1e-5, 1e-8)  # strains of cables that a search goes by
-MOST_ERROR = 10.0  # relative error that a step shall take away at most
-FARTHEST = 100.0  # way of a search with softer cables that has failed, over the suspension's extent, to go on from it
-LARGEST = 0.3  # change of an unstretched length in one step, over the length
-NUDGES = (0.1, -0.1, 0.3, -0.3)  # steps off a saddle: rotation [rad], or share of the extent of the suspension
-SAME_PLACE = 1e-9  # distance of the places of a link, over the longest distance of two ends, that is none
-SINGULAR = 1e-14  # added to the diagonal of the scaled stiffness
+from cablestudy.system.tolerances import SYSTEM
 
 
 def pose(suspension):
@@ -94,7 +83,7 @@ def leave_saddle_points(suspension, flat, state, record):
     A search that begins on a saddle of the energy stays there: its forces balance. It goes on from a place beside it
     along the unstable motion.
     """
-    for side in NUDGES:
+    for side in SYSTEM.off_saddle:
         found = equilibrium(suspension, flat, state, record)
         falling = record.converged & (found.stability.verdict == UNSTABLE).reshape(len(record.converged))
         if not falling.any():
@@ -141,13 +130,13 @@ def by_softer_cables(suspension):
     begin = start(suspension)
     tension, reach = catenary.solve(spans(suspension, begin)).mean_tension, extent(begin)
     stiffness, part = suspension.axial_stiffness, suspension
-    for strain in SOFTENED:
+    for strain in SYSTEM.softened:
         soft = np.where(own, stiffness, np.minimum(stiffness, tension / strain))
         part = replace(part, axial_stiffness=soft)
         state, record = search_all(part, start(part))
         # where a search has failed it may be on the way, or have wandered off
         moved_by = np.abs(state.position - suspension.position).max(axis=(-1, -2), initial=0.0)
-        found = (record.converged | (moved_by < FARTHEST * reach))[:, None, None]
+        found = (record.converged | (moved_by < SYSTEM.farthest_softened * reach))[:, None, None]
         part = replace(
             part,
             position=np.where(found, state.position, part.position),
@@ -237,16 +226,18 @@ def meet(suspension, state, record):
     active, part = np.arange(len(state.length)), suspension
     best, slow = np.full(len(active), np.inf), np.zeros(len(active), dtype=int)
     error, rounding, cables = errors(part, state, which)
-    for _ in range(MAX_STEPS):
+    for _ in range(SYSTEM.equilibrium_steps):
         step, change = coupled_step(part, state, cables, which, error)
         state, error, rounding, cables, last = backtrack(part, state, step, change, which, error)
         put(final, active, state)
         put(whole, active, replace(last, steps=whole.steps[active] + last.steps))
         met = (np.abs(error) <= rounding.least).all(axis=-1)
         left = log_error(error)
-        slow[active] = np.where((left > SLOW * best[active]) | np.isinf(left), slow[active] + 1, 0)
+        slow[active] = np.where(
+            (left > SYSTEM.equilibrium_progress * best[active]) | np.isinf(left), slow[active] + 1, 0
+        )
         best[active] = np.minimum(best[active], left)
-        stuck = slow[active] >= PATIENCE
+        stuck = slow[active] >= SYSTEM.equilibrium_patience
         rounded = stuck & (np.abs(error) <= rounding.most).all(axis=-1)
         ended = met | ~last.converged | stuck
         whole.reason[active] = np.where(met | ~last.converged, last.reason, np.where(rounded, ROUNDED, UNMET))
@@ -263,9 +254,9 @@ def meet(suspension, state, record):
 def backtrack(suspension, state, step, change, which, error):
     """The largest of a falling series of shares of a step of bodies and lengths that lowers the errors."""
     before, share = log_error(error), np.ones(len(error))
-    for _ in range(HALVINGS):
+    for _ in range(SYSTEM.equilibrium_halvings):
         trial = moved(suspension, state, step * share[:, None, None])
-        trial, record = descend(suspension, with_lengths(trial, change * share[:, None]), FEW_STEPS)
+        trial, record = descend(suspension, with_lengths(trial, change * share[:, None]), SYSTEM.next_equilibrium_steps)
         fresh, rounding, cables = errors(suspension, trial, which)
         worse = ~(log_error(fresh) < before) & (np.abs(fresh) > rounding.most).any(axis=-1) | ~record.converged
         if not worse.any():
@@ -305,15 +296,15 @@ def coupled_step(suspension, state, cables, which, error):
     own = rates.by_length[:, which] / value
     stretch = np.where(own != 0, 1 / np.maximum(np.abs(own), TINY), 1.0)  # dL/L that changes a value by itself
     scales = np.sqrt(np.maximum(tangent.magnitudes(blocks, suspension), TINY))
-    right = -np.clip(measure, -1.0, MOST_ERROR)
-    couple = _dense_coupled if scales.shape[-1] + len(which) <= tangent.DENSE else _sparse_coupled
+    right = -np.clip(measure, -1.0, SYSTEM.error_in_step)
+    couple = _dense_coupled if scales.shape[-1] + len(which) <= SYSTEM.dense_freedoms else _sparse_coupled
     moves, change = couple(
         suspension, blocks, scales, which, pulled * stretch[..., None, None], turned, own * stretch, right
     )
     step, changes = np.zeros((*state.position.shape[:-1], 6)), np.zeros(state.length.shape)
     # without a definite form, as of a slack cable without weight, there are no rates
     step[:, suspension.free], changes[:, which] = np.nan_to_num(moves / scales), np.nan_to_num(change * stretch)
-    limited = np.maximum(1.0, np.abs(changes).max(axis=-1) / LARGEST)
+    limited = np.maximum(1.0, np.abs(changes).max(axis=-1) / SYSTEM.length_change)
     return step / limited[:, None, None], changes / limited[:, None]
 
 
@@ -322,9 +313,9 @@ def _dense_coupled(suspension, blocks, scales, which, pulled, turned, own, right
     n, d, s = len(own), scales.shape[-1], own.shape[-1]
     columns, rows = (tangent.by_body(suspension, which, values) / scales[:, None, :] for values in (pulled, turned))
     matrix = np.zeros((n, d + s, d + s))
-    matrix[:, :d, :d] = tangent.scaled_dense(blocks, suspension, scales) + SINGULAR * np.eye(d)
+    matrix[:, :d, :d] = tangent.scaled_dense(blocks, suspension, scales) + SYSTEM.added_stiffness * np.eye(d)
     matrix[:, :d, d:], matrix[:, d:, :d] = -np.swapaxes(columns, -1, -2), rows
-    matrix[:, d:, d:] = (own[:, None, :] + SINGULAR) * np.eye(s)
+    matrix[:, d:, d:] = (own[:, None, :] + SYSTEM.added_stiffness) * np.eye(s)
     vector = np.concatenate([np.zeros((n, d)), right], axis=-1)
     solution = tangent.solved(matrix, vector)
     return solution[:, :d], solution[:, d:]
@@ -350,9 +341,11 @@ def _sparse_coupled(suspension, blocks, scales, which, pulled, turned, own, righ
             there = column >= 0
             return coo_array((entries[there], (row[there], column[there])), shape=(s, d)) @ inverse
 
-        stiffness = tangent.scaled_sparse(blocks.of(case), suspension, scales[case]) + SINGULAR * eye_array(d)
+        stiffness = tangent.scaled_sparse(
+            blocks.of(case), suspension, scales[case]
+        ) + SYSTEM.added_stiffness * eye_array(d)
         matrix = block_array(
-            [[stiffness, -assembled(pulled).T], [assembled(turned), diags_array(own[case] + SINGULAR)]]
+            [[stiffness, -assembled(pulled).T], [assembled(turned), diags_array(own[case] + SYSTEM.added_stiffness)]]
         )
         solutions.append(splu(matrix.tocsc()).solve(np.concatenate([np.zeros(d), right[case]])))
     solution = np.array(solutions)
@@ -397,7 +390,7 @@ def _mounted(found, vector, extension):
     """An `Equilibrium` with its links, which all have a length: where none is stated their distance there."""
     suspension, distance = found.suspension, size(vector)
     unstated, first = np.isnan(suspension.link_length), len(suspension.cable_names)
-    own = np.where(distance <= SAME_PLACE * distance.max(axis=-1, keepdims=True), 0.0, distance)[..., first:]
+    own = np.where(distance <= SYSTEM.link_places * distance.max(axis=-1, keepdims=True), 0.0, distance)[..., first:]
     suspension = replace(suspension, link_length=np.where(unstated, own, suspension.link_length))
     links = Links.of(suspension, vector[..., first:, :], np.where(unstated, 0.0, extension))
     return replace(found, suspension=suspension, links=links)

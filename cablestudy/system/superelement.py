@@ -25,14 +25,13 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.system.connected import NONE, connected
+from cablestudy.system.connected import connected
 from cablestudy.system.coupling_damping import CouplingDamping, Strain
 from cablestudy.system.linear import shares
+from cablestudy.system.tolerances import SYSTEM
 
 GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacements
 NAMES = tuple(f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz")
-MANY = 100  # single modes among combinations from which on they are looked for
-BLOCK = 128  # frequencies for which the modes are summed in one call: arrays that stay in the processor's cache
 
 
 @dataclass(frozen=True)
@@ -151,7 +150,7 @@ class Superelement:
     def moved_by_ends(self):
         """Which modes the ends move, by themselves or by other modes, shape (n,): the response lacks no others."""
         size = np.abs(self.coupling)
-        moved, n = (size > NONE * size.max(axis=0, initial=0.0)).any(axis=1), len(self.omega)
+        moved, n = (size > SYSTEM.uncoupled_entry * size.max(axis=0, initial=0.0)).any(axis=1), len(self.omega)
         if moved.all():
             return moved
         return connected(*self.matrices(), np.arange(n + size.shape[1]) >= n)[:n]
@@ -376,7 +375,9 @@ class Superelement:
             value = value + s[:, None, None] * self.residual_damping[rows][:, columns]
         products = left[:, :, None] * (right / self.omega[:, None] ** 2)[:, None, :]
         products = products.reshape(len(self.omega), left.shape[1] * right.shape[1])
-        modal = [self._modal(s[i : i + BLOCK], products) for i in range(0, len(s), BLOCK)]
+        modal = [
+            self._modal(s[i : i + SYSTEM.frequency_block], products) for i in range(0, len(s), SYSTEM.frequency_block)
+        ]
         return value + np.concatenate(modal or [products[:0]]).reshape(value.shape)
 
     @property
@@ -421,7 +422,7 @@ def of_shapes(matrix, shapes):
     shapes : ndarray, shape (n, k)
     """
     single = (np.count_nonzero(shapes, axis=0) == 1) & (shapes == 1.0).any(axis=0)
-    if np.count_nonzero(single) < MANY:
+    if np.count_nonzero(single) < SYSTEM.many_modes:
         return matrix @ shapes
     found = np.empty((len(matrix), shapes.shape[1]))
     found[:, single] = matrix[:, np.argmax(shapes[:, single], axis=0)]

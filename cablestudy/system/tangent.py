@@ -18,7 +18,6 @@ from cablestudy.system.links import joined
 from cablestudy.system.rigid import at_attachments, cross_matrix, size
 
 GROUND = -1  # owner of a cable end that is fixed to the ground
-DENSE = 100  # degrees of freedom up to which dense matrices of all cases are faster than sparse ones of each
 
 
 @dataclass(frozen=True)

@@ -14,12 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cablestudy.system.tolerances import SYSTEM
+
 METHODS = ("balanced", "least", "closest")
-RANK = 1e-10  # singular values below it, over the largest one, count as zero
-BALANCE = 1e-8  # force left over, over the loads, from which no tensions hold the loads
-LEVEL = 1e-4  # weight of the tensions themselves beside their deviations from the mean: the smaller of equals
-FARTHEST = 1e6  # over the largest tension: bounds farther off count as at this distance
-OUTSIDE = 1e-9  # share of the largest tension by which one may lie outside the bounds: rounding
 
 
 @dataclass(frozen=True)
@@ -75,12 +72,12 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
     columns = np.where(norms > 0, norms, 1.0)
     columns[:count] = columns[:count].max(initial=0.0) or 1.0  # the tensions stay comparable
     left_vectors, values, right_vectors = np.linalg.svd(matrix / columns)
-    rank = int((values > RANK * values.max(initial=0.0)).sum())
+    rank = int((values > SYSTEM.rank * values.max(initial=0.0)).sum())
     particular = right_vectors[:rank].T @ ((left_vectors[:, :rank].T @ right) / values[:rank]) / columns
     space = right_vectors[rank:].T / columns[:, None]
     left = right - matrix @ particular
     size = np.abs(right).max(initial=0.0)
-    held = bool(np.abs(left).max(initial=0.0) <= BALANCE * max(size, np.finfo(float).tiny))
+    held = bool(np.abs(left).max(initial=0.0) <= SYSTEM.unbalanced * max(size, np.finfo(float).tiny))
     unit = max(np.abs(part).max(initial=1e-300) for part in (particular[:count], reference, low[np.isfinite(low)]))
     objective, target = _objective(method, count, len(particular)), np.zeros(len(particular))
     target[:count] = reference if method == "closest" else 0.0
@@ -104,21 +101,23 @@ def _objective(method, count, unknowns):
         return tensions
     spread = tensions.copy()
     spread[:, :count] -= 1.0 / count
-    return np.vstack([spread, LEVEL * tensions])
+    return np.vstack([spread, SYSTEM.tensions_themselves * tensions])
 
 
 def _least_distance(particular, space, count, objective, desired, low, high, unit):
     """Coordinates z of the solution in the null space of the equations, or None where the bounds leave none."""
     # S (t_0 + Z z - target) = S Z z - f, with z = V (w + f')/s; motions that change no tension are left out
     left_vectors, values, right_vectors = np.linalg.svd(objective @ space, full_matrices=False)
-    kept = values > RANK * values.max(initial=0.0)
+    kept = values > SYSTEM.rank * values.max(initial=0.0)
     basis = right_vectors[kept].T / values[kept]
     start = basis @ (left_vectors[:, kept].T @ (desired - objective @ particular))
     tension, slopes = particular[:count] + space[:count] @ start, space[:count] @ basis
     lower, upper = np.isfinite(low), np.isfinite(high)
     rows = np.vstack([slopes[lower], -slopes[upper]])
-    bounds = np.maximum(np.concatenate([(low - tension)[lower], (tension - high)[upper]]) / unit, -FARTHEST)
-    if not np.any(bounds > OUTSIDE):
+    bounds = np.maximum(
+        np.concatenate([(low - tension)[lower], (tension - high)[upper]]) / unit, -SYSTEM.farthest_bound
+    )
+    if not np.any(bounds > SYSTEM.outside_bounds):
         return start
     if not kept.any():
         return None
@@ -126,14 +125,14 @@ def _least_distance(particular, space, count, objective, desired, low, high, uni
 
     multipliers, _ = nnls(np.vstack([rows.T, bounds]), np.append(np.zeros(rows.shape[1]), 1.0), maxiter=100 * count)
     gap = np.vstack([rows.T, bounds]) @ multipliers - np.append(np.zeros(rows.shape[1]), 1.0)
-    if -gap[-1] <= OUTSIDE**2:
+    if -gap[-1] <= SYSTEM.outside_bounds**2:
         return None
     # the bounds that hold with a multiplier, met exactly
-    active = multipliers > OUTSIDE * multipliers.max()
+    active = multipliers > SYSTEM.outside_bounds * multipliers.max()
     step = np.linalg.lstsq(rows[active], bounds[active], rcond=None)[0]
-    if np.any(rows @ step < bounds - 1e3 * OUTSIDE):
+    if np.any(rows @ step < bounds - 1e3 * SYSTEM.outside_bounds):
         step = -gap[:-1] / gap[-1]
-        if np.any(rows @ step < bounds - 1e3 * OUTSIDE):
+        if np.any(rows @ step < bounds - 1e3 * SYSTEM.outside_bounds):
             return None
     return start + basis @ (step * unit)
 

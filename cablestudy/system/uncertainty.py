@@ -16,22 +16,15 @@ import numpy as np
 from cablestudy.system import rounding, stated, tangent
 from cablestudy.system.links import joined
 from cablestudy.system.rigid import at_attachments, size
+from cablestudy.system.tolerances import SYSTEM
 
-SAMPLES = 16  # of the signs: the root mean square of as many is good to a fifth
-SEED = 1
-CURVED = 2.0  # what is left moves the place by so many times its linear estimate at most
-LENGTH = 2 * rounding.UNIT  # rounding of a length, relative
-# What rounding moves by more than this share of the longest cable, or turns by as many radians, is not determined by
-# what is stated: hardly two digits of it would be known
-UNDETERMINED = 5e-3
-STAYED = 1e-9  # movement from the described place, over the longest cable, that is none
+LENGTH = 2 * SYSTEM.rounding  # rounding of a length, relative
 MOTIONS = ("x", "y", "z", "roll", "pitch", "yaw")
-UNKNOWN = 1e30  # in place of what is not finite
 
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Changes by rounding; all of them UNKNOWN where there is no equilibrium.
+    """Changes by rounding; all of them `unknown` where there is no equilibrium.
 
     Attributes
     ----------
@@ -62,7 +55,7 @@ class Uncertainty:
     @cached_property
     def determined(self):
         """True where the places are answers, shape (...)."""
-        return self.relative.max(axis=(-1, -2), initial=0.0) <= UNDETERMINED
+        return self.relative.max(axis=(-1, -2), initial=0.0) <= SYSTEM.undetermined
 
     def reason(self, case=()):
         """Why the place of one case is no answer; an empty string where it is one."""
@@ -83,9 +76,11 @@ def judge(equilibrium):
     solved = np.asarray(equilibrium.record.converged)[..., None]
     tension, force = np.split(change, [len(suspension.cable_names)], axis=-1)
     tension = np.where(cables.max_tension > 0, tension, 0.0)
-    place = np.where(solved[..., None], np.minimum(np.nan_to_num(place, nan=UNKNOWN), UNKNOWN), UNKNOWN)
-    tension = np.where(solved, np.minimum(np.nan_to_num(tension, nan=UNKNOWN), UNKNOWN), UNKNOWN)
-    force = np.where(solved, np.minimum(np.nan_to_num(force, nan=UNKNOWN), UNKNOWN), UNKNOWN)
+    place = np.where(
+        solved[..., None], np.minimum(np.nan_to_num(place, nan=SYSTEM.unknown), SYSTEM.unknown), SYSTEM.unknown
+    )
+    tension = np.where(solved, np.minimum(np.nan_to_num(tension, nan=SYSTEM.unknown), SYSTEM.unknown), SYSTEM.unknown)
+    force = np.where(solved, np.minimum(np.nan_to_num(force, nan=SYSTEM.unknown), SYSTEM.unknown), SYSTEM.unknown)
     return Uncertainty(place, tension, force, equilibrium.longest, suspension.body_names)
 
 
@@ -108,9 +103,9 @@ def _sampled(equilibrium):
         answers = np.where(cut[..., None, None, None], fixed, answers)
     net, bounds, error, rounded = _left(equilibrium, given, cut)
     free = suspension.free
-    signs = np.random.default_rng(SEED)
-    on_bodies = signs.choice([-1.0, 1.0], size=(SAMPLES, *free.shape))
-    on_cables = signs.choice([-1.0, 1.0], size=(SAMPLES, len(given)))
+    signs = np.random.default_rng(SYSTEM.seed)
+    on_bodies = signs.choice([-1.0, 1.0], size=(SYSTEM.samples, *free.shape))
+    on_cables = signs.choice([-1.0, 1.0], size=(SYSTEM.samples, len(given)))
     changes = np.concatenate([on_cables * rounded[..., None, :], -error[..., None, :]], axis=-2)
     pulled = answers[..., None, :, :, :, 3] * changes[..., None, None]  # (..., samples, c, 2, 3)
     answers = answers[..., :, :, :3]
@@ -130,7 +125,7 @@ def _sampled(equilibrium):
         ends[..., cable, end, :] = moved[..., body, :3] + np.cross(moved[..., body, 3:], held)
         along = (ends[..., 1, :] - ends[..., 0, :])[..., None]
         pulled = pulled + (answers[..., None, :, 1, :, :] @ along)[..., 0]
-    unit = np.maximum(cables.max_tension, rounding.TINY)
+    unit = np.maximum(cables.max_tension, SYSTEM.tiny)
     unit = joined(unit, equilibrium.links and np.ones_like(equilibrium.links.extension), -1)
     return _rms(moved, -3), _rms(size(pulled) / unit[..., None, :], -2)
 
@@ -147,7 +142,9 @@ def _with_links(equilibrium, answers, pulled, signs):
     """
     links, ends = equilibrium.links, equilibrium.ends[..., len(equilibrium.suspension.cable_names) :, :, :]
     least, most = rounding.of_springs(ends, links)
-    change = LENGTH * signs.choice([-1.0, 1.0], size=(SAMPLES + 1, least.shape[-1])) * (most - least)[..., None, :]
+    change = (
+        LENGTH * signs.choice([-1.0, 1.0], size=(SYSTEM.samples + 1, least.shape[-1])) * (most - least)[..., None, :]
+    )
     change[..., -1, :] = 0.0  # that is what is left
     force = change[..., None] * links.direction[..., None, :, :]
     stiffness = np.stack([links.end_stiffness, -links.end_stiffness], axis=-3)
@@ -157,7 +154,7 @@ def _with_links(equilibrium, answers, pulled, signs):
 def _rms(samples, axis):
     """Root mean square of all samples but the last along an axis, and what is left, the last one."""
     samples = np.moveaxis(np.abs(samples), axis, 0)
-    return np.sqrt((samples[:-1] ** 2).mean(axis=0)) + CURVED * samples[-1]
+    return np.sqrt((samples[:-1] ** 2).mean(axis=0)) + SYSTEM.curved * samples[-1]
 
 
 def _stayed(equilibrium):
@@ -165,7 +162,7 @@ def _stayed(equilibrium):
     suspension, longest = equilibrium.suspension, equilibrium.longest
     moved = np.abs(equilibrium.position - suspension.position).max(axis=(-1, -2), initial=0.0) / longest
     turned = np.abs(equilibrium.rotation - suspension.rotation).max(axis=(-1, -2, -3), initial=0.0)
-    return np.maximum(moved, turned) <= STAYED
+    return np.maximum(moved, turned) <= SYSTEM.stayed
 
 
 def _left(equilibrium, given, cut):
@@ -195,10 +192,10 @@ def _blocks(equilibrium, answers):
 
 def _solved(suspension, blocks, forces):
     """Displacements of the free degrees of freedom by forces on them, both of shape (..., samples, d)."""
-    scales = np.sqrt(np.maximum(tangent.magnitudes(blocks, suspension), rounding.TINY))
+    scales = np.sqrt(np.maximum(tangent.magnitudes(blocks, suspension), SYSTEM.tiny))
     right = np.swapaxes(forces / scales[..., None, :], -1, -2)
     solution = np.full(right.shape, np.inf)
-    if scales.shape[-1] <= tangent.DENSE:
+    if scales.shape[-1] <= SYSTEM.dense_freedoms:
         matrices = tangent.scaled_dense(blocks, suspension, scales)
         usable = np.isfinite(matrices).all(axis=(-1, -2)) & np.isfinite(right).all(axis=(-1, -2))
         solution[usable] = _dense_solutions(matrices[usable], right[usable])

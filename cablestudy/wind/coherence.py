@@ -19,11 +19,9 @@ import numpy as np
 
 from cablestudy.cable.assembly import add_elements
 from cablestudy.cable.element import basis, lagrange
+from cablestudy.wind.tolerances import WIND
 
 DECAY, LARGE_SCALE = 12.0, 0.12  # of the exponential model of IEC 61400-1
-MOST_FUNCTIONS = 800  # of a cable with more nodes the smoothest ones
-COARSE, FINE, DEGREE = (7, 6e-6), (24, 3e-8), 7  # of `Coherence`: per_decade and error; of splines between them
-SMALLEST = 1e-200  # cable's length over coherence length, whose square must not be zero
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,7 @@ class Coherence:
 
 def davenport(wind):
     """`Coherence` exp(-C f r/U) of the turbulence on a suspension; `wind` has speed [m/s] and coherence_decay C."""
-    return Coherence(lambda frequency: wind.coherence_decay * frequency / wind.speed, *COARSE)
+    return Coherence(lambda frequency: wind.coherence_decay * frequency / wind.speed, *WIND.coarse_coherence)
 
 
 def along_cable(wind):
@@ -73,9 +71,9 @@ def along_cable(wind):
     Without a given length it is exp(-12 sqrt((f r/v)^2 + (0.12 r/L)^2)): IEC 61400-1, ed. 3 (2005), annex B.
     """
     if wind.coherence_length is not None:
-        return Coherence(lambda frequency: np.full(len(frequency), 1 / wind.coherence_length), *FINE)
+        return Coherence(lambda frequency: np.full(len(frequency), 1 / wind.coherence_length), *WIND.fine_coherence)
     slow = LARGE_SCALE * wind.speed / wind.length_scale
-    return Coherence(lambda frequency: DECAY / wind.speed * np.hypot(frequency, slow), *FINE)
+    return Coherence(lambda frequency: DECAY / wind.speed * np.hypot(frequency, slow), *WIND.fine_coherence)
 
 
 @dataclass(frozen=True)
@@ -102,7 +100,7 @@ class Rod:
         ndarray, shape (m, i, i)
             Sum over the components, the cable's length counted as 1.
         """
-        ratio = np.maximum(ratio, SMALLEST)[:, None]
+        ratio = np.maximum(ratio, WIND.least_length_ratio)[:, None]
         found = np.zeros((len(ratio), loads.shape[1], loads.shape[1]))
         for load in loads:
             inner, sums, others, (by_constant, first, second, mixed) = self._parts(load, ratio)
@@ -140,10 +138,10 @@ def rod(mesh, stretch):
     from scipy.linalg import eigh
 
     length, stiffness, mass = galerkin(mesh, stretch)
-    if mesh.nodes <= MOST_FUNCTIONS:
+    if mesh.nodes <= WIND.coherence_functions:
         square, shapes = eigh(stiffness.toarray(), mass.toarray())
     else:
-        count = min(MOST_FUNCTIONS, mesh.nodes // 2)
+        count = min(WIND.coherence_functions, mesh.nodes // 2)
         place = mesh.node_positions[:, None]
         # cosines have no slope at the ends: two more functions give them any
         smooth = np.concatenate([np.cos(np.pi * place * np.arange(count - 2)), place, place**2], axis=1)

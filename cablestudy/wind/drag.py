@@ -13,8 +13,9 @@ A body or a cable that moves meets a wind that is slower by its own velocity, so
 
 import numpy as np
 
+from cablestudy.wind.tolerances import WIND
+
 STROUHAL = 0.2  # of a round cylinder at Reynolds numbers from 3e2 to 2e5 (Blevins, Flow-Induced Vibration, 1990)
-GUSTS = 3.0  # standard deviations of the speed on either side in a range of shedding frequencies
 
 
 def drag_matrices(tangent, blowing):
@@ -87,5 +88,9 @@ def shedding_frequencies(wind, diameter):
 
     At the mean speed, and at three standard deviations below (0 at least) and above it; the diameter in m.
     """
-    speeds = (wind.speed - GUSTS * wind.turbulence, wind.speed, wind.speed + GUSTS * wind.turbulence)
+    speeds = (
+        wind.speed - WIND.shedding_deviations * wind.turbulence,
+        wind.speed,
+        wind.speed + WIND.shedding_deviations * wind.turbulence,
+    )
     return tuple(STROUHAL * np.maximum(speed, 0.0) / diameter for speed in speeds)

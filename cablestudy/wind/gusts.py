@@ -14,18 +14,12 @@ from math import ceil
 import numpy as np
 
 from cablestudy.system.rigid import cross_matrix, size
-from cablestudy.wind.coherence import DEGREE, Coherence
+from cablestudy.wind.coherence import Coherence
 from cablestudy.wind.mean import body_forces
 from cablestudy.wind.spectrum import admittance, speed_spectrum
 from cablestudy.wind.spline import CardinalSplines
+from cablestudy.wind.tolerances import WIND
 from cablestudy.wind.variance import Noise
-
-PER_DECADE = 8  # panels
-# kappa times the size of the suspension up to which a covariance is about linear in kappa, and from which on it falls
-# with 1/kappa, or so far above the least kappa
-NEARLY_COHERENT, INCOHERENT, FAR = 0.1, 1e4, 100.0
-ROUNDING = 1e-6  # of a boundary of panels in numbers of panels
-AT_ONCE = 1_000_000  # entries of a coherence matrix that are computed at once
 
 
 @dataclass(frozen=True)
@@ -135,8 +129,8 @@ class Gusts:
 
     def edges(self, low, high):
         """Boundaries between frequencies at which `noise` is smooth, from low to high, ascending. [Hz]"""
-        count = ceil(PER_DECADE * np.log10(high / low) - ROUNDING)
-        inner = low * 10 ** (np.arange(1, count) / PER_DECADE)
+        count = ceil(WIND.panels_per_decade * np.log10(high / low) - WIND.panel_boundary)
+        inner = low * 10 ** (np.arange(1, count) / WIND.panels_per_decade)
         return np.concatenate([[low], inner, [high]])
 
     def _functions(self, frequency):
@@ -178,8 +172,8 @@ class Gusts:
         known = self._known[0]
         if known is None:
             return (np.ones((1, len(kappa))),) * 2
-        linear, kappa = NEARLY_COHERENT / self._across, kappa[:, None]
-        splines = CardinalSplines(np.log(known + linear), DEGREE)
+        linear, kappa = WIND.linear_covariance / self._across, kappa[:, None]
+        splines = CardinalSplines(np.log(known + linear), WIND.coherence_degree)
         bodies = splines(np.log(np.minimum(kappa, known[-1]) + linear)[:, 0])
         # all that cables take part in falls with 1/kappa at last, and the speeds at the bodies remain as they are
         return (np.minimum(known[-1] / np.maximum(kappa, known[-1]), 1.0) * bodies).T, bodies.T
@@ -196,7 +190,10 @@ class Gusts:
         least, across = self.coherence.least, self._across
         if self.coherence.constant or not across:
             return None, self._at(np.array([least]))
-        linear, high = NEARLY_COHERENT / across, max(INCOHERENT / across, FAR * least)
+        linear, high = (
+            WIND.linear_covariance / across,
+            max(WIND.falling_covariance / across, WIND.far_above_least * least),
+        )
         count = round(self.coherence.per_decade * np.log10((high + linear) / (least + linear)))
         kappa = np.maximum(np.geomspace(least + linear, high + linear, 1 + count) - linear, least)
         return kappa, self._at(kappa)
@@ -277,7 +274,7 @@ def _between(kappa, points, forces, others, other_forces):
     forces = forces.transpose(2, 0, 1).reshape(-1, len(points))
     other_forces = other_forces.reshape(-1, other_forces.shape[-1])
     found = np.zeros((len(kappa), count, other_forces.shape[-1]))
-    at_once = max(1, AT_ONCE // max(1, distance.size))
+    at_once = max(1, WIND.coherence_entries // max(1, distance.size))
     for begin in range(0, len(kappa), at_once):
         part = slice(begin, begin + at_once)
         coherence = np.exp(-kappa[part, None, None] * distance)

@@ -8,9 +8,7 @@ from math import pi
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
-
-SLOW = 0.5  # pi f t below which a series takes the place of a difference
-TERMS = 8  # of the series, whose next one is below 1e-16 there
+from cablestudy.wind.tolerances import WIND
 
 
 def exposure_weight(frequency, exposure):
@@ -35,14 +33,14 @@ def exposure_weight(frequency, exposure):
     Martin, Image motion as a measure of seeing quality, PASP 99 (1987) 1360-1370: the mean of an exposure keeps sinc^2.
     """
     phase = pi * exposure * np.asarray(frequency, dtype=float)
-    fast = np.maximum(phase, SLOW)
-    square = np.minimum(phase, SLOW) ** 2
+    fast = np.maximum(phase, WIND.series_phase)
+    square = np.minimum(phase, WIND.series_phase) ** 2
     # 1 - sin^2(x)/x^2 is the sum of (-1)^k 2^(2k - 1) x^(2k - 2)/(2k)! over k from 2
     series, factor = np.zeros_like(square), np.ones_like(square)
-    for k in range(2, 2 + TERMS):
+    for k in range(2, 2 + WIND.series_terms):
         factor = factor * square * (1.0 if k == 2 else -1.0) * 4 / ((2 * k) * (2 * k - 1))
         series = series + factor
-    return np.where(phase < SLOW, series, 1 - (np.sin(fast) / fast) ** 2)
+    return np.where(phase < WIND.series_phase, series, 1 - (np.sin(fast) / fast) ** 2)
 
 
 def correction_weight(frequency, bandwidth, delay):

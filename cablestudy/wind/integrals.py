@@ -8,15 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.wind.tolerances import WIND
 from cablestudy.wind.variance import Panels, mixed_variances, variances
 
 TURN = 2 * np.pi
-UNDAMPED = 1e-9  # damping ratio below which a resonance is not bounded,
-ALONG_CABLES = 1e-10  # and that where the wind acts along cables: strain damps waves across them next to nothing
-EXCITED = 1e-6  # share of a variance by a motion that is as good as undamped, from which it is refused
-ROUNDING = 1e-15  # of the largest pole: decay that rounding may make
-QUADRATURE = 1e-10  # error of the variances by the rule on the panels: that of Davenport's spectrum is 4e-11
-STILL = 1e-16  # of the energy of an output over the largest of all: what is less is none
 
 
 @dataclass(frozen=True)
@@ -37,10 +32,10 @@ class Integrals:
     panels: Panels
     gusts: object
     weights: dict
-    least: float = UNDAMPED
+    least: float = WIND.undamped
 
     @staticmethod
-    def on(edges, gusts, weights, least=UNDAMPED):
+    def on(edges, gusts, weights, least=WIND.undamped):
         """`Integrals` on panels between edges [Hz] with weights that are functions of frequency [Hz]."""
         panels = Panels(edges)
         return Integrals(panels, gusts, {name: of(panels.frequency) for name, of in weights.items()}, least)
@@ -94,16 +89,16 @@ class Integrals:
         force = (left.inputs * self.gusts.matrix_times(size / TURN, inputs.conj())[..., 0]).sum(axis=1).real
         own = np.abs(left.outputs.T) ** 2 * stiffness * (force / (2 * self.least * size))[:, None]  # at most
         energy = whole * stiffness
-        rounded = STILL * max(own.max(), energy.max())
-        excited = own > np.maximum(EXCITED * energy, rounded)
+        rounded = WIND.still * max(own.max(), energy.max())
+        excited = own > np.maximum(WIND.undamped_share * energy, rounded)
         return np.where(excited.any(axis=0), left.poles[np.argmax(own, axis=0)], 0.0)
 
 
-def damped(residues, least=UNDAMPED):
+def damped(residues, least=WIND.undamped):
     """Which poles of a stable system have a damping ratio above one, and above rounding.
 
     Of a complex stiffness those below the real axis grow: they are no resonances.
     """
     rate, size = np.abs(residues.poles.real), np.abs(residues.poles)
     oscillating = np.abs(residues.poles.imag) > least * size
-    return (rate > least * size) & (~oscillating | (rate > ROUNDING * size.max(initial=0.0)))
+    return (rate > least * size) & (~oscillating | (rate > WIND.decay_rounding * size.max(initial=0.0)))

@@ -19,12 +19,9 @@ from cablestudy.cable.steady_drag import Profile
 from cablestudy.system.descent import DISAGREED, ROUNDED
 from cablestudy.system.equilibria import pose
 from cablestudy.system.rigid import size
-from cablestudy.system.rounding import SUMS, UNIT
 from cablestudy.system.tangent import GROUND
-
-MOST = 40  # equilibria until forces and attitude agree
-SETTLED = 1e-7  # change of the load of a cable, relative, up to which it is that of where it hangs
-SLOW = 0.9  # an equilibrium that changes places by more than this share of the smallest change comes no closer
+from cablestudy.system.tolerances import SYSTEM
+from cablestudy.wind.tolerances import WIND
 
 
 @dataclass(frozen=True)
@@ -141,7 +138,7 @@ def equilibrium_in_wind(without_wind, drag):
     found, shape = without_wind, np.shape(without_wind.record.converged)
     loads, ended = None, np.zeros(shape, dtype=bool)
     least, reason = np.full(shape, np.inf), np.full(shape, DISAGREED)
-    for _ in range(MOST):
+    for _ in range(WIND.mean_wind_equilibria):
         force, arm = body_forces(drag, found.rotation)
         if drag.profile is not None:
             force = force * drag.profile.pressure(found.position + arm)[..., None]
@@ -156,9 +153,9 @@ def equilibrium_in_wind(without_wind, drag):
         loads = {name: _kept(ended, loads[name], new) for name, new in fresh.items()} if ended.any() else fresh
         before, found = found, pose(replace(suspension, **loads))
         change = size(found.ends - before.ends).max(axis=(-1, -2))
-        agreed = change <= SUMS * UNIT * np.abs(found.ends).max(axis=(-1, -2, -3))
+        agreed = change <= SYSTEM.sum_rounding * SYSTEM.rounding * np.abs(found.ends).max(axis=(-1, -2, -3))
         settled = _settled(drag, found, loads["cable_wind"])
-        agreed, rounded = agreed & settled, settled & ~agreed & (change >= SLOW * least)
+        agreed, rounded = agreed & settled, settled & ~agreed & (change >= WIND.mean_wind_progress * least)
         least = np.minimum(least, change)
         if (rounded & ~ended).any():
             rounded &= change <= _unknown(found)
@@ -176,7 +173,7 @@ def _settled(drag, found, used):
     if drag.profile is None:
         return np.ones(np.shape(found.record.converged), dtype=bool)
     there = cable_loads(drag, found.catenary, found.ends[..., found.suspension.of_cables, 0, :])
-    return (size(there - used) <= SETTLED * size(used)).all(axis=-1)
+    return (size(there - used) <= WIND.mean_wind_load * size(used)).all(axis=-1)
 
 
 def _unknown(found):

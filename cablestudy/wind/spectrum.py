@@ -7,9 +7,10 @@ from math import sqrt
 
 import numpy as np
 
+from cablestudy.wind.tolerances import WIND
+
 # 4 B(1/2, 1/3)^2: with it the von Karman spectrum has exactly the variance that it is given
 VON_KARMAN_EXACT = 70.78012763381717
-LARGEST = 1e150  # of a ratio whose powers must not overflow
 
 
 def speed_spectrum(frequency, speed, rms, length_scale, kind="von_karman"):
@@ -59,6 +60,6 @@ def admittance(frequency, speed, area, kind="vickery"):
     """
     if kind == "none":
         return np.ones_like(frequency)
-    passing = min(2 * sqrt(area) / speed, LARGEST)
-    chi = 1 / (1 + np.minimum(frequency * passing, LARGEST) ** (4 / 3))
+    passing = min(2 * sqrt(area) / speed, WIND.largest_power_base)
+    chi = 1 / (1 + np.minimum(frequency * passing, WIND.largest_power_base) ** (4 / 3))
     return chi if kind == "vickery" else chi**2

@@ -25,13 +25,8 @@ from cablestudy.system.superelement import of_shapes, with_ends
 from cablestudy.system.suspension import outward
 from cablestudy.wind.coherence import gauss, rod
 from cablestudy.wind.drag import drag_matrices
+from cablestudy.wind.tolerances import WIND
 
-# points of an element more than its order: an error of 1e-6 of the RMS on six cables that meet; and most of those that
-# the coherence with other cables is interpolated between: one of 2e-8 of the RMS, of elements of order 44
-MORE, MOST = 4, 30
-# order of the rod along a cable in one element, over the root of their number in several: gusts that are coherent over
-# little of a cable have a short layer at its ends, with order 16 an error of 2e-4 of the RMS rate of a rotation
-ORDERS = 64
 STRAIGHT = mesh_segments(np.ones(1), 1, 2)  # of a cable without mass
 
 
@@ -76,7 +71,7 @@ class Strip:
     def _fine(self):
         """The mesh of the rod, with more nodes near the ends of elements than the cable needs."""
         order, elements = self.mesh.order, self.mesh.elements
-        return self.mesh if order == 1 else replace(self.mesh, order=max(order, ceil(ORDERS / sqrt(elements))))
+        return self.mesh if order == 1 else replace(self.mesh, order=max(order, ceil(WIND.rod_orders / sqrt(elements))))
 
     @cached_property
     def _rod(self):
@@ -124,7 +119,7 @@ class Strip:
             t, weights = _both_sides(*gauss(1), self.kinks)
             pushed = self._pushed(t, weights)
         else:
-            t, weights = _both_sides(*_gauss(order + MORE), _graded_inverse(self.kinks))
+            t, weights = _both_sides(*_gauss(order + WIND.strip_points), _graded_inverse(self.kinks))
             pushed = self._pushed(_graded(t), weights * 6 * t * (1 - t))
         return _taken(_between(points, t), pushed).reshape(3, -1, self.shapes.shape[-1])
 
@@ -132,7 +127,7 @@ class Strip:
     def _points(self):
         """Of an element: t and places of `points`, on [0, 1]; of bars those at which they have a drag of their own."""
         order = self.mesh.order
-        t = _gauss(min(order + MORE, MOST))[0]
+        t = _gauss(min(order + WIND.strip_points, WIND.interpolated_points))[0]
         return (t, _graded(t)) if order > 1 else (gauss(1)[0],) * 2
 
     def _pushed(self, places, weights):

@@ -17,16 +17,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-STEP, TURNS = 2.0, 40  # of a delay in a panel [rad], and how many panels are made for it
-CLOSE = 1e-3  # least relative distance of their edges from others
-POINTS = 8  # of each panel
-NEAR = 4.0  # distance of a pole from the middle of a panel, in its half-widths, up to which the rule is corrected
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
-LAST = np.polynomial.legendre.legval(NODES, np.eye(POINTS)[-1])  # Legendre's polynomial of degree POINTS - 1 there
-AT_ONCE = 100  # frequencies
-ROUNDING = 1e-13  # of a variance over the sum of the sizes of its terms: what is less is zero
-HALVINGS, UNRESOLVED = 12, 1e-5  # of panels, and share of the two highest polynomials in a function that is resolved
-HIGHEST = np.polynomial.legendre.legvander(NODES, POINTS - 1)[:, -2:] * np.array([POINTS - 1.5, POINTS - 0.5])
+from cablestudy.wind.tolerances import WIND
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(WIND.panel_points)
+LAST = np.polynomial.legendre.legval(
+    NODES, np.eye(WIND.panel_points)[-1]
+)  # Legendre's polynomial of degree WIND.panel_points - 1 there
+HIGHEST = np.polynomial.legendre.legvander(NODES, WIND.panel_points - 1)[:, -2:] * np.array(
+    [WIND.panel_points - 1.5, WIND.panel_points - 0.5]
+)
 HIGHEST = HIGHEST * WEIGHTS[:, None]  # coefficients of these two by values at the nodes
 
 
@@ -50,12 +49,14 @@ class Noise:
 
 
 def with_turns(edges, delay):
-    """Edges, and further ones between which the phase of a delay [s] turns by STEP."""
+    """Edges, and further ones between which the phase of a delay [s] turns by `delay_in_panel`."""
     if not delay:
         return edges
-    turns = STEP * np.arange(1, TURNS) / (2 * np.pi * delay)
+    turns = WIND.delay_in_panel * np.arange(1, WIND.delay_panels) / (2 * np.pi * delay)
     turns = turns[(turns > edges[0]) & (turns < edges[-1])]
-    return np.sort(np.concatenate([edges, turns[np.abs(np.log(turns / edges[:, None])).min(axis=0) > CLOSE]]))
+    return np.sort(
+        np.concatenate([edges, turns[np.abs(np.log(turns / edges[:, None])).min(axis=0) > WIND.panel_edges]])
+    )
 
 
 def smooth_on(edges, functions):
@@ -70,13 +71,13 @@ def smooth_on(edges, functions):
     """
     done = [edges[-1:]]
     low, high = edges[:-1], edges[1:]
-    for _ in range(HALVINGS):
+    for _ in range(WIND.panel_halvings):
         middle = np.sqrt(low * high)
         place = middle[:, None] * (high / middle)[:, None] ** NODES
         rough = np.zeros(len(low), dtype=bool)
         for function in functions:
             value = function(place.ravel()).reshape(place.shape)
-            rough |= np.abs(value @ HIGHEST).max(axis=1) > UNRESOLVED * np.abs(value).max(axis=1)
+            rough |= np.abs(value @ HIGHEST).max(axis=1) > WIND.unresolved_panel * np.abs(value).max(axis=1)
         done.append(low[~rough])
         low, high = np.concatenate([low[rough], middle[rough]]), np.concatenate([middle[rough], high[rough]])
     return np.sort(np.concatenate([*done, low]))
@@ -135,16 +136,16 @@ class Panels:
         """
         found = np.tile(self.weights + 0j, (len(poles), 1))
         place = (np.log(poles / 2j / np.pi)[:, None] - self._middle) / self._half
-        pole, panel = np.nonzero(np.abs(place) < NEAR)
-        points = panel[:, None] * POINTS + np.arange(POINTS)
-        found[pole[:, None], points] *= 1 + POINTS * LAST * _second_kind(place[pole, panel])[:, None]
+        pole, panel = np.nonzero(np.abs(place) < WIND.near_pole)
+        points = panel[:, None] * WIND.panel_points + np.arange(WIND.panel_points)
+        found[pole[:, None], points] *= 1 + WIND.panel_points * LAST * _second_kind(place[pole, panel])[:, None]
         return found
 
 
 def _second_kind(z):
-    """Legendre's function of the second kind and of degree POINTS, off the segment from -1 to 1."""
+    """Legendre's function of the second kind and of degree `panel_points`, off the segment from -1 to 1."""
     before, found = 1.0, np.log((z + 1) / (z - 1)) / 2  # of degree -1, times 0, and 0
-    for degree in range(POINTS):
+    for degree in range(WIND.panel_points):
         before, found = found, ((2 * degree + 1) * z * found - (degree * before if degree else 1.0)) / (degree + 1)
     return found
 
@@ -177,7 +178,7 @@ def variances(residues, panels, noise, weights):
     found = (outputs.T * seen).sum(axis=1).real + directly
     # by Schwarz's inequality no sum over the poles is larger than that of the sizes of its terms
     own = np.maximum(2 * covariance[:, np.arange(len(poles)), np.flatnonzero(upper)].real, 0.0)
-    return np.where(found > ROUNDING * (np.sqrt(own) @ np.abs(outputs.T)) ** 2, found, 0.0)
+    return np.where(found > WIND.variance_rounding * (np.sqrt(own) @ np.abs(outputs.T)) ** 2, found, 0.0)
 
 
 def mixed_variances(residues, smooth, noise_times, panels, noise, weights):
@@ -204,8 +205,8 @@ def mixed_variances(residues, smooth, noise_times, panels, noise, weights):
     """
     found, s = variances(residues, panels, noise, weights), 2j * np.pi * panels.frequency
     fractions = panels.weights_for(residues.poles).T / (s[:, None] - residues.poles)
-    for begin in range(0, len(s), AT_ONCE):
-        part = slice(begin, begin + AT_ONCE)
+    for begin in range(0, len(s), WIND.frequencies_at_once):
+        part = slice(begin, begin + WIND.frequencies_at_once)
         own = smooth(s[part])
         pushed = noise_times(panels.frequency[part], np.swapaxes(own, 1, 2).conj())
         plain = (own * np.swapaxes(pushed, 1, 2)).sum(axis=-1).real * panels.weights[part, None]

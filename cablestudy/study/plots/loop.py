@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from cablestudy.control.response import Phase
-from cablestudy.control.step_response import BAND
+from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.loop_in_time import MILLI
 from cablestudy.study.loop_report import curves, decibels, drawn_frequencies, loop_gain, singular_values
@@ -287,12 +287,12 @@ def _displacement(axes, solved):
     moved = MILLI * found.measured
     axes.plot(time, moved, color=BLUE, label="loop closed")
     place = int(np.argmax(np.abs(moved)))
-    if step is None or step.taken_back or step.overshoot > BAND:
+    if step is None or step.taken_back or step.overshoot > CONTROL.settling_band:
         over = "" if step is None or step.taken_back else f" ({100 * step.overshoot:.3g} % over)"
         axes.plot(time[place], moved[place], "o", color=RED, ms=4,
                   label=with_minus(f"{moved[place]:.4g} {unit} at {time[place]:.4g} s{over}"))  # fmt: skip
     if step is not None:
-        around = BAND * step.size * np.array([-1, 1])
+        around = CONTROL.settling_band * step.size * np.array([-1, 1])
         axes.axhspan(*(MILLI * (step.final + around)), color=RED, alpha=0.15, lw=0)
     if step is not None and step.settling_time is not None and step.resolved:
         settled = f"settled to 2 % at {step.settling_time:.4g} s"

@@ -7,11 +7,11 @@ import numpy as np
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING, relative
 from cablestudy.system.cable_coordinates import Kept
-from cablestudy.system.coupled_modes import STEP
 from cablestudy.system.coupled_solution import CoupledModes
 from cablestudy.system.damped_pole import damped_pole
 from cablestudy.system.damping import damped_poles
 from cablestudy.system.suspension import AXES
+from cablestudy.system.tolerances import SYSTEM
 
 FIRST, MOST_MODES = 12, 400  # modes that are computed at first, and at most
 LIGHT = 0.02  # damping ratio up to which a pole is looked for from that without damping on,
@@ -121,7 +121,7 @@ class BodyMode:
             return found, np.nan
         if not found:
             return found, ROUNDING
-        coarse = search.pole_near(pole, FAR, *_with_all_modes(models, coarser=STEP))
+        coarse = search.pole_near(pole, FAR, *_with_all_modes(models, coarser=SYSTEM.finer_orders))
         error = max(ROUNDING, SAFETY * relative(_ratio(coarse), found))
         return found, np.nan if models.cables.modal.any() else error
 

@@ -17,11 +17,12 @@ from functools import cached_property, partial
 import numpy as np
 
 from cablestudy.activity import doing
-from cablestudy.control.gain_limits import MOST_MODES, StableGains, limit_near, too_many
+from cablestudy.control.gain_limits import StableGains, limit_near, too_many
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.margins import Margins
 from cablestudy.control.motion import actuated
 from cablestudy.control.suspension import load_off_ends
+from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError
 from cablestudy.study.suspension.driven_waves import ACROSS, dense
 from cablestudy.system.cable_coordinates import residual_vectors
@@ -192,7 +193,7 @@ class DrivenCables:
         for own, kept, element in zip(driven, self.kept, self.loop_gain.elements, strict=True):
             found.append((own | (element.omega < self.broad)) & (np.arange(len(own)) < kept.modes))
         number = sum(int(own.sum()) for own in found)
-        if number > MOST_MODES and not self._elements:
+        if number > CONTROL.driven_modes and not self._elements:
             raise too_many(self._in_words, number, self._highest.max(initial=0.0))
         return found
 

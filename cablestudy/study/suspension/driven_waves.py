@@ -22,15 +22,17 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.gain_limits import NEGLIGIBLE
 from cablestudy.control.suspension import reeled
+from cablestudy.control.tolerances import CONTROL
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import outward
 
 DRIVEN = 0.05  # share of its decay by which the gain may move the pole of a mode that is left out
 SAFETY = 2.0  # on the same for waves, by which the highest mode is found that is looked at
-UNDAMPED = NEGLIGIBLE / 4  # growth over frequency by a gain that is no instability, however small the decay
+UNDAMPED = (
+    CONTROL.negligible_growth / 4
+)  # growth over frequency by a gain that is no instability, however small the decay
 BROAD = 0.1  # loop gain of waves that run away, above which a law that is no integrator needs all modes
 RANGE = np.geomspace(1.0, 1e8, 481)  # frequencies at which the bound is computed, over the lowest of the modes
 AXIAL = 0.1  # share of the force of a wave along a cable from which a mode is one along it

@@ -6,10 +6,11 @@ from math import ceil, log2
 
 import numpy as np
 
-from cablestudy.control.gain_limits import ABOVE, undamped
+from cablestudy.control.gain_limits import undamped
 from cablestudy.control.law import law_from
 from cablestudy.control.loop import Loop, allocate, moved_by_winches, unstable_pole
 from cablestudy.control.notch import Notch
+from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, result_of
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.suspension.driven_cables import DrivenCables
@@ -296,7 +297,7 @@ class Movement:
         """
         limit = self.gains.limit
         if limit and limit.undamped:
-            gains = self._gains_in_words((1 + ABOVE) * limit.factor)
+            gains = self._gains_in_words((1 + CONTROL.above_undamped_limit) * limit.factor)
             raise undamped(1j * limit.omega, self.gains.open_ratio(limit.omega), f"no largest gain: at {gains} ")
         return limit
 

@@ -15,8 +15,9 @@ from cablestudy.study.suspension.numbers import numbers_of
 from cablestudy.study.suspension.rows import value
 from cablestudy.study.table import Field, Table
 from cablestudy.system.force_density import find_form
-from cablestudy.system.mode_pairs import BEYOND, pair_modes
+from cablestudy.system.mode_pairs import pair_modes
 from cablestudy.system.suspension import AXES
+from cablestudy.system.tolerances import SYSTEM
 
 # columns of cables that a terminal shows where it has not room for all
 FIRST = ("preload", "max_tension", "unstretched_length", "sag", "utilisation", "clearance")
@@ -318,7 +319,7 @@ def mode_errors(case, modes, count):
         return case.mode_errors(modes)[:count], modes.damping_error[:count]
     errors = np.full((2, count), np.nan)
     try:
-        finer = case.finer.modes(count + BEYOND)
+        finer = case.finer.modes(count + SYSTEM.modes_beyond)
     except CablestudyError as error:
         case.reason = str(error)
         return errors

@@ -15,7 +15,7 @@ from cablestudy.control.loop_state_space import by_forces
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.wind.imaging import seen_weights
-from cablestudy.wind.integrals import QUADRATURE
+from cablestudy.wind.tolerances import WIND
 
 ACCURACY = 1e-4  # where the scene has a fixed model
 TENSION = 10.0  # on what the highest modes add to the variance of a tension: what is left out falls slowly
@@ -132,7 +132,7 @@ class Response:
     @property
     def integration_error(self):
         """Estimated relative error of a variance by quadrature, and by interpolation of the gusts. [-]"""
-        return QUADRATURE + self.movement.gusts.error
+        return WIND.quadrature + self.movement.gusts.error
 
     @cached_property
     def _undamped(self):

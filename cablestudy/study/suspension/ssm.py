@@ -252,7 +252,7 @@ def with_node_forces(system, layout, models, kept):
     Returns
     -------
     LinearSystem
-        With the inputs `CABLE.force_node_1_x` and so on, global axes, numbered from the end `from` on. [N]
+        With the inputs ``force_node_`1_x` and so on, global axes, numbered from the end `from` on. [N]
     """
     names, (direction, _) = layout.equilibrium.suspension.cable_names, outward(layout.equilibrium)
     sizes, ends = [len(one.element.omega) for one in kept], dense(layout.moved)

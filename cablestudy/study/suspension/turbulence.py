@@ -9,7 +9,8 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from cablestudy.wind.integrals import ALONG_CABLES, UNDAMPED, Integrals
+from cablestudy.wind.integrals import Integrals
+from cablestudy.wind.tolerances import WIND
 from cablestudy.wind.variance import smooth_on, with_turns
 
 TURN = 2 * np.pi
@@ -66,7 +67,7 @@ class Turbulence:
     @property
     def least(self):
         """Damping ratio up to which a motion counts as not damped. [-]"""
-        return ALONG_CABLES if self.linear.gusts.strips else UNDAMPED
+        return WIND.undamped_along_cables if self.linear.gusts.strips else WIND.undamped
 
     @cached_property
     def _integrals(self):

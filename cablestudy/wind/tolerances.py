@@ -1,0 +1,69 @@
+"""Numbers that bound errors, searches and sizes in `wind`, each with its reason."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class WindTolerances:
+    """Tolerances of the wind: each is named by what it bounds."""
+
+    # --------------------------------------------------------------------- coherence of gusts along cables
+
+    coherence_functions: int = 800  # of a cable with more nodes the smoothest ones
+    coarse_coherence: tuple = (7, 6e-6)  # points in a decade of `Coherence`, and its error,
+    fine_coherence: tuple = (24, 3e-8)  # and those of a finer one
+    coherence_degree: int = 7  # of the splines between them
+    least_length_ratio: float = 1e-200  # cable's length over coherence length, whose square must not be zero
+    strip_points: int = 4  # of an element more than its order: an error of 1e-6 of the RMS on six cables that meet
+    # at most, between which the coherence with other cables is interpolated: an error of 2e-8 of the RMS, of elements
+    # of order 44
+    interpolated_points: int = 30
+    # order of the rod along a cable in one element, over the root of their number in several: gusts that are coherent
+    # over little of a cable have a short layer at its ends, with order 16 an error of 2e-4 of the RMS rate of a
+    # rotation
+    rod_orders: int = 64
+
+    # ---------------------------------------------------- covariance of the forces of gusts over frequency
+
+    panels_per_decade: int = 8  # of the reduced frequency kappa
+    # kappa times the size of the suspension up to which a covariance is about linear in kappa,
+    linear_covariance: float = 0.1
+    falling_covariance: float = 1e4  # and from which on it falls with 1/kappa,
+    far_above_least: float = 100.0  # or so far above the least kappa
+    panel_boundary: float = 1e-6  # rounding of a boundary of panels in numbers of panels
+    coherence_entries: int = 1_000_000  # of a coherence matrix that are computed at once
+
+    # ------------------------------------------------------------------------------------------------ drag
+
+    # standard deviations of the speed on either side in a range of shedding frequencies
+    shedding_deviations: float = 3.0
+    mean_wind_equilibria: int = 40  # until forces and attitude agree
+    mean_wind_load: float = 1e-7  # change of the load of a cable, relative, up to which it is that of where it hangs
+    # an equilibrium that changes places by more than this share of the smallest change comes no closer
+    mean_wind_progress: float = 0.9
+    largest_power_base: float = 1e150  # of a ratio whose powers must not overflow
+    series_phase: float = 0.5  # pi f t below which a series takes the place of a difference
+    series_terms: int = 8  # of the series, whose next one is below 1e-16 there
+
+    # ---------------------------------------------------------------------------------- variances by poles
+
+    undamped: float = 1e-9  # damping ratio below which a resonance is not bounded,
+    # and that where the wind acts along cables: strain damps waves across them next to nothing
+    undamped_along_cables: float = 1e-10
+    undamped_share: float = 1e-6  # of a variance by a motion that is as good as undamped, from which it is refused
+    decay_rounding: float = 1e-15  # of the largest pole: decay that rounding may make
+    quadrature: float = 1e-10  # error of the variances by the rule on the panels: that of Davenport's spectrum is 4e-11
+    still: float = 1e-16  # of the energy of an output over the largest of all: what is less is none
+    delay_in_panel: float = 2.0  # turn by a delay in a panel [rad],
+    delay_panels: int = 40  # and how many panels are made for it
+    panel_edges: float = 1e-3  # least relative distance of their edges from others
+    panel_points: int = 8  # of each panel
+    # distance of a pole from the middle of a panel, in its half-widths, up to which the rule is corrected
+    near_pole: float = 4.0
+    frequencies_at_once: int = 100  # of which responses are computed in one call
+    variance_rounding: float = 1e-13  # of a variance over the sum of the sizes of its terms: what is less is zero
+    panel_halvings: int = 12  # of panels,
+    unresolved_panel: float = 1e-5  # and share of the two highest polynomials in a function that is resolved
+
+
+WIND = WindTolerances()
