@@ -10,10 +10,11 @@ from cablestudy.cable.tolerances import CABLE
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.study import read_study
 from cablestudy.study import results
-from cablestudy.study.columns import COLUMNS, ROUNDING, find, lacks
+from cablestudy.study.columns import COLUMNS, find, lacks
 from cablestudy.study.row import evaluate, evaluate_cases
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.study_rows import evaluate_tables
+from cablestudy.study.tolerances import STUDY
 
 STATIC = [column for column in COLUMNS if column.needs in ("scene", "statics", "stiffness")]
 WIND = [find(name) for name in ("preload", "end_stiffness", "gondola_frequency", "gondola_rms", "gain_margin")]
@@ -172,7 +173,7 @@ def test_a_table_of_cases_gives_the_rows_of_each_scene_alone_to_the_last_digit(t
             row = evaluate(study.case(case)[1], columns)
             numbers, status, errors, notes = found[case]
             assert [*numbers, status] == [row.cells[column.header] for column in columns] + [row.cells["status"]]
-            assert errors == {name: error for name, error in row.errors.items() if error > ROUNDING}
+            assert errors == {name: error for name, error in row.errors.items() if error > STUDY.rounding}
             assert notes == ()
 
 

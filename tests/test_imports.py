@@ -125,6 +125,46 @@ def test_what_pip_installs_is_the_whole_program():
     assert all((folder / "__init__.py").exists() for folder in folders)
 
 
+ARITHMETIC = (ast.BinOp, ast.UnaryOp, ast.operator, ast.unaryop)
+NUMERIC = ("cable", "system", "control", "wind", "study")  # packages whose numbers stand in their tolerances
+NO_TOLERANCE = {  # indices, numbers of mathematics and physics, factors of units
+    "SMALLER_PART", "GAUSS_POINTS", "NO_SET", "TERMS", "GOING_ON", "GROUND", "TURN", "STROUHAL", "VON_KARMAN_EXACT",
+    "MM", "UM", "MILLI", "PAPER",
+}  # fmt: skip
+
+
+def numbers(path):
+    """Names of the constants of a module that are one number."""
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.Assign):
+            parts = [one for one in ast.walk(node.value) if not isinstance(one, ARITHMETIC)]
+            plain = all(isinstance(one, ast.Constant) and type(one.value) in (int, float) for one in parts)
+            if plain or ast.unparse(node.value) in ("2 * np.pi", "-np.inf"):
+                yield from (one.id for one in node.targets if isinstance(one, ast.Name))
+
+
+def test_numbers_of_a_package_stand_in_its_tolerances():
+    found = set()
+    for path in MODULES:
+        own = path.relative_to(ROOT)
+        if own.parts[0] in NUMERIC and own.name != "tolerances.py" and "plots" not in own.parts:
+            found |= {name for name in numbers(path) if not name.startswith("_")}
+    assert {name for name in found - NO_TOLERANCE if name.isupper()} == set()
+
+
+@pytest.mark.parametrize("package", NUMERIC)
+def test_each_tolerance_has_a_reason_and_is_used(package):
+    """Each stands with a comment behind it or above it, and another module reads it."""
+    lines = (ROOT / package / "tolerances.py").read_text(encoding="utf-8").splitlines()
+    fields = [
+        (place, line.split(":")[0].strip()) for place, line in enumerate(lines) if re.match(r"    [a-z_]+: ", line)
+    ]
+    assert len(fields) > 30
+    assert [name for place, name in fields if "  # " not in lines[place] and "    # " not in lines[place - 1]] == []
+    text = "".join(path.read_text(encoding="utf-8") for path in MODULES)
+    assert [name for _, name in fields if f"{package.upper()}.{name}" not in text] == []
+
+
 def test_a_class_name_has_one_meaning():
     """But for the classes of the Python interface, which have the names that users know: none is defined twice."""
     places = {}

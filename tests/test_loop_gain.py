@@ -14,9 +14,9 @@ from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.case import Case
 from cablestudy.study.one_cable_system import in_wind_of
-from cablestudy.study.suspension import driven_cables
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.driven_cables import DrivenCables
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system import pole_windows
 from cablestudy.system.tolerances import SYSTEM
 
@@ -198,8 +198,8 @@ def test_vectors_for_the_highest_modes_change_the_largest_gain_and_the_margins_b
     all modes in one eigenvalue problem."""
     scene = CableScene.model_validate(random_scene(seed, model={"accuracy": 1e-4}))
     names, winds = ("sensitivity_peak", "phase_margin", "disk_margin"), []
-    for all_from, many in ((driven_cables.ALL_FROM, SYSTEM.windows_from), (1.0, 10_000)):
-        monkeypatch.setattr(driven_cables, "ALL_FROM", all_from)
+    for all_from, many in ((STUDY.all_modes_from, SYSTEM.windows_from), (1.0, 10_000)):
+        monkeypatch.setitem(vars(STUDY), "all_modes_from", all_from)
         monkeypatch.setitem(vars(SYSTEM), "windows_from", many)
         wind = in_wind_of(Case(scene))
         winds.append((wind.controlled.driven, wind.largest_gain, [wind.margin(name) for name in names]))

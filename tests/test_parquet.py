@@ -41,7 +41,7 @@ def test_a_study_as_parquet_has_the_cells_of_its_csv():
 
 
 def test_rows_are_written_in_parts(monkeypatch):
-    monkeypatch.setattr("cablestudy.study.parquet.ROWS", 10)
+    monkeypatch.setattr("cablestudy.study.TOLERANCES.parquet_rows", 10)
     rows = [{"x": None if k == 3 else k / 3, "name": f"row {k}"} for k in range(25)]
     file = io.BytesIO()
     write_parquet(Table((Field("x", "x", "m"), Field("name", "name")), rows), file)

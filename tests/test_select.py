@@ -10,6 +10,7 @@ from command import rows_of, run, study_file
 from cablestudy.scene.study import read_study
 from cablestudy.study import pareto
 from cablestudy.study.pareto import pareto_front
+from cablestudy.study.tolerances import STUDY as TOLERANCES
 from cablestudy.sweeps.select import read_selection
 
 # the third one is over strength, the fourth too slack for its weight
@@ -126,7 +127,7 @@ def test_the_front_of_many_rows_takes_few_comparisons_though_all_are_on_it(monke
     points = np.random.default_rng(0).random((rows, objectives))
     points[:, -1] = -points[:, :-1].sum(axis=1)
     assert pareto_front(points).all()
-    assert rows < sum(compared) < rows * (np.log2(rows) + pareto.SMALL)
+    assert rows < sum(compared) < rows * (np.log2(rows) + TOLERANCES.pareto_points)
 
 
 @pytest.mark.parametrize(

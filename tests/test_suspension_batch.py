@@ -13,11 +13,11 @@ from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.prepare import prepare
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.study_rows import evaluate_tables
-from cablestudy.study.suspension import group
 from cablestudy.study.suspension.case import SuspensionCase, cases_of
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.group import Group
 from cablestudy.study.suspension.rows import evaluate_suspensions
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled_modes import coupled_modes_of_cases
 from cablestudy.system.superelement import Damping
@@ -51,7 +51,7 @@ def answer(case):
 
 @pytest.mark.parametrize("cables", [100, 20])
 def test_each_case_has_the_digits_that_it_has_alone(monkeypatch, cables):
-    monkeypatch.setattr(group, "TOGETHER", cables)
+    monkeypatch.setitem(vars(STUDY), "cables_at_once", cables)
     together = [answer(case) for case in cases_of(scenes())]
     alone = [answer(SuspensionCase(scene)) for scene in scenes()]
     assert [one for one in alone if isinstance(one, str)] == [one for one in together if isinstance(one, str)]

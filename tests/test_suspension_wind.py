@@ -32,10 +32,11 @@ from cablestudy.cable.element import mesh_segments
 from cablestudy.control.loop import Loop
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import CableScene, load_scene
-from cablestudy.study.suspension import in_wind, response, turbulence
+from cablestudy.study.suspension import response
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import evaluate_suspensions
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system import statics
 from cablestudy.wind import gusts
 from cablestudy.wind.mean import Drag, cable_loads
@@ -330,7 +331,7 @@ def test_the_stated_error_of_rotations_and_their_rates_is_true(count, monkeypatc
     scene, found = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml")[1], []
     about = [(f"gondola.r{axis}", kind, at_rest) for axis in "xyz" for kind in response.OWN for at_rest in (0, 1)]
     for modes, orders in ((count, TOLERANCES.rod_orders), (160, 150)):
-        monkeypatch.setattr(in_wind, "COUNTS", (modes,))
+        monkeypatch.setitem(vars(STUDY), "model_modes", (modes,))
         monkeypatch.setitem(vars(TOLERANCES), "rod_orders", orders)
         wind = SuspensionCase(scene).in_wind
         found.append([wind.rms([name], kind, bool(at_rest)) for name, kind, at_rest in about])
@@ -483,7 +484,7 @@ def by_lyapunov(own, gain):
 @pytest.mark.parametrize("name", ["one body", "two bodies"])
 def test_variances_in_white_wind_are_those_of_lyapunovs_equation(name, gain, monkeypatch):
     """Displacements, rotations, markers, tensions, strokes, forces, momenta and torques; with the loop and without."""
-    monkeypatch.setattr(turbulence, "HIGHEST", 1e7)
+    monkeypatch.setitem(vars(STUDY), "highest_frequency", 1e7)
     text = everything(wind=WIND | {"direction": 0.7, "speed": 12.0}, control__gain=1.0) if name == "one body" else PAIR
     text = with_changes(text, wind__coherence_decay=0, model={"accuracy": 1e-6})
     case, state = case_of(text), 0 if gain is None else 1

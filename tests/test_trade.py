@@ -17,7 +17,8 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import case as case_module
 from cablestudy.study import plots, results, trade, trade_models
-from cablestudy.study.columns import ROUNDING, find, relative
+from cablestudy.study.columns import find, relative
+from cablestudy.study.tolerances import STUDY
 from cablestudy.study.trade_models import DEFAULT, ComparedModel
 
 RESULTS = Path(__file__).parents[1] / "results"
@@ -134,7 +135,7 @@ def test_error_of_forty_bars_is_that_of_the_dense_chain(twin):
 
 def test_the_catenary_is_exact_and_static():
     (entry,) = trade.compare(SAGGING.scene(), columns("sag", *MOTION), 0, named("catenary")).entries
-    assert entry.errors == {"sag": ROUNDING, "end_stiffness": ROUNDING}
+    assert entry.errors == {"sag": STUDY.rounding, "end_stiffness": STUDY.rounding}
     assert entry.status == "cable_frequency, inplane_frequency_8: statics alone"
     assert entry.dof == 0
 
@@ -274,7 +275,7 @@ def test_every_timing_solves_the_statics_anew(monkeypatch):
 
 def test_a_slow_model_is_not_repeated(monkeypatch):
     solve = Mock()
-    monkeypatch.setattr(trade, "BUDGET", 0.0)
+    monkeypatch.setitem(vars(STUDY), "timing_budget", 0.0)
     model = ComparedModel("", "slow", solve, compute=lambda *_: 1.0)
     (entry,) = trade.compare(PAPER.scene(), columns("sag"), 50, [model]).entries
     assert solve.call_count == 1
@@ -301,7 +302,7 @@ def test_a_sharp_bend_fails_bar_by_bar_at_most():
     """The cable hangs almost folded: some models have no answer, the others stand."""
     sharp = scene("cable.ends=[[0, 0, 0], [0.06 m, 0, 0]]", "cable.unstretched_length=10 m", "model={accuracy: 1e-4}")
     found = trade.compare(sharp, columns("end_stiffness"), 0)
-    assert found.entries[0].errors == {"end_stiffness": ROUNDING}
+    assert found.entries[0].errors == {"end_stiffness": STUDY.rounding}
     assert len(found.entries) == len(trade.models_of(scene(), columns("end_stiffness")))
     for entry in found.entries:
         assert (entry.status == "ok") == ("end_stiffness" in entry.errors)

@@ -14,6 +14,7 @@ from cablestudy.cable.element import Mesh, basis, lagrange
 from cablestudy.scene.scene import quantity_of
 from cablestudy.study import one_cable_system, plots, wind_report
 from cablestudy.study.case import Case
+from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.coherence import along_cable, gauss, rod
 from cablestudy.wind.drag import drag_matrices, shedding_frequencies
 
@@ -423,7 +424,7 @@ def test_the_estimated_count_of_modes_is_the_computed_one(sets, monkeypatch):
     between = 20.4 / (2 * time), 60.4 / (2 * time)
     estimate, spacing = wind_report.modes_between(case, *between)
     assert spacing == pytest.approx(1 / (2 * time))
-    monkeypatch.setattr(wind_report, "COUNTED", 1000)
+    monkeypatch.setitem(vars(STUDY), "counted_modes", 1000)
     counted, none = wind_report.modes_between(case, *between)
     assert (estimate, none) == (80, None)
     assert abs(counted - estimate) <= 2

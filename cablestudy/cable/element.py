@@ -46,7 +46,7 @@ def _lobatto(order):
 
 @lru_cache(maxsize=128)
 def basis(order):
-    """The reference element of an order from 1 to `highest_order`: `Basis`."""
+    """The reference element of an order from 1 to 64: `Basis`."""
     x, lobatto_weights = _lobatto(order)
     points, weights = legendre.leggauss(order)
     slopes = np.stack([legendre.legval(points, legendre.legder(row)) for row in np.eye(order + 1)])

@@ -21,7 +21,6 @@ class CableTolerances:
     first_modes: int = 16  # modes computed first where their number is unknown
     lanczos_numbers: int = 10_000_000  # numbers in the basis of a Lanczos iteration: 80 MB, and some 20 s for 600 modes
     cheap_freedoms: int = 200  # degrees of freedom up to which all modes cost little more than some
-    highest_order: int = 64  # of an element: integrals of higher ones lose digits
     orders_per_half_wave: float = 1.7  # from which the error falls exponentially: pi/2 and a little more
     shortest_piece: float = 1e-9  # of the length: shorter pieces are not divided
     merged_loads: float = 1e-11  # of the length: loads closer than this to each other, or to an end, share a node

@@ -35,9 +35,8 @@ class ControlTolerances:
     # -------------------------------------------------------------------------- delay and its approximants
 
     pade_order: int = 8  # of an approximant of a delay,
-    pade_phase: float = 4.0  # the phase up to which one is used [rad],
-    # and the error of its phase there, at most 2 REACH^17 (8!)^2/(16! 17!) for that phase REACH [rad]
-    pade_phase_error: float = 8e-9
+    # and the phase up to which one is used [rad]: 8e-9 off there, at most 2 phase^17 (8!)^2/(16! 17!)
+    pade_phase: float = 4.0
     pade_number: int = 15  # approximants of one delay
     # frequencies up to which a loop gain is followed, over those up to which its delay is approximated
     followed_beyond: float = 1.5

@@ -4,9 +4,9 @@ import re
 from dataclasses import dataclass, field
 
 from cablestudy.pages.markup import boxed, element, text, unit_text
-from cablestudy.study.columns import ROUNDING
 from cablestudy.study.status import OK
 from cablestudy.study.table import Field, short, signed
+from cablestudy.study.tolerances import STUDY
 
 MOST_ROWS, END_ROWS = 100, 25  # rows of the longest table that is whole, and rows at each end of one that is cut
 MOST_COLUMNS = 12  # of a table that is not split
@@ -226,5 +226,5 @@ def error_text(error):
         return ""
     if error == 0:
         return "exact"
-    digit, exponent = f"{max(error, ROUNDING):.0e}".split("e")
+    digit, exponent = f"{max(error, STUDY.rounding):.0e}".split("e")
     return f"{digit}e{int(exponent)}"

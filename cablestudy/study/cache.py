@@ -1,7 +1,7 @@
 """Results that cases share: one that depends on some keys of the scene only serves every case with equal keys."""
 
-MAX_CABLES = 256  # whose results are kept; a sweep solves 200 cases at once
-MAX_NUMBERS = 4_000_000  # in the models of all of them, about 32 MB
+from cablestudy.study.tolerances import STUDY
+
 PLAIN = (float, int, str)
 
 
@@ -27,7 +27,7 @@ class Cache:
         """
         results = self._cables.pop(cable, {})
         self._cables[cable] = results
-        while len(self._cables) > max(2, min(MAX_CABLES, MAX_NUMBERS // max(size, 1))):
+        while len(self._cables) > max(2, min(STUDY.cached_cables, STUDY.cached_numbers // max(size, 1))):
             del self._cables[next(iter(self._cables))]
         return results
 

@@ -10,14 +10,14 @@ from cablestudy.cable.geometry import midspan
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.cache import Cache, frozen, shared
 from cablestudy.study.columns import attribute
-from cablestudy.study.models import MAX_MODES, model_of, numbers_of
+from cablestudy.study.models import model_of, numbers_of
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues
 from cablestudy.study.statics import ClosedStatics, ElementStatics
+from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.drag import body_damping, cable_damping
 
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
-SPARE = 1.2  # times as many modes as are expected below an axial one are computed at first
 # what the statics and undamped motion of the cable depend on, beside gravity and model
 CABLE = ("ends", "chord", "inclination", "section_axial_stiffness", "section_mass", "section_diameter",
          "unstretched_length", "stated_preload", "stated_tension", "tension", "sag", "reference", "expansion",
@@ -77,7 +77,7 @@ class Case:
         if self.level is None:
             return numbers_of(self.scene.model)
         nodes = self.level[0] * self.level[1]
-        return nodes * min(3 * nodes, MAX_MODES)
+        return nodes * min(3 * nodes, STUDY.modes_at_ends)
 
     # ------------------------------------------------------------------------------------------------------ statics
 
@@ -241,7 +241,7 @@ class Case:
     def _below(self, axial):
         """Estimated number of modes below an axial one in the same system; 0 without an axial one. [-]"""
         waves = float(self.results.axial_waves[self.index])
-        return SPARE * axial * waves * (1 if self.planar else 2) if axial else 0
+        return STUDY.spare_modes * axial * waves * (1 if self.planar else 2) if axial else 0
 
     def frequencies(self, modes):
         """Frequencies of some modes [Hz], and their estimated relative errors; see `Dynamics.frequencies`.

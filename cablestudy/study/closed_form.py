@@ -5,19 +5,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cablestudy.errors import CablestudyError
-from cablestudy.study.columns import (
-    DAMPING_RATIO,
-    OF_FORM,
-    ROUNDING,
-    SAGS,
-    is_own,
-    not_finite,
-    over_strength,
-    shapeless,
-)
+from cablestudy.study.columns import DAMPING_RATIO, OF_FORM, SAGS, is_own, not_finite, over_strength, shapeless
 from cablestudy.study.element_results import element_results
 from cablestudy.study.results import Results
 from cablestudy.study.status import OK, OVER_STRENGTH, status_of
+from cablestudy.study.tolerances import STUDY
 
 CLOSED = ("scene", "statics", "stiffness")
 SYSTEM = ("gondola", "loop", "wind")  # of gondola and cable as one linear system, which states its own errors
@@ -119,7 +111,9 @@ class ClosedForm:
     numbers: dict  # header -> ndarray of shape (n,)
     failures: dict = field(default_factory=dict)  # case -> {header: CablestudyError} of a column without a value
     over_strength: frozenset = frozenset()  # cases whose stress is above the strength
-    errors: dict = field(default_factory=dict)  # case -> {header: relative error}, where rounding exceeds ROUNDING
+    errors: dict = field(
+        default_factory=dict
+    )  # case -> {header: relative error}, where rounding exceeds STUDY.rounding
     least_errors: dict = field(default_factory=dict)  # header -> estimated relative error of all other cases
 
     def cells(self):
@@ -242,14 +236,14 @@ def _of_column(failures, column):
 
 
 def _coarse_errors(results, required):
-    """Case -> {header: estimated relative error}, where rounding exceeds ROUNDING."""
+    """Case -> {header: estimated relative error}, where rounding exceeds `rounding`."""
     statics = np.maximum(results.statics_rounding, results.model_error)
     sags = [column.header for column in required.closed if column.name in SAGS]
     sag = np.maximum(results.sag_rounding, results.sag_drag_error) if sags else np.zeros(len(statics))
     pushed = [column.header for column in required.closed if column.name == "force_displacement"]
     push = results.pushed[1] if pushed else np.zeros(len(statics))
     errors = {}
-    for case in np.flatnonzero(np.maximum(np.maximum(statics, sag), push) > ROUNDING).tolist():
+    for case in np.flatnonzero(np.maximum(np.maximum(statics, sag), push) > STUDY.rounding).tolist():
         own = {
             name: max(least, float(statics[case]) if least else 0.0) for name, least in required.least_errors.items()
         }
@@ -266,8 +260,8 @@ def evaluate_table(table, columns):
     -------
     list of tuple, or None
         Of each case: list of numbers in the order of the columns but `status`, None where there is none; status;
-        dict of header -> estimated relative error where it exceeds ROUNDING or, None, is not known. None where a column
-        is computed case by case.
+        dict of header -> estimated relative error where it exceeds `rounding` or, None, is not known. None where a
+        column is computed case by case.
     """
     if not all(map(is_own, columns)) or table.scene.cable.stress_strain is not None:
         return None
@@ -281,7 +275,7 @@ def evaluate_table(table, columns):
     numbers = list(map(list, zip(*(closed.numbers[column.header].tolist() for column in required.closed), strict=True)))
     rows = [(cells, OK, {}) for cells in numbers] or [([], OK, {}) for _ in table.cases]
     for case, errors in closed.errors.items():
-        unsure = {name: error for name, error in errors.items() if error is None or error > ROUNDING}
+        unsure = {name: error for name, error in errors.items() if error is None or error > STUDY.rounding}
         rows[case] = rows[case][0], OK, unsure
     for case in closed.over_strength:
         rows[case] = rows[case][0], OVER_STRENGTH, rows[case][2]

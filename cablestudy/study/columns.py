@@ -19,6 +19,7 @@ from cablestudy.cable.geometry import chord_angles, clearance, load_sag, lowest_
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.load_cases import wind_direction
 from cablestudy.study.table import Field, header
+from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.drag import shedding_frequencies
 from cablestudy.wind.peak import peak_factor
 
@@ -27,9 +28,6 @@ LIMP = "a slack cable without weight has no definite form"
 # what the form between the ends decides, which a slack part without weight leaves open
 SAGS = ("sag", "sag_ratio")
 OF_FORM = (*SAGS, "swing", "lowest_point", "angle_1", "angle_2", "clearance")
-ROUNDING = 1e-12  # relative error of closed forms and modes by rounding; tests hold it against 50 digits
-UPRIGHT = 1e-50  # share of a tension below which the horizontal part of that of an upright cable is zero
-MAX_MODE_NUMBER = 1000
 LOADED = "cable.loads|load_case.loads"  # of the cable, or of its case
 METAL, DIAMETER, STRONG = "cable.section_area", "cable.section_diameter", "cable.section_breaking_force"
 WINCH = "gondola.mass, winch.controller"
@@ -84,7 +82,7 @@ class Column:
         """Estimated relative error of the closed form, by rounding; None of a column without an error. [-]"""
         if self.needs in ("run", "find") or self.text or self.name == "iterations":
             return None
-        return 0.0 if self.needs == "scene" else ROUNDING
+        return 0.0 if self.needs == "scene" else STUDY.rounding
 
     @cached_property
     def header(self):
@@ -176,7 +174,7 @@ def _reaction(end, part):
             return force[..., 2]
         level = np.hypot(force[..., 0], force[..., 1])
         return np.where(
-            level > UPRIGHT * np.abs(force[..., 2]), level, 0.0
+            level > STUDY.upright * np.abs(force[..., 2]), level, 0.0
         )  # none but for the solver of a vertical cable
 
     return compute
@@ -186,7 +184,7 @@ def _coupling_stiffness(results):
     """Force along x by a movement along z, without what is rounding of the stiffness along both. [N/m]"""
     own = np.sqrt(np.abs(results.end_stiffness_along(0) * results.end_stiffness_along(2)))
     mixed = results.end_stiffness_along(0, 2)
-    return np.where(np.abs(mixed) > ROUNDING * own, mixed, 0.0)
+    return np.where(np.abs(mixed) > STUDY.rounding * own, mixed, 0.0)
 
 
 def _angle(end):
@@ -544,12 +542,14 @@ def find(name):
             return column
     match = re.fullmatch(r"(\w+_frequency_)([1-9]\d{0,3})(_Hz)?", name)
     for family in FAMILIES if match else ():
-        if family.name == match[1] + "K" and int(match[2]) <= MAX_MODE_NUMBER:
+        if family.name == match[1] + "K" and int(match[2]) <= STUDY.highest_mode_number:
             number = int(match[2])
             return _frequency(f"{match[1]}{number}", family.meaning, number, *family.mode[1:])
     family = next((f.name for f in FAMILIES if re.fullmatch(f.name.replace("_K", r"_\w+"), name)), None)
     if family:
-        raise ValueError(f"unknown column {name!r} ({family}: K is a whole number from 1 to {MAX_MODE_NUMBER})")
+        raise ValueError(
+            f"unknown column {name!r} ({family}: K is a whole number from 1 to {STUDY.highest_mode_number})"
+        )
     if "safety" in name:
         raise ValueError(f"unknown column {name!r} (did you mean utilisation? it is 1 over the safety factor)")
     known = [column.name for column in COLUMNS + FAMILIES]

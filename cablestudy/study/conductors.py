@@ -19,12 +19,10 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.stress_strain import NO_SET, TERMS, Condition, Curves, linear_cable, uneven_strain
-from cablestudy.study.load_cases import SECOND_ORDER, bounded
+from cablestudy.study.load_cases import bounded
+from cablestudy.study.tolerances import STUDY
 
 NAMES = tuple(field.name for field in fields(Curves))
-GUESS = 1e-3  # strain of a conductor, to begin with
-ACCURACY = 1e-8  # of its tension, relative: the tangent cable has an error of the order of its square
-POINTS = 9  # along a cable, at which its tension differs from the mean one
 BEYOND = " beyond its curve"  # where a curve is not measured, and goes on along its tangent
 CREPT, LOADED = ("after_creep", "final"), ("after_load", "final")  # states with a permanent set by creep, by load
 
@@ -142,7 +140,9 @@ class Conductors:
             self.reference = stated(*self._linear(tangent, new))
             return self.reference[0]
 
-        self._strain = new.settle(tension_at, self._begin + GUESS, alone, ACCURACY)
+        self._strain = new.settle(
+            tension_at, self._begin + STUDY.first_conductor_strain, alone, STUDY.conductor_tension
+        )
         tension_at(self._strain, *new.pull(self._strain))
 
     def _linear(self, tangent, condition, rows=slice(None)):
@@ -158,7 +158,7 @@ class Conductors:
             tensions.append(self._loaded(rows, scenes, self.reference, *self._linear(tangent, condition, rows)))
             return tensions[-1]
 
-        strain = condition.settle(tension_at, self._strain[rows], self._alone, ACCURACY)
+        strain = condition.settle(tension_at, self._strain[rows], self._alone, STUDY.conductor_tension)
         return strain, tensions[-1]
 
     def _condition(self, rows, scenes, sets, creeping=False):
@@ -260,7 +260,7 @@ def uneven_errors(condition, strain, catenary):
     catenary : Catenary
         Of the linear cables in their place.
     """
-    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
+    nodes, weights = np.polynomial.legendre.leggauss(STUDY.conductor_points)
     force = catenary.at((1 + nodes) / 2)[1]
     tension, mean = np.sqrt((force**2).sum(axis=-1)), np.maximum(catenary.mean_tension, np.finfo(float).tiny)
     with np.errstate(all="ignore"):
@@ -268,4 +268,4 @@ def uneven_errors(condition, strain, catenary):
         change = more * catenary.span.unstretched_length * catenary.end_stiffness[..., 0, 0] / mean
         slopes = np.abs(1 / condition.pull(strain)[1] - 1 / condition.elastic(strain))
         change = change + slopes * np.abs(tension - mean[:, None]).max(axis=-1)
-    return bounded(SECOND_ORDER * change)
+    return bounded(STUDY.second_order * change)

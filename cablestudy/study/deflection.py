@@ -10,8 +10,7 @@ from cablestudy.cable.element import mesh_segments
 from cablestudy.cable.equilibrium import external_forces, from_catenary
 from cablestudy.cable.equilibrium import solve as solve_elements
 from cablestudy.errors import ConvergenceError, NoSolutionError
-
-SPECTRAL_ORDER = 16  # of one element between neighbouring loads, where the cable is smooth
+from cablestudy.study.tolerances import STUDY
 
 
 def nodal_deflections(case):
@@ -37,7 +36,7 @@ def nodal_deflections(case):
         raise ConvergenceError("deflections need an equilibrium of the unloaded cable", unloaded.record)
     if case.exact_statics:
         fractions = split(span).fraction
-        mesh = mesh_segments(fractions, len(fractions), SPECTRAL_ORDER)
+        mesh = mesh_segments(fractions, len(fractions), STUDY.spectral_order)
         before, after = from_catenary(unloaded, mesh), from_catenary(case.catenary, mesh)
     else:
         after = case.state

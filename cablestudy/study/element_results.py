@@ -11,8 +11,7 @@ from cablestudy.study.columns import LIMP
 from cablestudy.study.models import fixed_mesh, solve_elements
 from cablestudy.study.results import NO_MOTION, Results, along
 from cablestudy.study.statics import ElementStatics
-
-NODES_AT_ONCE = 100_000  # of all cables that are solved together: bounds the memory
+from cablestudy.study.tolerances import STUDY
 
 
 class ElementResults(Results):
@@ -91,7 +90,7 @@ def element_results(results):
         except (NoSolutionError, ConvergenceError) as error:
             failures.update(dict.fromkeys(group.tolist(), error))
             continue
-        width = max(1, NODES_AT_ONCE // mesh.nodes)
+        width = max(1, STUDY.nodes_at_once // mesh.nodes)
         for own in np.split(group, range(width, len(group), width)):
             models = solve_elements(results, own, mesh)
             good = models.record.converged

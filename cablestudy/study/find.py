@@ -24,12 +24,7 @@ from cablestudy.study.scene_values import CaseTable, tables_of
 from cablestudy.study.status import has_answer
 from cablestudy.study.study_rows import checks_of, evaluate, evaluate_tables
 from cablestudy.study.table import Field, Table
-
-# columns that are shown beside what was found, where the scene has them: of one cable, of a suspension
-TRIED_FIRST = 25  # places over the range of a key that the scene does not state, until one gives a valid scene
-CLOSE = 1e-9  # relative error of the statics of suspensions, and of a model of fixed elements: rounding of its search
-COSTLY_REACH = 1e3  # factor up to which a column that is no closed form of one cable is searched about the start
-SHOWN = 10  # values that a message lists
+from cablestudy.study.tolerances import STUDY
 
 
 @dataclass(frozen=True)
@@ -217,7 +212,7 @@ def _start(goal, document):
 def _valid_scene(goal, document, start):
     """A scene with some value of the key; SceneError where it can have none."""
     low, high = goal.between or (goal.quantity.low, goal.quantity.high)
-    middle = places_between(low, high, TRIED_FIRST)
+    middle = places_between(low, high, STUDY.valid_places)
     middle = middle[np.argsort(np.abs(np.arange(len(middle)) - len(middle) // 2), kind="stable")].tolist()
     error = None
     for value in [start, *middle] if start is not None and low <= start <= high else middle:
@@ -236,10 +231,10 @@ def _effort(goal, scene):
         size, columns = 1.0, [column for limit in limits_of(scene) for _, _, column in limit.terms]
     if not all(map(kind_of(scene).is_cheap, columns)):
         closed = all(column.needs in CLOSED for column in columns)
-        noise = CLOSE if model.elements is not None or closed else model.accuracy
-        return Effort(8, 10, 1e-3 * noise, COSTLY_REACH, noise * size, size, parts=8, costly=True)
+        noise = STUDY.found_value if model.elements is not None or closed else model.accuracy
+        return Effort(8, 10, 1e-3 * noise, STUDY.costly_reach, noise * size, size, parts=8, costly=True)
     if model.elements is not None:
-        return Effort(25, 20, 1e-3 * CLOSE, COSTLY_REACH, CLOSE * size, size)
+        return Effort(25, 20, 1e-3 * STUDY.found_value, STUDY.costly_reach, STUDY.found_value * size, size)
     return Effort(40, 40, scale=size)
 
 
@@ -357,8 +352,8 @@ def _solution(goal, document):
     """The only value of the key of a case, and its scene; NoSolutionError where there are several."""
     found = solve(goal, document)
     if len(found.values) > 1:
-        listed = ", ".join(goal.of_key(value) for value in found.values[:SHOWN])
-        more = f" and {len(found.values) - SHOWN} more" if len(found.values) > SHOWN else ""
+        listed = ", ".join(goal.of_key(value) for value in found.values[: STUDY.shown_values])
+        more = f" and {len(found.values) - STUDY.shown_values} more" if len(found.values) > STUDY.shown_values else ""
         many = counted(len(found.values), "value")
         raise NoSolutionError(f"{goal}: {many} of {goal.key.name}: {listed}{more} (find.between chooses one)")
     return found.values[0], found.scenes[0]

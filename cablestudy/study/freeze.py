@@ -5,9 +5,9 @@ import numpy as np
 from cablestudy.scene.determinacy import STATED
 from cablestudy.study.case import Case
 from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.rigid import to_angles
 
-DUST = 1e-15  # of a coordinate over the longest chord: what rounding leaves of zero
 OF_LENGTHS = ("solve_for", "tensions")  # keys of a suspension whose lengths are found where its bodies stand
 
 
@@ -70,7 +70,7 @@ def _with_length(cable, length):
 
 def _places(value, scene, found):
     """The tables of points and bodies with what was found of places and attitudes."""
-    position = np.where(np.abs(found.position[0]) > DUST * found.longest[0], found.position[0], 0.0)
+    position = np.where(np.abs(found.position[0]) > STUDY.dust * found.longest[0], found.position[0], 0.0)
     places = dict(zip(found.suspension.body_names, position.tolist(), strict=True))
     turned = dict(zip(found.suspension.body_names, to_angles(found.rotation[0]).tolist(), strict=True))
     points, bodies = dict(value.get("points", {})), dict(value.get("bodies", {}))

@@ -5,9 +5,9 @@ from itertools import chain
 
 import numpy as np
 
-from cablestudy.study.columns import ROUNDING
 from cablestudy.study.one_cable_system import GONDOLA, cables_of
-from cablestudy.study.suspension.body_mode import SHARPER, BodyMode, to_accuracy
+from cablestudy.study.suspension.body_mode import BodyMode, to_accuracy
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled_modes import coupled_modes
 
 
@@ -46,7 +46,7 @@ class GondolaMode:
 
     @property
     def _rounding(self):
-        return max(ROUNDING, float(self._case.results.motion_rounding[self._case.index]))
+        return max(STUDY.rounding, float(self._case.results.motion_rounding[self._case.index]))
 
     @cached_property
     def frequency(self):
@@ -59,7 +59,7 @@ class GondolaMode:
         """Share of the gondola's static compliance. [-]"""
         if not self._accuracy:
             return self.mode.share
-        return self._known(lambda mode: mode.share, map(self._sharper_mode, SHARPER))
+        return self._known(lambda mode: mode.share, map(self._sharper_mode, STUDY.sharper))
 
     @cached_property
     def damping_ratio(self):
@@ -71,7 +71,7 @@ class GondolaMode:
             As of `mode`, and of `BodyMode.damping_ratio`.
         """
         airflow = self._case.in_wind.airflow
-        modes = chain([self.mode], map(self._sharper_mode, SHARPER[1:]))
+        modes = chain([self.mode], map(self._sharper_mode, STUDY.sharper[1:]))
         return self._known(lambda mode: mode.damping_ratio(airflow), modes)
 
     def _known(self, number_of, modes):

@@ -13,8 +13,8 @@ from cablestudy.study.goal import number_in_unit
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.status import FALLEN
 from cablestudy.study.table import Field, Table
+from cablestudy.study.tolerances import STUDY
 
-SMALLEST = 1e-30  # size of a number that a limit may have, in the unit of its column: a margin is relative to it
 OK, NOT_MET = "ok", "not met"
 
 
@@ -126,7 +126,7 @@ def _limit(scene, name, table):
     if column.text or column.needs in ("run", "limits") or column.name == "iterations":
         raise ValueError(f"{column.name} is no result that a limit could hold for")
     bound = number_in_unit(asked.number, column, lambda: scene)
-    if abs(bound) < SMALLEST:
+    if abs(bound) < STUDY.least_limit:
         raise ValueError(f"a margin is relative to the limit, which must not be 0: {table.that}")
     terms, refused = [], []
     for case in table.cases or (*scene.cases, *({REFERENCE} - scene.cases.keys())):

@@ -18,12 +18,8 @@ from cablestudy.cable.steady_drag import Profile, SteadyDrag, across
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.study import profile_error
 from cablestudy.study.profile_error import running_integral
+from cablestudy.study.tolerances import STUDY
 
-SECOND_ORDER = 1.2  # safety factor on an error that is computed to first order
-LEAST_LENGTH = 0.1  # at the temperature of a case over that of the reference state
-ROUNDED = 1e-15  # cosine or sine of a direction: what is less is not zero for rounding only
-SLACK = 1e-60  # share of the largest tension below which a cable is slack: no quotient by it overflows
-UNKNOWN = 1e30  # a relative error that says no more than that nothing is known; no number larger is stated
 UP = np.array([0.0, 0.0, 1.0])
 END_2_ALONG_X = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
 
@@ -162,7 +158,7 @@ def elongation(values):
 
 def shrunk(values):
     """Which cables have next to no length left at the temperature of their case, shape (...); they do not exist."""
-    return 1.0 + values.given("elongation") < LEAST_LENGTH
+    return 1.0 + values.given("elongation") < STUDY.least_length
 
 
 def ice_mass(values):
@@ -235,13 +231,13 @@ def uneven_drag_errors(drag, catenary, stretched=False):
             if chosen.any():
                 error[chosen], sag[chosen], ends[chosen] = changes(drag.take(chosen), catenary.take(chosen))
     errors = np.stack([error, np.fmax(sag, error)])
-    errors = SECOND_ORDER * bounded(errors)
+    errors = STUDY.second_order * bounded(errors)
     return *np.where(drag.pressed > 0, errors, 0.0), ends * np.array([1.0, -1.0])[:, None]
 
 
 def bounded(error):
-    """Estimated errors that are numbers, none of them larger than UNKNOWN."""
-    return np.minimum(np.nan_to_num(error, nan=UNKNOWN), UNKNOWN)
+    """Estimated errors that are numbers, none of them larger than `unknown_error`."""
+    return np.minimum(np.nan_to_num(error, nan=STUDY.unknown_error), STUDY.unknown_error)
 
 
 def _first_order(drag, catenary, stretched=False):
@@ -251,7 +247,7 @@ def _first_order(drag, catenary, stretched=False):
     places, near = (1 + nodes) / 2, [*range(CABLE.drag_points), 0, -1]
     force = span.in_frame(catenary.at(places)[1], "global")
     tension = np.sqrt((force**2).sum(axis=-1, keepdims=True))
-    tension = np.maximum(tension, SLACK * np.maximum(tension.max(axis=1, keepdims=True), SLACK))
+    tension = np.maximum(tension, STUDY.slack * np.maximum(tension.max(axis=1, keepdims=True), STUDY.slack))
     tangent, stiffness = force / tension, np.asarray(span.axial_stiffness)[:, None, None]
     there = (1 + tension / stiffness) * across(drag.direction[:, None], tangent)
     uniform = across(drag.direction, span.frame[..., 0, :])
@@ -283,7 +279,7 @@ def wind_direction(angle):
         From x towards y. [rad]
     """
     level = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
-    return np.where(np.abs(level) < ROUNDED, 0.0, level)
+    return np.where(np.abs(level) < STUDY.rounded_direction, 0.0, level)
 
 
 def _moved(span, strain, ends, moves):

@@ -13,9 +13,8 @@ from cablestudy.study.point_loads import FIELDS, NO_GROUND, fields_in, lacks_cle
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.status import OK
 from cablestudy.study.table import Field, Table
+from cablestudy.study.tolerances import STUDY
 
-PLACES, MOST_PLACES = 39, 1000  # by default every fortieth of the length; on a support a load has no path
-LISTED = 4  # places that are named
 ALONG = [find(name).field for name in ("max_tension", "angle_1", "angle_2")]  # of the cable
 
 
@@ -79,7 +78,10 @@ def load_path(document, scene, asked):
         if status != OK:
             failures.setdefault(status, []).append(f"{fraction:.4g}")
         rows.append(row | {"status": status})
-    texts = [f"{name} at {first_of(where, LISTED)} of the length: {status}" for status, where in failures.items()]
+    texts = [
+        f"{name} at {first_of(where, STUDY.listed_places)} of the length: {status}"
+        for status, where in failures.items()
+    ]
     return LoadPath(name, cables, _table(rows), texts)
 
 
@@ -89,9 +91,11 @@ def _read(asked, names):
     if name not in names:
         raise SceneError(f"--locus {asked}: no such load ({suggestion(name, list(names))})")
     number = int(count) if re.fullmatch(r"[0-9]{1,4}", count) else 0
-    if colon and not 0 < number <= MOST_PLACES:
-        raise SceneError(f"--locus {asked}: how many places: expected a whole number from 1 to {MOST_PLACES}")
-    return name, number or PLACES
+    if colon and not 0 < number <= STUDY.most_load_places:
+        raise SceneError(
+            f"--locus {asked}: how many places: expected a whole number from 1 to {STUDY.most_load_places}"
+        )
+    return name, number or STUDY.load_places
 
 
 def _row(cable, name):

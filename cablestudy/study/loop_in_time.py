@@ -17,19 +17,12 @@ from cablestudy.scene.units import read_positive
 from cablestudy.study.columns import attribute
 from cablestudy.study.ssm import has_loss_factor, number_of
 from cablestudy.study.table import Field, Table
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.first_order import LinearControl
 from cablestudy.system.linear import MODAL
 
 OF_WIND = ("gust", "wind")
 WIND_INPUT = "gust"  # of the state space
-STEP = 1e-3  # of winch or reference, without another size [m] or [rad]
-GUST = 3.0  # standard deviations of the turbulence in a gust or step of the wind without another size
-COUNT, MOST = 101, 100_001  # points of time of a table
-FINE = 2000  # steps of time at least, of which a table shows some
-DURATIONS, SIZES = (1e-6, 1e9), (1e-12, 1e9)  # [s], [m] or [rad] or [m/s]
-LENGTHS = 1e-4, 1e4  # of a gust, over the duration
-NOTHING = 1e-13  # over the largest value, below which a value is rounding
-FAST = 10.0  # above the speed of all but the hoists of deep mines [m/s]
 MILLI = 1e3
 
 
@@ -37,7 +30,7 @@ MILLI = 1e3
 class TimeOptions:
     """Options of the command as numbers: SceneError for those that are wrong, or have no effect."""
 
-    duration: str  # DURATION, or DURATION:COUNT
+    duration: str  # DURATION, or DURATION:STUDY.time_points
     input: str | None = None
     size: str | None = None
     length: str | None = None  # of a gust
@@ -56,23 +49,23 @@ class TimeOptions:
     @cached_property
     def every(self):
         """Steps of time from one row of the table to the next."""
-        return -(-FINE // (self._end_and_count[1] - 1))
+        return -(-STUDY.fine_time_steps // (self._end_and_count[1] - 1))
 
     @cached_property
     def _end_and_count(self):
         text, colon, count = self.duration.partition(":")
         option = f"--time {self.duration}"
-        end = within(option, read_positive(option, text, "s"), DURATIONS, "s")
-        if colon and not (re.fullmatch("[0-9]{1,9}", count.strip()) and 2 <= int(count) <= MOST):
-            raise SceneError(f"{option}: COUNT must be a whole number from 2 to {MOST}")
-        return end, int(count) if colon else COUNT
+        end = within(option, read_positive(option, text, "s"), STUDY.durations, "s")
+        if colon and not (re.fullmatch("[0-9]{1,9}", count.strip()) and 2 <= int(count) <= STUDY.most_time_points):
+            raise SceneError(f"{option}: STUDY.time_points must be a whole number from 2 to {STUDY.most_time_points}")
+        return end, int(count) if colon else STUDY.time_points
 
     def size_or(self, default, unit):
         """Size that --size states in a unit, or a default."""
         if self.size is None:
             return default
         option = f"--size {self.size}"
-        return within(option, read_positive(option, self.size, unit), SIZES, unit)
+        return within(option, read_positive(option, self.size, unit), STUDY.sizes, unit)
 
     @cached_property
     def stated_length(self):
@@ -81,20 +74,20 @@ class TimeOptions:
 
     def gust(self, wind, turbulence):
         """`Input` of a gust or step of the wind, with the standard deviation of the turbulence [m/s]."""
-        size = self.size_or(GUST * turbulence, "m/s")
+        size = self.size_or(STUDY.gust_deviations * turbulence, "m/s")
         if not size:
             raise SceneError(f"--input {self.input}: the wind has no turbulence: give --size")
         if self.input == "wind":
             return Input(f"the wind rises by {size:.4g} m/s at once", "m/s", *_step(size, self.times))
         length = self.stated_length or wind.length_scale / wind.speed
-        within("--length of the gust", length, [part * self.times[-1] for part in LENGTHS], "s")
+        within("--length of the gust", length, [part * self.times[-1] for part in STUDY.gust_lengths], "s")
         what, phase = f"a 1-cosine gust of {size:.4g} m/s within {length:.4g} s", self.times / length
         driving = np.where(phase < 1, size / 2 * (1 - np.cos(2 * np.pi * phase)), 0.0)
         return Input(what, "m/s", size, time_response.gust(1.0, length), driving)
 
     def step(self, what, unit="m"):
         """`Input` of a step of a displacement [m], or a rotation [rad]."""
-        size = self.size_or(STEP, unit)
+        size = self.size_or(STUDY.winch_step, unit)
         return Input(f"{what} by {MILLI * size:.4g} m{unit} at once", f"m{unit}", *_step(size, self.times))
 
 
@@ -350,10 +343,10 @@ def remarks_of(drive, right, found, dampings):
             f"warning: the winch would reach {MILLI * speed:.4g} mm/s, above its max_speed of "
             f"{MILLI * drive.max_speed:.4g} mm/s: the linear response does not hold"
         )
-    elif drive.max_speed is None and speed > FAST:
+    elif drive.max_speed is None and speed > STUDY.fast_winch:
         remarks.append(
-            f"warning: a winch would reach {speed:.4g} m/s, above {FAST:g} m/s, where hardly any winch can: the linear "
-            "response does not hold (max_speed states what this one can do)"
+            f"warning: a winch would reach {speed:.4g} m/s, above {STUDY.fast_winch:g} m/s, where "
+            "hardly any winch can: the linear response does not hold (max_speed states what this one can do)"
         )
     return tuple(remarks)
 
@@ -385,4 +378,4 @@ def time_table(solved):
 
 def _rounded(value):
     """The same without what is rounding of zero."""
-    return np.where(np.abs(value) > NOTHING * np.abs(value).max(), value, 0.0)
+    return np.where(np.abs(value) > STUDY.time_rounding * np.abs(value).max(), value, 0.0)

@@ -12,6 +12,7 @@ from cablestudy.scene.scene import missing
 from cablestudy.study.columns import SENSITIVITY
 from cablestudy.study.row import evaluate_named
 from cablestudy.study.table import Field, Table
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.residues import residues
 
 COLUMNS = (
@@ -20,8 +21,6 @@ COLUMNS = (
 )  # fmt: skip
 CURVES = ("open_loop", "sensitivity", "complementary_sensitivity")  # names of columns: L, S, T
 BESIDE = np.array([0.0, 0.5, 1.0, 2.0, 4.0])  # frequencies beside a pole that a table has too, in its half-widths
-CANCELLED = 0.1  # share of the response at the frequency of a pole that is its own, below which it is not seen
-CIRCLE = 61  # points of a picture near each pole
 
 
 def loop_table(document, scene, estimate=False):
@@ -93,7 +92,7 @@ def resonances(movement):
         above = poles.imag > 0
         with np.errstate(divide="ignore", invalid="ignore"):  # on an undamped pole
             whole = np.abs(np.diagonal(system.response(1j * np.abs(poles[above])), axis1=1, axis2=2))
-            seen = own[above] > CANCELLED * np.abs(poles[above].real)[:, None] * whole
+            seen = own[above] > STUDY.cancelled_pole * np.abs(poles[above].real)[:, None] * whole
         found.append(poles[above][seen.any(axis=1)])
     return np.concatenate(found)
 
@@ -126,7 +125,7 @@ def drawn_frequencies(movement, span):
 
 def around_poles(poles):
     """Frequencies near poles of the upper half plane, in even steps around the circles that L describes. [rad/s]"""
-    half_angle = np.linspace(-1.5, 1.5, CIRCLE)
+    half_angle = np.linspace(-1.5, 1.5, STUDY.circle_points)
     return (np.abs(poles)[:, None] - poles.real[:, None] * np.tan(half_angle)).ravel()
 
 

@@ -6,12 +6,9 @@ from textwrap import wrap
 from typing import NamedTuple
 from unicodedata import combining, east_asian_width
 
-DIGITS = 4
-MOST_DIGITS = 17  # of a float
-MOST_ROWS = 1000  # of a table
-FEW_ROWS = 4  # which stand side by side where their columns do not
+from cablestudy.study.tolerances import STUDY
+
 UNIT = re.compile(r"\[.*\]")  # at the end of a head
-NARROWEST = 24  # width to which a column of long texts is wrapped
 
 
 class TextGrid(NamedTuple):
@@ -74,7 +71,7 @@ def fitted(table, width):
         return _beside(_side_by_side(fields, rows, table.across, table.digits), width), []
     grid = _rows(fields, rows, omitted, table.digits)
     fitting = wrapped(grid, width)
-    if fitting is None and 0 < len(rows) <= FEW_ROWS:
+    if fitting is None and 0 < len(rows) <= STUDY.few_rows:
         names = fields[0].name if _names_rows(fields[0], rows) else ""
         return _beside(_side_by_side(fields, rows, names, table.digits), width), []
     fitting, places = (fitting, list(range(len(fields)))) if fitting else _narrowed(grid, fields, width)
@@ -114,12 +111,12 @@ def _names_rows(field, rows):
 
 def _ends(rows):
     """The rows shown, first and last ones of many, and how many are left out between them."""
-    left_out, half = max(0, len(rows) - MOST_ROWS), MOST_ROWS // 2
+    left_out, half = max(0, len(rows) - STUDY.table_rows), STUDY.table_rows // 2
     return ([*rows[:half], *rows[-half:]] if left_out else list(rows)), left_out
 
 
 def _note_on_rows(table, left_out):
-    total, half = len(table.rows), MOST_ROWS // 2
+    total, half = len(table.rows), STUDY.table_rows // 2
     return (
         f"\n{left_out} of {total} rows are left out here, from {half + 1} to {total - half}"
         "; csv, json and jsonl have them all.\n"
@@ -134,7 +131,7 @@ def _rows(fields, rows, left_out, digits):
     heads = [f"{field.title} [{field.shown_unit}]" if field.unit else field.title for field in fields]
     body = _cells(fields, rows, digits)
     if left_out:
-        body.insert(MOST_ROWS // 2, ["…"] * len(fields))
+        body.insert(STUDY.table_rows // 2, ["…"] * len(fields))
     return TextGrid(heads, [_side(field.name, rows) for field in fields], body)
 
 
@@ -181,13 +178,13 @@ def _beside(grid, width):
     for parts in range(1, len(values) + 1):
         count = -(-len(values) // parts)
         blocks = [(0, *values[begin : begin + count], len(grid.heads) - 1) for begin in range(0, len(values), count)]
-        fitting = [wrapped(grid.columns(places), width, NARROWEST // 2) for places in blocks]
+        fitting = [wrapped(grid.columns(places), width, STUDY.narrowest_column // 2) for places in blocks]
         if all(fitting):
             break
     return "\n".join(rendered(block or grid.columns(places)) for block, places in zip(fitting, blocks, strict=True))
 
 
-def wrapped(grid, width, narrowest=NARROWEST, heads=False):
+def wrapped(grid, width, narrowest=STUDY.narrowest_column, heads=False):
     """The Grid with texts on several lines, so that it is no wider than a terminal; None where it cannot be.
 
     Parameters
@@ -265,8 +262,10 @@ def text_width(text):
 def _digits(values, least):
     """The fewest significant digits, at `least` so many, with which different numbers are different texts."""
     numbers = {value for value in values if isinstance(value, float)}
-    counts = range(least, MOST_DIGITS)
-    return next((count for count in counts if len({short(n, count) for n in numbers}) == len(numbers)), MOST_DIGITS)
+    counts = range(least, STUDY.most_digits)
+    return next(
+        (count for count in counts if len({short(n, count) for n in numbers}) == len(numbers)), STUDY.most_digits
+    )
 
 
 def _cell(field, row, digits):
@@ -279,7 +278,7 @@ def _cell(field, row, digits):
     return f"{printed:.12g}" if difference is None else f"{printed:.12g} ({signed(difference)})"
 
 
-def short(value, digits=DIGITS):
+def short(value, digits=STUDY.table_digits):
     """A cell with so many significant digits, without an exponent from 1e-4 to 1e8."""
     if value is None:
         return ""

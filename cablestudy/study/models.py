@@ -11,10 +11,8 @@ from cablestudy.cable.steady_drag import uneven_drag
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.results import along
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.ends import Ends
-
-MAX_MODES = 600  # of a model with more unknowns, at its ends: an eigenvalue problem that takes about a second
-MAX_NODES = 1_000_000  # of a fixed model: its statics take 2 s and 420 MB
 
 
 class BatchElements:
@@ -44,10 +42,10 @@ class BatchElements:
         return self._dynamics[planes]
 
     def ends(self, planes):
-        """`Ends` of all cables, with up to MAX_MODES modes."""
+        """`Ends` of all cables, with up to `modes_at_ends` modes."""
         if planes not in self._ends:
             dynamics = self.dynamics(planes)
-            self._ends[planes] = Ends(dynamics, self.span.frame, min(dynamics.dof, MAX_MODES))
+            self._ends[planes] = Ends(dynamics, self.span.frame, min(dynamics.dof, STUDY.modes_at_ends))
         return self._ends[planes]
 
     def end_stiffness_along(self, planes, axis):
@@ -142,7 +140,7 @@ def mesh_of(case):
     Raises
     ------
     NoSolutionError, ConvergenceError
-        No equilibrium, a cable that hangs folded, more loads than elements, or more nodes than MAX_NODES.
+        No equilibrium, a cable that hangs folded, more loads than elements, or more nodes than `fixed_nodes`.
     """
     results, index = case.results, case.index
     pieces, carried = results.pieces(index), case.span.point_masses
@@ -169,13 +167,13 @@ def fixed_mesh(results, case, carried=()):
     Raises
     ------
     NoSolutionError
-        More loads than elements, or more nodes than MAX_NODES.
+        More loads than elements, or more nodes than `fixed_nodes`.
     """
     elements, order = (int(results.given(f"model.{name}")[case]) for name in ("elements", "order"))
-    if elements * order > MAX_NODES:
+    if elements * order > STUDY.fixed_nodes:
         raise NoSolutionError(
             f"model.elements: {elements} elements of order {order} have {elements * order} nodes "
-            f"(at most {MAX_NODES}): take fewer elements, or model.accuracy instead"
+            f"(at most {STUDY.fixed_nodes}): take fewer elements, or model.accuracy instead"
         )
     mass = str(results.values.words("model.mass")[case])
     return mesh_segments(results.catenary.segments.fraction[case], elements, order, mass, carried)
@@ -202,7 +200,7 @@ def model_of(case):
 def numbers_of(model):
     """Estimated count of the numbers in all modes of a fixed number of elements, a `Model` of a scene. [-]"""
     nodes = (model.elements or 1) * model.order
-    return nodes * min(3 * nodes, MAX_MODES)
+    return nodes * min(3 * nodes, STUDY.modes_at_ends)
 
 
 def give_elements(cases, found):

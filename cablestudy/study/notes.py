@@ -7,15 +7,11 @@ from cablestudy.scene.cable_table import LIKELY_RATIO
 from cablestudy.scene.likely_mistakes import bare_number
 from cablestudy.scene.words import first_of
 from cablestudy.study.columns import over_strength, relative, stress_of, tensions_at_peak
-from cablestudy.study.refinement import REFERENCE
 from cablestudy.study.status import SLACK
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.superelement import grows_with_modes
 
-POOR_STATICS = 0.01  # relative error of the statics of fixed elements above which a warning is given
-FLAT = 1e-3  # sag over chord below which its error counts relative to the chord
-LISTED = 6  # columns that are named
 STATED_TENSIONS = ("preload",), ("tension", "value")  # of a cable
-SHARED, SHOWN = 0.5, 0.05  # share of the gondola's compliance below which others are named, and of those
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
 NOTHING = ("nothing to model",)
 STATIC = (CLOSED_FORM, "left out: inertia and modes, which no column needs")
@@ -59,7 +55,7 @@ def of_fixed(case):
         f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says",
         f"statics: {case.model.convergence}; tensions and sag within {error:.1e} of the closed form{known}",
     )
-    if error <= max(POOR_STATICS, averaged):
+    if error <= max(STUDY.poor_statics, averaged):
         return notes, warnings
     return notes, (
         *warnings,
@@ -79,7 +75,7 @@ def averaged_wind(load_case, error, remedy=""):
     remedy : str
         What has none.
     """
-    if not load_case.grows_with_height or error <= POOR_STATICS:
+    if not load_case.grows_with_height or error <= STUDY.poor_statics:
         return ()
     return (
         f"note: the wind is averaged over the height of each cable: estimated error up to {100 * error:.2g} %{remedy}",
@@ -118,9 +114,12 @@ def of_comparison(errors, status, what="motion"):
     unknown = [name for name in errors if name not in known]
     if known:
         worst = max(known, key=known.get)
-        yield f"{what}: estimated error {known[worst]:.1e}, of {worst}, against a model to an accuracy of {REFERENCE:g}"
+        yield (
+            f"{what}: estimated error {known[worst]:.1e}, of {worst}, "
+            f"against a model to an accuracy of {STUDY.reference_accuracy:g}"
+        )
     if unknown:
-        yield f"{what}: the error of {first_of(unknown, LISTED)} is not known: {status}"
+        yield f"{what}: the error of {first_of(unknown, STUDY.listed_columns)} is not known: {status}"
 
 
 def larger_by_loop(found):
@@ -134,11 +133,8 @@ def larger_by_loop(found):
     """
     shown = [(name, f"{closed:.3g}", f"{at_rest:.3g}") for name, closed, at_rest in found if closed > at_rest]
     larger = [f"{name} {closed} mm, not {at_rest} mm" for name, closed, at_rest in shown if closed != at_rest]
-    return (
-        (f"note: with the loop the RMS is larger than with the winch at rest: {first_of(larger, LISTED)}",)
-        if larger
-        else ()
-    )
+    named = first_of(larger, STUDY.listed_columns)
+    return (f"note: with the loop the RMS is larger than with the winch at rest: {named}",) if larger else ()
 
 
 def beyond_linear(found):
@@ -151,7 +147,7 @@ def beyond_linear(found):
     """
     far = [f"{name} (peak {peak:.4g} mm, linear to {reach:.4g} mm)" for name, peak, reach in found
            if None not in (peak, reach) and peak > reach]  # fmt: skip
-    return (f"note: beyond the range of linear motion: {first_of(far, LISTED)}",) if far else ()
+    return (f"note: beyond the range of linear motion: {first_of(far, STUDY.listed_columns)}",) if far else ()
 
 
 def slack_warning(row):
@@ -230,7 +226,7 @@ def long_cables(named, length, chord, stated):
         for name, own, span, kind in zip(named, length, chord, stated, strict=True)
         if kind not in (None, "unstretched_length") and own > LIKELY_RATIO[1] * span
     ]
-    return (f"note: {first_of(told, LISTED)}",) if told else ()
+    return (f"note: {first_of(told, STUDY.listed_columns)}",) if told else ()
 
 
 def long_cable(case):
@@ -319,7 +315,7 @@ def statics_error(case):
     own, closed, index = case.statics, case.results.statics, case.index
     mean, largest, sag = (float(part[index]) for part in (closed.mean_tension, closed.max_tension, closed.sag))
     errors = [
-        abs(float(own.sag) - sag) / max(abs(sag), FLAT * float(case.results.span.chord[index])),
+        abs(float(own.sag) - sag) / max(abs(sag), STUDY.flat_cable * float(case.results.span.chord[index])),
         relative(float(own.mean_tension), mean),
         relative(float(own.max_tension), largest),
     ]
@@ -339,9 +335,11 @@ def gondola_notes(case):
     """
     mode = case.gondola_mode.mode
     frequency, share, first = mode.modes.frequency, mode.shares, mode.number
-    if share[first] >= SHARED:
+    if share[first] >= STUDY.shared_compliance:
         return
-    others = sorted((k for k in range(len(share)) if k != first and share[k] >= SHOWN), key=lambda k: -share[k])
+    others = sorted(
+        (k for k in range(len(share)) if k != first and share[k] >= STUDY.shown_compliance), key=lambda k: -share[k]
+    )
     listed = ", ".join(f"{frequency[k]:.4g} Hz ({share[k]:.3g})" for k in others[:6])
     yield (
         f"gondola: the mode of {frequency[first]:.4g} Hz has only {share[first]:.3g} of its static compliance; "

@@ -8,8 +8,7 @@ blocks.
 
 import numpy as np
 
-SMALL = 64  # points that are compared each with each
-NUMBERS = 2_000_000  # compared at once: bounds the memory
+from cablestudy.study.tolerances import STUDY
 
 
 def pareto_front(points):
@@ -35,7 +34,7 @@ def pareto_front(points):
 
 def _front(points, places):
     """Those places of distinct points, in lexicographic order, that are on the front."""
-    if len(places) <= SMALL:
+    if len(places) <= STUDY.pareto_points:
         chosen = points[places]
         dominated = np.tril(_all_at_most(chosen, chosen).T, -1).any(axis=1)
         return places[~dominated]
@@ -59,6 +58,6 @@ def _dominated(by, points):
         return (before > 0) & (least[before - 1] <= points[:, 1])
     if by.shape[1] < 2:
         return (by.min(axis=0) <= points).all(axis=1)
-    width = max(1, NUMBERS // by.size)
+    width = max(1, STUDY.pareto_numbers // by.size)
     blocks = [points[first : first + width] for first in range(0, len(points), width)]
     return np.concatenate([_all_at_most(by, block).any(axis=0) for block in blocks])

@@ -3,8 +3,7 @@
 from itertools import islice
 
 from cablestudy.study.table import exact
-
-ROWS = 50_000  # written at once: bounds the memory
+from cablestudy.study.tolerances import STUDY
 
 
 def write_parquet(table, file):
@@ -32,7 +31,7 @@ def write_parquet(table, file):
     ])  # fmt: skip
     rows = iter(table.rows)
     with ParquetWriter(_Pipe(file), schema) as writer:
-        while some := list(islice(rows, ROWS)):
+        while some := list(islice(rows, STUDY.parquet_rows)):
             columns = [[_cell(row.get(name), name in texts) for row in some] for name in schema.names]
             arrays = [pyarrow.array(cells, kind) for cells, kind in zip(columns, schema.types, strict=True)]
             writer.write_batch(pyarrow.record_batch(arrays, schema=schema))

@@ -10,8 +10,7 @@ import numpy as np
 from cablestudy.cable.geometry import places as places_along
 from cablestudy.cable.steady_drag import across
 from cablestudy.cable.tolerances import CABLE
-
-STEPS = 3  # in which c and d settle; what is left in the last one is added to the error
+from cablestudy.study.tolerances import STUDY
 
 
 def changes(drag, catenary):
@@ -43,7 +42,7 @@ def changes(drag, catenary):
     uniform = drag.averaged(across(drag.direction, span.frame[..., 0, :]))[:, None]
     constant, moved = np.zeros((len(first), 1, 3)), np.zeros_like(first)
     start, tension, tangent = _slope(first, stiffness)
-    for _ in range(STEPS):
+    for _ in range(STUDY.profile_steps):
         there = (1 + tension / stiffness) * across(drag.direction[:, None], tangent)
         there = drag.locally(there, lambda moved=moved: where + length * moved)
         differs = drag.pressed[:, None, None] * length * (there - uniform)

@@ -10,10 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.cable.catenary import solve
+from cablestudy.study.tolerances import STUDY
 
-MAX_STEPS = 200
-EPSILON = 4e-16  # rounding of one number
-BALANCED = 1e-9  # of the larger one of force and tension: what may be left of the force where rounding ends the search
 CONVERGED, TOO_MANY, UNBALANCED = range(3)
 REASONS = ("converged", "no convergence", "rounding leaves a part of the force")
 
@@ -72,14 +70,14 @@ def pushed_ends(span_at, force):
     low, high = np.where(force > 0, 0.0, -np.inf), np.where(force > 0, np.inf, 0.0)
     held, stiffness, tension, chord = _held(span_at(shift))
     target, steps = held + force, np.zeros(len(force), dtype=int)
-    for _ in range(MAX_STEPS):
+    for _ in range(STUDY.push_steps):
         gap = target - held
         low, high = np.where(gap > 0, shift, low), np.where(gap < 0, shift, high)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             trial = shift + gap / stiffness
             middle = np.where(np.isfinite(low + high), (low + high) / 2, 2 * shift + np.sign(force) * chord)
         trial = np.where((trial > low) & (trial < high) & np.isfinite(trial), trial, middle)
-        close = (np.abs(trial - shift) <= EPSILON * (chord + np.abs(shift))) | (gap == 0)
+        close = (np.abs(trial - shift) <= STUDY.epsilon * (chord + np.abs(shift))) | (gap == 0)
         done = done | close
         if done.all():
             break
@@ -88,9 +86,9 @@ def pushed_ends(span_at, force):
     gap = np.where(force == 0, 0.0, np.abs(target - held))
     scale = np.maximum(np.abs(force), tension)
     residual = np.divide(gap, scale, out=np.zeros_like(gap), where=scale > 0)
-    unbalanced = np.where(residual <= BALANCED, CONVERGED, UNBALANCED)
+    unbalanced = np.where(residual <= STUDY.balanced, CONVERGED, UNBALANCED)
     reason = np.where(done, unbalanced, TOO_MANY)
-    known = np.maximum(EPSILON * scale, gap) / np.maximum(stiffness, np.finfo(float).tiny)
+    known = np.maximum(STUDY.epsilon * scale, gap) / np.maximum(stiffness, np.finfo(float).tiny)
     error = np.divide(known, np.abs(shift), out=np.sign(np.abs(force)), where=shift != 0)
     return Push(shift, np.minimum(error, 1.0), PushRecord(steps, residual, reason))
 

@@ -8,8 +8,7 @@ import numpy as np
 from cablestudy.cable import initial_length
 from cablestudy.errors import NoSolutionError
 from cablestudy.study import load_cases
-
-STAND_IN_STRAIN = 1e-3  # of a cable that does not exist: taut, so that arrays hold a solvable cable in its place
+from cablestudy.study.tolerances import STUDY
 
 
 def chord_strain(span, values, warm=None):
@@ -60,4 +59,4 @@ def _search_strain(span, chosen, search, strain, reasons):
         try:
             strain[case] = search_one(span.take(case), target[case])
         except NoSolutionError as error:
-            reasons[case], strain[case] = str(error), STAND_IN_STRAIN
+            reasons[case], strain[case] = str(error), STUDY.stand_in_strain

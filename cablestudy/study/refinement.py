@@ -8,6 +8,7 @@ import numpy as np
 
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import CablestudyError, ConvergenceError
+from cablestudy.study.tolerances import STUDY
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,6 @@ class Settings:
 
 
 SETTINGS = Settings()
-REFERENCE = 1e-6  # accuracy of the model against which the motion of a fixed model is held: above it, errors are true
 
 
 def levels(first):
@@ -318,5 +318,5 @@ def with_accuracy(scene, accuracy):
 
 
 def reference_scene(scene):
-    """That to an accuracy of REFERENCE."""
-    return with_accuracy(scene, REFERENCE)
+    """That to an accuracy of `reference_accuracy`."""
+    return with_accuracy(scene, STUDY.reference_accuracy)

@@ -7,9 +7,9 @@ from cablestudy.study.columns import COLUMNS, lacks
 from cablestudy.study.row import evaluate
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.table import Field, Table
+from cablestudy.study.tolerances import STUDY
 
 PARTICIPATION = "N/(m sqrt(kg))"  # unit
-SHAPE_POINTS = 41  # along a cable in closed form
 STATE = Field("state", "state", text=True)  # of a conductor that stretches for good, see `LinearCables.labels`
 
 
@@ -35,7 +35,7 @@ def shape_table(case):
         mesh, full, linear = nodal_deflections(case)
         positions, moved = mesh.node_positions, {"deflection": full, "linear_deflection": linear}
     elif case.exact_statics:
-        positions = np.linspace(0.0, 1.0, SHAPE_POINTS)
+        positions = np.linspace(0.0, 1.0, STUDY.shape_points)
     else:
         positions = case.state.mesh.node_positions
     data = _along(case.span, positions, *shape(case, positions))
@@ -71,7 +71,7 @@ def shapes_table(cables):
     rows, headers = [], ("s_m", "x_m", "y_m", "z_m", "tension_N")
     for name, (catenary, begin) in cables.items():
         edges = np.cumsum(split(catenary.span).fraction)[:-1]
-        positions = np.unique(np.concatenate([np.linspace(0.0, 1.0, SHAPE_POINTS), edges]))
+        positions = np.unique(np.concatenate([np.linspace(0.0, 1.0, STUDY.shape_points), edges]))
         found = _placed(ClosedStatics(catenary), catenary.span, begin, positions)
         rows += [{"cable": name, **row} for row in _rows_along(_along(catenary.span, positions, *found))]
     return Table((Field("cable", "cable", label=True), *_fields_along(headers)), rows)

@@ -12,14 +12,13 @@ from cablestudy.cable.taut import lambda_squared
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study import load_cases
-from cablestudy.study.columns import LIMP, ROUNDING
+from cablestudy.study.columns import LIMP
 from cablestudy.study.one_cable_conductors import hanging_alike, uneven_stretch_errors
 from cablestudy.study.push import pushed_ends
 from cablestudy.study.reference_length import chord_strain
 from cablestudy.study.statics import ClosedStatics
+from cablestudy.study.tolerances import STUDY
 
-EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
-PASSES, SETTLED = 8, 1e-7  # in which mean pressure and form of a cable come together, and what change of it is left
 UNPUSHED = "the force of the load case on end 2 leads to no equilibrium"
 NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffness about it"
 
@@ -55,9 +54,9 @@ class Results:
 
         def blown(shift):
             found, drag = at(shift)
-            for _ in range(0 if drag.profile is None else PASSES):
+            for _ in range(0 if drag.profile is None else STUDY.pressure_passes):
                 mean = drag.profile.mean_pressure(solve(found), drag.end_1)
-                moving = np.abs(mean - drag.mean) > SETTLED * np.abs(drag.mean)
+                moving = np.abs(mean - drag.mean) > STUDY.pressure_change * np.abs(drag.mean)
                 if not moving.any():
                     break
                 found, drag = at(shift, replace(drag, mean=np.where(moving, mean, drag.mean)))
@@ -210,7 +209,7 @@ class Results:
         if not span.load_positions.shape[-1]:
             return np.zeros(len(span.chord))
         stiffness = self.catenary.end_stiffness[..., 0, 0] * span.unstretched_length
-        return EPSILON * np.abs(span.chord_strain) * stiffness / np.maximum(self.statics.mean_tension, TINY)
+        return STUDY.epsilon * np.abs(span.chord_strain) * stiffness / np.maximum(self.statics.mean_tension, STUDY.tiny)
 
     @cached_property
     def statics_rounding(self):
@@ -219,7 +218,7 @@ class Results:
         The least tension has the rounding of the largest, from which it is what remains.
         """
         least = self.statics.min_tension
-        balanced = EPSILON * self.statics.max_tension / np.where(least > 0, least, np.inf)
+        balanced = STUDY.epsilon * self.statics.max_tension / np.where(least > 0, least, np.inf)
         return np.maximum(balanced, self.length_rounding)
 
     @cached_property
@@ -250,7 +249,7 @@ class Results:
         if span.cosine.all():
             return np.zeros(len(span.chord))
         sag = np.abs(self.statics.sag)
-        return np.where((span.cosine == 0) & (sag > 0), EPSILON * span.chord / np.where(sag > 0, sag, 1.0), 0.0)
+        return np.where((span.cosine == 0) & (sag > 0), STUDY.epsilon * span.chord / np.where(sag > 0, sag, 1.0), 0.0)
 
     @cached_property
     def motion_rounding(self):
@@ -261,7 +260,7 @@ class Results:
         largest = self.statics.max_tension
         least = np.maximum(self.catenary.min_tension, CABLE.folded * largest)
         steep = np.divide(largest, least, out=np.ones_like(largest), where=least > 0)  # not without tension
-        return np.maximum(np.maximum(ROUNDING, self.length_rounding), EPSILON * steep**0.75)
+        return np.maximum(np.maximum(STUDY.rounding, self.length_rounding), STUDY.epsilon * steep**0.75)
 
     @cached_property
     def longest_segment(self):

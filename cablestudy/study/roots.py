@@ -6,15 +6,7 @@ from math import ceil, isnan, log2, log10
 
 import numpy as np
 
-FACTORS = (2.0, 10.0, 1e3, 1e6, np.inf)  # of the ranges about a start, one after the other
-MOST = 2  # times as many points as usual in a range of many decades
-SMALLEST = 1e-9  # of a range that begins at zero: its smallest positive point, as a share
-EDGE = 1e-6  # width to which the end of what has a value is found, relative
-CONSTANT = 1e-12  # spread of values that are equal but for rounding, relative
-ABRUPT = 0.5  # of the change over a bracket: a costly function that changes by so much within EDGE jumps
-JUMP = 1e-6  # of the change over a bracket: what is left at a zero of a continuous function is less
-BENDS = 4.0  # times its last change a costly function may change where its values end
-ROUNDS = 6  # of refinement: each ends where a value was missing within a bracket
+from cablestudy.study.tolerances import STUDY
 
 
 @dataclass(frozen=True)
@@ -52,7 +44,7 @@ class Effort:
 
     def equal(self, values):
         """True if values of the function are equal but for rounding; of fewer than two nothing is known."""
-        return len(values) > 1 and np.ptp(values) <= CONSTANT * (np.abs(values).max() + self.scale)
+        return len(values) > 1 and np.ptp(values) <= STUDY.constant_spread * (np.abs(values).max() + self.scale)
 
 
 @dataclass(frozen=True)
@@ -127,7 +119,7 @@ def ranges_about(start, low, high, points, reach=np.inf):
         return
     size = (abs(start) or min(1.0, (high - low) / 8)) if signed else start
     before = start, start
-    for factor in (factor for factor in FACTORS if factor <= reach):
+    for factor in (factor for factor in STUDY.range_factors if factor <= reach):
         away = size * factor
         ends = (max(low, start - away if signed else start / factor), min(high, start + away if signed else away))
         sides = [_side(start, *pair, signed, points) for pair in zip(before, ends, strict=True)]
@@ -151,8 +143,8 @@ def _side(start, near, far, signed, points):
 
 def _geometric(near, far, points):
     """Places at equal ratios between two of one sign; zero at the far end is one more."""
-    last = far or near * SMALLEST
-    count = max(points, min(MOST * points, round(points * abs(log10(last / near)) / 2)))
+    last = far or near * STUDY.least_positive
+    count = max(points, min(STUDY.many_decades * points, round(points * abs(log10(last / near)) / 2)))
     places = np.geomspace(near, last, count + 1)
     return np.append(places, 0.0) if far == 0 else np.append(places[:-1], far)
 
@@ -167,8 +159,8 @@ def places_between(low, high, points):
     ndarray
     """
     if low >= 0 and high > 4 * low:
-        return _geometric(high, low, MOST * points)[::-1]
-    return np.linspace(low, high, MOST * points + 1)
+        return _geometric(high, low, STUDY.many_decades * points)[::-1]
+    return np.linspace(low, high, STUDY.many_decades * points + 1)
 
 
 # --------------------------------------------------------------------------------------------------------- the search
@@ -251,7 +243,7 @@ class _Scan:
 
     def search(self):
         """The zeros and jumps between the places tried: two lists of places, rising."""
-        for _ in range(ROUNDS):
+        for _ in range(STUDY.bracket_rounds):
             self._refine_edges()
             self._refine_extrema()
             try:
@@ -277,7 +269,7 @@ class _Scan:
         """Yield each wide gap between a place that has a value and a neighbour that has none; may a zero lie in it."""
         known = sorted(self.tried.items())
         for k, ((a, f), (b, g)) in enumerate(pairwise(known)):
-            if isnan(f) != isnan(g) and b - a > EDGE * max(abs(a), abs(b)):
+            if isnan(f) != isnan(g) and b - a > STUDY.edge * max(abs(a), abs(b)):
                 yield (a, b), self._may_cross(known, k)
 
     def _may_cross(self, known, k):
@@ -290,7 +282,7 @@ class _Scan:
             return True
         (place, value), (other, earlier) = known[last], known[before]
         carried = (value - earlier) * (known[k + 1][0] - known[k][0]) / abs(place - other)
-        return value * carried <= 0 and abs(value) <= BENDS * abs(carried)
+        return value * carried <= 0 and abs(value) <= STUDY.bends * abs(carried)
 
     def _refine_extrema(self):
         """Where the function comes closest to zero between its neighbours there may be two zeros, or one."""
@@ -327,7 +319,7 @@ class _Scan:
             return farthest if isnan(value) else value
 
         try:
-            options = {"maxiter": self._effort.steps, "xatol": EDGE}
+            options = {"maxiter": self._effort.steps, "xatol": STUDY.edge}
             minimize_scalar(distance, bounds=(0.0, 1.0), method="bounded", options=options)
         except _SignFoundError:
             pass
@@ -336,7 +328,7 @@ class _Scan:
         """The zeros and jumps between neighbouring places that have values."""
         if self._effort.equal(self.finite()[1]):
             return [], []
-        least = CONSTANT * self._effort.scale
+        least = STUDY.constant_spread * self._effort.scale
         known = [(place, 0.0 if abs(value) <= least else value) for place, value in sorted(self.tried.items())]
         jumps, found = [], [known[0][0]] if known[0][1] == 0 else []
         self.plateaus = []
@@ -352,7 +344,7 @@ class _Scan:
                 except _JumpFoundError as jump:
                     jumps.append(jump.args[0])
                     continue
-                continuous = abs(self.value(place)) <= max(JUMP * abs(g - f), self._effort.noise)
+                continuous = abs(self.value(place)) <= max(STUDY.jump * abs(g - f), self._effort.noise)
                 (found if continuous else jumps).append(place)
         return sorted(found), sorted(jumps)
 
@@ -385,7 +377,7 @@ class _Scan:
             ends[number > 0] = place, number
             if self._effort.costly and len(ends) == 2:
                 (a, f), (b, g) = ends.values()
-                if abs(b - a) <= EDGE * max(abs(a), abs(b)) and abs(g - f) >= ABRUPT * abs(change):
+                if abs(b - a) <= STUDY.edge * max(abs(a), abs(b)) and abs(g - f) >= STUDY.abrupt * abs(change):
                     raise _JumpFoundError(place)
             return number
 

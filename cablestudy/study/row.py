@@ -25,10 +25,8 @@ from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
 from cablestudy.study.status import MODAL, OVER_STRENGTH, SLACK, has_answer, status_of
 from cablestudy.study.table import Table
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.superelement import grows_with_modes
-
-AT_ONCE = 200  # rows whose models are solved at once: bounds the memory
-TOGETHER = 50  # rows whose coupled modes of gondola and cable are computed at once
 
 
 @dataclass(frozen=True)
@@ -196,7 +194,7 @@ def batched(sequence, width):
 
 def _fixed_at_once(scenes):
     """How many scenes with fixed elements are solved at once: what a processor's cache holds of their modes. [-]"""
-    return max(1, min(AT_ONCE, SETTINGS.numbers // max(models.numbers_of(scene.model) for scene in scenes)))
+    return max(1, min(STUDY.rows_at_once, SETTINGS.numbers // max(models.numbers_of(scene.model) for scene in scenes)))
 
 
 def _rows_alike(scenes, required, exact, cache, estimate):
@@ -212,7 +210,7 @@ def _rows_alike(scenes, required, exact, cache, estimate):
     if not (solve or required.run):
         yield from _closed_rows(results, closed, cells, required, cache)
         return
-    width = 1 if required.clock else AT_ONCE  # a time is that of a row alone
+    width = 1 if required.clock else STUDY.rows_at_once  # a time is that of a row alone
     for first in range(0, len(scenes), width):
         begin, indices = time.perf_counter(), range(first, min(first + width, len(scenes)))
         answers = [_answer(Case(scenes[index], results, index, cache=cache), closed, cells[index], required)
@@ -265,8 +263,8 @@ def _solve_to_accuracy(answers, required, _):
     """Compute what is not known in closed form, with models refined to the accuracy of each case."""
     searches = []
     for place, answer in enumerate(answers):
-        if required.system and place % TOGETHER == 0:
-            _prepare_systems(answers[place : place + TOGETHER], required)
+        if required.system and place % STUDY.coupled_rows_at_once == 0:
+            _prepare_systems(answers[place : place + STUDY.coupled_rows_at_once], required)
         answer.compute(required.single)
         if required.system:
             _solve_system(answer, required)
@@ -370,8 +368,8 @@ def _solve_fixed(answers, required, estimate):
     if len(alive) > 1 and required.of_models:
         models.solve_models([answer.case for answer in alive])
     for place, answer in enumerate(alive):
-        if required.system and place % TOGETHER == 0:
-            _prepare_systems(alive[place : place + TOGETHER], required)
+        if required.system and place % STUDY.coupled_rows_at_once == 0:
+            _prepare_systems(alive[place : place + STUDY.coupled_rows_at_once], required)
         _fixed_answer(answer, required, estimate or len(answers) == 1)
     if estimate and required.of_models:
         _estimate_motion(alive, required)

@@ -12,16 +12,12 @@ from cablestudy.control.proper import channels, proper
 from cablestudy.errors import NoSolutionError, SceneError, refuse_options
 from cablestudy.scene.fields import suggestion
 from cablestudy.scene.units import read_frequency
-from cablestudy.study.models import MAX_MODES
 from cablestudy.study.table import write_whole
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.superelement import NAMES
 
 KINDS = {"inplane": "in-plane", "outofplane": "out-of-plane", "axial": "axial"}
-DEFAULT_MODES = 12  # of a model to an accuracy
-LOWEST, HIGHEST = 1e-100, 1e100  # response frequencies, whose squares neither underflow nor overflow [Hz]
-MAX_FREQUENCIES = 10_000_000
 END = "end_2_x"
-FEW = 12  # names that a message lists all, beside the nearest one
 DAMPING_NOTES = {
     "modal": (),
     "hysteretic": (
@@ -56,8 +52,8 @@ class StateSpaceOptions:
     def __post_init__(self):
         if sum(value is not None for value in (self.count, self.upto, self.error)) > 1:
             raise SceneError("--modes, --upto and --error exclude each other")
-        if self.count is not None and self.count > MAX_MODES:
-            raise SceneError(f"--modes {self.count}: at most {MAX_MODES} are computed")
+        if self.count is not None and self.count > STUDY.modes_at_ends:
+            raise SceneError(f"--modes {self.count}: at most {STUDY.modes_at_ends} are computed")
         if self.error is not None and not 0 < self.error < 1:
             raise SceneError(f"--error: must be between 0 and 1, got {self.error:g}")
         if self.error is not None and max(len(self.inputs), len(self.outputs)) > 1:
@@ -124,7 +120,7 @@ def number_of(option, name, names):
     """Place of a name among those allowed for an option; SceneError if it is none of them."""
     if name not in names:
         near = suggestion(name, names)
-        listed = f" allowed: {', '.join(names)}" if near.startswith("did") and len(names) <= FEW else ""
+        listed = f" allowed: {', '.join(names)}" if near.startswith("did") and len(names) <= STUDY.listed_names else ""
         raise SceneError(f"{option} {name}: unknown ({near}{listed})")
     return list(names).index(name)
 
@@ -141,7 +137,8 @@ def read_span(text):
     Raises
     ------
     SceneError
-        Not of this form, a range that is reversed or beyond LOWEST and HIGHEST, too few or too many frequencies.
+        Not of this form, a range that is reversed or beyond `lowest_response` and `highest_response`, too few or too
+        many frequencies.
     """
     option = f"--response {text}"
     parts = text.split(":")
@@ -150,11 +147,13 @@ def read_span(text):
     low, high = (read_frequency(option, part) for part in parts[:2])
     if low >= high:
         raise SceneError(f"{option}: FROM must be below TO")
-    if low < LOWEST or high > HIGHEST:
-        raise SceneError(f"{option}: frequencies must be between {LOWEST:g} and {HIGHEST:g} Hz")
+    if low < STUDY.lowest_response or high > STUDY.highest_response:
+        raise SceneError(
+            f"{option}: frequencies must be between {STUDY.lowest_response:g} and {STUDY.highest_response:g} Hz"
+        )
     count = parts[2].strip()
-    if not re.fullmatch("[0-9]{1,9}", count) or not 2 <= int(count) <= MAX_FREQUENCIES:
-        raise SceneError(f"{option}: COUNT must be a whole number from 2 to {MAX_FREQUENCIES}")
+    if not re.fullmatch("[0-9]{1,9}", count) or not 2 <= int(count) <= STUDY.response_frequencies:
+        raise SceneError(f"{option}: COUNT must be a whole number from 2 to {STUDY.response_frequencies}")
     return low, high, int(count)
 
 

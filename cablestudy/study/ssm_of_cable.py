@@ -10,16 +10,14 @@ from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.study.case import Case
 from cablestudy.study.case_modes import about_errors, modes
-from cablestudy.study.models import MAX_MODES
 from cablestudy.study.notes import assumed_damping, strength_warning
 from cablestudy.study.report import PARTICIPATION, modes_as_rows
-from cablestudy.study.ssm import DAMPING_NOTES, DEFAULT_MODES, StateSpaceOptions, fewest_modes, left_out
+from cablestudy.study.ssm import DAMPING_NOTES, StateSpaceOptions, fewest_modes, left_out
 from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.table import Field
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.superelement import GONDOLA, GROUND
 
-MOST_STATES = 1000  # of which the poles are found in a second or two
-NEAR = 20  # times the gondola's frequency: up to there a delay is right at least
 PLACES = {"ground": "A, winch on the ground", "gondola": "B, winch on the gondola"}
 
 
@@ -79,14 +77,14 @@ class Choice:
         if not law.delay:
             return 0.0
         highest = self.case.end_model.omega[self.chosen].max(initial=0.0)
-        return min(max(highest, NEAR * 2 * np.pi * self.case.gondola_mode.frequency[0]), law.reach)
+        return min(max(highest, STUDY.delay_right_up_to * 2 * np.pi * self.case.gondola_mode.frequency[0]), law.reach)
 
     @property
     def poles(self):
-        """Of what a response shows, with gondola or loop none where there are more than MOST_STATES. [rad/s]"""
+        """Of what a response shows, with gondola or loop none where there are more than `cable_states`. [rad/s]"""
         if self.options.attached:
             a = self.system().a
-            return np.linalg.eigvals(a) if len(a) <= MOST_STATES else np.zeros(0, dtype=complex)
+            return np.linalg.eigvals(a) if len(a) <= STUDY.cable_states else np.zeros(0, dtype=complex)
         kept = self.kept
         moved = sum(np.abs(np.prod(kept.participation[:, list(pair)], axis=1)) for pair in self.options.pairs)
         shown = moved > 1e-20 * moved.max(initial=0.0)  # others are zero but for rounding
@@ -198,23 +196,23 @@ def choose(document, scene, options):
     _ = options.pair  # raises SceneError
     _check_attached(document, scene, options.attached)
     fixed, before = scene.model.elements is not None, ""
-    size = MAX_MODES if fixed else options.count or DEFAULT_MODES
+    size = STUDY.modes_at_ends if fixed else options.count or STUDY.default_modes
     while True:
         try:
             case, some, notes, _ = modes(Case(scene), None if options.upto else size, options.limit)
         except ConvergenceError as failure:
             raise ConvergenceError(f"{before}{failure}") from None
-        found = case.dynamics.modes(min(case.dynamics.dof, MAX_MODES))
+        found = case.dynamics.modes(min(case.dynamics.dof, STUDY.modes_at_ends))
         try:
             chosen = _chosen(case, found, len(some), options)
             break
         except (SceneError, NoSolutionError) as lacking:
             if fixed:
                 raise
-            if size == MAX_MODES:
-                raise NoSolutionError(f"{lacking}, and no more than {MAX_MODES} are computed") from None
+            if size == STUDY.modes_at_ends:
+                raise NoSolutionError(f"{lacking}, and no more than {STUDY.modes_at_ends} are computed") from None
             before = f"{lacking} (with a fixed number of model.elements, of all modes of the model); of more, "
-        size = min(2 * size, MAX_MODES)
+        size = min(2 * size, STUDY.modes_at_ends)
     if not options.residual and not found.complete:
         raise NoSolutionError(f"--no-residual needs every mode of the model, and only {len(found)} are computed")
     return Choice(options, case, found, chosen, notes)

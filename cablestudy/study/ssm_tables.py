@@ -10,11 +10,9 @@ import numpy as np
 
 from cablestudy.control import response
 from cablestudy.study.table import Field, Table
+from cablestudy.study.tolerances import STUDY
 
 WITHIN = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # frequencies about a resonance, in its half-widths
-RESONANT = 0.5**0.5  # damping ratio from which a motion has no peak over frequency
-UNDAMPED, EQUAL = 1e-12, 1e-9  # damping ratio of an undamped motion; relative distance of equal frequencies
-DRAWN = 5000  # groups of neighbouring frequencies in a picture
 
 
 @dataclass(frozen=True)
@@ -38,7 +36,7 @@ class FrequencyGrid(NamedTuple):
 
 def with_resonances(span, poles):
     """The `FrequencyGrid` of a response with five frequencies at each resonance: that of a pole of a damping ratio
-    below RESONANT, and others within its width, where the magnitude is largest beside a large static part.
+    below `resonant`, and others within its width, where the magnitude is largest beside a large static part.
 
     At the pole of an undamped motion there is no number; it is left out.
 
@@ -51,14 +49,16 @@ def with_resonances(span, poles):
     """
     low, high, count = span
     size = np.abs(poles)
-    resonant = (poles.imag > 0) & (-poles.real < RESONANT * size) & (-poles.real > UNDAMPED * size)
+    resonant = (poles.imag > 0) & (-poles.real < STUDY.resonant * size) & (-poles.real > STUDY.undamped_motion * size)
     beside = poles.real[resonant, None] * WITHIN
     found = np.unique((size[resonant, None] + beside) / (2 * np.pi))
     found = found[(found > low) & (found < high)]
     step = np.log(high / low) / (count - 1)
     place = np.log(found / low) / step
-    found = found[np.abs(place - np.rint(place)) * step > EQUAL]
-    return FrequencyGrid(low, high, count, tuple(found[np.diff(found, prepend=0.0) > EQUAL * found].tolist()))
+    found = found[np.abs(place - np.rint(place)) * step > STUDY.equal_frequencies]
+    return FrequencyGrid(
+        low, high, count, tuple(found[np.diff(found, prepend=0.0) > STUDY.equal_frequencies * found].tolist())
+    )
 
 
 def numbers(span, shown):
@@ -85,7 +85,7 @@ def drawn(span, shown):
     Of a long response, of each group of neighbouring frequencies the first and those with the smallest and the largest
     magnitude of each curve.
     """
-    neighbours = -(-span[2] // DRAWN)
+    neighbours = -(-span[2] // STUDY.drawn_groups)
     kept, left = [], None
     for block in numbers(span, shown):
         block = np.stack(block)

@@ -6,7 +6,8 @@ from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.state import interpolate, sag
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.columns import SHAPELESS, UPRIGHT
+from cablestudy.study.columns import SHAPELESS
+from cablestudy.study.tolerances import STUDY
 
 
 class ClosedStatics:
@@ -19,7 +20,7 @@ class ClosedStatics:
         least, horizontal = catenary.min_tension, catenary.horizontal_tension
         folded = least <= CABLE.folded * self.max_tension
         self.min_tension = np.where(folded, 0.0, least)
-        floor = np.where(folded, CABLE.folded, UPRIGHT) * self.max_tension
+        floor = np.where(folded, CABLE.folded, STUDY.upright) * self.max_tension
         self.horizontal_tension = np.where(horizontal > floor, horizontal, 0.0)
         self.stretched_length, self.iterations = catenary.stretched_length, catenary.record.steps
 

@@ -1,8 +1,9 @@
 """The status of a row: `ok`, `over strength` and other doubts about an answer, or why cells are empty."""
 
+from cablestudy.study.tolerances import STUDY
+
 OK, OVER_STRENGTH, SLACK, FALLEN = "ok", "over strength", "a cable goes slack in the wind", "fallen"
 DOUBTS = OVER_STRENGTH, SLACK, FALLEN  # what a status says of an answer
-MAX_REASONS = 3  # in a status
 # why there is no number to an accuracy
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 
@@ -21,8 +22,8 @@ def status_of(failures, *doubts):
     """
     reasons = list(dict.fromkeys(" ".join(str(error).split()) for error in failures.values()))
     reasons = [one for one in reasons if not any(one in other for other in reasons if other != one)]
-    more = len(reasons) - MAX_REASONS
-    reasons[MAX_REASONS:] = [f"and {more} more reasons"] if more > 0 else []
+    more = len(reasons) - STUDY.listed_reasons
+    reasons[STUDY.listed_reasons :] = [f"and {more} more reasons"] if more > 0 else []
     return "; ".join([*reasons, *filter(None, doubts)]) or OK
 
 

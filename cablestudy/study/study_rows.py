@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 from cablestudy.errors import SceneError
-from cablestudy.study.columns import ROUNDING
 from cablestudy.study.limits import columns_by_case, in_case, least_margin, limits_of, unanswered
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.status import has_answer
+from cablestudy.study.tolerances import STUDY
 
 
 def evaluate(scenes, columns, estimate=False):
@@ -94,7 +94,7 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
     -------
     dict
         Case -> list of numbers in the order of the columns but `status`, None where one cannot be had; status; dict of
-        header -> estimated relative error where it exceeds ROUNDING or, None, is not known; notes.
+        header -> estimated relative error where it exceeds `rounding` or, None, is not known; notes.
     """
     headers = [column.header for column in columns if column.name != "status"]
     found, scenes = {}, {}
@@ -118,4 +118,4 @@ def _by_arrays(table, columns):
 
 def _beyond_rounding(errors):
     """Those estimated errors that are above rounding, or not known."""
-    return {name: error for name, error in errors.items() if error is None or error > ROUNDING}
+    return {name: error for name, error in errors.items() if error is None or error > STUDY.rounding}

@@ -15,9 +15,10 @@ from itertools import chain, islice
 from math import isfinite
 
 from cablestudy.errors import SceneError
-from cablestudy.study.markdown import DIGITS, whole
 from cablestudy.study.markdown import short as short
 from cablestudy.study.markdown import signed as signed
+from cablestudy.study.markdown import whole
+from cablestudy.study.tolerances import STUDY
 
 REMOVED = str.maketrans("", "", "^ ")  # of a unit in a name
 NO_TABLE = "not a table of comma-separated values"
@@ -84,7 +85,7 @@ class Table:
     across: str = ""  # field whose values head the columns of Markdown, one for each row
     more: tuple = ()  # fields of cells that rows have too, shown only where `chosen` names them
     errors: Callable | None = None  # yields for each row, or for some, the relative errors of its cells, for JSON
-    digits: int = DIGITS  # significant ones of a number in Markdown
+    digits: int = STUDY.table_digits  # significant ones of a number in Markdown
 
     @classmethod
     def of(cls, fields, lines, **options):

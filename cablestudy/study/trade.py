@@ -19,19 +19,15 @@ from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import missing
 from cablestudy.study.all_columns import find, why_not
 from cablestudy.study.closed_form import DISCRETE
-from cablestudy.study.columns import ROUNDING, STATUS, relative
+from cablestudy.study.columns import STATUS, relative
 from cablestudy.study.pareto import pareto_front
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.status import MODAL
 from cablestudy.study.table import Field, Table, short
-from cablestudy.study.trade_models import AGREED, one_line
+from cablestudy.study.tolerances import STUDY
+from cablestudy.study.trade_models import one_line
 from cablestudy.system.superelement import any_grows_with_modes
 
-BUDGET = 1.5  # a model whose timings add up to this is not repeated [s]
-BRIEF = 0.1  # a shorter run is repeated and the second timed: other models have displaced the processor's caches [s]
-EQUAL = 1.15  # times whose ratio is below are not told apart
-ROUNDED = 1e-8  # a difference that grows again from below this is rounding
-NO_REFERENCE = 1e-3  # smallest relative difference of two levels above which there is no reference
 TARGETS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)  # errors below which the fastest model is named
 CONTINUOUS = "continuous cable"
 
@@ -138,7 +134,7 @@ def reference_of(scene, columns):
                 error, number, note = _converged(levels(column), column, particular.exact_value)
             else:
                 number, error = particular.exact_value(column, case)
-                error, note = max(error, ROUNDING), "closed form"
+                error, note = max(error, STUDY.rounding), "closed form"
         except CablestudyError as failure:
             reference.failures[name] = one_line(failure)
         else:
@@ -162,15 +158,15 @@ def _converged(levels, column, exact_value):
             before, failure = None, one_line(error)
             continue
         if before:
-            difference = max(relative(now, before[0]), ROUNDING)
+            difference = max(relative(now, before[0]), STUDY.rounding)
             steps.append((difference, max(difference, own), now, note))
-            if difference <= AGREED or min(steps)[0] < min(difference, ROUNDED):
+            if difference <= STUDY.agreed_levels or min(steps)[0] < min(difference, STUDY.rounded_difference):
                 break
         before = (now,)
     if not steps:
         raise ConvergenceError(f"no reference: {failure}")
     difference, *best = min(steps)
-    if difference > NO_REFERENCE:
+    if difference > STUDY.no_reference:
         raise ConvergenceError(f"no reference: the finest models differ by {difference:.1e}")
     return best
 
@@ -202,7 +198,9 @@ class Measurement:
             self.dof = None if case is None else model.count_dof(case)
         except CablestudyError:
             self.dof = None
-        self._seconds = {"": [seconds] if seconds > BUDGET else []}  # all columns together, then each alone
+        self._seconds = {
+            "": [seconds] if seconds > STUDY.timing_budget else []
+        }  # all columns together, then each alone
         if len(columns) > 1:
             self._seconds |= {c.name: [] for c in columns if c.name in values and c.needs in model.needs}
         self.errors = {
@@ -219,10 +217,10 @@ class Measurement:
     def repeat(self):
         """Time all columns together and each alone once more."""
         for name, times in self._seconds.items():
-            if not times or sum(times) < BUDGET:
+            if not times or sum(times) < STUDY.timing_budget:
                 columns = [column for column in self._columns if name in ("", column.name)]
                 _, seconds = self._run(columns)
-                if seconds < BRIEF:
+                if seconds < STUDY.brief_run:
                     _, seconds = self._run(columns)
                 times.append(seconds)
 
@@ -281,7 +279,7 @@ class Trade:
         able = [entry for entry in self.entries if name in entry.times and entry.errors[name] <= target]
         least = min((entry.times[name] for entry in able), default=None)
         for entry in able:
-            if entry.times[name] <= EQUAL * least:
+            if entry.times[name] <= STUDY.equal_times * least:
                 return f"{entry.name} ({1e3 * entry.times[name]:.2g} ms)"
         return "none"
 

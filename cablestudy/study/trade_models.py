@@ -13,7 +13,7 @@ from cablestudy.control.loop_state_space import by_forces
 from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import DISCRETE, SYSTEM
-from cablestudy.study.columns import GONDOLA_X, ROUNDING, find, is_own, lacks, value, value_and_error
+from cablestudy.study.columns import GONDOLA_X, find, is_own, lacks, value, value_and_error
 from cablestudy.study.notes import strength_warning as strength_warning
 from cablestudy.study.one_cable_columns import column_of_one_cable
 from cablestudy.study.one_cable_system import in_cable_wind_of, in_wind_of
@@ -23,6 +23,7 @@ from cablestudy.study.scene_values import load_count
 from cablestudy.study.suspension.body_mode import largest_share
 from cablestudy.study.suspension.in_wind import InWind
 from cablestudy.study.suspension.turbulence import OWN
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.damping import damping_ratios
 from cablestudy.system.ends import Ends
 from cablestudy.system.first_order import Allocation
@@ -34,7 +35,6 @@ from cablestudy.wind.imaging import seen_weights
 DEFAULT = ("end_stiffness", "cable_frequency", "inplane_frequency_8", "gondola_frequency", "gondola_rms_open_loop")
 LEVELS = ((1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))  # elements a segment, order
 CLOSELY = (1e-8, 1e-9)  # accuracies of gondola and cable as one linear system: closer ones add rounding
-AGREED = 1e-12  # relative difference of two levels at which a value is not refined further
 PAPER = 40  # bars
 BARS = (5, 10, 20, 40, 80, 160, 320, 640)
 MASSES = ("lumped", "consistent", "blended")
@@ -93,7 +93,7 @@ def reference_case(scene):
     NoSolutionError, ConvergenceError
         There is no equilibrium.
     """
-    case = Case(with_accuracy(scene, AGREED))
+    case = Case(with_accuracy(scene, STUDY.agreed_levels))
     case.results.check(case.index)
     return case
 
@@ -109,7 +109,7 @@ def reference_levels(case):
 def exact_value(column, case):
     """A number of a case of the reference, and its relative error by anything but its elements."""
     number, error = value_and_error(column, case)
-    return number, max(float(error or 0.0), 0.0 if column.needs in DISCRETE else ROUNDING)
+    return number, max(float(error or 0.0), 0.0 if column.needs in DISCRETE else STUDY.rounding)
 
 
 def missing_key(scene, column):

@@ -13,6 +13,7 @@ from cablestudy.study.notes import beyond_linear, gondola_notes, growing_damping
 from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.row import evaluate_named
 from cablestudy.study.table import Field
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cables import UNDAMPED, Cables
 from cablestudy.wind.drag import shedding_frequencies
 from cablestudy.wind.imaging import seen_weights
@@ -26,7 +27,6 @@ LOOP = ("gain_margin", "phase_margin", "bandwidth", "largest_gain")
 GONDOLA = ("gondola_frequency", "gondola_frequency_static", "gondola_damping_ratio")
 CABLE = ("midspan_rms", "tension_rms", "cable_frequency")
 BELOW = (0.1, 1.0, 10.0)  # frequencies up to which the share of the variance is given [Hz]
-COUNTED = 40  # modes of each plane up to which they are computed and not estimated
 CABLE_NOTE = (
     "wind on the cable: linear drag of turbulence that has the same spectrum in all directions, across or along the "
     "cable's vertical plane, whichever moves the gondola more; uncorrelated with the force on the gondola"
@@ -153,7 +153,7 @@ def modes_between(case, low, high):
     waves, else None. NoSolutionError or ConvergenceError where the modes cannot be computed.
     """
     time = transverse_travel_time(case)
-    if 2 * high * time > COUNTED:
+    if 2 * high * time > STUDY.counted_modes:
         return 2 * max(floor(2 * high * time) - ceil(max(2 * low * time, 1)) + 1, 0), 1 / (2 * time)
     found = modes(Case(with_accuracy(case.scene, 1e-3)), upto=high)[1]
     kinds = [kind for kind, frequency in zip(found.kind, found.frequency, strict=True) if frequency >= low]

@@ -142,7 +142,6 @@ class SystemTolerances:
     # -------------------------------------------------------------------- linear system, poles and damping
 
     dense_coordinates: int = 300  # up to which a full eigen-solution costs less than Lanczos iteration
-    dependent_vector: float = 1e-10  # size of a vector over the largest, below which rounding determines it
     massless: float = 1e-28  # compliance over the largest, below which a motion has no mass
     response_entries: int = 4_000_000  # of the matrices that are solved at once for a frequency response: 64 MB
     # momentum of a mode of unit mass over the root of a body's mass, up to which it is rounding

@@ -5,23 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import ROUNDING, relative
+from cablestudy.study.columns import relative
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cable_coordinates import Kept
 from cablestudy.system.coupled_solution import CoupledModes
 from cablestudy.system.damped_pole import damped_pole
 from cablestudy.system.damping import damped_poles
 from cablestudy.system.suspension import AXES
 from cablestudy.system.tolerances import SYSTEM
-
-FIRST, MOST_MODES = 12, 400  # modes that are computed at first, and at most
-LIGHT = 0.02  # damping ratio up to which a pole is looked for from that without damping on,
-ASIDE = 0.5  # no farther than this times the damping ratio, since another mode may be near
-FAR = 0.1  # relative distance from a known pole, from which on it is another one
-UNDAMPED = 1e-24  # damping ratio up to which it is rounding of a mode that nothing damps
-MOST_OF_CABLE = 1200  # displacements of a cable all of whose modes are computed for a damped pole: half a second
-SAFETY = 3.0  # on the change from coarser meshes, where it falls slowly
-SHARPER = (1.0, 1e-2, 1e-4)  # accuracies of the modes that are tried for a number, over that asked for
-TIE = 1e-6  # relative difference of two shares that are one: the lower mode is taken
 
 
 @dataclass(frozen=True)
@@ -57,9 +48,9 @@ class BodyMode:
         Raises
         ------
         NoSolutionError
-            None of the lowest MOST_MODES modes has more of the static compliance than what they leave.
+            None of the lowest `most_body_modes` modes has more of the static compliance than what they leave.
         """
-        count = FIRST
+        count = STUDY.first_body_modes
         while True:
             modes = modes_of(count)
             if not len(modes):
@@ -68,12 +59,12 @@ class BodyMode:
             number = largest_share(share)
             if share[number] >= 1 - share.sum() or len(modes) < count:
                 return cls(modes, number, body, axis)
-            if count >= MOST_MODES:
+            if count >= STUDY.most_body_modes:
                 raise NoSolutionError(
                     f"the lowest {len(modes)} modes have {share.sum():.2g} of the static compliance of {name} along "
                     f"{AXES[axis]}: none of them has the largest share for certain"
                 )
-            count = min(2 * count, MOST_MODES)
+            count = min(2 * count, STUDY.most_body_modes)
 
     @property
     def frequency(self):
@@ -93,7 +84,7 @@ class BodyMode:
         """
         fine = self.modes.damped
         found = fine.compliance_shares(self.body, self.axis)[self._number_in(fine)]
-        error = max(ROUNDING, abs(found - self.shares[self.number]) / found)
+        error = max(STUDY.rounding, abs(found - self.shares[self.number]) / found)
         return float(found), np.nan if np.isnan(self.modes.error[self.number]) else float(error)
 
     def damping_ratio(self, airflow=None):
@@ -120,9 +111,11 @@ class BodyMode:
         if exact or found == 1:
             return found, np.nan
         if not found:
-            return found, ROUNDING
-        coarse = search.pole_near(pole, FAR, *_with_all_modes(models, coarser=SYSTEM.finer_orders))
-        error = max(ROUNDING, SAFETY * relative(_ratio(coarse), found))
+            return found, STUDY.rounding
+        coarse = search.pole_near(
+            pole, STUDY.known_pole_distance, *_with_all_modes(models, coarser=SYSTEM.finer_orders)
+        )
+        error = max(STUDY.rounding, STUDY.coarser_mesh_safety * relative(_ratio(coarse), found))
         return found, np.nan if models.cables.modal.any() else error
 
     def _number_in(self, modes):
@@ -154,13 +147,13 @@ def to_accuracy(number_of, modes, accuracy):
 
 def largest_share(share):
     """Number of the mode with the largest share, shape (m,), the lowest of equal ones."""
-    return int(np.argmax(share >= share.max() * (1 - TIE)))
+    return int(np.argmax(share >= share.max() * (1 - STUDY.equal_shares)))
 
 
 def _ratio(pole):
     """Damping ratio of a pole. [-]"""
     ratio = float(-pole.real / abs(pole))
-    return ratio if ratio > UNDAMPED else 0.0
+    return ratio if ratio > STUDY.undamped_rounding else 0.0
 
 
 @dataclass(frozen=True)
@@ -191,13 +184,13 @@ class _PoleSearch:
         ratio = (viscous + lost / omega[-1]) / (2 * omega[-1])
         if not ratio:
             return 1j * omega[-1]
-        if ratio < LIGHT:
+        if ratio < STUDY.light_damping:
             try:
-                return self.pole_near(omega[-1] * (1j - ratio), ASIDE * ratio, models, kept)
+                return self.pole_near(omega[-1] * (1j - ratio), STUDY.pole_distance * ratio, models, kept)
             except ConvergenceError:  # another mode is near
                 pass
         near = damped_poles(system, omega, shapes)[0][-1]
-        return -omega[-1] + 0j if np.isnan(near) else self.pole_near(near, FAR, models, kept)
+        return -omega[-1] + 0j if np.isnan(near) else self.pole_near(near, STUDY.known_pole_distance, models, kept)
 
     def pole_near(self, near, far, models, kept):
         """`damped_pole` no farther from a place than some share of its size, other arguments as of `pole`."""
@@ -211,5 +204,5 @@ class _PoleSearch:
 
 def _with_all_modes(models, coarser=0):
     """Some `Models`, or coarser ones, of an order less by so many, and all modes of their cables: list of Kept."""
-    models = models.with_all_modes(MOST_OF_CABLE, coarser)
+    models = models.with_all_modes(STUDY.damped_pole_freedoms, coarser)
     return models, [Kept(one, len(one.omega), np.eye(len(one.omega))) for one in models.elements]

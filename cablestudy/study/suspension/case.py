@@ -7,17 +7,18 @@ import numpy as np
 
 from cablestudy.cable.linear_range import linear_range
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of
-from cablestudy.study.columns import ROUNDING, SAGS
+from cablestudy.study.columns import SAGS
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import merged_loads, places_of
 from cablestudy.study.status import MODAL
 from cablestudy.study.suspension.airflow import Airflow
-from cablestudy.study.suspension.body_mode import FIRST, MOST_MODES, SHARPER, BodyMode, to_accuracy
+from cablestudy.study.suspension.body_mode import BodyMode, to_accuracy
 from cablestudy.study.suspension.cable_modes import CableModes
 from cablestudy.study.suspension.group import Group, HangingCable
 from cablestudy.study.suspension.in_wind import InWind, solve_modes
 from cablestudy.study.suspension.linear_motion import drag_of
 from cablestudy.study.suspension.numbers import CableValues, each_with, kind_of_case, loads_of, topology_of
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
@@ -27,8 +28,6 @@ from cablestudy.system.superelement import any_grows_with_modes
 from cablestudy.system.suspension import AXES, GROUND
 
 IN_MOTION = {"winches", "actuators", "control", "exposure", "correction"}  # keys that change nothing at rest
-STIFFNESS_ROUNDING = 1e-12  # of an entry over the geometric mean of those on the diagonal
-MORE = 8  # modes beyond those asked for that are computed at first, for modes of a body
 
 
 class SuspensionCase:
@@ -62,7 +61,7 @@ class SuspensionCase:
 
     @cached_property
     def finer(self):
-        """Copy of the case with a model to an accuracy of `refinement.REFERENCE`."""
+        """Copy of the case with a model to an accuracy of `reference_accuracy`."""
         return SuspensionCase(reference_scene(self.with_all_cables))
 
     @cached_property
@@ -222,7 +221,7 @@ class SuspensionCase:
         """6x6 of a body, shape (6, 6), rounding shown as zero; see `Equilibrium.body_stiffness`."""
         matrix = self.group.equilibrium.body_stiffness[self.place, self.body(name)]
         size = np.sqrt(np.abs(np.diagonal(matrix)))
-        return np.where(np.abs(matrix) > STIFFNESS_ROUNDING * np.outer(size, size), matrix, 0.0)
+        return np.where(np.abs(matrix) > STUDY.stiffness_rounding * np.outer(size, size), matrix, 0.0)
 
     def linear_range(self, name, axis):
         """Movement of a body or free point along x, y or z (0, 1, 2) up to which its cables restore it linearly. [m]
@@ -275,7 +274,7 @@ class SuspensionCase:
         """Estimated relative error of a column that needs no motion: none of what the scene states. [-]"""
         if column is not None and column.needs == "scene":
             return 0.0
-        found = max(ROUNDING, self.group.rounding_error(self.place), self.group.drag_error(self.place))
+        found = max(STUDY.rounding, self.group.rounding_error(self.place), self.group.drag_error(self.place))
         owner, _, quantity = ("", "", "") if column is None else column.name.rpartition(".")
         return max(found, self.group.sag_error(self.place, self.cable(owner))) if quantity in SAGS else found
 
@@ -355,7 +354,7 @@ class SuspensionCase:
         ------
         NoSolutionError, ConvergenceError
         """
-        count = FIRST
+        count = STUDY.first_body_modes
         while True:
             modes = self.modes(count)
             if len(modes) < count or modes.frequency[-1] > frequency:
@@ -368,7 +367,7 @@ class SuspensionCase:
         Raises
         ------
         NoSolutionError
-            There is no such mode among the lowest MOST_MODES.
+            There is no such mode among the lowest `most_body_modes`.
 
         Notes
         -----
@@ -377,7 +376,7 @@ class SuspensionCase:
         """
         place = self.body(body)
         free = self.equilibrium.suspension.free[place].sum()
-        count = number + MORE
+        count = number + STUDY.modes_beyond
         while True:
             modes = self.modes(count)
             share = modes.body_energy[place].sum(axis=0)
@@ -385,12 +384,12 @@ class SuspensionCase:
             if len(of_body) >= number:
                 return modes, int(of_body[number - 1])
             exhausted = free - share.sum() < 0.5 * (number - len(of_body))
-            if exhausted or len(modes) < count or count >= MOST_MODES:
+            if exhausted or len(modes) < count or count >= STUDY.most_body_modes:
                 raise NoSolutionError(
                     f"{len(of_body)} of the lowest {len(modes)} modes have more than half of their kinetic energy in "
                     f"{body}, not {number}"
                 )
-            count = min(2 * count, MOST_MODES)
+            count = min(2 * count, STUDY.most_body_modes)
 
     def mode_along(self, name, axis):
         """`BodyMode` of a body or free point along an axis of `system.suspension.AXES`.
@@ -428,7 +427,7 @@ class SuspensionCase:
         """Yield `mode_along`, then of modes of higher accuracies; only the first of an exact choice of elements."""
         yield self.mode_along(name, axis)
         damping = [cable.damping for cable in self.scene.cables.values()]
-        for sharper in SHARPER[1:] if self.model is None else ():
+        for sharper in STUDY.sharper[1:] if self.model is None else ():
             about = {"accuracy": sharper * self.scene.model.accuracy, "damping": damping}
             modes_of = partial(coupled_modes, self.equilibrium, **about)
             yield BodyMode.search(modes_of, name, self.body(name), axis)

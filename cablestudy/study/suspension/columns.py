@@ -13,7 +13,7 @@ import numpy as np
 from cablestudy.cable.geometry import chord_angles, clearance
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.fields import suggestion
-from cablestudy.study.columns import COLUMNS, FAMILIES, MAX_MODE_NUMBER, OF_FORM, Column, attribute, lacks, written_key
+from cablestudy.study.columns import COLUMNS, FAMILIES, OF_FORM, Column, attribute, lacks, written_key
 from cablestudy.study.columns import find as find_of_one
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
@@ -26,6 +26,7 @@ from cablestudy.study.suspension.wind_columns import (
     tension_columns,
     turn_columns,
 )
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.suspension import AXES
 
 # columns of a single cable -> what cables of a suspension have instead
@@ -69,7 +70,6 @@ OF_BODIES = (  # that stand for many
 )  # fmt: skip
 MODE = re.compile(r"((?:[^.]+\.)?)frequency_(\d{1,6})(?:_Hz)?")
 OF_CABLE_MODES = re.compile("|".join(family.name.replace("_K", r"_\w+") for family in FAMILIES))
-ROUNDING = 1e-12  # of an angle over a full turn: what is less is shown as zero
 
 
 # ------------------------------------------------------------------------------------------------- of one cable
@@ -365,9 +365,11 @@ def find(name):
     """
     if match := MODE.fullmatch(name):
         owner, number = match[1][:-1], int(match[2])
-        if 0 < number <= MAX_MODE_NUMBER:
+        if 0 < number <= STUDY.highest_mode_number:
             return _body_frequency(owner, number) if owner else _frequency(number)
-        raise ValueError(f"unknown column {name!r} (frequency_K: K is a whole number from 1 to {MAX_MODE_NUMBER})")
+        raise ValueError(
+            f"unknown column {name!r} (frequency_K: K is a whole number from 1 to {STUDY.highest_mode_number})"
+        )
     owner, dot, quantity = name.partition(".")
     if dot and OF_CABLE_MODES.fullmatch(quantity):
         return _cable_mode(find_of_one(quantity), owner)

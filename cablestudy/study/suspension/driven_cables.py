@@ -25,27 +25,13 @@ from cablestudy.control.suspension import load_off_ends
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError
 from cablestudy.study.suspension.driven_waves import ACROSS, dense
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cable_coordinates import residual_vectors
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
 from cablestudy.system.linear import LinearSystem
 
-# frequency up to which modes of a cable are kept that damping couples, over the highest one that the gain could drive
-# and over that up to which waves are resolved; and share of it with which the error by the others is estimated, which
-# is BY_OTHERS at least (3e-7 in 100 random scenes; poles in windows change a largest gain by 5e-7 at most in 45)
-KEPT, FEWER, BY_OTHERS = np.array([4.0, 2.0]), 0.5, 1e-6
-ALONE = 1.5  # the same multiples, up to which errors of the mesh are those of single modes
-ALL_FROM = 1e-5  # accuracy from which on all modes are kept,
-VECTORS, WORTH = 6, 0.7  # and share of the modes from which on vectors for the others spare nothing
-MOST_WAVES, MOST_OF_CABLE = 300, 1600  # half-waves along a cable that are resolved, and its modes that are computed
-TRIALS, BEYOND = 5, 1.2  # of the frequency up to which waves across the cables are resolved, over that of the pole
 MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coincide, over that of one alone
-SAFETY = 2.0  # on the change of the largest gain
-WINDOW = 0.2  # relative distance of frequencies beside one that decides a margin, by which it changes with the model
-NEARLY, CLOSE = 0.5, 0.05  # gain over the largest, and relative distance of modes from the one that would grow, from
-# which on such modes are in the model of the response
-UNCERTAIN = 2e-3  # relative error of where such a pole is: the model may lack one that seems to be below its highest
-ZERO = 1e-3  # size of a pole over the lowest frequency, below which it is that of an integral, zero
 TURN = 2 * np.pi
 
 
@@ -55,7 +41,7 @@ def open_poles(movement):
     With about those of modes that were computed and are not in its model.
     """
     poles = np.append(movement.open_poles, movement.linear.other_poles)
-    return poles[np.abs(poles) > ZERO * movement.modes.solution.omega[0]]
+    return poles[np.abs(poles) > STUDY.zero_pole * movement.modes.solution.omega[0]]
 
 
 class DrivenCables:
@@ -95,13 +81,13 @@ class DrivenCables:
         self._base, self._elements = movement.modes.solution, movement.linear.model is not None
         resolved_to = self._highest_resolved
         models = self._models(resolved_to)
-        for _ in range(TRIALS):
+        for _ in range(STUDY.resolution_trials):
             self._resolve(models, resolved_to, others)
             limit = self.gains.limit
             self.resolved = limit is None or self._elements or limit.omega <= resolved_to
             if self.resolved or resolved_to == self._farthest or limit.factor > gain:
                 break
-            resolved_to = min(BEYOND * limit.omega, self._farthest)
+            resolved_to = min(STUDY.resolved_beyond * limit.omega, self._farthest)
             models = self._models(resolved_to)
 
     @property
@@ -138,7 +124,9 @@ class DrivenCables:
     @property
     def _farthest(self):
         """Frequency up to which waves across all cables can be resolved. [rad/s]"""
-        return max(self._highest_resolved, np.pi * MOST_WAVES / self._effects.travel_time[ACROSS].max(initial=1e-300))
+        return max(
+            self._highest_resolved, np.pi * STUDY.resolved_waves / self._effects.travel_time[ACROSS].max(initial=1e-300)
+        )
 
     def _models(self, resolved_to):
         """`Models` of the cables, waves across them resolved up to a frequency at least. [rad/s]"""
@@ -148,11 +136,11 @@ class DrivenCables:
             return base.models if base.models.complete else Models(base.models.cables, base.models.meshes, fixed=True)
         waves = np.maximum(highest, [[resolved_to], [0.0]]) * time / np.pi
         kind, cable = np.unravel_index(np.argmax(waves), waves.shape)
-        if waves[kind, cable] > max(MOST_WAVES, resolved_to * time[ACROSS].max() / np.pi) * (1 + 1e-9):
+        if waves[kind, cable] > max(STUDY.resolved_waves, resolved_to * time[ACROSS].max() / np.pi) * (1 + 1e-9):
             raise too_many(self._in_words, int(min(waves[kind, cable], 1e9)), highest[kind, cable])
         linear, cables = self._movement.linear, base.models.cables
         search = Search(linear.equilibrium, len(base.omega), linear.accuracy, cables=cables)
-        models = Models(cables, cables.meshes(search.orders_of(waves.max(axis=0))), most=MOST_OF_CABLE)
+        models = Models(cables, cables.meshes(search.orders_of(waves.max(axis=0))), most=STUDY.driven_modes_of_cable)
         try:
             models.first  # noqa: B018 all modes are computed
         except ConvergenceError as error:
@@ -172,12 +160,12 @@ class DrivenCables:
         spares little, and for a high accuracy.
         """
         linear, found = self._movement.linear, [np.ones(len(one.omega), dtype=bool) for one in models.elements]
-        if self._elements or linear.accuracy <= ALL_FROM:
+        if self._elements or linear.accuracy <= STUDY.all_modes_from:
             return found
         for cable, element in enumerate(models.elements):
-            kept = self._up_to(cable, element, resolved_to, *KEPT * share)
+            kept = self._up_to(cable, element, resolved_to, *(share * one for one in STUDY.kept_multiples))
             coupled = linear.braked or element.strain is not None or element.uneven
-            if coupled and np.count_nonzero(kept) + VECTORS < WORTH * len(kept):
+            if coupled and np.count_nonzero(kept) + STUDY.vectors < STUDY.worth * len(kept):
                 found[cable] = kept
         return found
 
@@ -212,7 +200,7 @@ class DrivenCables:
         off = dense(layout.moved).T @ load_off_ends(movement.equilibrium, movement.winches)
         places = widened(effects.moved), effects.reeled, widened(off.T).T, widened(effects.measured)
         shares, controller = movement.allocation.shares, movement.given_loop.controller
-        found = LoopGain(bodies, elements, *places, shares, controller, windows=linear.accuracy > ALL_FROM)
+        found = LoopGain(bodies, elements, *places, shares, controller, windows=linear.accuracy > STUDY.all_modes_from)
         return movement.given_loop.unit_gain if found.spoilt else found
 
     def _poles(self):
@@ -220,9 +208,9 @@ class DrivenCables:
         poles = [open_poles(self._movement)]
         if self._spoilt:
             return poles[0]
-        chosen, highest = self._chosen(), (1 - UNCERTAIN) * self._highest_resolved
+        chosen, highest = self._chosen(), (1 - STUDY.uncertain_pole) * self._highest_resolved
         for cable, own in enumerate(chosen):
-            near = np.flatnonzero(own & (self.loop_gain.elements[cable].omega > NEARLY * highest))
+            near = np.flatnonzero(own & (self.loop_gain.elements[cable].omega > STUDY.nearly_largest_gain * highest))
             if len(near):
                 moved, _ = self.loop_gain.poles_of(cable, near)
                 alone = self.loop_gain.elements[cable].omega[near]
@@ -251,15 +239,19 @@ class DrivenCables:
         Those that the gain could drive; all where rounding spoils the response of a cable.
         """
         limit, base = self.gains.limit, self._base
-        if limit is None or limit.omega <= base.omega[-1] or not NEARLY * limit.factor < gain < limit.factor:
+        if (
+            limit is None
+            or limit.omega <= base.omega[-1]
+            or not STUDY.nearly_largest_gain * limit.factor < gain < limit.factor
+        ):
             return linear
         near = [np.zeros(len(own), dtype=bool) for own in self._own]
         chosen = [np.ones(one.modes, dtype=bool) for one in self.kept] if self._spoilt else self._chosen()
         for place, (own, driven, kept) in enumerate(zip(self._own, chosen, self.kept, strict=True)):
             near[place][own] = driven[: kept.modes]
-            near[place] &= np.abs(self.models.elements[place].omega / limit.omega - 1) < CLOSE
+            near[place] &= np.abs(self.models.elements[place].omega / limit.omega - 1) < STUDY.critical_modes
         search = Search(linear.equilibrium, len(base.omega), linear.accuracy, cables=self.models.cables)
-        band = (1 - CLOSE) * limit.omega, (1 + CLOSE) * limit.omega
+        band = (1 - STUDY.critical_modes) * limit.omega, (1 + STUDY.critical_modes) * limit.omega
         modes = search.with_chosen(self.models, base.coordinates.limits, near, *band)
         return linear.with_modes(modes, len(modes) - len(base.omega))
 
@@ -289,7 +281,7 @@ class DrivenCables:
             ])  # fmt: skip
         found = [replace(self.loop_gain, elements=elements, near=self.loop_gain) for elements in found]
         if self._few:
-            fewer = self._own_modes(self.models, self._resolved_to, FEWER)
+            fewer = self._own_modes(self.models, self._resolved_to, STUDY.coarser_share)
             found.append(self._loop_gain(self.models.with_modes(fewer)))
         return found
 
@@ -306,7 +298,10 @@ class DrivenCables:
             energy = ends.highest_energy(amplitudes[None], np.zeros((1, 6, len(square))))[0]
             return np.minimum(energy / square / 2, 0.5)
 
-        found, far = error(shapes, square), ~self._up_to(cable, element, self._resolved_to, ALONE, ALONE)
+        found, far = (
+            error(shapes, square),
+            ~self._up_to(cable, element, self._resolved_to, STUDY.single_mode_errors, STUDY.single_mode_errors),
+        )
         together = residual_vectors(element.omega[None], element.coupling[None], far[None])[0]
         together = together[:, together.any(axis=0)]
         share = together**2 + np.finfo(float).tiny
@@ -316,7 +311,7 @@ class DrivenCables:
     @property
     def by_others(self):
         """Least relative error of margins by vectors for other modes, or poles found in windows; 0 without. [-]"""
-        return BY_OTHERS if self._few or self.loop_gain.windowed else 0.0
+        return STUDY.by_other_modes if self._few or self.loop_gain.windowed else 0.0
 
     @property
     def _few(self):
@@ -333,14 +328,14 @@ class DrivenCables:
         if None in found:
             return np.nan, np.nan
         both = [(abs(one.factor / limit.factor - 1), abs(one.omega / limit.omega - 1)) for one in found]
-        return tuple(map(float, SAFETY * np.sum(both, axis=0) + self.by_others))
+        return tuple(map(float, STUDY.largest_gain_safety * np.sum(both, axis=0) + self.by_others))
 
     def perturbed_margins(self, margins, gain):
         """`Margins` of the perturbed loop gains, near the frequencies that decide the margins with a gain [rad/s]."""
         if self._elements or self._spoilt:
             return []
         omega, near = margins.omega, margins.deciding
-        chosen = (np.abs(omega[:, None] - near) < WINDOW * near).any(axis=1)
+        chosen = (np.abs(omega[:, None] - near) < STUDY.margin_window * near).any(axis=1)
         chosen[0] = True
         return [Margins(partial(_times, gain, loop_gain), omega[chosen]) for loop_gain in self._perturbed]
 

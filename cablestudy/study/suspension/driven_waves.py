@@ -6,8 +6,8 @@ winches make v = -gain C1 A N P u of what is measured, P u, so that its pole mov
 
     gain |C1 N| |b| |A| |P u|/(2 W).
 
-Where that is below DRIVEN of the rate at which the mode decays, no gain up to this one makes it grow, nor do as many
-modes together as nearly coincide. Z is the stiffness of the bodies on cables whose waves do not return,
+Where that is below `driven_decay` of the rate at which the mode decays, no gain up to this one makes it grow, nor do
+as many modes together as nearly coincide. Z is the stiffness of the bodies on cables whose waves do not return,
 
     Z(W) = K + i W (sum of G^T z G) - W^2 M,    z = sqrt(EA m) t t^T + sqrt(T m) (I - t t^T),
 
@@ -25,17 +25,14 @@ import numpy as np
 from cablestudy.control.suspension import reeled
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.scene.suspension_tables import MOTIONS
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import outward
 
-DRIVEN = 0.05  # share of its decay by which the gain may move the pole of a mode that is left out
-SAFETY = 2.0  # on the same for waves, by which the highest mode is found that is looked at
 UNDAMPED = (
     CONTROL.negligible_growth / 4
 )  # growth over frequency by a gain that is no instability, however small the decay
-BROAD = 0.1  # loop gain of waves that run away, above which a law that is no integrator needs all modes
 RANGE = np.geomspace(1.0, 1e8, 481)  # frequencies at which the bound is computed, over the lowest of the modes
-AXIAL = 0.1  # share of the force of a wave along a cable from which a mode is one along it
 ACROSS, ALONG = 0, 1
 
 
@@ -78,7 +75,7 @@ class Effects:
         span, direction = self.cables.catenary.span, outward(self.equilibrium)[0][cable, 0]
         impedance = np.sqrt(span.axial_stiffness[cable] * span.mass[cable])
         force = (element.coupling[:, :3] @ direction) ** 2 * element.omega**2 * self.travel_time[ALONG, cable]
-        return force >= AXIAL * 2 * impedance
+        return force >= STUDY.axial_share * 2 * impedance
 
     def _decay(self, cable, element):
         """Rate at which the modes of a cable between fixed ends decay at least, shape (n,). [1/s]"""
@@ -161,7 +158,7 @@ class Effects:
         found = np.full((2, self.cables.count, len(omega)), np.inf)
         for cable in np.flatnonzero(self.cables.heavy).tolist():
             for kind, (coupling, decay) in enumerate(self._waves(cable)):
-                least = np.maximum(DRIVEN * decay, UNDAMPED * omega) / SAFETY
+                least = np.maximum(STUDY.driven_decay * decay, UNDAMPED * omega) / STUDY.driven_wave_safety
                 with np.errstate(divide="ignore"):  # waves that move no winch
                     found[kind, cable] = least / self.of(cable, place, coupling).max(axis=0)
         return found
@@ -191,10 +188,12 @@ class Effects:
         )
 
     def loop_up_to(self, gain):
-        """Frequency up to which the loop gain is above BROAD where waves do not return. [rad/s]"""
+        """Frequency up to which the loop gain is above `broad_loop_gain` where waves do not return. [rad/s]"""
         control = self.movement.given_loop.controller(1j * self.omega)[:, None, :]
         passed = self._responses[2] @ self.movement.allocation.shares * control
-        return float(self.omega[gain * np.abs(np.linalg.eigvals(passed)).max(axis=1) > BROAD].max(initial=0.0))
+        return float(
+            self.omega[gain * np.abs(np.linalg.eigvals(passed)).max(axis=1) > STUDY.broad_loop_gain].max(initial=0.0)
+        )
 
     def driven(self, loop_gain, gain):
         """Which modes of each cable a gain could drive: list of ndarray of bool, shape (n,).
@@ -214,11 +213,11 @@ class Effects:
             omega, decay = element.omega, self._decay(cable, element)
             place = np.clip(np.searchsorted(self.omega, omega), 0, len(self.omega) - 1)
             effect = gain * self.of(cable, place, element.coupling)
-            driven = effect > np.maximum(DRIVEN * decay, UNDAMPED * omega)
+            driven = effect > np.maximum(STUDY.driven_decay * decay, UNDAMPED * omega)
             if driven.any():
                 poles, shift = loop_gain.poles_of(cable, np.flatnonzero(driven))
                 whole = (decay - element.decay)[driven] - poles.real
-                least = np.maximum(DRIVEN * whole, UNDAMPED * omega[driven])
+                least = np.maximum(STUDY.driven_decay * whole, UNDAMPED * omega[driven])
                 driven[driven] = gain * np.abs(shift) > least
             found.append(driven)
         return found

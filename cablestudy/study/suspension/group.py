@@ -8,7 +8,7 @@ import numpy as np
 
 from cablestudy.cable.catenary import Catenary
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import ROUNDING, utilisation_of
+from cablestudy.study.columns import utilisation_of
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.conductors import conductors_of
 from cablestudy.study.suspension.linear_motion import drag_of
@@ -21,6 +21,7 @@ from cablestudy.study.suspension.load_cases import (
     too_long,
 )
 from cablestudy.study.suspension.numbers import CableValues, distribution_of, loads_of
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system import lengths
 from cablestudy.system.coupled_modes import coupled_modes_of_cases
 from cablestudy.system.equilibria import pose
@@ -31,7 +32,6 @@ from cablestudy.wind.mean import equilibrium_in_wind
 
 # zero but for rounding where the load is along the chord
 HORIZONTAL = ("horizontal_tension", "catenary_constant", "lambda_squared")
-TOGETHER = 200  # cables, of several cases, whose modes are computed in one call
 
 
 class CableResults(CableValues):
@@ -106,7 +106,7 @@ class CableResults(CableValues):
 
     def _upright(self, name):
         """Whether a column of HORIZONTAL is zero but for rounding: the load, and so the cable, is along the chord."""
-        along = (name in HORIZONTAL) & (np.abs(self.span.cosine) < ROUNDING)
+        along = (name in HORIZONTAL) & (np.abs(self.span.cosine) < STUDY.rounding)
         return along & (self.span.vertical[..., 2] == 1) if name != "lambda_squared" else along
 
 
@@ -300,14 +300,14 @@ class Group:
         unknown = self._rounding_movement[:, body, axis]
         if axis < 3:
             value, by_drag = self.equilibrium.position[:, body, axis], moved[:, axis]
-            least = ROUNDING * self.equilibrium.longest
+            least = STUDY.rounding * self.equilibrium.longest
         else:  # the three angles change by about the rotation, whose axes are not theirs
-            value, least = to_angles(rotation)[:, axis - 3], ROUNDING * 2 * np.pi
-            by_drag = moved[:, 3:].sum(axis=-1) / np.sqrt(np.maximum(1 - rotation[:, 2, 0] ** 2, ROUNDING))
+            value, least = to_angles(rotation)[:, axis - 3], STUDY.rounding * 2 * np.pi
+            by_drag = moved[:, 3:].sum(axis=-1) / np.sqrt(np.maximum(1 - rotation[:, 2, 0] ** 2, STUDY.rounding))
         zero = np.abs(value) <= np.maximum(unknown, least)
         error = (unknown + by_drag) / np.where(zero, 1.0, np.abs(value))
         error = np.where(zero, np.maximum(self._rounding_errors, self._drag_change.error), error)
-        return list(zip(np.where(zero, 0.0, value).tolist(), np.maximum(ROUNDING, error).tolist(), strict=True))
+        return list(zip(np.where(zero, 0.0, value).tolist(), np.maximum(STUDY.rounding, error).tolist(), strict=True))
 
     @cached_property
     def in_mean_wind(self):
@@ -353,7 +353,7 @@ class Group:
         """
         if (place, count) not in self._modes:
             scene, cables = self._scenes[place], len(self.cable_places)
-            many = max(1, TOGETHER // max(1, cables))
+            many = max(1, STUDY.cables_at_once // max(1, cables))
             block = range(place // many * many, min((place // many + 1) * many, len(self._scenes)))
             alike = [i for i in block if self._scenes[i].model == scene.model and not self.failure(i)]
             damping = [cable.damping for i in alike for cable in self._scenes[i].cables.values()]

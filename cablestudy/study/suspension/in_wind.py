@@ -14,25 +14,12 @@ from cablestudy.study.columns import relative
 from cablestudy.study.notes import unknown_rms_error
 from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.movement import Movement
-from cablestudy.study.suspension.response import ACCURACY, Response
+from cablestudy.study.suspension.response import Response
 from cablestudy.study.suspension.turbulence import OWN
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases
 from cablestudy.system.superelement import any_grows_with_modes
 from cablestudy.wind.peak import peak_factor
-
-COUNTS = (64, 100, 160)  # modes of the models that are tried,
-IN_PLANE = (32, 64, 100)  # of a cable that moves in its plane only
-FEWEST, FEW = (8, 4), (16, 8)  # before them, of few cables, so many and so many of each cable
-LACKED = 1e-3  # share in the static compliance of bodies that these may lack
-MORE = (300, 600)  # where notches are at frequencies that those have not, the first one for tensions of a bare cable
-ELEMENTS = 250  # of a model with an exact choice of elements, where fewer change the RMS by more than a share EXACT
-EXACT = 1e-9
-SAFETY = 2.0  # on the change of a margin by fewer modes
-# on the error of an RMS that one model shows, as far as the accuracy allows, and least share of the accuracy: of 220
-# numbers of random scenes ten were more wrong than shown, up to 2.3 times, or by less than this share
-BY_ONE_MODEL, RESOLVED = 4.0, 5e-3
-BY_FEWEST = 0.2  # the same share where a model has the fewest modes: of 66 such models one was more wrong than 5e-3
-ROUNDING = 1e-14  # of a displacement by the mean wind over the longest chord: what is less is shown as zero
 
 
 class InWind:
@@ -60,7 +47,7 @@ class InWind:
         self.scene, self.airflow, self._model = scene, airflow, model
         self._without_wind, self._equilibrium = without_wind, equilibrium
         self._known, self._cables, self._modes = known, cables, {} if modes is None else modes
-        self._accuracy, self._midspans, self._least = scene.model.accuracy or ACCURACY, False, 0
+        self._accuracy, self._midspans, self._least = scene.model.accuracy or STUDY.fixed_model_accuracy, False, 0
 
     def movement_of(self, count, responses=False, among=0):
         """`Movement` with so many modes, which may be unstable.
@@ -114,7 +101,7 @@ class InWind:
 
     def _solved(self, count):
         """How many modes are computed where so many are in a model: meshes of cables that serve the loop too."""
-        return max(count, min(self._few(FEW), self._many[0]))
+        return max(count, min(self._few(STUDY.few_modes), self._many[0]))
 
     def _few(self, parts):
         """A number of modes, and so many of each cable, together."""
@@ -136,9 +123,9 @@ class InWind:
 
         Fewer than of many cables only where these hold nearly all of what loads do to bodies.
         """
-        for count in (*self._tried, *(MORE if self._model is None else ())):
+        for count in (*self._tried, *(STUDY.more_modes if self._model is None else ())):
             movement = self._with(count)
-            enough = count >= self._many[0] or movement.linear.lacked < LACKED
+            enough = count >= self._many[0] or movement.linear.lacked < STUDY.lacked_compliance
             if (enough and movement.knows_notches) or len(movement.modes) < count:
                 break
         return tuple(one for one in self._tried if one >= count) or (count,)
@@ -154,7 +141,11 @@ class InWind:
         scene, many, exact = self.scene, self._many, self._model is not None
         all_excited = self.airflow is not None and self.airflow.on_cables
         all_excited |= scene.control is not None and not law_from(scene.control)[0].integrates_only
-        few = [count for count in map(self._few, (FEW,) if exact else (FEWEST, FEW)) if count < many[0]]
+        few = [
+            count
+            for count in map(self._few, (STUDY.few_modes,) if exact else (STUDY.fewest_modes, STUDY.few_modes))
+            if count < many[0]
+        ]
         if not few or all_excited or (self._modal and not exact) or not self._equilibrium.suspension.free.any():
             return tuple(count for count in many if count >= self._least) or (self._least,)
         return *few, *many
@@ -162,8 +153,8 @@ class InWind:
     @property
     def _many(self):
         if self._model is not None:
-            return (ELEMENTS,)
-        return IN_PLANE if self._cables is not None and self._cables.planes else COUNTS
+            return (STUDY.element_modes,)
+        return STUDY.plane_model_modes if self._cables is not None and self._cables.planes else STUDY.model_modes
 
     def _with(self, count):
         """`movement_of` one of these numbers; where it may be that of few cables modes left out have more responses."""
@@ -199,7 +190,9 @@ class InWind:
     def _suffices(self, response):
         """Whether the modes left out of a `Response` and its quadrature leave the RMS of bodies the accuracy."""
         accuracy, others = self._accuracy, response.integration_error / 2
-        return response.moving_error <= 2 * (EXACT if self._model else max(accuracy - others, accuracy / 2))
+        return response.moving_error <= 2 * (
+            STUDY.element_modes_change if self._model else max(accuracy - others, accuracy / 2)
+        )
 
     def _check(self, movement):
         """Refuse a `Movement` that grows: NoSolutionError, in which one with many modes names the motion."""
@@ -318,7 +311,7 @@ class InWind:
     @cached_property
     def finer(self):
         """`InWind` of a bare cable with the next larger number of modes; None where there is none, or no more modes."""
-        known, count = (*self._many, MORE[0]), len(self.movement.modes)
+        known, count = (*self._many, STUDY.more_modes[0]), len(self.movement.modes)
         if self._model is not None or count not in known[:-1]:
             return None
         other = self._changed()
@@ -363,7 +356,7 @@ class InWind:
         found, others = getattr(self.controlled.margins, name), self.controlled.perturbed_margins
         if not others:
             return found, np.nan
-        error = SAFETY * sum(relative(found, getattr(other, name)) for other in others)
+        error = STUDY.margin_safety * sum(relative(found, getattr(other, name)) for other in others)
         return found, error + self.controlled.driven.by_others
 
     @property
@@ -421,8 +414,8 @@ class InWind:
             return np.sqrt(total), 0.0 if self._model is None else np.nan
         error, accuracy = found.error_of(variance, names) / (2 * total), self._accuracy
         modes = len(response.movement.modes)
-        least = BY_FEWEST if modes == self._tried[0] < self._solved(modes) else RESOLVED
-        error = max(error, min(BY_ONE_MODEL * error, accuracy), least * accuracy)
+        least = STUDY.resolved_by_fewest if modes == self._tried[0] < self._solved(modes) else STUDY.resolved
+        error = max(error, min(STUDY.one_model_safety * error, accuracy), least * accuracy)
         return np.sqrt(total), error if self._error_known else np.nan
 
     def largest_rms(self, names, variance="value", open_loop=False):
@@ -477,7 +470,7 @@ class InWind:
         before, after = self._without_wind, self._equilibrium
         turned = (after.rotation[body] - before.rotation[body]) @ place
         moved = after.position[body] - before.position[body] + turned
-        return np.where(np.abs(moved) > ROUNDING * before.longest, moved, 0.0)
+        return np.where(np.abs(moved) > STUDY.mean_wind_rounding * before.longest, moved, 0.0)
 
     def mean_tensions(self, name):
         """Tension at both ends of a cable in the mean wind, shape (2,). [N]"""

@@ -14,6 +14,7 @@ from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, secon
 from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.study.suspension.tension_waves import change_by_waves
 from cablestudy.study.suspension.turbulence import OWN, Turbulence
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.connected import observed
 from cablestudy.system.coupled import Layout
 from cablestudy.system.linear import dense
@@ -22,9 +23,6 @@ from cablestudy.wind.mean import Drag
 from cablestudy.wind.strips import midspan_shapes
 
 TURN = 2 * np.pi
-FEWER = 0.7  # of the modes, with which the error by those left out is estimated
-DEPENDENT = 1e-10  # size of a static response over the largest, below which it is rounding
-UNSEEN = 1e-16  # share of the kinetic energy of a mode in what outputs depend on, up to which it is rounding
 
 
 def drag_of(scenes, body_names, cable_names):
@@ -240,7 +238,7 @@ class LinearMotion:
         if (there := observed(self._whole)).all():
             return np.ones(shapes.shape[1], dtype=bool)
         shapes = shapes[there]
-        return (shapes * (self._whole.mass[np.ix_(there, there)] @ shapes)).sum(axis=0) > UNSEEN
+        return (shapes * (self._whole.mass[np.ix_(there, there)] @ shapes)).sum(axis=0) > STUDY.unseen_energy
 
     @property
     def other_poles(self):
@@ -269,23 +267,23 @@ class LinearMotion:
         """
         (omega, shapes), count = self._basis, len(self.kept)
         size, modes = len(self.motion), np.count_nonzero(self.kept < len(self.modes) - self.driven)
-        left = np.arange(int(FEWER * modes), modes)
+        left = np.arange(int(STUDY.fewer_modes * modes), modes)
         others = np.concatenate([left, np.arange(count, len(omega))])
         loads = self._plain_loads if self.model is None else self._loads
         static = (shapes.T @ loads / omega[:, None] ** 2)[others]
         static, values, _ = np.linalg.svd(static, full_matrices=False)
-        static = static[:, values > DEPENDENT * values.max(initial=0.0)]
+        static = static[:, values > STUDY.dependent_response * values.max(initial=0.0)]
         kept = np.eye(size)
         responses = kept[:, others] @ static
         return np.concatenate(
-            [kept[:, : int(FEWER * modes)], kept[:, modes:count], responses, kept[:, len(omega) :]], axis=1
+            [kept[:, : int(STUDY.fewer_modes * modes)], kept[:, modes:count], responses, kept[:, len(omega) :]], axis=1
         )
 
     @property
     def lacked(self):
         """Largest share in the static compliance of a free displacement that the lowest modes, of `fewer`, have not."""
         solution = self.modes.solution
-        lowest = slice(int(FEWER * len(self.modes)))
+        lowest = slice(int(STUDY.fewer_modes * len(self.modes)))
         moved = self.layout.bodies(solution.shapes[:, lowest]) / solution.omega[lowest]
         compliance = np.diagonal(np.linalg.inv(dense(solution.reduced.stiffness)))
         return float((1 - (moved**2).sum(axis=1) / compliance).max(initial=0.0))

@@ -12,7 +12,6 @@ import numpy as np
 
 from cablestudy.cable.steady_drag import Profile, SteadyDrag
 from cablestudy.study.load_cases import (
-    SECOND_ORDER,
     bounded,
     drag_width,
     elongation,
@@ -25,13 +24,12 @@ from cablestudy.study.load_cases import (
 )
 from cablestudy.study.suspension.linear_motion import offered_by_bodies
 from cablestudy.study.suspension.numbers import CableValues, loads_of, numbers_of
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system import stated, tangent
 from cablestudy.system.equilibria import pose
 from cablestudy.system.rigid import size
 from cablestudy.system.suspension import Equilibrium
 from cablestudy.wind.mean import Drag, equilibrium_in_wind
-
-BESIDE = 0.6180339887  # share of its part of a cable at which a place without a load is: no load is likely there
 
 
 @dataclass(frozen=True)
@@ -115,9 +113,9 @@ def drag_change(found, drag):
         own[case, cable], sag[case, cable], forces[case, cable] = uneven_drag_errors(*about)
     for place in np.unique(case).tolist():
         more, moved[place] = _by_bodies(found, place, forces[place])
-        error[place] = bounded(own[place] + SECOND_ORDER * more).max()
-        sag[place] = bounded(sag[place] + SECOND_ORDER * more)
-    return DragChange(error, sag, bounded(SECOND_ORDER * np.abs(moved)))
+        error[place] = bounded(own[place] + STUDY.second_order * more).max()
+        sag[place] = bounded(sag[place] + STUDY.second_order * more)
+    return DragChange(error, sag, bounded(STUDY.second_order * np.abs(moved)))
 
 
 def _by_bodies(found, place, forces):
@@ -291,7 +289,7 @@ def _reference_loads(scenes):
     positions, fractions, forces, _ = point_loads(CableValues(scenes), of_case=False)
     nothing = np.isnan(positions) & np.isnan(fractions)  # these places carry nothing
     number = np.cumsum(nothing, axis=-1)
-    fractions = np.where(nothing, (number - 1 + BESIDE) / np.maximum(number[..., -1:], 1), fractions)
+    fractions = np.where(nothing, (number - 1 + STUDY.place_without_load) / np.maximum(number[..., -1:], 1), fractions)
     return {"load_positions": positions, "load_fractions": fractions, "load_forces": forces}
 
 

@@ -16,14 +16,10 @@ from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.suspension.driven_cables import DrivenCables
 from cablestudy.study.suspension.driven_waves import Effects
 from cablestudy.study.suspension.turbulence import Turbulence
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.suspension import AXES
 
 TURN = 2 * np.pi
-LITTLE = 1e-6  # gain over the lowest frequency, of a loop whose gain follows from a margin
-UNLIMITED = 1e3  # gain up to which a loop that seems to have no limit is examined, over its lowest frequency
-TRIALS = 4  # of the gain that decides which modes of cables are looked at
-SAFETY = 3.0  # of the first one, over the largest gain to first order,
-FEW_WAVES = 40  # where that could drive at most so many half-waves along a cable: more cost more than a second trial
 
 
 class Movement:
@@ -205,7 +201,7 @@ class Movement:
     def given_loop(self):
         """The loop with its gain, or with next to none where the gain follows from a margin."""
         law, gain = law_from(self.scene.control)
-        given = LITTLE * self.modes.solution.omega[0] if gain is None else gain
+        given = STUDY.little_gain * self.modes.solution.omega[0] if gain is None else gain
         return Loop(self.motion, self.allocation, given, self.notches, law)
 
     @cached_property
@@ -244,19 +240,19 @@ class Movement:
         """`driven`, of growing gains."""
         _, known, begins = self._of_all_gains
         self.check_open()
-        gain = self.given_loop.gain or LITTLE
+        gain = self.given_loop.gain or STUDY.little_gain
         if gain not in begins:
             begins[gain] = self._first_gain(gain, known)
         gain = begins[gain]
         tried, found = [], None
-        for _ in range(TRIALS):
+        for _ in range(STUDY.gain_trials):
             if tried and found.models is not self.modes.solution.models:
                 known.pop(tried[-1])  # its models may be large
                 found = None
             tried.append(ceil(log2(gain)))
             found = self._driven_by(gain, known)
             limit = found.gains.limit
-            more = limit.factor if limit else UNLIMITED * self.modes.solution.omega[0]
+            more = limit.factor if limit else STUDY.unlimited_gain * self.modes.solution.omega[0]
             if more <= 2.0 ** tried[-1]:
                 known.update(dict.fromkeys(tried, found))
                 break
@@ -265,8 +261,10 @@ class Movement:
 
     def _first_gain(self, gain, known):
         """A gain near the largest one, if it is above one [rad/s] and few waves follow from it, else that one."""
-        near = max(gain, SAFETY * (self.given_loop.limit_by_modes or 0.0))
-        if (self.effects.driven_up_to(near) * self.effects.travel_time).max(initial=0.0) > np.pi * FEW_WAVES:
+        near = max(gain, STUDY.first_gain_safety * (self.given_loop.limit_by_modes or 0.0))
+        if (self.effects.driven_up_to(near) * self.effects.travel_time).max(
+            initial=0.0
+        ) > np.pi * STUDY.first_gain_waves:
             return gain
         try:
             self._driven_by(near, known)

@@ -7,13 +7,8 @@ from cablestudy.scene.words import counted, first_of
 from cablestudy.study.columns import find
 from cablestudy.study.notes import averaged_wind, long_cables, of_comparison
 from cablestudy.study.ssm import DAMPING_NOTES
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.superelement import grows_with_modes
-
-LEAST = 1e-11  # net force over the forces: what is less is rounding
-LISTED = 12  # cables, bodies, or runs of modes, that are named one by one
-LEAST_CHANGE = 5e-5  # of a tension, relative, that is told
-# of what stands: rotation of a body [deg], and movement over the longest chord [-]; what moves more has fallen
-MOST_TURNED, MOST_MOVED = 30.0, 0.1
 
 
 def notes_of(case):
@@ -32,7 +27,7 @@ def notes_of(case):
         return ()
     found = case.equilibrium
     record, free = found.record, int(found.suspension.free.sum())
-    residual = max(float(record.residual), LEAST)
+    residual = max(float(record.residual), STUDY.noted_force)
     shown = f"{10.0 ** np.ceil(np.log10(residual)):g}"
     return (
         f"statics: {counted(len(found.suspension.cable_names), 'cable')} in closed form, "
@@ -55,7 +50,7 @@ def strength_warning(case):
         The case has no stable equilibrium.
     """
     weak = [f"{name} (utilisation {share:.4g})" for name, share in case.over_strength.items()]
-    return (f"warning: the stress is above the strength: {first_of(weak, LISTED)}",) if weak else ()
+    return (f"warning: the stress is above the strength: {first_of(weak, STUDY.listed_parts)}",) if weak else ()
 
 
 def warnings_of(case):
@@ -98,8 +93,9 @@ def moved_note(case):
     if not told:
         return ()
     return (
-        f"note: the stated tensions or sags move {first_of(told, LISTED)} from its place in the file (at), more than "
-        "its cables stretch: their lengths follow with all forces on; a force in a load case (cases.NAME.forces) keeps "
+        f"note: the stated tensions or sags move {first_of(told, STUDY.listed_parts)} from its place in the file (at), "
+        "more than its cables stretch: their lengths follow with all forces on; "
+        "a force in a load case (cases.NAME.forces) keeps "
         "them",
     )
 
@@ -117,7 +113,7 @@ def _of_load_case(case):
 def _of_slack(found):
     """Cables that hang by their own weight: the mean tension is below it."""
     if slack := slack_cables(found):
-        yield f"slack: {first_of(slack, LISTED)}"
+        yield f"slack: {first_of(slack, STUDY.listed_parts)}"
 
 
 def _of_wind(case):
@@ -178,13 +174,13 @@ def _of_modes(modes):
     reasons = {}
     for cable in modes.cables:
         reasons.setdefault(cable.reason, []).append(cable.name)
-    for reason, names in list(reasons.items())[:LISTED]:
-        yield f"{first_of(names, LISTED)}: {reason}"
+    for reason, names in list(reasons.items())[: STUDY.listed_parts]:
+        yield f"{first_of(names, STUDY.listed_parts)}: {reason}"
     yield from _of_modal_damping(modes.damped.solution.models)
-    for first, last in modes.coincident[:LISTED]:
+    for first, last in modes.coincident[: STUDY.listed_parts]:
         yield f"modes {first} to {last} coincide: their motions may be combined at will"
-    if len(modes.coincident) > LISTED:
-        yield f"and {len(modes.coincident) - LISTED} more runs of modes that coincide"
+    if len(modes.coincident) > STUDY.listed_parts:
+        yield f"and {len(modes.coincident) - STUDY.listed_parts} more runs of modes that coincide"
 
 
 def _highest(movement):
@@ -204,7 +200,7 @@ def assumed_damping(scene):
     cables = scene.cables
     silent = [name for name, cable in cables.items() if "damping" not in cable.model_fields_set]
     if silent:
-        named = first_of(silent, LISTED) if len(silent) < len(cables) else "the scene"
+        named = first_of(silent, STUDY.listed_parts) if len(silent) < len(cables) else "the scene"
         damping = cables[silent[0]].damping
         assumed = f"{damping.model}, with a ratio of {100 * damping.ratio:g} %, is assumed"
         yield f"damping: none is given for {named}; {assumed}"
@@ -242,20 +238,20 @@ def lost_notes(case):
     lost = case.scene.load_case.lost
     if not lost:
         return ()
-    begin, slack = f"without {first_of(lost, LISTED)}", slack_cables(case.equilibrium)
+    begin, slack = f"without {first_of(lost, STUDY.listed_parts)}", slack_cables(case.equilibrium)
     ends = (
-        f"{'slack: ' + first_of(slack, LISTED) if slack else 'no cable is slack'}; this is the equilibrium that "
-        "follows, on the unstretched lengths of the reference state: the snap itself, which pulls more for a moment, "
-        "is not computed"
+        f"{'slack: ' + first_of(slack, STUDY.listed_parts) if slack else 'no cable is slack'}; "
+        "this is the equilibrium that follows, on the unstretched lengths of the reference state: "
+        "the snap itself, which pulls more for a moment, is not computed"
     )
     try:
         moved, down = _movements(case)
         changes = _changes(case)
     except (NoSolutionError, ConvergenceError) as error:
         return f"note: {begin} {ends}", f"note: {begin} nothing is compared: with all cables, {error}"
-    told = first_of(moved, LISTED) or "nothing moves"
+    told = first_of(moved, STUDY.listed_parts) or "nothing moves"
     stands = f"warning: {begin} it falls to where it hangs now" if down else f"note: {begin} it stands"
-    parts = [f"{word} in {first_of(names, LISTED)}" for word, names in changes.items() if names]
+    parts = [f"{word} in {first_of(names, STUDY.listed_parts)}" for word, names in changes.items() if names]
     tension = "; ".join(parts) or "as before in each cable"
     return f"{stands}: {told}; {ends}", f"note: {begin} the largest tension is {tension}"
 
@@ -283,7 +279,7 @@ def _changes(case):
     pairs = zip(case.scene.cables, case.of_cables(tension).tolist(), strict=True)
     changes = [(now / before[name] - 1, name, now) for name, now in pairs if before[name] > 0]
     for change, name, now in sorted(changes, key=lambda one: -round(abs(one[0]), 6)):  # alike in their order
-        if abs(change) > LEAST_CHANGE:
+        if abs(change) > STUDY.noted_change:
             found["more" if change > 0 else "less"].append(f"{name} ({now:.4g} N, {100 * change:+.3g} %)")
     return found
 
@@ -296,7 +292,7 @@ def _movements(case):
     turned = np.degrees(np.arccos(np.clip((trace - 1) / 2, -1.0, 1.0)))
     # rounding of the cosine of a small angle is not told
     shift, turn = (np.where(part > least, part, 0.0) for part, least in ((moved, 1e-9), (turned, 1e-5)))
-    fallen = (turned > MOST_TURNED) | (moved > MOST_MOVED * now.catenary.span.chord.max())
+    fallen = (turned > STUDY.standing_turn) | (moved > STUDY.standing_movement * now.catenary.span.chord.max())
     parts = []
     for name, far, angle in zip(now.suspension.body_names, shift.tolist(), turn.tolist(), strict=True):
         words = [f"moves by {far:.4g} m"] * (far > 0) + [f"turns by {angle:.4g} deg"] * (angle > 0)

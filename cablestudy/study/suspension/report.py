@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
-from cablestudy.study.columns import ROUNDING, find, relative
+from cablestudy.study.columns import find, relative
 from cablestudy.study.notes import of_comparison
 from cablestudy.study.report import STATE, modes_as_rows, shapes_table
 from cablestudy.study.suspension.columns import body_columns, cable_columns, has_key, link_columns, point_columns
@@ -14,6 +14,7 @@ from cablestudy.study.suspension.notes import slack_cables
 from cablestudy.study.suspension.numbers import numbers_of
 from cablestudy.study.suspension.rows import value
 from cablestudy.study.table import Field, Table
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.force_density import find_form
 from cablestudy.system.mode_pairs import pair_modes
 from cablestudy.system.suspension import AXES
@@ -222,8 +223,8 @@ def mode_table(case, modes, chosen):
         Field("moves", "moves"),
         Field("body_share", "body share"),
     )
-    share = np.where(modes.body_share > ROUNDING, modes.body_share, 0.0)
-    damping = np.where(np.abs(modes.damping_ratio) > ROUNDING, modes.damping_ratio, 0.0)
+    share = np.where(modes.body_share > STUDY.rounding, modes.body_share, 0.0)
+    damping = np.where(np.abs(modes.damping_ratio) > STUDY.rounding, modes.damping_ratio, 0.0)
     lines = [
         (k + 1, float(modes.frequency[k]), float(damping[k]), modes.moves[k], float(share[k])) for k in map(int, chosen)
     ]
@@ -331,9 +332,9 @@ def mode_errors(case, modes, count):
     )
     for row, (own, true, error) in zip(errors, pairs, strict=True):
         own, true, error = own[:known], true[pair], error[pair]
-        moves = np.abs(true) > ROUNDING  # not a mode without damping
+        moves = np.abs(true) > STUDY.rounding  # not a mode without damping
         row[:known] = np.where(moves, np.abs(own - true) / np.where(moves, np.abs(true), 1.0) + error, np.nan)
-        row[:known][~moves & (np.abs(own) <= ROUNDING)] = 0.0  # shown as zero
+        row[:known][~moves & (np.abs(own) <= STUDY.rounding)] = 0.0  # shown as zero
     return errors
 
 

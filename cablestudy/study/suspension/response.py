@@ -14,19 +14,9 @@ import numpy as np
 from cablestudy.control.loop_state_space import by_forces
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.suspension.turbulence import OWN
+from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.imaging import seen_weights
 from cablestudy.wind.tolerances import WIND
-
-ACCURACY = 1e-4  # where the scene has a fixed model
-TENSION = 10.0  # on what the highest modes add to the variance of a tension: what is left out falls slowly
-MOVING = 1e-3  # of the variance of a tension, beside what waves change, where the ends of cables move
-SPEEDS = (
-    2e-6  # error of variances of speed and acceleration of winches by modes left out, which the highest do not show
-)
-ROUNDING = 1e-15  # of the energy of an output over the largest of all: what is less is shown as zero
-AT_ONCE = 500_000  # entries of the responses that are computed at once
-SEEN = 0.01  # height of a resonance over the largest one of an output, from which on it is seen there
-COMPARED = 10.0  # on the change of a variance from a model with fewer modes, whose errors may fall slowly
 
 
 @dataclass(frozen=True)
@@ -115,7 +105,7 @@ class Response:
         residues, gusts = self._turbulence.residues, self.movement.gusts
         if space is not None:
             residues = residues.combined(space)
-        at_once, found = max(1, AT_ONCE // len(self.movement.motion) ** 2), []
+        at_once, found = max(1, STUDY.response_entries // len(self.movement.motion) ** 2), []
         for part in np.split(frequency, range(at_once, len(frequency), at_once)):
             found.append(gusts.input_spectra(part, np.swapaxes(residues.response(2j * np.pi * part), -1, -2)).T)
         return np.concatenate(found, axis=-1)
@@ -124,7 +114,7 @@ class Response:
         """Poles of the upper half plane that are seen in some outputs, by their names. [rad/s]"""
         (found, _), rows = self._turbulence.residues.split(np.inf), [self.names.index(name) for name in names]
         height = np.abs(found.outputs[rows]) * np.linalg.norm(found.inputs, axis=1) / np.abs(found.poles.real)
-        seen = (height > SEEN * height.max(axis=1, keepdims=True)).any(axis=0)
+        seen = (height > STUDY.seen_resonance * height.max(axis=1, keepdims=True)).any(axis=0)
         return found.poles[seen & (found.poles.imag > 0)]
 
     # -------------------------------------------------------------------------------------------------- integrals
@@ -162,7 +152,7 @@ class Response:
             return whole, added, late
         earlier = self._before._turbulence
         change = np.abs(whole - (earlier.seen(weights) if weights else earlier.variances)[0])
-        return whole, np.minimum(added, COMPARED * change), late
+        return whole, np.minimum(added, STUDY.change_safety * change), late
 
     @cached_property
     def moving_error(self):
@@ -198,9 +188,11 @@ class Response:
             raise NoSolutionError("a variance of the motion in the wind is not a number")
         energy = value * self.stiffness
         largest = np.maximum(energy.max(axis=-1, keepdims=True), self._energy_by_cables(weights))
-        value = np.where(energy > ROUNDING * largest, value, 0.0)
+        value = np.where(energy > STUDY.energy_rounding * largest, value, 0.0)
         tension = np.array([".tension_" in name for name in self.names])
-        added = np.where(tension, TENSION * _of_tensions(value, added, tension) + self._by_ends * value, added)
+        added = np.where(
+            tension, STUDY.tension_safety * _of_tensions(value, added, tension) + self._by_ends * value, added
+        )
         error = added + self.integration_error * value + late
         values, errors = (dict(zip(weights, parts, strict=True)) for parts in (value, error))
         waves = (
@@ -211,7 +203,7 @@ class Response:
     @property
     def _by_ends(self):
         """Relative error of the variance of a tension since waves are looked at between ends at rest. [-]"""
-        return MOVING if self.movement.equilibrium.suspension.free.any() else 0.0
+        return STUDY.moving_ends if self.movement.equilibrium.suspension.free.any() else 0.0
 
     def _energy_by_cables(self, weights):
         """That of displacements if all force of the gusts on cables moved them, shape (w, o); 0 of other outputs."""
@@ -238,7 +230,7 @@ class Response:
         """
         whole, added, undamped = self._turbulence.winch_speeds
         self._refuse(undamped)
-        return whole, added + (self.integration_error + SPEEDS) * whole
+        return whole, added + (self.integration_error + STUDY.winch_speeds) * whole
 
     @cached_property
     def stiffness(self):

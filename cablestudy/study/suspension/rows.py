@@ -8,19 +8,17 @@ import numpy as np
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.scene.words import first_of
 from cablestudy.study.closed_form import DISCRETE, SYSTEM
-from cablestudy.study.columns import ROUNDING, most_modes_first, not_finite, relative
+from cablestudy.study.columns import most_modes_first, not_finite, relative
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.row import Row
 from cablestudy.study.status import FALLEN, MODAL, OVER_STRENGTH, SLACK, status_of
 from cablestudy.study.suspension.case import SuspensionCase, cases_of, prepare
 from cablestudy.study.suspension.columns import WHOLE
-from cablestudy.study.suspension.group import TOGETHER
-from cablestudy.study.suspension.notes import LISTED, fallen, notes_of, strength_warning
+from cablestudy.study.suspension.notes import fallen, notes_of, strength_warning
 from cablestudy.study.suspension.wind_columns import exceeded_limits, slackened
+from cablestudy.study.tolerances import STUDY
 
 OF_THE_WHOLE = {column.name: column for column in WHOLE}
-# cases whose equilibria are solved together, and more of them up to so many cables: bounds the memory
-AT_ONCE, CABLES_AT_ONCE = 200, 6000
 
 
 def evaluate_suspensions(scenes, columns, estimate=False):
@@ -41,7 +39,7 @@ def evaluate_suspensions(scenes, columns, estimate=False):
     columns = [OF_THE_WHOLE.get(column.name, column) for column in columns]
     rows, needed = [], any(column.needs in ("statics", "stiffness", "modes", "loop", "wind") for column in columns)
     most = max((len(scene.cables) for scene in scenes), default=1)
-    at_once = max(AT_ONCE, CABLES_AT_ONCE // max(1, most))
+    at_once = max(STUDY.suspensions_at_once, STUDY.suspended_cables_at_once // max(1, most))
     for first in range(0, len(scenes), at_once):
         some = scenes[first : first + at_once]
         begin = time.perf_counter()
@@ -49,7 +47,9 @@ def evaluate_suspensions(scenes, columns, estimate=False):
         if estimate or "error_estimate" in [column.name for column in columns]:
             _compare(cases, columns)
         shared, moving = (time.perf_counter() - begin) / len(some), any(column.needs in SYSTEM for column in columns)
-        together = max(1, TOGETHER // max(1, *(len(scene.cables) for scene in some))) if moving else len(cases)
+        together = (
+            max(1, STUDY.cables_at_once // max(1, *(len(scene.cables) for scene in some))) if moving else len(cases)
+        )
         for place in range(0, len(cases), together):
             block, begin = cases[place : place + together], time.perf_counter()
             if moving:
@@ -81,7 +81,9 @@ def _row(case, columns, seconds, noted):
     weak = list(case.over_strength) if case.solved else []
     slack = slackened(case) if any(column.needs == "wind" for column in columns) and case.moves else []
     doubts = (OVER_STRENGTH, weak), (SLACK, slack), (FALLEN, fallen(case) if case.solved else [])
-    cells["status"] = status_of(failures, *(f"{words}: {first_of(names, LISTED)}" for words, names in doubts if names))
+    cells["status"] = status_of(
+        failures, *(f"{words}: {first_of(names, STUDY.listed_parts)}" for words, names in doubts if names)
+    )
     return Row(cells, case, notes_of(case) if noted else (), errors, strength_warning(case) if weak else ())
 
 
@@ -139,7 +141,7 @@ def value(case, column):
         if column.key:
             raise NoSolutionError(f"{column.name} needs the key {column.key}, which this case does not have")
         raise not_finite(column)
-    return float(number) + 0.0, None if isnan(error) else max(float(error), ROUNDING if error else 0.0)
+    return float(number) + 0.0, None if isnan(error) else max(float(error), STUDY.rounding if error else 0.0)
 
 
 def _difference(case, column, number):

@@ -8,18 +8,16 @@ import numpy as np
 from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import labels, outward, second_order
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, refuse_options
-from cablestudy.study.ssm import DEFAULT_MODES, fewest_modes, left_out
-from cablestudy.study.suspension.body_mode import MOST_MODES
+from cablestudy.study.ssm import fewest_modes, left_out
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.linear_motion import markers_of, winches_of
 from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning
 from cablestudy.study.suspension.report import mode_notes
 from cablestudy.study.suspension.ssm_control import CoupledChoice, choose_controlled, pairs_of, response_unit
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled import Layout
 from cablestudy.system.linear import dense
 from cablestudy.wind.strips import nodal_shapes
-
-RESPONSE_MODES = 96  # beyond which a response does not ask for more by itself
 
 
 @dataclass(frozen=True)
@@ -137,8 +135,8 @@ def choose(document, scene, options, highest=None):
     options : StateSpaceOptions
         Those that have no meaning for a suspension are not looked at.
     highest : float, optional
-        Of a response [Hz]: without other choice the modes up to it are kept, at least DEFAULT_MODES and not many more
-        than RESPONSE_MODES.
+        Of a response [Hz]: without other choice the modes up to it are kept, at least `default_modes` and not many more
+        than `response_modes`.
 
     Returns
     -------
@@ -172,11 +170,16 @@ def _choose(scene, options, highest):
     if options.upto:
         found = case.modes_up_to(options.limit)
         return _choice(case, options, found, found.up_to(options.limit), highest)
-    size = MOST_MODES if scene.model.elements is not None else options.count or DEFAULT_MODES
+    size = STUDY.most_body_modes if scene.model.elements is not None else options.count or STUDY.default_modes
     found = case.modes(size)
     if options.count is not None and len(found) < options.count:
         raise SceneError(f"--modes {options.count}: the model has {len(found)} modes")
-    while options.count is None and highest and len(found) == size < RESPONSE_MODES and found.frequency[-1] < highest:
+    while (
+        options.count is None
+        and highest
+        and len(found) == size < STUDY.response_modes
+        and found.frequency[-1] < highest
+    ):
         size *= 2
         found = case.modes(size)
     return _choice(case, options, found, np.arange(len(found))[: options.count], highest)
@@ -190,7 +193,7 @@ def _choice(case, options, found, chosen, highest):
 
 def _fewest(case, options, highest):
     """The `SuspensionChoice` of the fewest modes that leave out a share of the inertia; of equal ones all or none."""
-    size, before = MOST_MODES if case.scene.model.elements is not None else DEFAULT_MODES, ""
+    size, before = STUDY.most_body_modes if case.scene.model.elements is not None else STUDY.default_modes, ""
     while True:
         try:
             found = case.modes(size)
@@ -201,10 +204,10 @@ def _fewest(case, options, highest):
         try:
             chosen = fewest_modes(choice.share, every, options.error, f"the {len(found)}", choice.names)
         except NoSolutionError as lacking:
-            if len(found) < size or size == MOST_MODES:
+            if len(found) < size or size == STUDY.most_body_modes:
                 raise
             before = f"{lacking}; of more, "
-            size = min(2 * size, MOST_MODES)
+            size = min(2 * size, STUDY.most_body_modes)
             continue
         for first, last in found.coincident:
             run = np.arange(first - 1, last)

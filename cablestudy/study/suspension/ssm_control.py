@@ -15,13 +15,11 @@ from cablestudy.study.loop_in_time import unit_of
 from cablestudy.study.ssm import number_of
 from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.in_wind import COUNTS
 from cablestudy.study.suspension.notes import damping_notes, law_notes, notes_of, strength_warning
 from cablestudy.study.suspension.report import mode_table
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.linear import solved
 
-MOST = 160  # modes beyond which a response does not ask for more by itself
-AT_ONCE = 1_000_000  # entries of the matrices that are solved at once for a response
 NEEDS = {"loop": "control", "actuators": "actuators"}  # keys of the scene
 
 
@@ -125,7 +123,7 @@ class ControlledChoice(CoupledChoice):
 
     def response(self, pair, frequency):
         """The output of a pair for a unit of its input, shape (m,), at frequencies [Hz]."""
-        at_once = max(1, AT_ONCE // len(self.shown.a) ** 2)
+        at_once = max(1, STUDY.loop_response_entries // len(self.shown.a) ** 2)
         pieces = np.split(frequency, range(at_once, len(frequency), at_once))
         return np.concatenate([self._response(pair, 2j * np.pi * piece) for piece in pieces])
 
@@ -221,7 +219,7 @@ def choose_controlled(document, scene, options, highest=None):
     if not getattr(scene, key):
         raise missing(document, key, f"ssm --with {options.attached}")
     case = SuspensionCase(scene)
-    whole = movement = case.in_wind.movement_of(max(options.count or 0, COUNTS[0]))
+    whole = movement = case.in_wind.movement_of(max(options.count or 0, STUDY.model_modes[0]))
     if options.count:
         if len(whole.modes) < options.count:
             raise SceneError(f"--modes {options.count}: the model has {len(whole.modes)} modes")
@@ -233,7 +231,7 @@ def choose_controlled(document, scene, options, highest=None):
             raise NoSolutionError(f"no mode is below {options.limit:.4g} Hz; the lowest is at {frequency[0]:.4g} Hz")
         movement = _with(case.in_wind, whole, int((frequency <= options.limit).sum()))
     elif highest:
-        whole = movement = _reaching(case.in_wind, whole, highest, MOST)
+        whole = movement = _reaching(case.in_wind, whole, highest, STUDY.loop_response_modes)
     loop, movement = None, movement.with_all_modes
     if options.attached == "loop":
         allocation = replace(whole.allocation, measured=movement.allocation.measured)
@@ -249,7 +247,7 @@ def _with(in_wind, whole, count):
 
 def _reaching(in_wind, movement, frequency, most):
     """A movement with a mode above a frequency [Hz], of at most about so many modes, or with all there are."""
-    size = COUNTS[0]
+    size = STUDY.model_modes[0]
     while len(movement.modes) == size < most and movement.modes.frequency[-1] < frequency:
         size *= 2
         movement = in_wind.movement_of(size)

@@ -10,15 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.integrals import Integrals
 
 TURN = 2 * np.pi
-# on the changes by waves along the cables and across them: waves along a cable that sags are driven across it too.
-# Chosen on random scenes; of 330 tensions of others that are held up to 12 were still more wrong, up to 2.3 times
-ALONG, ACROSS = 2.0, 1.0
-WIDE = 30.0  # frequency up to which these waves are looked at, over that of the first one
-STRAINED = 0.1  # share of the energy of a wave across a cable that is one of its strain
-LEAST, MOST = 1e-6, 0.9  # damping ratio of a wave
 
 
 def change_by_waves(linear, weights):
@@ -35,7 +30,7 @@ def change_by_waves(linear, weights):
     ndarray
         0 of all but tensions. For their rates it is up to five times too small: nearly all of the change is the
         resonance of the first wave along a cable that sags, which is excited more than the force left to its ends says.
-        No column shows such a rate; the largest tension depends on its logarithm, see `wind_columns.CROSSINGS`.
+        No column shows such a rate; the largest tension depends on its logarithm, see `crossings`.
     """
     gusts, state, found = linear.gusts, linear.at_rest, linear.at_rest.variances[0]
     change, residues = np.zeros(found.shape), state.residues
@@ -53,9 +48,9 @@ def change_by_waves(linear, weights):
         direct=np.zeros_like(inputs),
     )
     low, high = state.range
-    edges = gusts.edges(low, max(high, WIDE * np.abs(poles).max() / TURN))
+    edges = gusts.edges(low, max(high, STUDY.wave_range * np.abs(poles).max() / TURN))
     integrals = Integrals.on(edges, gusts, weights, state.least)
-    factor = np.repeat([ALONG, ACROSS], len(rows) // len(kinds))
+    factor = np.repeat([STUDY.waves_along, STUDY.waves_across], len(rows) // len(kinds))
     np.add.at(change.T, rows, (factor * np.abs(integrals.variances(following) - found[:, rows])).T)
     return change
 
@@ -86,11 +81,11 @@ def _first_waves(linear):
     )
     air = wind.air_density * wind.speed * offered / 2 if linear.braked else 0.0  # across wind and cable
     found = []
-    for force, strained, rubbed in ((stiffness, 1.0, viscous), (tension, STRAINED, viscous + air)):
+    for force, strained, rubbed in ((stiffness, 1.0, viscous), (tension, STUDY.strained_share, viscous + air)):
         first = np.pi / length * np.sqrt(force / mass)
         omega = first * np.maximum(np.ceil(linear.modes.solution.omega[-1] / first), 1.0)
         damping = ratio + strained * (loss + time * omega) / 2 + rubbed / (2 * mass * omega)
-        damping = np.clip(damping, LEAST, MOST)
+        damping = np.clip(damping, STUDY.least_wave_damping, STUDY.most_wave_damping)
         found.append(np.repeat(omega * (-damping + 1j * np.sqrt(1 - damping**2)), 2))
     rows = len(linear.outputs) - 2 * len(cables) + 2 * heavy
     return ((rows[:, None] + np.arange(2)).ravel(), *found)

@@ -9,13 +9,12 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.integrals import Integrals
 from cablestudy.wind.tolerances import WIND
 from cablestudy.wind.variance import smooth_on, with_turns
 
 TURN = 2 * np.pi
-LOWEST, HIGHEST = 2e-5, 1e3  # range over the slowest and fastest of wind, loop and lowest mode
-DELAYED = 4.0  # largest relative error of a variance by a pole that lacks the right delay, over the loop gain there
 OWN = {"value": np.ones_like, "rate": lambda frequency: (TURN * frequency) ** 2}  # weights of displacements and rates
 
 
@@ -49,7 +48,7 @@ class Turbulence:
         wind, lowest = self.linear.scene.wind, self.linear.modes.frequency[0]
         corner = wind.speed / wind.length_scale
         slow = [corner, lowest] + ([] if self.loop is None else [self.loop.gain / TURN])
-        return LOWEST * min(slow), HIGHEST * max(corner, lowest)
+        return STUDY.lowest_frequency * min(slow), STUDY.highest_frequency * max(corner, lowest)
 
     @cached_property
     def _coarse(self):
@@ -113,7 +112,7 @@ class Turbulence:
             return np.zeros((len(integrals.weights), 1))
         late = TURN * integrals.panels.frequency > self.loop.right_up_to
         late = replace(integrals, weights={name: weight * late for name, weight in integrals.weights.items()})
-        return DELAYED * self.loop.gain_beyond * late.variances(self.linear.at_rest.residues)
+        return STUDY.delayed_error * self.loop.gain_beyond * late.variances(self.linear.at_rest.residues)
 
     @cached_property
     def winch_speeds(self):

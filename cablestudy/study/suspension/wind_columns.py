@@ -9,14 +9,12 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.columns import MM, UM, Column, loop_columns, scaled, winch_columns
+from cablestudy.study.tolerances import STUDY
 
 TURN = 2 * np.pi
 PLACES, TURNS = ("x", "y", "z"), ("rx", "ry", "rz")
 STATES = {"": "", "_open_loop": ", the winches at rest"}
 ENDS = ("tension_from", "tension_to")
-# least relative error of the rate at which a tension crosses its mean: motions above the model's modes count. Of 90
-# random scenes with next to no damping five were more wrong, up to 0.38; then the rate states more itself
-CROSSINGS = 0.2
 
 
 # ------------------------------------------------------------------------------------ RMS of outputs, by their names
@@ -129,7 +127,7 @@ def tension_at_peak(case, name, sign):
     """
     parts = []
     for mean, end in zip(case.in_wind.mean_tensions(name), ENDS, strict=True):
-        change, error = case.in_wind.peak([f"{name}.{end}"], 0.0, CROSSINGS)
+        change, error = case.in_wind.peak([f"{name}.{end}"], 0.0, STUDY.crossings)
         value = mean + sign * change
         parts.append((value, error * change / abs(value) if value else error))
     return max(parts, key=lambda part: sign * part[0])

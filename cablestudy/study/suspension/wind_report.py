@@ -12,7 +12,6 @@ from cablestudy.study.columns import lacks
 from cablestudy.study.notes import beyond_linear, larger_by_loop
 from cablestudy.study.status import SLACK
 from cablestudy.study.suspension.columns import cable_columns, has_key, linear_ranges
-from cablestudy.study.suspension.notes import LISTED
 from cablestudy.study.suspension.report import cells_of, chosen_tables, listed
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
@@ -27,6 +26,7 @@ from cablestudy.study.suspension.wind_columns import (
     turn_columns,
 )
 from cablestudy.study.table import Field, Table
+from cablestudy.study.tolerances import STUDY
 
 OPEN = "_open_loop"
 
@@ -184,7 +184,7 @@ def remarks_of(case, tables):
     """
     found = [f"warning: {text}: the linear numbers do not hold" for text in exceeded_limits(case).values()]
     if slack := slackened(case):
-        found.append(f"warning: {SLACK}: {first_of(slack, LISTED)}: the linear numbers do not hold")
+        found.append(f"warning: {SLACK}: {first_of(slack, STUDY.listed_parts)}: the linear numbers do not hold")
     if doubt := case.in_wind.doubt:
         found.append(f"note: {doubt}")
     found += loop_remarks(case, tables)
