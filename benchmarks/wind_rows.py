@@ -32,16 +32,16 @@ def columns(one):
     return [column for column in found if not lacks(one, column)]
 
 
-def direct(movement):
+def direct(closed_loop):
     """RMS of the outputs by the dynamic stiffness at FREQUENCIES, with the loop, by the trapezoid rule."""
     import numpy as np
 
     frequency = np.geomspace(1e-4, 50.0, FREQUENCIES)
     s = 2j * np.pi * frequency
-    moved = movement.motion.c
+    moved = closed_loop.motion.c
     shown = moved[0] + s[:, None, None] * moved[1] + s[:, None, None] ** 2 * moved[2]
-    dynamic = np.swapaxes(movement.loop.dynamic_stiffness(s), 1, 2)
-    spectra = movement.gusts.variance_spectra(frequency, np.linalg.solve(dynamic, np.swapaxes(shown, 1, 2)))
+    dynamic = np.swapaxes(closed_loop.loop.dynamic_stiffness(s), 1, 2)
+    spectra = closed_loop.gusts.variance_spectra(frequency, np.linalg.solve(dynamic, np.swapaxes(shown, 1, 2)))
     return np.sqrt(np.trapezoid(spectra, frequency, axis=0))
 
 
@@ -54,12 +54,12 @@ def in_wind():
 
     one = scene()
     wanted, case = columns(one), SuspensionCase(one)
-    variances, movement = case.in_wind.response.variances, case.in_wind.movement
+    variances, closed_loop = case.in_wind.response.variances, case.in_wind.closed_loop
     places = [variances.rows[f"gondola.{axis}"] for axis in "xyz"]
     own = np.sqrt(variances.weighted["value"][places])
-    apart = np.abs(direct(movement)[places] / own - 1).max()
+    apart = np.abs(direct(closed_loop)[places] / own - 1).max()
     alone = median([seconds(lambda: evaluate_suspensions([one], wanted)) for _ in range(ROUNDS)])
-    solved = median([seconds(lambda: direct(movement)) for _ in range(ROUNDS)])
+    solved = median([seconds(lambda: direct(closed_loop)) for _ in range(ROUNDS)])
     aims = f"at most {AIM_ALONE:g} ms alone, {AIM_ROW:g} ms in a sweep"
     yield f"| what | ms a row | over a row alone | aim: {aims} |"
     yield "|---|---:|---:|---|"

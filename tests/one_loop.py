@@ -9,7 +9,7 @@ from cablestudy.control.law import INTEGRATOR
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.scene.one_cable import as_suspension
 from cablestudy.study.case import Case
-from cablestudy.study.suspension.in_wind import InWind
+from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis
 from cablestudy.system.coupling_damping import Strain
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.superelement import Superelement
@@ -45,17 +45,17 @@ class OneLoop:
         winch = winch.model_copy(update={"controller": changed(winch.controller)})
         scene, own = self.scene.model_copy(update={"winch": winch}), self.in_wind
         known = own._without_wind, own._equilibrium, own.airflow, own._model, own._known
-        return OneLoop(scene, InWind(as_suspension(scene), *known))
+        return OneLoop(scene, DynamicAnalysis(as_suspension(scene), *known))
 
     @property
-    def movement(self):
-        """`Movement`, stable or not with the loop."""
+    def closed_loop(self):
+        """`ClosedLoop`, stable or not with the loop."""
         return self.in_wind.controlled
 
     @property
     def gain(self):
         """[rad/s]"""
-        return self.movement.loop.gain
+        return self.closed_loop.loop.gain
 
     @property
     def mass(self):
@@ -75,7 +75,7 @@ class OneLoop:
     @property
     def notch(self):
         """`Notch` or None."""
-        return self.movement.notches[0]
+        return self.closed_loop.notches[0]
 
     @cached_property
     def cable(self):
@@ -89,7 +89,7 @@ class OneLoop:
 
     @property
     def _element(self):
-        (found,) = self.movement.driven.loop_gain.elements
+        (found,) = self.closed_loop.driven.loop_gain.elements
         return found
 
     @property
@@ -100,7 +100,7 @@ class OneLoop:
     @property
     def largest_gain(self):
         """[rad/s], or None."""
-        return self.movement.largest_gain
+        return self.closed_loop.largest_gain
 
     @property
     def gain_margin(self):
@@ -110,12 +110,12 @@ class OneLoop:
     @property
     def margins(self):
         """`Margins`."""
-        return self.movement.margins
+        return self.closed_loop.margins
 
     @property
     def stable(self):
         """Whether nothing grows."""
-        return self.movement.stable
+        return self.closed_loop.stable
 
     def check_stable(self):
         """NoSolutionError where something grows."""
@@ -123,20 +123,20 @@ class OneLoop:
 
     def unstable(self, gain):
         """How many poles with a gain [rad/s] are to the right."""
-        return self.with_gain(float(gain)).movement.gains.unstable(float(gain))
+        return self.with_gain(float(gain)).closed_loop.gains.unstable(float(gain))
 
     def unit_gain(self, s):
         """L over the gain, shape (f,)."""
-        return self.movement.gains.loop_gain(s)[:, 0, 0]
+        return self.closed_loop.gains.loop_gain(s)[:, 0, 0]
 
     @property
     def open_poles(self):
         """With the winch at rest, upper half plane and real axis. [rad/s]"""
-        return self.movement.open_poles
+        return self.closed_loop.open_poles
 
     def closed_poles(self, gain):
         """The same with a gain. [rad/s]"""
-        return self.with_gain(float(gain)).in_wind.movement_of(EVERY).loop.poles
+        return self.with_gain(float(gain)).in_wind.closed_loop_of(EVERY).loop.poles
 
 
 def spring_loop(mass, stiffness, location="ground", notch=None, time=0.0, law=INTEGRATOR):

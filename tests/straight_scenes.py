@@ -30,9 +30,9 @@ def case_of(text):
     return SuspensionCase(SuspensionScene.model_validate(deepcopy(text)))
 
 
-def movement_of(text):
-    """`Movement` of a case, unstable or not, with at most 40 modes."""
-    return case_of(text).in_wind.movement_of(40)
+def closed_loop_of(text):
+    """`ClosedLoop` of a case, unstable or not, with at most 40 modes."""
+    return case_of(text).in_wind.closed_loop_of(40)
 
 
 def cable(time=0.0, stiffness=1e5):

@@ -73,8 +73,8 @@ def test_the_loop_is_that_of_the_dense_matrix(ratio, gain, damping):
     case = Case(case_with(ratio, gain, *sets).scene)
     loop = loop_of(case)
     assert loop.damping == pytest.approx(damping, rel=1e-12)
-    poles, movement = np.linalg.eigvals(loop_matrix.matrices(loop, loop.gain)[0]), case.in_wind.movement
-    closed = movement.loop.eigen.poles if loop.gain else movement.open_poles
+    poles, closed_loop = np.linalg.eigvals(loop_matrix.matrices(loop, loop.gain)[0]), case.in_wind.closed_loop
+    closed = closed_loop.loop.eigen.poles if loop.gain else closed_loop.open_poles
     main = closed[np.argmin(np.abs(closed - 2j * np.pi * case.gondola_mode.frequency[0]))]
     assert np.abs(poles - main).min() < 1e-5 * abs(main)
     expected = lyapunov(loop, loop.gain, 3.0 * (damping / C) ** 2)

@@ -124,7 +124,7 @@ def spectra_of(case, frequency, direction):
 
 
 def wind_of(case, direction):
-    """The `InWind` across or along the plane of the cable of a case."""
+    """The `DynamicAnalysis` across or along the plane of the cable of a case."""
     return case.in_cable_wind.sides[("across", "along").index(direction)]
 
 

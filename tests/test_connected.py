@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import eigh
 from straight_scenes import case_of, with_changes
 
-from cablestudy.study.suspension.response import Response
+from cablestudy.study.suspension.gust_response import GustResponse
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.connected import apart, connected, observed
 from cablestudy.system.linear import LinearSystem, ReducedSystem
@@ -118,48 +118,48 @@ def test_modes_beside_coordinates_that_move_no_body_are_those_of_the_whole():
 def test_modes_that_no_output_depends_on_change_nothing(damping):
     """Poles and responses of the model without them, and of all modes by dense matrices of its own."""
     case = case_of(one_cable(damping))
-    some = case.in_wind.movement_of(40)
+    some = case.in_wind.closed_loop_of(40)
     every = some.with_all_modes
-    assert len(some.linear.kept) < 0.6 * len(some.modes)
-    assert len(every.linear.kept) == len(every.modes) == len(some.modes) == 40
+    assert len(some.plant.kept) < 0.6 * len(some.modes)
+    assert len(every.plant.kept) == len(every.modes) == len(some.modes) == 40
     poles, own = np.linalg.eigvals(companion(every.motion)), np.linalg.eigvals(companion(some.motion))
     assert np.abs(own[:, None] - poles).min(axis=1) == pytest.approx(0.0, abs=1e-9 * np.abs(own).max())
     s = 1j * np.geomspace(0.01, 60, 400)
     found = []
-    for movement in (some, every):
-        motion = movement.motion
+    for closed_loop in (some, every):
+        motion = closed_loop.motion
         dynamic = s[:, None, None] ** 2 * motion.mass + s[:, None, None] * motion.damping + motion.stiffness
         pulled = sum(s[:, None, None] ** order * part for order, part in enumerate(motion.b))
-        blown = np.broadcast_to(movement.gusts.into, (len(s), *movement.gusts.into.shape))
+        blown = np.broadcast_to(closed_loop.gusts.into, (len(s), *closed_loop.gusts.into.shape))
         moved = np.linalg.solve(dynamic, np.concatenate([pulled, blown], axis=-1))
         found.append(sum(s[:, None, None] ** order * (part @ moved) for order, part in enumerate(motion.c)))
     size = np.abs(found[1]).max(axis=0)
     assert (np.abs(found[0] - found[1]) <= 1e-9 * size).all()
-    at_rest = case.in_wind.at_rest.movement_of(40)
+    at_rest = case.in_wind.at_rest.closed_loop_of(40)
     for pair in ((some, every), (at_rest, at_rest.with_all_modes)):
-        own, other = (Response(movement, case.scene).variances.weighted["value"] for movement in pair)
+        own, other = (GustResponse(closed_loop, case.scene).variances.weighted["value"] for closed_loop in pair)
         assert own == pytest.approx(other, rel=1e-9)
 
 
 def test_numbers_and_names_of_modes_are_those_of_all():
     """The k-th coordinate is the mode with its frequency: in the plane of the cable or along it."""
-    movement = case_of(one_cable("hysteretic")).in_wind.movement
-    frequency = movement.motion.unit[: len(movement.linear.kept)] / (2 * np.pi)
+    closed_loop = case_of(one_cable("hysteretic")).in_wind.closed_loop
+    frequency = closed_loop.motion.unit[: len(closed_loop.plant.kept)] / (2 * np.pi)
     numbers = []
     for place, own in enumerate(frequency):
-        name = movement.mode_name(place)
+        name = closed_loop.mode_name(place)
         number = int(name.split()[1])
-        assert movement.modes.frequency[number - 1] == pytest.approx(own, rel=1e-12)
-        assert movement.modes.moves[number - 1] != "cable out-of-plane"
-        assert movement.modes.moves[number - 1] in name
+        assert closed_loop.modes.frequency[number - 1] == pytest.approx(own, rel=1e-12)
+        assert closed_loop.modes.moves[number - 1] != "cable out-of-plane"
+        assert closed_loop.modes.moves[number - 1] in name
         numbers.append(number)
     assert all(one < other for one, other in pairwise(numbers))
     assert numbers[-1] > len(numbers)
 
 
 def test_a_body_that_moves_out_of_the_plane_has_all_modes():
-    movement = case_of(one_cable("hysteretic", bodies__gondola__free=["x", "y"])).in_wind.movement
-    assert len(movement.linear.kept) == len(movement.modes)
+    closed_loop = case_of(one_cable("hysteretic", bodies__gondola__free=["x", "y"])).in_wind.closed_loop
+    assert len(closed_loop.plant.kept) == len(closed_loop.modes)
 
 
 def test_what_moves_nothing_at_all_is_kept():
@@ -170,16 +170,16 @@ def test_what_moves_nothing_at_all_is_kept():
         "cables": {"c": {"from": "a", "to": "b", "unstretched_length": 29.9}},
         "wind": {"speed": 6.0, "turbulence_intensity": 0.15, "length_scale": 25.0, "on": "cables"},
     }  # fmt: skip
-    movement = case_of(text).in_wind.movement_of(12)
-    assert len(movement.motion) >= len(movement.modes) == 12
+    closed_loop = case_of(text).in_wind.closed_loop_of(12)
+    assert len(closed_loop.motion) >= len(closed_loop.modes) == 12
 
 
 # -------------------------------------------------------------------------------------------------------- few modes
 
 
 def few_and_all(wind, count):
-    """The `Response` of an `InWind`, and that with so many modes."""
-    return wind.response, Response(wind.movement_of(count), wind.scene)
+    """The `GustResponse` of an `DynamicAnalysis`, and that with so many modes."""
+    return wind.response, GustResponse(wind.closed_loop_of(count), wind.scene)
 
 
 @pytest.mark.parametrize("damping", ["hysteretic", "kelvin_voigt"])
@@ -188,7 +188,7 @@ def test_few_modes_of_one_cable_have_the_numbers_of_many(damping, end):
     """RMS of displacement and speed of the body and speed of the winch: within the errors stated."""
     case = case_of(one_cable(damping, winches__cable__end=end))
     found, many = few_and_all(case.in_wind, 160)
-    assert len(found.movement.modes) == 12
+    assert len(found.closed_loop.modes) == 12
     for pair, name in product(((found, many), few_and_all(case.in_wind.at_rest, 160)), ("value", "rate")):
         shown, true = (response.variances for response in pair)
         row = shown.rows["gondola.x"]
@@ -205,8 +205,8 @@ def test_few_modes_of_bars_have_the_numbers_of_all(end):
     bars = {"elements": 40, "order": 1, "mass": "lumped"}
     case = case_of(one_cable("modal", winches__cable__end=end, model=bars))
     found, every = few_and_all(case.in_wind, STUDY.element_modes)
-    assert len(found.movement.modes) == 24
-    assert len(every.movement.modes) == 118
+    assert len(found.closed_loop.modes) == 24
+    assert len(every.closed_loop.modes) == 118
     row = found.variances.rows["gondola.x"]
     pairs = (found, every), few_and_all(case.in_wind.at_rest, STUDY.element_modes)
     for pair, (name, allowed) in product(pairs, (("value", 1e-9), ("rate", 1e-8))):
@@ -228,7 +228,7 @@ def test_what_excites_all_modes_has_many(changes):
     if not text["bodies"]["gondola"]["free"]:
         text = {key: value for key, value in text.items() if key not in ("control", "winches")}
     in_wind = case_of(text).in_wind
-    assert len(in_wind.movement.modes) >= 64
+    assert len(in_wind.closed_loop.modes) >= 64
 
 
 def test_a_body_that_few_modes_hardly_move_has_many():
@@ -238,7 +238,7 @@ def test_a_body_that_few_modes_hardly_move_has_many():
         "cables__cable__unstretched_length": 370.5, "bodies__gondola__force": [2500.0, 0.0, 0.0],
     }  # fmt: skip
     in_wind = case_of(one_cable("hysteretic", **changes)).in_wind
-    few = in_wind.movement_of(24, True).linear
+    few = in_wind.closed_loop_of(24, True).plant
     share = few.modes.compliance_shares(0, 0)
     assert few.lacked == pytest.approx(1 - share[:16].sum(), rel=1e-6)
     assert few.lacked > 1e-2

@@ -107,7 +107,7 @@ def test_the_largest_gain_is_the_first_at_which_the_exact_curve_encircles(name):
     factor = loop.largest_gain / loop.gain
     assert all(encirclements(exact, part) == 0 for part in factor * np.append(np.geomspace(1e-3, 0.9, 10), 0.9999))
     assert encirclements(exact, 1.0001 * factor) > 0
-    gains = loop.movement.gains
+    gains = loop.closed_loop.gains
     assert gains.unstable(0.999 * loop.largest_gain) == 0 < gains.unstable(1.001 * loop.largest_gain)
 
 
@@ -145,7 +145,7 @@ def test_a_pid_controller_has_the_margins_of_python_control(derivative):
 @each_drive
 def test_the_state_space_of_the_closed_loop_has_the_exact_response(name):
     loop = loop_of(name)
-    gain, law = min(loop.gain, 0.5 * loop.largest_gain), loop.movement.loop.law
+    gain, law = min(loop.gain, 0.5 * loop.largest_gain), loop.closed_loop.loop.law
     winch = WinchLoop(loop.cable, loop.mass, loop.location, gain, loop.notch, law, loop.damping)
     system = statespace.closed(winch, highest=2 * np.pi * 20)
     s = 2j * np.pi * np.array([0.01, 0.1, 0.5, 0.72, 2.0, 10.0])
@@ -278,7 +278,7 @@ class Finer:
         own, ground = self.cable.dynamic_stiffness(s, [3], [3, 0])[:, 0].T
         driven = own if self._loop.location == "gondola" else -ground
         passed = 1.0 if self.notch is None else self.notch(s)
-        return self._loop.movement.given_loop.law(s) * passed * driven / (self._loop.mass * s**2 + own)
+        return self._loop.closed_loop.given_loop.law(s) * passed * driven / (self._loop.mass * s**2 + own)
 
 
 @pytest.mark.parametrize("seed", [2, 31, 66])

@@ -46,7 +46,7 @@ def automatic(margin):
 
 
 def spring(gain, ratio=1.1, location="ground"):
-    """A loop with a gondola on one bar of damped strain, without any mode: `InWind`; and its notch's frequency."""
+    """A loop with a gondola on one bar of damped strain, without any mode: its analysis and its notch's frequency."""
     notch = f"{{frequency: {ratio * NATURAL / TURN!r} Hz}}" if ratio else "none"
     damped = f"cable.damping={{model: kelvin_voigt, time: {TIME} s}}"
     own = (f"winch.controller={{gain: {gain!r} rad/s, notch: {notch}}}", f"winch.location={location}")
@@ -205,7 +205,7 @@ def test_curves_are_those_of_the_stiffness_of_the_cable_at_its_ends(name):
 def in_time(case, kind, time, size):
     """The response over some uniform points of time."""
     options = TimeOptions(f"{float(time[-1])!r} s:{len(time)}", kind, size)
-    found = time_case(None, case.scene, case.in_wind.movement, options, NAMES, WIND_KEYS).found
+    found = time_case(None, case.scene, case.in_wind.closed_loop, options, NAMES, WIND_KEYS).found
     every = slice(None, None, options.every)
     return replace(
         found,

@@ -33,9 +33,9 @@ def both(seed, **changes):
     case = SuspensionCase(
         SuspensionScene.model_validate({**data, "model": {"elements": BARS, "order": 1, "mass": "lumped"}})
     )
-    movement = case.in_wind.movement_of(250)
+    closed_loop = case.in_wind.closed_loop_of(250)
     bars = BarLoop(data, SuspensionCase(SuspensionScene.model_validate(data)).equilibrium, BARS)
-    return DrivenCables(movement, movement.loop.gain).loop_gain, bars
+    return DrivenCables(closed_loop, closed_loop.loop.gain).loop_gain, bars
 
 
 def dense_gain(bars, s):
@@ -188,8 +188,8 @@ def test_the_largest_gain_to_first_order_is_that_of_little_damped_modes(seed):
         "cable": text["cable"] | {"damping": {"model": "modal", "ratio": 1e-6}},
         "model": {"elements": BARS, "order": 1, "mass": "lumped"},
     }
-    movement = SuspensionCase(SuspensionScene.model_validate(text)).in_wind.movement_of(250)
-    assert movement.given_loop.limit_by_modes == pytest.approx(movement.largest_gain, rel=1e-3)
+    closed_loop = SuspensionCase(SuspensionScene.model_validate(text)).in_wind.closed_loop_of(250)
+    assert closed_loop.given_loop.limit_by_modes == pytest.approx(closed_loop.largest_gain, rel=1e-3)
 
 
 @pytest.mark.parametrize("seed", [18, 22, 57, 79])

@@ -231,7 +231,7 @@ def test_the_largest_gain_is_the_smallest_at_which_any_pole_crosses(diameter, da
         with pytest.raises(NoSolutionError, match="good as undamped"):
             loop.with_gain(limit).check_stable()
         return
-    cable, crossing = along_x(loop.case.refined(2, 32)), 1j * loop.movement.limit.omega
+    cable, crossing = along_x(loop.case.refined(2, 32)), 1j * loop.closed_loop.limit.omega
     for factor in (0.3, 0.6, 0.9, 0.995, 1.005):
         poles = dense_loop(cable, loop, factor * limit)
         poles = poles[poles.imag > 0]

@@ -115,7 +115,7 @@ def test_rows_that_share_a_motion_have_the_digits_that_they_have_alone():
     together = evaluate_suspensions(parts, columns)
     alone = [evaluate_suspensions([part], columns)[0] for part in parts]
     assert [row.cells for row in together] == [row.cells for row in alone]
-    assert together[0].case.in_wind.movement.linear is together[2].case.in_wind.movement.linear
+    assert together[0].case.in_wind.closed_loop.plant is together[2].case.in_wind.closed_loop.plant
     assert together[0].cells["gondola.rms_mm"] != together[1].cells["gondola.rms_mm"]
 
 

@@ -11,7 +11,7 @@ from one_loop import OneLoop
 from references.modal_loop import gains_of_modes
 from references.straight_suspension import Straight
 from scenes import cells
-from straight_scenes import LOOP, case_of, everything, movement_of, one_axis, two_bodies
+from straight_scenes import LOOP, case_of, closed_loop_of, everything, one_axis, two_bodies
 from test_suspension_wind import FREQUENCY, integral, von_karman
 
 from cablestudy.control.loop_state_space import Labels, state_space
@@ -75,7 +75,7 @@ def both_sides(law):
 @each_law
 def test_two_equal_cables_have_the_loop_of_one(name):
     one, in_wind = OneLoop(one_cable(LAWS[name])), case_of(both_sides(LAWS[name])).in_wind
-    two, of_all_modes = in_wind.movement, in_wind.movement_of(250)
+    two, of_all_modes = in_wind.closed_loop, in_wind.closed_loop_of(250)
     s = 1j * np.geomspace(0.05, 300, 60)
     expected = one.gain * one.unit_gain(s)
     for unit_gain in (of_all_modes.loop.unit_gain, two.gains.loop_gain):
@@ -130,9 +130,9 @@ SCENES = {
 
 @cache
 def solved(scene, seed):
-    """Dense model and `Movement`."""
+    """Dense model and `ClosedLoop`."""
     text = SCENES[scene](laws_of(seed))
-    return Straight(text), movement_of(text)
+    return Straight(text), closed_loop_of(text)
 
 
 def encirclements(own, gain):
@@ -160,11 +160,11 @@ def encirclements(own, gain):
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("scene", SCENES)
 def test_growing_poles_are_the_encirclements_of_the_exact_loop_gain(scene, seed):
-    own, movement = solved(scene, seed)
-    limit, judged = movement.largest_gain, 0
+    own, closed_loop = solved(scene, seed)
+    limit, judged = closed_loop.largest_gain, 0
     for factor in (0.2, 0.999, 1.001, 2.0, 6.0):
         try:
-            found = movement.gains.unstable(factor * limit)
+            found = closed_loop.gains.unstable(factor * limit)
         except NoSolutionError:  # refused, and not judged wrongly
             assert factor > 1.5
             continue
@@ -176,9 +176,9 @@ def test_growing_poles_are_the_encirclements_of_the_exact_loop_gain(scene, seed)
 
 
 def test_the_limit_of_one_coordinate_alone_is_where_the_exact_loop_gain_encircles():
-    own, movement = solved("three coordinates, no notch", 3)
-    gain = 0.3 * movement.largest_gain
-    found, whole = movement.gains.single_limits(gain), gain * np.ones(3)
+    own, closed_loop = solved("three coordinates, no notch", 3)
+    gain = 0.3 * closed_loop.largest_gain
+    found, whole = closed_loop.gains.single_limits(gain), gain * np.ones(3)
 
     class Alone:
         """The dense model whose loop gain is that of some gains."""
@@ -242,7 +242,7 @@ def in_time(own, law, time, steps, push=0.0, reference=0.0):
                                  {"gain": 1.0, "proportional_gain": 0.1, "bandwidth": 3.0, "delay": 0.1}])  # fmt: skip
 def test_a_loop_in_time_grows_above_the_largest_gain_and_decays_below(law):
     text = everything(control=LOOP | law | {"notch": "none"}, actuators={})
-    own, limit = Straight(text), movement_of(text).largest_gain
+    own, limit = Straight(text), closed_loop_of(text).largest_gain
     for factor in (0.97, 1.03):
         scaled = law | {key: factor * limit * law[key] for key in ("gain", "proportional_gain") if key in law}
         size = np.abs(in_time(own, scaled, 150.0, 40, push=1.0)).max(axis=1)
@@ -278,7 +278,7 @@ def test_mistakes_are_one_line(sets):
 def test_a_delay_that_is_too_long_to_be_judged_is_refused():
     text = everything(control=LOOP | {"delay": 30.0})
     with pytest.raises(NoSolutionError, match=r"stability with a delay of 30 s is not judged at a gain of 0\.4 rad/s"):
-        case_of(text).in_wind.movement  # noqa: B018
+        case_of(text).in_wind.closed_loop  # noqa: B018
 
 
 # ------------------------------------------------------------------------------- in the wind, and as a state space
@@ -317,16 +317,16 @@ def test_the_rms_in_the_wind_is_the_integral_of_the_exact_spectrum():
 
 def test_the_state_space_has_the_response_of_the_exact_loop_up_to_where_its_delay_is_right():
     text = everything(control=LOOP | DELAYED)
-    own, movement = Straight(text), movement_of(text)
-    loop, n = movement.loop, len(own.free)
+    own, closed_loop = Straight(text), closed_loop_of(text)
+    loop, n = closed_loop.loop, len(own.free)
     forces = np.zeros((len(loop.motion), 6))
-    forces[: loop.motion.shapes.shape[1]] = movement.layout.bodies(loop.motion.shapes).T
+    forces[: loop.motion.shapes.shape[1]] = closed_loop.layout.bodies(loop.motion.shapes).T
     names = [(f"{k}", "") for k in range(60)]
-    own_names = Labels(names[: loop.motion.shapes.shape[1]], names[:4], names[:6], names[: len(movement.outputs)],
+    own_names = Labels(names[: loop.motion.shapes.shape[1]], names[:4], names[:6], names[: len(closed_loop.outputs)],
                        names[:3])  # fmt: skip
-    system = state_space(loop.motion, forces, own_names, loop, movement.actuators)
+    system = state_space(loop.motion, forces, own_names, loop, closed_loop.actuators)
     s = 1j * np.geomspace(0.01, 0.99 * loop.right_up_to, 40)
-    rows = [movement.outputs[f"gondola.{axis}"] for axis in "xyz"]
+    rows = [closed_loop.outputs[f"gondola.{axis}"] for axis in "xyz"]
     found = system.response(s, derivatives=True)
     stiffness, reeled = closed_stiffness(own, s)
     by_forces = np.linalg.solve(stiffness, np.broadcast_to(np.eye(n + 2, 6) + 0j, (len(s), n + 2, 6)))
@@ -344,7 +344,7 @@ def test_a_step_of_a_reference_in_time_is_that_of_small_steps():
     text = everything(control=LOOP | law | {"notch": "none"}, actuators={})
     own, case = Straight(text), case_of(text)
     options = TimeOptions("20s:41", "reference.y", "1 mm", output="gondola.y")
-    found = time_case(None, case.scene, case.in_wind.movement, options)
+    found = time_case(None, case.scene, case.in_wind.closed_loop, options)
     seen = in_time(own, law, 20.0, 60, reference=1e-3 * np.eye(3)[1])
     times = np.arange(len(seen)) * law["delay"] / 60
     expected = np.interp(found.time[:: found.options.every], times, seen[:, 1])
@@ -387,16 +387,16 @@ def test_a_short_delay_changes_little(delay):
     for name in ("largest_gain", "gondola.rms_x", "winch_peak_speed"):
         found, expected = (value(case, find(name))[0] for case in (late, at_once))
         assert found == pytest.approx(expected, rel=1e-5 + 100 * delay), name
-    loop = late.in_wind.movement.loop
+    loop = late.in_wind.closed_loop.loop
     assert loop.slight_delay == (delay < 1e-4)
-    assert late.in_wind.movement.limit.omega < 100
+    assert late.in_wind.closed_loop.limit.omega < 100
 
 
 def test_a_derivative_part_is_judged_with_the_modes_that_it_drives():
     """Waves along the cables near 19 Hz decide, above the 64 modes of the model; one of 300 has them."""
     sets = "derivative_gain=5 ms", "derivative_filter=50 Hz", "bandwidth=25 Hz", "notch=none", "gain=0.03"
     case = SuspensionCase(load_scene(NET, [f"control.{one}" for one in sets])[1])
-    few, many = (case.in_wind.movement_of(count) for count in (64, 300))
+    few, many = (case.in_wind.closed_loop_of(count) for count in (64, 300))
     assert few.modes.frequency[-1] < 10
     of_modes = [gains_of_modes(one).limit.factor for one in (few, many)]
     assert of_modes[0] > 1.2 * of_modes[1]

@@ -342,13 +342,13 @@ def test_the_stiffness_is_the_derivative_of_the_forces(seed):
     for column, place in enumerate(free):
         move = step * np.eye(suspension.free.size)[place].reshape(1, -1, 6)
         ahead, behind = (
-            descent.evaluate(suspension, descent.moved(suspension, state, side * move)) for side in (1, -1)
+            descent.evaluate(suspension, descent.displaced(suspension, state, side * move)) for side in (1, -1)
         )
         slope = -(ahead.net - behind.net).ravel()[free] / (2 * step)
         assert found.stiffness[:, column] == pytest.approx(slope, rel=1e-6, abs=1e-7 * np.abs(slope).max())
         energy = (ahead.energy - behind.energy) / (2 * step)
         at_rest = descent.evaluate(suspension, state)
-        _, work = descent.moved_with_work(suspension, state, move)
+        _, work = descent.displaced_with_work(suspension, state, move)
         dead = work / step  # the energy of cables and links falls by what dead loads do along a step from rest
         assert energy[0] == pytest.approx(dead[0], abs=1e-4 * max(1.0, np.abs(at_rest.scale).max()))
 

@@ -581,7 +581,7 @@ def test_turbulence_acts_about_the_state_of_the_case(made):
     # without a steady wind the mean one acts on the cables of the day
     mean = SuspensionCase(made(*body("case=ice", wind))).in_wind
     thick = SuspensionCase(made(*body("case=ice", wind, "cases.ice.ice.thickness=20 mm"))).in_wind
-    ratio = thick.movement.drag.cables / mean.movement.drag.cables
+    ratio = thick.closed_loop.drag.cables / mean.closed_loop.drag.cables
     assert ratio == pytest.approx((D + 0.04) / (D + 0.02))
 
 

@@ -19,8 +19,8 @@ from straight_scenes import (
     LOOP,
     NOTCH,
     case_of,
+    closed_loop_of,
     everything,
-    movement_of,
     one_axis,
     platform,
     two_bodies,
@@ -56,9 +56,9 @@ def agree(found, expected, tolerance):
     assert apart[rows, columns].max() < tolerance
 
 
-def motion_poles(movement):
+def motion_poles(closed_loop):
     """Poles with the winches at rest."""
-    return Loop(movement.motion, None, 0.0, ()).open_poles
+    return Loop(closed_loop.motion, None, 0.0, ()).open_poles
 
 
 def value(text, *columns):
@@ -91,12 +91,12 @@ CASES = {
 @pytest.mark.parametrize("name", CASES)
 def test_closed_loop_poles_are_the_eigenvalues_of_a_dense_model(name):
     text = CASES[name]
-    movement, own = movement_of(text), Straight(text)
-    agree(movement.loop.poles, np.linalg.eigvals(own.closed()), 2e-7)
-    assert movement.allocation.shares == pytest.approx(own.shares, abs=2e-7 * np.abs(own.shares).max())
+    closed_loop, own = closed_loop_of(text), Straight(text)
+    agree(closed_loop.loop.poles, np.linalg.eigvals(own.closed()), 2e-7)
+    assert closed_loop.allocation.shares == pytest.approx(own.shares, abs=2e-7 * np.abs(own.shares).max())
     s = np.array([0.3j, 5j, 1 + 20j])
     expected = own.unit_gain(s)
-    for unit_gain in (movement.loop.unit_gain, movement.gains.loop_gain):
+    for unit_gain in (closed_loop.loop.unit_gain, closed_loop.gains.loop_gain):
         assert np.abs(unit_gain(s) - expected).max() < 2e-7 * np.abs(expected).max()
 
 
@@ -109,8 +109,8 @@ def test_closed_loop_poles_on_heavy_cables_are_those_of_dense_bars():
         model={"elements": 4, "order": 1, "mass": "lumped"},
     )  # fmt: skip
     text["cables"]["c4"]["unstretched_length"] *= 1.004  # one that sags
-    movement = case_of(text).in_wind.movement_of(200)
-    state = movement.equilibrium
+    closed_loop = case_of(text).in_wind.closed_loop_of(200)
+    state = closed_loop.equilibrium
     bars = bar_suspension.dense(state, 4)
     n, rate = len(bars.K), viscous / mass
     # per m/s^0, m/s and m/s^2 of each winch
@@ -137,7 +137,7 @@ def test_closed_loop_poles_on_heavy_cables_are_those_of_dense_bars():
     force = -bars.K @ z - C @ speed - forces[0] @ shares @ summed
     force -= forces[1] @ shares @ measured @ z + forces[2] @ shares @ measured @ speed
     expected = np.linalg.eigvals(np.concatenate([speed, np.linalg.solve(bars.M, force), measured @ z]))
-    found = movement.loop.poles
+    found = closed_loop.loop.poles
     assert len(found) == len(expected)
     apart = np.abs(found[:, None] - expected[None]) / np.abs(expected)
     rows, columns = scipy.optimize.linear_sum_assignment(apart)
@@ -146,8 +146,8 @@ def test_closed_loop_poles_on_heavy_cables_are_those_of_dense_bars():
 
 def test_rotations_and_displacements_are_corrected_without_error_at_rest():
     """Six winches, six measured coordinates: L tends to gain/s times the unit matrix."""
-    movement, s = movement_of(CASES["pose of six"]), np.array([1e-7j])
-    for unit_gain in (movement.loop.unit_gain, movement.gains.loop_gain):
+    closed_loop, s = closed_loop_of(CASES["pose of six"]), np.array([1e-7j])
+    for unit_gain in (closed_loop.loop.unit_gain, closed_loop.gains.loop_gain):
         assert np.abs(s[0] * unit_gain(s)[0] - np.eye(6)).max() < 1e-6
 
 
@@ -157,8 +157,8 @@ def test_rotations_and_displacements_are_corrected_without_error_at_rest():
 def test_unstable_poles_are_the_encirclements_of_the_loop_gain(name, factor):
     """The change of the argument of det(I + L) from below to above the real axis, past the pole at 0 on its right."""
     text, own = CASES[name], Straight(CASES[name])
-    movement = movement_of(text)
-    gain = factor * movement.largest_gain
+    closed_loop = closed_loop_of(text)
+    gain = factor * closed_loop.largest_gain
     small, k = 1e-6, len(own.measured)
     along = 1j * np.geomspace(small, 1e5, 10_000)
     around = small * np.exp(1j * np.linspace(0, np.pi / 2, 200))
@@ -169,9 +169,9 @@ def test_unstable_poles_are_the_encirclements_of_the_loop_gain(name, factor):
     path = np.concatenate([determinants(around), determinants(along)])
     turned = np.diff(np.unwrap(np.angle(path))).sum() / np.pi  # half of the path, in half turns
     # det(I + L) has no pole to the right: zeros there are encirclements, clockwise
-    poles = replace(movement.loop, gain=gain).poles
+    poles = replace(closed_loop.loop, gain=gain).poles
     growing = (np.linalg.eigvals(own.closed(gain)).real > 1e-9).sum()
-    assert (poles.real > 1e-6 * np.abs(poles)).sum() == round(-turned) == growing == movement.gains.unstable(gain)
+    assert (poles.real > 1e-6 * np.abs(poles)).sum() == round(-turned) == growing == closed_loop.gains.unstable(gain)
     assert abs(turned - round(turned)) < 0.01
     assert (round(-turned) > 0) == (factor > 1)
 
@@ -209,8 +209,8 @@ def limit_of_case(name):
 @pytest.mark.parametrize("name", ["all", "no notch", "pose of six", "hardly damped"])
 def test_the_largest_gain_is_where_the_first_pole_crosses(name):
     text, limit = CASES[name], limit_of_case(name)
-    movement = movement_of(text)
-    assert movement.largest_gain == pytest.approx(limit, rel=1e-6)
+    closed_loop = closed_loop_of(text)
+    assert closed_loop.largest_gain == pytest.approx(limit, rel=1e-6)
     gain = text["control"]["gain"]
     assert value(text, "gain_margin") == pytest.approx(20 * np.log10(limit / gain), abs=1e-5)
 
@@ -219,7 +219,7 @@ def test_the_largest_gain_is_where_the_first_pole_crosses(name):
 def test_the_limit_of_one_loop_alone(name):
     text, own = CASES[name], Straight(CASES[name])
     gain, k = text["control"]["gain"], len(own.measured)
-    found = movement_of(text).single_limits
+    found = closed_loop_of(text).single_limits
     expected = [limit_of(own, 2.0, np.full(k, gain), place) for place in range(k)]
     assert list(found.values()) == pytest.approx(expected, rel=1e-6)
 
@@ -308,7 +308,7 @@ def test_what_grows_is_refused_by_name(changes, words):
     place = np.argmax(values.real)
     assert values[place].real > 0
     with pytest.raises(NoSolutionError) as caught:
-        case_of(text).in_wind.movement  # noqa: B018
+        case_of(text).in_wind.closed_loop  # noqa: B018
     message = str(caught.value)
     assert message.startswith(words)
     assert f"grows by {values[place].real:.3g}/s at {abs(values[place].imag) / TURN:.4g} Hz" in message
@@ -324,7 +324,7 @@ def test_a_loop_that_is_stable_for_every_gain_has_no_limit():
     own = Straight(text)
     poles = [np.linalg.eigvals(own.closed(gain)).real.max() for gain in np.geomspace(1e-3, 1e6, 60)]
     assert max(poles) < 1e-9
-    assert movement_of(text).largest_gain is None
+    assert closed_loop_of(text).largest_gain is None
     assert value(text, "gain_margin") is None
 
 
@@ -345,7 +345,7 @@ def test_a_reaction_mass_on_one_coordinate_is_a_pair_of_masses():
         [0.0, -c - g, -k - p], [m, c, k],
     ])  # fmt: skip
     determinant = np.polysub(np.polymul(balance[0], balance[3]), np.polymul(balance[1], balance[2]))
-    agree(motion_poles(movement_of(one_axis(actuators={"mass": own}))), np.roots(determinant), 1e-8)
+    agree(motion_poles(closed_loop_of(one_axis(actuators={"mass": own}))), np.roots(determinant), 1e-8)
 
 
 def test_the_best_passive_mass_after_den_hartog():
@@ -358,7 +358,7 @@ def test_the_best_passive_mass_after_den_hartog():
     fixed = np.sqrt((1 + np.array([-1, 1]) * np.sqrt(mu / (2 + mu))) / (1 + mu)) * main
     heights = []
     for ratio in (0.05, 0.3, 2.0):
-        motion = movement_of(one_axis(actuators={"mass": own | {"damping_ratio": ratio}})).motion
+        motion = closed_loop_of(one_axis(actuators={"mass": own | {"damping_ratio": ratio}})).motion
         row = motion.c[0][0]
         dynamic = motion.dynamic_stiffness(1j * fixed)
         heights.append([abs(row @ np.linalg.solve(one, row)) * K for one in dynamic])
@@ -371,7 +371,7 @@ def test_a_mass_with_a_high_pass_filter():
     own = {"axis": [1, 0, 0], "mass": m, "frequency": 1e-6, "damping_ratio": 0.0, "velocity_gain": g, "stroke": 1.0,
            "force": 1.0, "high_pass": corner / TURN}  # fmt: skip
     body = np.roots(np.polyadd(np.polymul([M - m, 0.0, K], [1.0, corner]), [g, 0.0, 0.0]))
-    found = motion_poles(movement_of(one_axis(actuators={"mass": own})))
+    found = motion_poles(closed_loop_of(one_axis(actuators={"mass": own})))
     found = found[(np.abs(found) < FAST) & (np.abs(found) > 1e-3)]
     agree(found, body, 1e-8)
 
@@ -399,7 +399,7 @@ def test_a_reaction_wheel():
     }
     tension = EA * 0.1 / 9.9
     stiffness = 4 * EA / 9.9 * radius**2 + 0 * tension  # along y, two pairs; the pull of each pair cancels
-    found = motion_poles(movement_of(text | {"actuators": {"wheel": wheel}}))
+    found = motion_poles(closed_loop_of(text | {"actuators": {"wheel": wheel}}))
     agree(found, np.roots([inertia - J, (inertia - J) * corner + g, stiffness, stiffness * corner]), 1e-8)
 
 
@@ -424,7 +424,7 @@ def test_the_weight_of_a_mass_turns_the_body_that_tilts():
     K2 = np.array([[4 * EA / 9.9 * radius**2, -m * g], [-m * g, m * (TURN * f) ** 2]])
     M2 = np.array([[pitch_inertia, m * h], [m * h, m]])
     omega = np.sqrt(scipy.linalg.eigvalsh(K2, M2))
-    found = slow(motion_poles(movement_of(text | {"actuators": {"mass": own}})))
+    found = slow(motion_poles(closed_loop_of(text | {"actuators": {"mass": own}})))
     assert np.sort(found.imag)[2:] == pytest.approx(omega, rel=1e-8)
     wrong = np.sqrt(scipy.linalg.eigvalsh(np.abs(K2), M2))
     assert np.abs(wrong / omega - 1).max() > 1e-3  # the sign of the weight shows
@@ -436,15 +436,15 @@ def test_the_loop_is_judged_with_the_modes_that_it_drives():
     sets = [f"winches.{name}.end=to" for name in names]
     path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
     found = SuspensionCase(load_scene(path, sets)[1]).in_wind
-    limit, error = found.movement.limit, found.loop_error
-    assert limit.omega / TURN > 18 > found.movement.modes.frequency[-1]
+    limit, error = found.closed_loop.limit, found.loop_error
+    assert limit.omega / TURN > 18 > found.closed_loop.modes.frequency[-1]
     assert error < 0.03
-    assert_limit_of_modes(found.movement_of(250), limit)
+    assert_limit_of_modes(found.closed_loop_of(250), limit)
 
 
-def assert_limit_of_modes(movement, limit):
+def assert_limit_of_modes(closed_loop, limit):
     """Near that of a model with many coupled modes, which lacks those of the cables not far above it."""
-    truth = gains_of_modes(movement).limit
+    truth = gains_of_modes(closed_loop).limit
     assert limit.factor == pytest.approx(truth.factor, rel=3e-3)
     assert limit.omega == pytest.approx(truth.omega, rel=1e-4)
 
@@ -453,17 +453,17 @@ def test_waves_along_the_cables_far_above_the_roll_off_are_found():
     """Thin cables with little tension: the second wave along them, near 38 Hz, decides; a model of 550 modes has it."""
     changes = ["cable.diameter=3 mm", "tensions.min=1345 N"]
     found = SuspensionCase(load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", changes)[1]).in_wind
-    limit = found.movement.limit
+    limit = found.closed_loop.limit
     assert 37 < limit.omega / TURN < 39
     assert found.loop_error < 0.1
-    assert_limit_of_modes(found.movement_of(550), limit)
+    assert_limit_of_modes(found.closed_loop_of(550), limit)
 
 
 class Bars:
     """The closed loop of a suspension of lumped bars with modal damping, integrators and notches, assembled here."""
 
     def __init__(self, case, elements):
-        scene, state = case.scene, case.in_wind.movement_of(64).equilibrium
+        scene, state = case.scene, case.in_wind.closed_loop_of(64).equilibrium
         bars = bar_suspension.dense(state, elements)
         self.K, self.M, n = bars.K, bars.M, len(bars.K)
         self.C, self.forces = np.zeros((n, n)), np.zeros((3, n, len(scene.winches)))
@@ -512,9 +512,9 @@ def test_exact_elements_are_judged_with_all_of_their_modes(elements):
     sets = ["cable.diameter=1.85 mm", "cable.damping={model: modal, ratio: 0.01}", "wind=null", "actuators=null",
             "control.measured=[x, y, z]", EXACT, f"model={{elements: {elements}, order: 1}}"]  # fmt: skip
     case = SuspensionCase(load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", sets)[1])
-    movement, own = case.in_wind.movement, Bars(case, elements)
-    assert movement.allocation.shares == pytest.approx(own.shares, abs=1e-6 * np.abs(own.shares).max())
-    limit = movement.largest_gain
+    closed_loop, own = case.in_wind.closed_loop, Bars(case, elements)
+    assert closed_loop.allocation.shares == pytest.approx(own.shares, abs=1e-6 * np.abs(own.shares).max())
+    limit = closed_loop.largest_gain
     for factor in (0.3, 0.6, 0.9, 0.995, 1 - 1e-6, 1 + 1e-6, 1.005):
         assert (own.poles(factor * limit).real.max() > 1e-9 * limit) == (factor > 1), factor
 
@@ -531,7 +531,7 @@ def test_each_column_of_the_loop_states_its_own_error():
     path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
     case = SuspensionCase(load_scene(path, [*winches, "control.gain=2"])[1])
     found = {name: find(name).compute(case) for name in names}
-    truth, coarse = (_numbers(gains_of_modes(case.in_wind.movement_of(count)), margins) for count in (600, 400))
+    truth, coarse = (_numbers(gains_of_modes(case.in_wind.closed_loop_of(count)), margins) for count in (600, 400))
     assert found["gain"] == (2.0, 0.0)
     for name in names[1:]:
         value, error = found[name]

@@ -28,7 +28,7 @@ def solved(*sets):
 
 
 def in_time(document, case, options):
-    return time_case(document, case.scene, case.in_wind.movement, options)
+    return time_case(document, case.scene, case.in_wind.closed_loop, options)
 
 
 def test_a_step_of_a_reference_is_that_of_scipy():
@@ -64,20 +64,20 @@ def test_a_small_rise_of_the_wind_moves_the_suspension_to_its_equilibrium_in_tha
     """The static response to a uniform gust against two equilibria in winds that differ by 1 %."""
     speed = 6.0
     places = [solved(f"wind.speed={part * speed}")[1].in_wind.mean_displacement("gondola") for part in (0.995, 1.005)]
-    movement = solved()[1].in_wind.movement
-    stiffness = movement.motion.dynamic_stiffness(np.zeros(1))[0].real
-    moved = np.linalg.solve(stiffness, uniform_gust(movement.gusts))
-    rows = [movement.outputs[f"gondola.{axis}"] for axis in "xyz"]
-    found = 0.01 * speed * movement.motion.c[0][rows] @ moved
+    closed_loop = solved()[1].in_wind.closed_loop
+    stiffness = closed_loop.motion.dynamic_stiffness(np.zeros(1))[0].real
+    moved = np.linalg.solve(stiffness, uniform_gust(closed_loop.gusts))
+    rows = [closed_loop.outputs[f"gondola.{axis}"] for axis in "xyz"]
+    found = 0.01 * speed * closed_loop.motion.c[0][rows] @ moved
     expected = places[1] - places[0]
     assert found == pytest.approx(expected, abs=5e-3 * np.abs(expected).max())
 
 
 def test_singular_values_are_those_of_the_loop():
     rows = table_of("loop", NET, "--response", "0.05Hz:2Hz:4")
-    movement = solved()[1].in_wind.movement
+    closed_loop = solved()[1].in_wind.closed_loop
     frequency = np.array([row["frequency_Hz"] for row in rows])
-    gain = movement.loop.gain * movement.gains.loop_gain(2j * np.pi * frequency)
+    gain = closed_loop.loop.gain * closed_loop.gains.loop_gain(2j * np.pi * frequency)
     expected = 1 / np.linalg.svd(np.eye(gain.shape[-1]) + gain, compute_uv=False)
     for name, value in (("largest", expected[:, -1]), ("smallest", expected[:, 0])):
         assert [row[f"sensitivity_{name}_dB"] for row in rows] == pytest.approx(20 * np.log10(value), abs=1e-6)
@@ -157,11 +157,11 @@ def test_a_loop_that_needs_too_large_a_model_says_what_for(monkeypatch):
     def refused(self, count):
         raise ConvergenceError(f"{count} modes of a model")
 
-    movement = SuspensionCase(load_scene(NET, ["control.gain=8"])[1]).in_wind.movement_of(64)
-    movement.check_open()
+    closed_loop = SuspensionCase(load_scene(NET, ["control.gain=8"])[1]).in_wind.closed_loop_of(64)
+    closed_loop.check_open()
     monkeypatch.setattr(Dynamics, "modes", refused)
     with pytest.raises(ConvergenceError, match=r"^a gain of 8 rad/s needs modes of a cable up to \S+ Hz: \d+ modes"):
-        _ = movement.gains
+        _ = closed_loop.gains
 
 
 def test_an_error_of_the_largest_gain_above_the_accuracy_is_noted_and_no_other():

@@ -152,14 +152,14 @@ def test_what_the_wind_does_not_move_is_not_drawn(tmp_path):
 
 
 def test_the_loop_over_frequency_with_its_margins(controlled):
-    movement = controlled.in_wind.movement
-    loop = movement.loop
-    figure = whole(plots.loop_margins(movement))
+    closed_loop = controlled.in_wind.closed_loop
+    loop = closed_loop.loop
+    figure = whole(plots.loop_margins(closed_loop))
     gains, sensitivity, eigenvalues, numbers = figure.axes
     frequency = lines(gains)["largest singular value of L"].get_xdata()
     some = np.searchsorted(frequency, [0.01, 0.5857, 3.0])
     s = 2j * np.pi * frequency[some]
-    transfer = loop.gain * movement.gains.loop_gain(s)
+    transfer = loop.gain * closed_loop.gains.loop_gain(s)
     largest = [20 * np.log10(np.linalg.svd(one)[1][0]) for one in transfer]
     assert lines(gains)["largest singular value of L"].get_ydata()[some] == pytest.approx(largest, rel=1e-9)
     closed = [np.linalg.inv(np.eye(3) + one) for one in transfer]
@@ -167,14 +167,14 @@ def test_the_loop_over_frequency_with_its_margins(controlled):
         seen = [20 * np.log10(np.linalg.svd(one)[1][0]) for one in matrices]
         assert lines(sensitivity)[name].get_ydata()[some] == pytest.approx(seen, abs=1e-7)
     highest = 10 ** (lines(sensitivity)["|S|"].get_ydata().max() / 20)
-    assert highest == pytest.approx(movement.margins.sensitivity_peak, rel=1e-3)
+    assert highest == pytest.approx(closed_loop.margins.sensitivity_peak, rel=1e-3)
     # an eigenvalue of the loop gain passes where the gain margin is marked, and none within the circle about -1
     marked = next(line for name, line in lines(eigenvalues).items() if name.startswith("gain margin"))
     place = marked.get_xdata()[0]
-    assert place == pytest.approx(-loop.gain / movement.largest_gain, rel=1e-9)
+    assert place == pytest.approx(-loop.gain / closed_loop.largest_gain, rel=1e-9)
     passing = np.concatenate([line.get_xydata() for line in eigenvalues.lines if len(line.get_xydata()) > 1000])
     assert np.nanmin(np.hypot(*(passing - [place, 0]).T)) < 0.02 * abs(place)
-    assert np.nanmin(np.hypot(*(passing - [-1, 0]).T)) > 0.999 / movement.margins.sensitivity_peak
+    assert np.nanmin(np.hypot(*(passing - [-1, 0]).T)) > 0.999 / closed_loop.margins.sensitivity_peak
     margin = f"{20 * np.log10(-1 / place):.4g} dB"
     assert f"gain margin {margin}" in legend(numbers)
     assert margin in [text.get_text() for text in numbers.texts]
@@ -183,8 +183,8 @@ def test_the_loop_over_frequency_with_its_margins(controlled):
 
 def test_the_loop_of_an_unstable_gain_is_drawn_too(tmp_path):
     case = case_of(tmp_path, CONTROLLED, "control.gain=300 rad/s", "control.notch=none")
-    movement = case.in_wind.movement_of(20)
-    figure = whole(plots.loop_margins(movement))
+    closed_loop = case.in_wind.closed_loop_of(20)
+    figure = whole(plots.loop_margins(closed_loop))
     assert any("gain margin −" in text for text in legend(figure.axes[-1]))
 
 

@@ -238,13 +238,13 @@ def test_the_response_is_that_of_the_loop_and_of_the_file(folder, scene):
     place = found["OutputName"].index("gondola.focus.y"), found["InputName"].index("gondola.force_y")
     document, described = load_scene(scene, [])
     choice = ssm.choose(document, described, StateSpaceOptions(attached="loop", count=9))
-    moving, movement = choice.loop.motion, choice.movement
+    moving, closed_loop = choice.loop.motion, choice.closed_loop
     for row in rows:
         value = row["magnitude_m_per_N"] * np.exp(1j * np.radians(row["phase_deg"]))
         assert value == pytest.approx(response(found, row["frequency_Hz"])[place], rel=1e-9)
         stiffness = choice.loop.dynamic_stiffness(np.array([2j * np.pi * row["frequency_Hz"]]))[0]
-        force = np.append(movement.layout.bodies(moving.shapes)[1], 0.0)  # none on the stroke
-        seen = moving.c[0][movement.outputs["gondola.focus.y"]]
+        force = np.append(closed_loop.layout.bodies(moving.shapes)[1], 0.0)  # none on the stroke
+        seen = moving.c[0][closed_loop.outputs["gondola.focus.y"]]
         assert value == pytest.approx(seen @ np.linalg.solve(stiffness, force), rel=1e-9)
 
 

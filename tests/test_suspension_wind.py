@@ -21,8 +21,8 @@ from straight_scenes import (
     NOTCH,
     WIND,
     case_of,
+    closed_loop_of,
     everything,
-    movement_of,
     one_axis,
     two_bodies,
     with_changes,
@@ -105,7 +105,7 @@ def test_the_mean_wind_can_be_left_out():
     assert [value(case, f"gondola.mean_{axis}") for axis in "xyz"] == [0, 0, 0]
     assert case.in_wind._equilibrium.position == pytest.approx(case.equilibrium.position, abs=1e-12)
     # the gusts keep the mean speed: the same damping as Straight, whose equilibrium is the calm one
-    own, motion = Straight({k: v for k, v in text.items() if k != "control"}), case.in_wind.movement_of(40).motion
+    own, motion = Straight({k: v for k, v in text.items() if k != "control"}), case.in_wind.closed_loop_of(40).motion
     found = Loop(motion, None, 0.0, ()).poles
     expected = np.linalg.eigvals(own.closed())
     assert np.sort(found.real[np.abs(found) < 1e4]).sum() == pytest.approx(expected.real.sum(), rel=1e-6)
@@ -177,9 +177,9 @@ def test_the_drag_of_a_cable_by_hand():
 def test_a_winch_on_board_in_the_mean_wind_reels_in_weight_and_drag():
     """The static response to a winch, against equilibria on cables a little longer and shorter in the same loads."""
     text = heavy(wind__direction=0.9, wind__speed=40.0, wind__air_density=4.0, winches={"east": {"end": "to"}})
-    movement = movement_of(text)
-    found = movement.equilibrium
-    motion, step = movement.motion, 1e-3
+    closed_loop = closed_loop_of(text)
+    found = closed_loop.equilibrium
+    motion, step = closed_loop.motion, 1e-3
     moved = np.linalg.solve(motion.stiffness, motion.b[0])
     shown = motion.c[0] @ moved + motion.d[0]
     places, pulls = [], []
@@ -193,7 +193,7 @@ def test_a_winch_on_board_in_the_mean_wind_reels_in_weight_and_drag():
         *(f"gondola.{axis}" for axis in "xyz"),
         *(f"{c}.tension_{e}" for c in ("west", "east") for e in ("from", "to")),
     ]
-    rows = [movement.outputs[name] for name in names]
+    rows = [closed_loop.outputs[name] for name in names]
     assert shown[rows, 0] == pytest.approx(rates, rel=1e-5, abs=1e-5 * np.abs(rates[:3]).max())
 
 
@@ -202,10 +202,10 @@ def test_a_winch_on_board_in_the_mean_wind_reels_in_weight_and_drag():
 
 def damped(text):
     """2 zeta w of each mode by its pole, in order of frequency, and the modes."""
-    movement = movement_of(text).with_all_modes
-    poles = Loop(movement.motion, None, 0.0, ()).poles
+    closed_loop = closed_loop_of(text).with_all_modes
+    poles = Loop(closed_loop.motion, None, 0.0, ()).poles
     poles = poles[poles.imag > 0]
-    return -2 * poles.real[np.argsort(np.abs(poles))], movement
+    return -2 * poles.real[np.argsort(np.abs(poles))], closed_loop
 
 
 def test_a_body_on_one_cable_is_damped_by_its_drag():
@@ -240,7 +240,7 @@ def test_a_taut_cable_is_damped_by_its_drag(direction, shares):
 
 def gusts_of(text, count=12):
     """With the motions of cables that move no body and change no tension."""
-    return case_of(text).in_wind.movement_of(count).with_all_modes
+    return case_of(text).in_wind.closed_loop_of(count).with_all_modes
 
 
 def exponential(kappa, shape, other, ends, others, points=400):
@@ -264,12 +264,12 @@ def test_the_force_of_gusts_on_the_first_shape_of_a_cable(kappa_length):
     """(rho C d U)^2 S times the double integral of the shape with exp(-kappa r), of one taut cable."""
     text = heavy(free=[], gravity=0.0, to=(30.0, 0.0, 0.0), cable__damping={"ratio": 0.01}, wind__mean=False,
                  wind__direction=np.pi / 2, wind__turbulence_intensity=[0.2, 0.0, 0.0])  # fmt: skip
-    movement = gusts_of(text)
+    closed_loop = gusts_of(text)
     decay, speed, length = text["wind"].get("coherence_decay", 10.0), 25.0, 30.0
     frequency = np.array([kappa_length / length * speed / decay])
     # the variance of the force on all coordinates that are half waves along y of one cable
-    response_ = first_shapes(movement)
-    found = movement.gusts.variance_spectra(frequency, response_[None].astype(complex))[0]
+    response_ = first_shapes(closed_loop)
+    found = closed_loop.gusts.variance_spectra(frequency, response_[None].astype(complex))[0]
     drag = RHO * 1.2 * np.sqrt(4e-4 / np.pi) * speed
     spectrum = speed_spectrum(frequency, speed, 0.2 * speed, 25.0)[0]
     own = sine_alone(kappa_length / length, length)
@@ -292,13 +292,13 @@ def test_two_cables_that_meet_are_coherent_near_their_common_end(kappa_length):
                  wind__direction=np.pi / 2, wind__turbulence_intensity=[0.0, 0.0, 0.2])  # fmt: skip
     text["cables"]["east"]["from"] = [0.0, 30.0, 0.0]
     text["wind"]["direction"] = np.pi / 4
-    movement = gusts_of(text, 40)
+    closed_loop = gusts_of(text, 40)
     speed, kappa = 25.0, kappa_length / 30.0
     frequency = np.array([kappa * speed / 10.0])
-    rows = np.concatenate([moved[:, 2] for moved in displacements(movement.gusts)])
-    along = [np.linalg.norm(strip.places - strip.places[0], axis=1) / 30.0 for strip in movement.gusts.strips]
+    rows = np.concatenate([moved[:, 2] for moved in displacements(closed_loop.gusts)])
+    along = [np.linalg.norm(strip.places - strip.places[0], axis=1) / 30.0 for strip in closed_loop.gusts.strips]
     wanted, *_ = np.linalg.lstsq(rows, np.sin(np.pi / 2 * np.concatenate(along)), rcond=None)
-    found = movement.gusts.variance_spectra(frequency, wanted[None, :, None].astype(complex))[0, 0]
+    found = closed_loop.gusts.variance_spectra(frequency, wanted[None, :, None].astype(complex))[0, 0]
     # force per length and vertical speed: half of rho C d times the speed across the cable
     drag = RHO * 1.2 * np.sqrt(4e-4 / np.pi) * speed * np.sin(np.pi / 4) / 2
     spectrum = speed_spectrum(frequency, speed, 0.2 * speed, 25.0)[0]
@@ -320,7 +320,7 @@ def test_the_rms_does_not_depend_on_the_nodes_of_the_cables():
     """Six cables that meet at a gondola: 64 modes, with 17 nodes a cable, and 160 with 33."""
     scene = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml")[1]
     in_wind = SuspensionCase(scene).in_wind
-    found = [response.Response(in_wind.movement_of(count), scene).variances for count in (64, 160)]
+    found = [response.GustResponse(in_wind.closed_loop_of(count), scene).variances for count in (64, 160)]
     rows = [found[0].rows[f"gondola.{axis}"] for axis in "xyz"]
     assert found[0].weighted["value"][rows] == pytest.approx(found[1].weighted["value"][rows], rel=1e-5)
 
@@ -335,7 +335,7 @@ def test_the_stated_error_of_rotations_and_their_rates_is_true(count, monkeypatc
         monkeypatch.setitem(vars(TOLERANCES), "rod_orders", orders)
         wind = SuspensionCase(scene).in_wind
         found.append([wind.rms([name], kind, bool(at_rest)) for name, kind, at_rest in about])
-        assert len(wind.movement.modes) == modes
+        assert len(wind.closed_loop.modes) == modes
     for one, (value, error), (truth, _) in zip(about, *found, strict=True):
         assert abs(value / truth - 1) <= error <= 3e-4, one
 
@@ -346,10 +346,10 @@ def test_the_rms_depends_neither_on_points_of_long_elements_nor_on_parts(monkeyp
     for most, at_once in ((TOLERANCES.interpolated_points, TOLERANCES.coherence_entries), (100, 1000)):
         monkeypatch.setitem(vars(TOLERANCES), "interpolated_points", most)
         monkeypatch.setitem(vars(TOLERANCES), "coherence_entries", at_once)
-        movement = SuspensionCase(scene).in_wind.movement_of(160)
-        strip = movement.gusts.strips[0]
+        closed_loop = SuspensionCase(scene).in_wind.closed_loop_of(160)
+        strip = closed_loop.gusts.strips[0]
         assert len(strip.points) == min(most, strip.mesh.order + TOLERANCES.strip_points)
-        found.append(movement.linear.at_rest.variances[0])
+        found.append(closed_loop.plant.at_rest.variances[0])
     assert found[0] == pytest.approx(found[1], rel=1e-7)
 
 
@@ -359,12 +359,12 @@ def displacements(gusts_):
     return [strip.shapes @ amplitudes[:, :count] for strip, amplitudes in along]
 
 
-def first_shapes(movement):
+def first_shapes(closed_loop):
     """Combinations of coordinates: a half wave of amplitude 1 along y of the first cable, of the second, of both."""
     wanted = []
     for chosen in ((1, 0), (0, 1), (1, 1)):
         rows, values = [], []
-        for strip, moved, on in zip(movement.gusts.strips, displacements(movement.gusts), chosen, strict=True):
+        for strip, moved, on in zip(closed_loop.gusts.strips, displacements(closed_loop.gusts), chosen, strict=True):
             along = np.linalg.norm(strip.places - strip.places[0], axis=1) / 30.0
             rows.append(moved[:, 1])
             values.append(on * np.sin(np.pi * along))
@@ -375,9 +375,9 @@ def first_shapes(movement):
     return np.array(wanted).T
 
 
-def on_one_body(movement):
+def on_one_body(closed_loop):
     """Combination of coordinates that moves the body by 1 along x, shape (m, 1)."""
-    moved = movement.layout.displaced(movement.layout.bodies(movement.motion.shapes))
+    moved = closed_loop.layout.displaced(closed_loop.layout.bodies(closed_loop.motion.shapes))
     wanted = np.zeros(moved[:, :3].size // moved.shape[-1])
     wanted[0] = 1.0
     found, *_ = np.linalg.lstsq(moved[:, :3].reshape(len(wanted), -1), wanted, rcond=None)
@@ -393,8 +393,10 @@ def test_the_force_of_gusts_on_a_body_does_not_depend_on_coherence(on, decay):
     frequency, speed, area = np.array([1e-3, 0.1, 3.0, 100.0]), 25.0, 0.6
     admitted = 1 / (1 + (frequency * 2 * np.sqrt(area) / speed) ** (4 / 3))
     spectrum = von_karman(frequency, speed, 0.2 * speed, 25.0)
-    movement = gusts_of(text)
-    found = movement.gusts.variance_spectra(frequency, np.tile(on_one_body(movement), (4, 1, 1)).astype(complex))[:, 0]
+    closed_loop = gusts_of(text)
+    found = closed_loop.gusts.variance_spectra(frequency, np.tile(on_one_body(closed_loop), (4, 1, 1)).astype(complex))[
+        :, 0
+    ]
     expected = (RHO * 1.17 * area * speed) ** 2 * admitted * spectrum
     if on == "both" and decay < 1e6:
         assert (found > 1.0001 * expected).all()  # the cables add to it
@@ -440,11 +442,11 @@ def test_two_bodies_in_coherent_and_incoherent_white_wind(decay, coherence):
 
 def test_the_force_on_two_bodies_together_at_a_distance():
     """2 F^2 chi S (1 + exp(-C f d/U)) for the sum of both."""
-    movement = gusts_of(side_by_side())
+    closed_loop = gusts_of(side_by_side())
     frequency = np.array([1e-3, 0.05, 0.2, 1.0])
-    moved = movement.layout.displaced(movement.layout.bodies(movement.motion.shapes))[:, 0]
+    moved = closed_loop.layout.displaced(closed_loop.layout.bodies(closed_loop.motion.shapes))[:, 0]
     both, *_ = np.linalg.lstsq(moved, np.ones(2), rcond=None)
-    found = movement.gusts.variance_spectra(frequency, np.tile(both[:, None], (4, 1, 1)).astype(complex))[:, 0]
+    found = closed_loop.gusts.variance_spectra(frequency, np.tile(both[:, None], (4, 1, 1)).astype(complex))[:, 0]
     admitted = 1 / (1 + (frequency * 2 * np.sqrt(0.5) / 9.0) ** (4 / 3))
     one = (RHO * 9.0 * 0.5) ** 2 * admitted * von_karman(frequency, 9.0, 1.8, 25.0)
     assert found == pytest.approx(2 * one * (1 + np.exp(-10 * frequency * 6.0 / 9.0)), rel=1e-5)
@@ -632,7 +634,7 @@ def body_on_bars(mean, loss, decay, **more):
     case = case_of(text)
     areas = np.array(BODY_WIND["area"])
     return case, BarsInWind(
-        case.in_wind.movement.equilibrium,
+        case.in_wind.closed_loop.equilibrium,
         n,
         {"speed": speed, "direction": 0.5, "turbulence": turbulence * speed, "length_scale": 25.0,
          "coherence_decay": decay, "density": RHO},
@@ -735,7 +737,7 @@ def test_the_tension_in_slow_gusts_is_the_change_of_the_mean_tension(seed, on):
     case, wind, scene = case_of(text), text["wind"], text["cable"]
     areas, offered = np.array(BODY_WIND["area"]), 1.2 * np.sqrt(4 * scene["area"] / np.pi)
     bars = BarsInWind(
-        case.in_wind.movement.equilibrium,
+        case.in_wind.closed_loop.equilibrium,
         8,
         {"speed": wind["speed"], "direction": wind["direction"], "turbulence": [0.02 * wind["speed"], 0.0, 0.0],
          "length_scale": wind["length_scale"], "coherence_decay": 0.0, "density": RHO},
@@ -796,7 +798,7 @@ def test_the_stated_error_of_a_tension_is_true(seed):
     text = hung(seed)
     text["wind"] |= gusty
     in_wind = case_of(text).in_wind
-    few, many = (response.Response(in_wind.movement_of(count), in_wind.scene).variances for count in (64, 160))
+    few, many = (response.GustResponse(in_wind.closed_loop_of(count), in_wind.scene).variances for count in (64, 160))
     rows = [row for name, row in few.rows.items() if "tension" in name]
     assert (np.abs(few.weighted["value"] - many.weighted["value"])[rows] <= few.error["value"][rows]).all()
     assert (few.error["value"][rows] < 0.01 * few.weighted["value"][rows]).all()
@@ -817,8 +819,8 @@ def test_the_stated_error_of_the_tension_of_one_cable_is_true_and_small(length, 
         "wind": gusts | wind,
     }
     in_wind = case_of(text | {"model": {"accuracy": 1e-6}}).in_wind
-    every = case_of(text | {"model": {"elements": 8, "order": 12}}).in_wind.movement_of(1000)
-    found, true = in_wind.response.variances, response.Response(every, in_wind.scene).variances
+    every = case_of(text | {"model": {"elements": 8, "order": 12}}).in_wind.closed_loop_of(1000)
+    found, true = in_wind.response.variances, response.GustResponse(every, in_wind.scene).variances
     for kind in ("value", "rate"):
         own, other, error = (part[kind] for part in (found.weighted, true.weighted, found.error))
         assert (np.abs(own - other) <= error).all()
@@ -841,8 +843,8 @@ def test_the_stated_error_of_the_least_tension_is_true_where_fast_waves_cross_it
     }
     case = case_of(text)
     found, error = find("c.least_tension").compute(case)
-    every = case_of(text | {"model": {"elements": 12, "order": 12}}).in_wind.movement_of(1000)
-    true, least = response.Response(every, case.scene).variances, []
+    every = case_of(text | {"model": {"elements": 12, "order": 12}}).in_wind.closed_loop_of(1000)
+    true, least = response.GustResponse(every, case.scene).variances, []
     for end, mean in zip(TENSIONS, case.in_wind.mean_tensions("c"), strict=True):
         own, rate = (np.sqrt(true.weighted[kind][true.rows[f"c.{end}"]]) for kind in ("value", "rate"))
         least.append(mean - factor(rate / own / TURN, 600.0) * own)
@@ -901,7 +903,7 @@ def drag_by_hand(to, direction, points=400):
                                                ((40.0, 0.0, 1.0), 0.003)])  # fmt: skip
 def test_the_drag_of_a_cable_whose_lowest_point_lies_along_the_wind(to, direction, count):
     """|u_n| has a kink there, inside an element: the force of a gust that is the same everywhere on the whole cable."""
-    strip = case_of(along_the_wind(to, direction)).in_wind.movement_of(count).gusts.strips[0]
+    strip = case_of(along_the_wind(to, direction)).in_wind.closed_loop_of(count).gusts.strips[0]
     rows = strip.shapes.reshape(-1, strip.shapes.shape[-1])
     moved, *_ = np.linalg.lstsq(rows, np.tile(np.eye(3), (len(strip.places), 1)))  # of the whole cable along x, y, z
     expected = drag_by_hand(to, direction)
@@ -912,10 +914,10 @@ def test_the_drag_of_a_cable_whose_lowest_point_lies_along_the_wind(to, directio
 def test_the_stated_error_in_wind_along_a_level_cable_is_true():
     """Of 100 modes on 3 elements against all of 8 elements, two of which meet at the lowest point."""
     in_wind = case_of(along_the_wind(accuracy=1e-6)).in_wind.with_midspans
-    every = case_of(along_the_wind(elements=8, order=12)).in_wind.with_midspans.movement_of(1000)
-    movement = in_wind.movement_of(100)
-    assert movement.gusts.strips[0].mesh.elements == 3
-    found, true = (response.Response(one, in_wind.scene).variances for one in (movement, every))
+    every = case_of(along_the_wind(elements=8, order=12)).in_wind.with_midspans.closed_loop_of(1000)
+    closed_loop = in_wind.closed_loop_of(100)
+    assert closed_loop.gusts.strips[0].mesh.elements == 3
+    found, true = (response.GustResponse(one, in_wind.scene).variances for one in (closed_loop, every))
     own, other, error = (part["value"] for part in (found.weighted, true.weighted, found.error))
     assert (np.abs(own - other) <= error).all()
     assert (error < 5e-5 * own).all()
@@ -1042,7 +1044,7 @@ def test_any_turn_about_the_vertical_changes_no_total(angle):
     )  # fmt: skip
     for column in columns:
         assert value(whole(angle), column) == pytest.approx(value(whole(), column), rel=1e-6), column
-    limits = [whole(turn).in_wind.movement.largest_gain for turn in (0.0, angle)]
+    limits = [whole(turn).in_wind.closed_loop.largest_gain for turn in (0.0, angle)]
     assert limits[1] == pytest.approx(limits[0], rel=1e-7)
 
 

@@ -15,7 +15,7 @@ from cablestudy.study.all_columns import find
 from cablestudy.study.suspension import rows
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find as find_of_many
-from cablestudy.study.suspension.response import Response
+from cablestudy.study.suspension.gust_response import GustResponse
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -303,7 +303,7 @@ def test_with_modal_damping_the_rms_has_no_error_that_could_be_stated():
             "wind={speed: 6 m/s, turbulence_intensity: 0.15, length_scale: 25 m}")  # fmt: skip
     modal = CONFIGS / "suspensions" / "carlina-net.yaml"
     in_wind = SuspensionCase(load_scene(str(modal), sets)[1]).in_wind
-    few, many = (Response(in_wind.movement_of(count), in_wind.scene).variances for count in (64, 160))
+    few, many = (GustResponse(in_wind.closed_loop_of(count), in_wind.scene).variances for count in (64, 160))
     rows = [few.rows[f"gondola.{axis}"] for axis in "xyz"]
     sizes = [math.sqrt(one.weighted["value"][rows].sum()) for one in (few, many)]
     assert sizes[1] < 0.985 * sizes[0]

@@ -90,7 +90,7 @@ def test_the_damping_ratio_of_the_gondola_by_two_routes(law, sets):
 def test_the_state_space_has_the_poles_of_the_loop(law, where):
     sets = damped(law), f"winch.location={where}", "model.elements=20", "winch.controller.gain=0.1"
     case = Case(SAGGING.scene(*sets))
-    found = case.in_wind.movement_of(250).loop.eigen.values
+    found = case.in_wind.closed_loop_of(250).loop.eigen.values
     for pole in np.linalg.eigvals(statespace.closed(winch_loop(case)).a):
         assert np.abs(found - pole).min() < 1e-7 * np.abs(pole) + 1e-11 * np.abs(found).max()
 

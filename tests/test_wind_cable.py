@@ -136,13 +136,13 @@ def test_covariances_of_loads_are_those_of_their_sums():
 def test_covariances_between_known_ones_are_within_the_stated_error():
     """Of the gusts on the modes, by frequencies at which they are computed directly."""
     case = case_of(INCLINED)
-    gusts = case.in_cable_wind.sides[0].movement.gusts
+    gusts = case.in_cable_wind.sides[0].closed_loop.gusts
     frequency = np.geomspace(1e-4, 20, 43)
     direct = gusts._at(gusts.coherence.kappa(frequency))
     weights = np.random.default_rng(3).normal(size=direct.shape[1])
     found = gusts._covariance(gusts.coherence.kappa(frequency))
     assert weights @ found @ weights == pytest.approx(weights @ direct @ weights, rel=gusts.error)
-    assert case_of(INCLINED, SMOOTH).in_cable_wind.sides[0].movement.gusts.error == 0
+    assert case_of(INCLINED, SMOOTH).in_cable_wind.sides[0].closed_loop.gusts.error == 0
 
 
 def test_coherence_length():
@@ -263,7 +263,7 @@ def spectrum_of(case, frequency, direction):
 
 
 def spectrum_in(wind, frequency):
-    """Spectrum of the gondola's place without control, in an `InWind`."""
+    """Spectrum of the gondola's place without control, in an `DynamicAnalysis`."""
     response = wind.response_of(open_loop=True)
     return response.spectra(frequency)[response.names.index("gondola.x")]
 
@@ -295,7 +295,7 @@ def test_whole_coherence_is_the_dense_matrices_to_rounding(form, more):
 def test_the_rms_is_that_of_the_dense_matrices_over_many_frequencies(sets):
     case = case_of("winch.controller.gain=0", SMOOTH, "model.elements=16", *sets)
     grid = [np.geomspace(1e-5, 60, 400)]
-    for pole in case.in_wind.movement.open_poles:
+    for pole in case.in_wind.closed_loop.open_poles:
         c, w = abs(pole) / (2 * np.pi), abs(pole.real) / (2 * np.pi)
         if c < 5:
             grid.append(c + w * np.sinh(np.linspace(-np.arcsinh(0.2 * c / w), np.arcsinh(0.2 * c / w), 201)))

@@ -122,8 +122,8 @@ def test_a_fast_pole_follows_statically():
 def test_more_modes_of_a_hysteretic_cable_do_not_change_the_rms_with_a_loop(count):
     """The notch of a slow loop has a double pole, and hysteretic damping many poles that are damped alike."""
     wind = in_wind_of(Case(CableScene.model_validate(random_scene(48))))
-    found = wind.movement_of(count).turbulence.variances[0][0]
-    few = wind.movement_of(32).turbulence.variances[0][0]
+    found = wind.closed_loop_of(count).turbulence.variances[0][0]
+    few = wind.closed_loop_of(32).turbulence.variances[0][0]
     assert found[0] == pytest.approx(few[0], rel=1e-7)
 
 
@@ -132,7 +132,7 @@ def test_the_error_of_few_modes_counts_what_they_leave_out_of_damping(seed):
     """Loss factors of 0.2, cables that hang or carry masses, against 200 modes; 24 are up to 0.15 % off."""
     wind = in_wind_of(Case(CableScene.model_validate(random_scene(seed, model={"accuracy": 1e-4}))))
     (found, changed, _), (truth, *_) = (
-        wind.movement_of(count, responses=True).linear.at_rest.variances for count in (24, 200)
+        wind.closed_loop_of(count, responses=True).plant.at_rest.variances for count in (24, 200)
     )
     assert (np.abs(found - truth)[:, 0] <= changed[:, 0] + 1e-9 * truth[:, 0]).all()
 
@@ -143,7 +143,7 @@ def test_the_error_of_models_that_are_compared_is_not_below_the_true_one(seed):
     scene = random_scene(seed, model={"accuracy": 1e-9})
     del scene["winch"]
     wind = in_wind_of(Case(CableScene.model_validate(scene)))
-    truth = wind.movement_of(100, responses=True).linear.at_rest.variances[0][0, 0]
+    truth = wind.closed_loop_of(100, responses=True).plant.at_rest.variances[0][0, 0]
     found, error = wind.rms(["gondola.x"], "value", open_loop=True)
-    assert len(wind.movement.modes) == 64
+    assert len(wind.closed_loop.modes) == 64
     assert abs(found / np.sqrt(truth) - 1) <= error <= 1e-9

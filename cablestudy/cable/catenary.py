@@ -293,9 +293,9 @@ def solve(span):
         )
         if not unsolved.any():
             break
-        minimum, place, beside = problem.kink(sizes)
+        minimum, place, lower = problem.kink(sizes)
         slack, again = unsolved & minimum, unsolved & ~minimum & ~(change < CABLE.last_tension_step)
-        unknown = np.where(slack, place, np.where(again, beside, unknown))
+        unknown = np.where(slack, place, np.where(again, lower, unknown))
         change, weightless = np.where(slack, 0.0, change), again
         if again.any():
             unknown, _, more = newton(problem, unknown, again)

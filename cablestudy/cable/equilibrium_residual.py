@@ -100,7 +100,7 @@ class EquilibriumResidual:
         minimum : ndarray of bool, shape (...)
             Whether the energy is least at the kink: the segment is at least as long as the distance that it spans, and
             slack.
-        place, beside : ndarray, shape (3, ...)
+        place, lower : ndarray, shape (3, ...)
             The kink, and a tension vector with less energy where it is no minimum. [N]
         """
         nearest = sizes.argmin(axis=-1)[..., None]

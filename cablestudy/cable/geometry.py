@@ -184,8 +184,8 @@ def tensions_beside(cable, shares):
     before = np.searchsorted(edges, shares - CABLE.same_place)  # segment that ends at the load
     after = np.searchsorted(edges, shares + CABLE.same_place)  # segment that begins there
     half = cable.half_changes
-    beside = np.stack([(cable.mid_forces + half)[before], (cable.mid_forces - half)[after]], axis=-2)
-    return cable.span.in_frame(beside, "global")
+    on_both_sides = np.stack([(cable.mid_forces + half)[before], (cable.mid_forces - half)[after]], axis=-2)
+    return cable.span.in_frame(on_both_sides, "global")
 
 
 def heights_above(there, ground):

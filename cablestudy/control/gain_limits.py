@@ -14,13 +14,13 @@ import numpy as np
 from cablestudy.control.margins import Margins, gain_of_peak, sensitivity
 from cablestudy.control.margins_crossings import crossing_near, crossings, refined
 from cablestudy.control.margins_grid import (
-    beside,
     by_parts,
     curve,
     curve_beside,
     distinct,
     eigenvalues,
     frequencies,
+    near_poles,
     with_more,
 )
 from cablestudy.control.tolerances import CONTROL
@@ -203,7 +203,7 @@ class StableGains:
             (near.factor < CONTROL.closed_poles_gain * gain) & (gain < CONTROL.closed_poles_gain * near.factor)
         )
         poles = 1j * near.place + 1j / (near.factor * near.slope) * (gain / near.factor - 1)
-        added = beside(np.append(poles, [-gain, -min(gain / 2, omega[0])]))  # a small gain is below all of them
+        added = near_poles(np.append(poles, [-gain, -min(gain / 2, omega[0])]))  # a small gain is below all of them
         omega, matrices = curve_beside(self.loop_gain, gain, omega, matrices, values)
         return with_more(self.loop_gain, omega, matrices, added[added < omega[-1]])
 

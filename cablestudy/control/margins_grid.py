@@ -39,7 +39,7 @@ def frequencies(poles, notches=(), law=INTEGRATOR):
         if law.delay
         else np.zeros(0)
     )
-    return distinct(np.concatenate([decades, turns[turns < high], beside(poles)]))
+    return distinct(np.concatenate([decades, turns[turns < high], near_poles(poles)]))
 
 
 def distinct(omega):
@@ -48,7 +48,7 @@ def distinct(omega):
     return omega[np.append(True, np.diff(omega) > CONTROL.same_frequency * omega[1:])]
 
 
-def beside(poles):
+def near_poles(poles):
     """Frequencies at and on both sides of the sizes of some poles, at distances of their half-widths. [rad/s]"""
     centre = np.abs(poles)
     step = np.maximum(np.abs(poles.real), CONTROL.infinite_at_pole * centre)[:, None] * np.concatenate([-ASIDE, ASIDE])

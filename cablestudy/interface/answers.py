@@ -110,7 +110,7 @@ def with_loop(answer, scene, in_wind, span, asked, **named):
     ----------
     answer : Answer
     scene : Scene
-    in_wind : InWind
+    in_wind : DynamicAnalysis
     span, asked
         As of `solve_loop`.
     **named
@@ -120,13 +120,13 @@ def with_loop(answer, scene, in_wind, span, asked, **named):
     from cablestudy.study.loop_report import response_table
 
     if asked:
-        solved = time_case(scene.document, scene.model, in_wind.movement, asked, **named)
+        solved = time_case(scene.document, scene.model, in_wind.closed_loop, asked, **named)
         lines, draw = (*answer.warnings, *solved.notes), lambda plots: plots.loop_in_time(solved)
         return replace(answer, tables=only(time_table(solved)), warnings=lines, draw=draw)
-    movement = in_wind.controlled
-    answer = replace(answer, draw=lambda plots: plots.loop_margins(movement, span))
+    closed_loop = in_wind.controlled
+    answer = replace(answer, draw=lambda plots: plots.loop_margins(closed_loop, span))
     # an unstable loop too has a response over frequency
-    return replace(answer, tables=only(response_table(movement, span))) if span else answer
+    return replace(answer, tables=only(response_table(closed_loop, span))) if span else answer
 
 
 def ssm(scene, out: File | None = None, response: Frequencies | None = None, **options):

@@ -235,7 +235,7 @@ class Scene:
         Parameters
         ----------
         load : str
-            Its name, "load1", of a suspension "`load`1", and after a colon how many places: "load1:99".
+            Its name, "load1", of a suspension "CABLE.load1", and after a colon how many places: "load1:99".
         """
         return self.compute("locus", load=load).frame()
 

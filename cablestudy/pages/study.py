@@ -84,7 +84,7 @@ def _range(study, table):
     frame, lines = table.rows.frame(), []
     left_out = {*TEXTS, *(known.header for known in varied_keys(study))}
     for one in table.fields:
-        if one.hidden or one.beside or one.name not in frame or one.name in left_out:
+        if one.hidden or one.printed or one.name not in frame or one.name in left_out:
             continue
         numbers = frame[one.name].dropna()
         if numbers.nunique() < 2:

@@ -108,7 +108,7 @@ class _Column:
     def cell(self, row):
         """The cell in a row; where there is a printed value, that and the difference from it too."""
         computed = text(short(row.get(self.name) if self.difference else self.field.shown(row)))
-        printed = self.difference and row.get(self.difference.beside)
+        printed = self.difference and row.get(self.difference.printed)
         if printed is None:
             return computed
         difference = row.get(self.difference.name)
@@ -123,7 +123,7 @@ def _shown(table):
         fields = [one for one in fields if one.name != HIDDEN]
     columns = []
     for one in fields:
-        if one.beside:
+        if one.printed:
             columns[-1] = _Column(columns[-1].field, one)
         else:
             columns.append(_Column(one))

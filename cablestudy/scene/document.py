@@ -13,11 +13,11 @@ from cablestudy.errors import Mistake, Mistakes, SceneError
 from cablestudy.scene.fields import suggestion
 from cablestudy.scene.layers import (
     absent_name,
+    assign,
     is_set,
     merge,
     nulls,
     prune,
-    put,
     remove_alternatives,
     split_key,
     unknown_name,
@@ -87,7 +87,7 @@ class Document:
                 if new is None and ":" in key:
                     raise ValueError(f"no value ({add_blank(key)})")
                 path = split_key(key)
-                value = put(value, path, prune(new))
+                value = assign(value, path, prune(new))
                 paths.append((path, where))
             except ValueError as error:
                 mistakes.append(mistake(_as_place(where), key, str(error)))

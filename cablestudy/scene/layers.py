@@ -143,7 +143,7 @@ def nulls(value, path=()):
     return []
 
 
-def put(container, path, value, done=()):
+def assign(container, path, value, done=()):
     """Copy of a dict or list with one value set; what is not on the path is shared, and missing mappings are made.
 
     Parameters
@@ -170,7 +170,7 @@ def put(container, path, value, done=()):
         raise ValueError(f"{'.'.join(done)} is {container!r:.60}, which has no key {key:.60}")
     copy = container.copy()
     if rest:
-        copy[key] = put(inside, rest, value, (*done, path[0]))
+        copy[key] = assign(inside, rest, value, (*done, path[0]))
     elif value is None and isinstance(copy, dict):
         copy.pop(key, None)
     else:
@@ -225,7 +225,7 @@ def absent_name(value, path):
 def remove_alternatives(value, key):
     """Copy of a plain mapping without the keys that a dotted key replaces; the mapping itself where there is none."""
     for path in replaced_by(key):
-        value = put(value, path, None) if is_set(value, path) else value
+        value = assign(value, path, None) if is_set(value, path) else value
     return value
 
 

@@ -48,7 +48,7 @@ class Load(KeyTable):
 
 
 def load_name(cable, number):
-    """Name of a point load by its number on its cable, from 1 in the order of the file: load1, or `load`1.
+    """Name of a point load by its number on its cable, from 1 in the order of the file: load1, or CABLE.load1.
 
     `cable`: the name of a cable of a suspension, or an empty text.
     """

@@ -165,7 +165,7 @@ class Material(Properties):
         """Relations of its sizes, see `size_relations`."""
         yield self.size_relations()
 
-    def beside(self, given):
+    def properties_besides(self, given):
         """Properties that a cable of this material has beside the keys that it gives itself.
 
         Parameters

@@ -100,7 +100,7 @@ class Section(Properties):
         material = _known(info).get(name) if isinstance(name, str) else None
         if material is None:
             return data
-        return {**material.beside({key for key, value in data.items() if value is not None}), **data}
+        return {**material.properties_besides({key for key, value in data.items() if value is not None}), **data}
 
     @classmethod
     def key_mistakes(cls, given):

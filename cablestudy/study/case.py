@@ -305,7 +305,7 @@ class Case:
 
     @cached_property
     def in_wind(self):
-        """The gondola with its winch loop, and in the wind: `InWind`.
+        """The gondola with its winch loop, and in the wind: `DynamicAnalysis`.
 
         Raises
         ------
@@ -337,7 +337,7 @@ class Case:
         return in_cable_wind_of(self)
 
     def winds_on(self, what, open_loop=False):
-        """Winds that have nothing to do with each other, so that variances add: list of InWind; raises as `InWind.rms`.
+        """Winds that are independent of each other, so that variances add: list of DynamicAnalysis; raises as `rms`.
 
         Parameters
         ----------
@@ -352,7 +352,7 @@ class Case:
 
     @property
     def solved_winds(self):
-        """Of the above those in which the motion was computed: list of InWind."""
+        """Of the above those in which the motion was computed: list of DynamicAnalysis."""
         found = [self.__dict__[name] for name in ("in_wind", "in_wind_that_damps") if name in self.__dict__]
         found += self.in_cable_wind.sides if "in_cable_wind" in self.__dict__ else []
         return [one for one in found if one.solved]

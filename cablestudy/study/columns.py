@@ -239,7 +239,7 @@ def _change_at_peak(case):
     force = case.form.end_forces("global")
     tension = np.sqrt((force**2).sum(axis=-1))
     if case.scene.gondola is None:
-        lowest = float(case.in_cable_wind.sides[0].movement.modes.frequency[0])
+        lowest = float(case.in_cable_wind.sides[0].closed_loop.modes.frequency[0])
         change = peak_factor(lowest, case.scene.wind.duration) * _of_bare_cable(case, TENSIONS)[0]
     else:
         # in closed form: no elements of both planes only for this

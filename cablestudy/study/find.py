@@ -302,8 +302,8 @@ def shown_columns(goal, document, names=None):
     if names is None:
         own = (goal.column.name, goal.key.name.rpartition(".")[2])
         usual = map(find, kind_of(scene).usual_columns)
-        beside = [column for column in usual if column.name not in own and not why_not(scene, column)]
-        return [goal.column, *beside]
+        also_shown = [column for column in usual if column.name not in own and not why_not(scene, column)]
+        return [goal.column, *also_shown]
     columns = [goal.column]
     with Mistakes() as mistakes:
         for name in filter(None, (part.strip() for part in names.split(","))):

@@ -55,7 +55,7 @@ class GondolaOnCable(SuspensionCase):
 
     @property
     def in_wind(self):
-        """`InWind` of the gondola with its winch loop, and in the wind on it."""
+        """`DynamicAnalysis` of the gondola with its winch loop, and in the wind on it."""
         return self._case.in_wind
 
 

@@ -49,7 +49,7 @@ def load_path(document, scene, asked):
     scene : CableScene or SuspensionScene
         The same in SI.
     asked : str
-        Name of the load, `load1` or ``load`1`, and after a colon how many places: 39 by default.
+        Name of the load, `load1` or `CABLE.load1`, and after a colon how many places: 39 by default.
 
     Raises
     ------
@@ -106,6 +106,6 @@ def _row(cable, name):
 
 
 def _table(rows):
-    beside = [FIELDS["tension_1"], FIELDS["tension_2"]]  # of which the largest is along the cable
-    own = [field for field in fields_in(rows) if field not in beside]
+    on_both_sides = [FIELDS["tension_1"], FIELDS["tension_2"]]  # of which the largest is along the cable
+    own = [field for field in fields_in(rows) if field not in on_both_sides]
     return Table((Field("fraction", "fraction", label=True), *own, *ALONG, STATUS), rows)

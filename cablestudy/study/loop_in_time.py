@@ -30,7 +30,7 @@ MILLI = 1e3
 class TimeOptions:
     """Options of the command as numbers: SceneError for those that are wrong, or have no effect."""
 
-    duration: str  # DURATION, or DURATION:STUDY.time_points
+    duration: str  # DURATION, or DURATION:COUNT
     input: str | None = None
     size: str | None = None
     length: str | None = None  # of a gust
@@ -57,7 +57,7 @@ class TimeOptions:
         option = f"--time {self.duration}"
         end = within(option, read_positive(option, text, "s"), STUDY.durations, "s")
         if colon and not (re.fullmatch("[0-9]{1,9}", count.strip()) and 2 <= int(count) <= STUDY.most_time_points):
-            raise SceneError(f"{option}: STUDY.time_points must be a whole number from 2 to {STUDY.most_time_points}")
+            raise SceneError(f"{option}: COUNT must be a whole number from 2 to {STUDY.most_time_points}")
         return end, int(count) if colon else STUDY.time_points
 
     def size_or(self, default, unit):
@@ -210,7 +210,7 @@ def step_words(step, time):
     return words + ("" if step.resolved else coarse)
 
 
-def time_case(document, scene, movement, options, names=None, wind_keys=("wind",)):
+def time_case(document, scene, closed_loop, options, names=None, wind_keys=("wind",)):
     """`TimeCase` of a loop: one measured coordinate after a step of a winch or a reference, or in a gust.
 
     Parameters
@@ -219,11 +219,11 @@ def time_case(document, scene, movement, options, names=None, wind_keys=("wind",
         Of the scene, for the places of mistakes.
     scene : CableScene or SuspensionScene
         As the user wrote it.
-    movement : Movement
+    closed_loop : ClosedLoop
         With a stable loop.
     options : TimeOptions
     names : dict, optional
-        Those of the user for winches, references and outputs of the movement that have others there.
+        Those of the user for winches, references and outputs of the plant that have others there.
     wind_keys : sequence of str
         Without which no wind acts on it.
 
@@ -233,9 +233,9 @@ def time_case(document, scene, movement, options, names=None, wind_keys=("wind",
         An unknown input or output, or the scene has no wind for it.
     """
     names = names or {}
-    winches = {names.get(key := f"winch.{name}", key): key for name in movement.scene.winches}
-    references = {names.get(key := f"reference.{name}", key): key for name in movement.measured}
-    outputs = [names.get(key := f"{movement.body_name}.{name}", key) for name in movement.measured]
+    winches = {names.get(key := f"winch.{name}", key): key for name in closed_loop.scene.winches}
+    references = {names.get(key := f"reference.{name}", key): key for name in closed_loop.measured}
+    outputs = [names.get(key := f"{closed_loop.body_name}.{name}", key) for name in closed_loop.measured]
     kind = options.input or next(iter(winches))
     number_of("--input", kind, [*winches, *references, *OF_WIND])
     shown = number_of("--output", options.output, outputs) if options.output else 0
@@ -245,32 +245,32 @@ def time_case(document, scene, movement, options, names=None, wind_keys=("wind",
         for key in wind_keys:
             if attribute(scene, key) is None:
                 raise missing(document, key, f"loop --input {kind}")
-        asked, driven = options.gust(scene.wind, movement.scene.wind.turbulence[0]), WIND_INPUT
+        asked, driven = options.gust(scene.wind, closed_loop.scene.wind.turbulence[0]), WIND_INPUT
     elif kind in references:
         coordinate = references[kind].removeprefix("reference.")
         asked, driven = options.step(f"the {kind} moves", unit_of(coordinate)), references[kind]
     else:
         driven = winches[kind]
-        reels = movement.scene.winches[driven.removeprefix("winch.")].direction is None
+        reels = closed_loop.scene.winches[driven.removeprefix("winch.")].direction is None
         asked = options.step(f"{kind} reels in" if reels else f"the {kind} moves")
-    output = movement.measured_outputs[shown]
-    found = in_time(movement, output, driven, asked.components, options.times).times(asked.size)
-    dampings = [cable.damping for cable in movement.scene.cables.values()]
-    delayed_up_to = 0.0 if movement.loop.slight_delay else movement.loop.right_up_to
-    remarks = remarks_of(movement.scene.control, delayed_up_to, found, dampings)
-    unit = f"m{unit_of(movement.measured[shown])}"
-    return TimeCase(options, asked, found, movement.loop.gain, outputs[shown], unit, tuple(winches), remarks)
+    output = closed_loop.measured_outputs[shown]
+    found = in_time(closed_loop, output, driven, asked.components, options.times).times(asked.size)
+    dampings = [cable.damping for cable in closed_loop.scene.cables.values()]
+    delayed_up_to = 0.0 if closed_loop.loop.slight_delay else closed_loop.loop.right_up_to
+    remarks = remarks_of(closed_loop.scene.control, delayed_up_to, found, dampings)
+    unit = f"m{unit_of(closed_loop.measured[shown])}"
+    return TimeCase(options, asked, found, closed_loop.loop.gain, outputs[shown], unit, tuple(winches), remarks)
 
 
-def in_time(movement, output, input_, components, times):
-    """`TimeResponse` of a `Movement`, with its error by the modes that are left out.
+def in_time(closed_loop, output, input_, components, times):
+    """`TimeResponse` of a `ClosedLoop`, with its error by the modes that are left out.
 
     Parameters
     ----------
-    movement : Movement
+    closed_loop : ClosedLoop
         With a loop, stable.
     output : str
-        A displacement, as of `Movement.outputs`.
+        A displacement, as of `ClosedLoop.outputs`.
     input_ : str
         `winch.CABLE`, `reference.COORDINATE`, or WIND_INPUT: a gust along the mean wind, the same everywhere, per speed
         of it.
@@ -284,14 +284,14 @@ def in_time(movement, output, input_, components, times):
     NoSolutionError
         The state space overflows.
     """
-    linear = movement.linear
-    whole = linear.viscous_motion
+    plant = closed_loop.plant
+    whole = plant.viscous_motion
     found = [
-        _responses(movement, motion, space, output, input_, components, times)
-        for motion, space in ((whole, None), (whole.within(linear.fewer), linear.fewer))
+        _responses(closed_loop, motion, space, output, input_, components, times)
+        for motion, space in ((whole, None), (whole.within(plant.coarse_space), plant.coarse_space))
     ]
     found = loop_response.compared(*found)
-    if movement.loop.gain:
+    if closed_loop.loop.gain:
         return found
     return replace(found, winch=np.zeros_like(found.winch), winch_speed=np.zeros_like(found.winch_speed))
 
@@ -306,23 +306,26 @@ def uniform_gust(gusts):
     return gusts.directions[0] @ gusts.uniform
 
 
-def _responses(movement, motion, space, output, input_, components, times):
+def _responses(closed_loop, motion, space, output, input_, components, times):
     """`TimeResponse` with the motion, or with that in a space of its coordinates."""
-    loop = movement.loop
-    loads, allocation = np.zeros((len(movement.motion), 1)), loop.allocation
-    if movement.gusts is not None:
-        along = uniform_gust(movement.gusts)
+    loop = closed_loop.loop
+    loads, allocation = np.zeros((len(closed_loop.motion), 1)), loop.allocation
+    if closed_loop.gusts is not None:
+        along = uniform_gust(closed_loop.gusts)
         loads[: len(along), 0] = along
     if space is not None:
         loads, allocation = space.T @ loads, replace(allocation, measured=allocation.measured @ space)
-    inputs, outputs = labels(movement.layout, movement.winches, movement.markers)
-    winches, size = inputs[: len(movement.winches)], len(motion) - sum(not one.wheel for one in movement.actuators)
+    inputs, outputs = labels(closed_loop.layout, closed_loop.winches, closed_loop.markers)
+    winches, size = (
+        inputs[: len(closed_loop.winches)],
+        len(motion) - sum(not one.wheel for one in closed_loop.actuators),
+    )
     coordinates = tuple((f"coordinate_{k + 1}", MODAL) for k in range(size))
-    measured = tuple((name, unit_of(name)) for name in movement.measured)
+    measured = tuple((name, unit_of(name)) for name in closed_loop.measured)
     named = Labels(coordinates, winches, ((WIND_INPUT, "m/s"),), outputs, measured)
     control = LinearControl(allocation, loop.gain, loop.notches, loop.law_space, loop.law_names)
-    closed = state_space(motion, loads, named, control, movement.actuators, added=True)
-    alone = state_space(motion, loads, named, None, movement.actuators)
+    closed = state_space(motion, loads, named, control, closed_loop.actuators, added=True)
+    alone = state_space(motion, loads, named, None, closed_loop.actuators)
     reeled = [closed.output_names.index(name) for name, _ in winches]
     places = closed.output_names.index(output), reeled, closed.input_names.index(input_)
     return loop_response.responses(closed, alone, *places, components, times)

@@ -20,7 +20,7 @@ COLUMNS = (
     *SENSITIVITY,
 )  # fmt: skip
 CURVES = ("open_loop", "sensitivity", "complementary_sensitivity")  # names of columns: L, S, T
-BESIDE = np.array([0.0, 0.5, 1.0, 2.0, 4.0])  # frequencies beside a pole that a table has too, in its half-widths
+HALF_WIDTHS = np.array([0.0, 0.5, 1.0, 2.0, 4.0])  # frequencies beside a pole that a table has too, in its half-widths
 
 
 def loop_table(document, scene, estimate=False):
@@ -64,29 +64,29 @@ def has_loop(case):
     return True
 
 
-def unstable(movement):
-    """Why a `Movement` is unstable: tuple of str, empty where it is stable."""
+def unstable(closed_loop):
+    """Why a `ClosedLoop` is unstable: tuple of str, empty where it is stable."""
     try:
-        movement.check_stable()
+        closed_loop.check_stable()
     except NoSolutionError as error:
         return (str(error),)
     return ()
 
 
-def resonances(movement):
+def resonances(closed_loop):
     """Poles that show in what is measured by forces there, the winches at rest and with the loop. [rad/s]
 
     Those of the upper half plane. What a pole adds to the response at its frequency is small where a zero is beside it.
 
     Parameters
     ----------
-    movement : Movement
+    closed_loop : ClosedLoop
         With a loop.
     """
-    rows, found = [movement.outputs[name] for name in movement.measured_outputs], []
-    forces = movement.motion.c[0][rows].real.T
-    for loop in (None, movement.loop):
-        system = residues((loop or movement.motion).eigen, *by_forces(movement.motion, forces, loop))
+    rows, found = [closed_loop.outputs[name] for name in closed_loop.measured_outputs], []
+    forces = closed_loop.motion.c[0][rows].real.T
+    for loop in (None, closed_loop.loop):
+        system = residues((loop or closed_loop.motion).eigen, *by_forces(closed_loop.motion, forces, loop))
         system = replace(system, outputs=system.outputs[rows], direct=system.direct[rows])
         poles, own = system.poles, np.abs(system.outputs.T * system.inputs)
         above = poles.imag > 0
@@ -97,30 +97,30 @@ def resonances(movement):
     return np.concatenate(found)
 
 
-def frequencies_of(movement, span):
+def frequencies_of(closed_loop, span):
     """Frequencies of a table: those of equal ratios that are asked for, and others beside the resonances. [Hz]
 
     Parameters
     ----------
-    movement : Movement
+    closed_loop : ClosedLoop
         With a loop.
     span : (float, float, int)
         From `ssm.read_span`.
     """
     low, high, count = span
-    poles = resonances(movement) / (2 * np.pi)
-    beside = np.abs(poles)[:, None] + np.abs(poles.real)[:, None] * np.concatenate([-BESIDE[1:], BESIDE])
-    beside = beside[(beside > low) & (beside < high)]
-    return np.unique(np.concatenate([np.geomspace(low, high, count), beside]))
+    poles = resonances(closed_loop) / (2 * np.pi)
+    near = np.abs(poles)[:, None] + np.abs(poles.real)[:, None] * np.concatenate([-HALF_WIDTHS[1:], HALF_WIDTHS])
+    near = near[(near > low) & (near < high)]
+    return np.unique(np.concatenate([np.geomspace(low, high, count), near]))
 
 
-def drawn_frequencies(movement, span):
+def drawn_frequencies(closed_loop, span):
     """Frequencies of a picture: as close as the margins are looked for, and in even steps around the circle that L
     describes near each pole. [Hz]"""
     low, high, _ = span
-    around = around_poles(resonances(movement))
-    close = np.concatenate([movement.gains.frequencies(movement.loop.gain), around]) / (2 * np.pi)
-    return np.unique(np.concatenate([frequencies_of(movement, span), close[(close > low) & (close < high)]]))
+    around = around_poles(resonances(closed_loop))
+    close = np.concatenate([closed_loop.gains.frequencies(closed_loop.loop.gain), around]) / (2 * np.pi)
+    return np.unique(np.concatenate([frequencies_of(closed_loop, span), close[(close > low) & (close < high)]]))
 
 
 def around_poles(poles):
@@ -129,14 +129,14 @@ def around_poles(poles):
     return (np.abs(poles)[:, None] - poles.real[:, None] * np.tan(half_angle)).ravel()
 
 
-def loop_gain(movement, frequency):
-    """L of a `Movement` that measures k coordinates at frequencies [Hz], complex, shape (m, k, k)."""
-    return movement.loop.gain * by_parts(movement.gains.loop_gain, 2 * np.pi * frequency)
+def loop_gain(closed_loop, frequency):
+    """L of a `ClosedLoop` that measures k coordinates at frequencies [Hz], complex, shape (m, k, k)."""
+    return closed_loop.loop.gain * by_parts(closed_loop.gains.loop_gain, 2 * np.pi * frequency)
 
 
-def curves(movement, frequency):
+def curves(closed_loop, frequency):
     """Loop gain L, sensitivity S = (I + L)^-1 and complementary sensitivity T = S L, complex, shape (3, m, k, k)."""
-    value = loop_gain(movement, frequency)
+    value = loop_gain(closed_loop, frequency)
     with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode L is infinite
         difference = np.eye(value.shape[-1]) + value
         sensitivity = np.linalg.inv(difference) if value.shape[-1] > 1 else 1 / difference
@@ -157,18 +157,18 @@ def decibels(value):
         return 20 * np.log10(np.abs(value))
 
 
-def response_table(movement, span):
+def response_table(closed_loop, span):
     """Table over frequency of L, S and T: magnitude [dB] and phase [deg]; of several coordinates singular values [dB].
 
     Parameters
     ----------
-    movement : Movement
+    closed_loop : ClosedLoop
         With a loop.
     span : (float, float, int)
         From `ssm.read_span`. Resonances in the range have rows of their own beside these.
     """
-    frequency, columns = frequencies_of(movement, span), {}
-    for name, value in zip(CURVES, curves(movement, frequency), strict=True):
+    frequency, columns = frequencies_of(closed_loop, span), {}
+    for name, value in zip(CURVES, curves(closed_loop, frequency), strict=True):
         title = name.replace("_", " ")
         sizes = decibels(singular_values(value)).T
         if len(sizes) == 1:

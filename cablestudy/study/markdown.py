@@ -77,7 +77,7 @@ def fitted(table, width):
     fitting, places = (fitting, list(range(len(fields)))) if fitting else _narrowed(grid, fields, width)
     text = rendered(fitting or grid.columns(places)) + (_note_on_rows(table, omitted) if omitted else "")
     left_out = [field for place, field in enumerate(fields) if place not in places]
-    return text, list(dict.fromkeys("printed values" if field.beside else field.plain for field in left_out))
+    return text, list(dict.fromkeys("printed values" if field.printed else field.plain for field in left_out))
 
 
 def _narrowed(grid, fields, width):
@@ -88,7 +88,7 @@ def _narrowed(grid, fields, width):
 
     def order(place):
         field = fields[place]
-        return not field.beside, not field.secondary, bool(field.unless), -place
+        return not field.printed, not field.secondary, bool(field.unless), -place
 
     fitting, places = wrapped(grid, width, heads=True), list(range(len(fields)))
     for place in sorted(places[1:], key=order):
@@ -270,9 +270,9 @@ def _digits(values, least):
 
 def _cell(field, row, digits):
     """A cell; of a difference from a printed value, both."""
-    if not field.beside:
+    if not field.printed:
         return short(field.shown(row), digits).replace("|", "\\|")
-    printed, difference = row.get(field.beside), row.get(field.name)
+    printed, difference = row.get(field.printed), row.get(field.name)
     if printed is None:
         return ""
     return f"{printed:.12g}" if difference is None else f"{printed:.12g} ({signed(difference)})"

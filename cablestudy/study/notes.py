@@ -33,9 +33,9 @@ def of_refined(case, error, tried):
 
 def of_system(case):
     """Yield notes on the linear system of gondola and cable, or of the bare cable, that was solved."""
-    movement = max((one.described for one in case.solved_winds), key=lambda one: len(one.motion))
-    some = f"{len(movement.modes)} coupled modes up to {movement.modes.frequency[-1]:.4g} Hz"
-    more = len(movement.motion) - len(movement.modes)
+    closed_loop = max((one.described for one in case.solved_winds), key=lambda one: len(one.motion))
+    some = f"{len(closed_loop.modes)} coupled modes up to {closed_loop.modes.frequency[-1]:.4g} Hz"
+    more = len(closed_loop.motion) - len(closed_loop.modes)
     what = "the cable" if case.scene.gondola is None else "gondola and cable"
     yield f"motion of {what}: {some}, and {more} static shapes for those above"
 

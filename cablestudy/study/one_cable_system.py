@@ -17,8 +17,8 @@ from cablestudy.errors import outcome_of
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
 from cablestudy.study.columns import GONDOLA_X, MIDSPAN
 from cablestudy.study.suspension.airflow import Airflow
-from cablestudy.study.suspension.in_wind import InWind, solve_modes
-from cablestudy.study.suspension.linear_motion import drag_of
+from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis, solve_modes
+from cablestudy.study.suspension.plant import drag_of
 from cablestudy.system.cables import Cables, FixedModel
 from cablestudy.system.suspension import GROUND, Equilibrium, SuspendedSystem
 from cablestudy.wind.coherence import along_cable
@@ -75,7 +75,7 @@ class InCableWind:
 
     Parameters
     ----------
-    sides : list of InWind
+    sides : list of DynamicAnalysis
     moved : list of str
         Outputs of what it moves.
     """
@@ -84,7 +84,7 @@ class InCableWind:
         self.sides, self._moved = sides, moved
 
     def rms(self, names, variance, open_loop):
-        """`InWind.rms` of one of some outputs, in the wind in which it is largest; raises as that."""
+        """`DynamicAnalysis.rms` of one of some outputs, in the wind in which it is largest; raises as that."""
         return self._largest(self.sides, names, variance, open_loop)[0]
 
     def rms_to(self, accuracy, names):
@@ -101,12 +101,12 @@ class InCableWind:
         return max(found, key=lambda one: one[0][0])
 
     def side(self, open_loop=False):
-        """The `InWind` that displaces it more; raises as `InWind.rms`."""
+        """The `DynamicAnalysis` that displaces it more; raises as `DynamicAnalysis.rms`."""
         return self._largest(self.sides, self._moved, "value", open_loop)[1]
 
 
-def in_wind_of(case, damping=0.0, kind=InWind):
-    """`InWind` of a case: its gondola with the winch loop, and in the wind on it.
+def in_wind_of(case, damping=0.0, kind=DynamicAnalysis):
+    """`DynamicAnalysis` of a case: its gondola with the winch loop, and in the wind on it.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def in_wind_of(case, damping=0.0, kind=InWind):
     damping : float
         Viscous damping of the cable by the air, per length. [N s/m^2]
     kind : callable
-        `InWind`, or what takes its arguments.
+        `DynamicAnalysis`, or what takes its arguments.
 
     Raises
     ------
@@ -127,7 +127,7 @@ def in_wind_of(case, damping=0.0, kind=InWind):
     return _in_airflow(case, scene, airflow, case.linear_models.setdefault(damping, {}), kind)
 
 
-def in_cable_wind_of(case, kind=InWind):
+def in_cable_wind_of(case, kind=DynamicAnalysis):
     """`InCableWind` of a case, whose cable the wind damps too.
 
     Parameters
@@ -149,8 +149,8 @@ def in_cable_wind_of(case, kind=InWind):
     return InCableWind(winds, [GONDOLA_X])
 
 
-def in_wind_from(case, direction, side, kind=InWind):
-    """`InWind` of a case in the wind on its cable, as a horizontal unit vector has it, shape (3,).
+def in_wind_from(case, direction, side, kind=DynamicAnalysis):
+    """`DynamicAnalysis` of a case in the wind on its cable, as a horizontal unit vector has it, shape (3,).
 
     Parameters
     ----------

@@ -65,8 +65,8 @@ class LoadedCable:
         if self.ground is not None:
             found["clearance"] = heights_above(there, self.ground)
         slopes = np.degrees(np.arctan2(tension[..., 2], np.hypot(tension[..., 0], tension[..., 1])))
-        beside = (*slopes.T, *np.sqrt((tension**2).sum(axis=-1)).T)
-        found |= dict(zip(("slope_1", "slope_2", "tension_1", "tension_2"), beside, strict=True))
+        on_both_sides = (*slopes.T, *np.sqrt((tension**2).sum(axis=-1)).T)
+        found |= dict(zip(("slope_1", "slope_2", "tension_1", "tension_2"), on_both_sides, strict=True))
         headers = [FIELDS[name].name for name in found]
         numbers = (np.stack(list(found.values()), axis=-1) + 0.0).tolist()
         return [{h: None if np.isnan(n) else n for h, n in zip(headers, row, strict=True)} for row in numbers]

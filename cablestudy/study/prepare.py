@@ -179,13 +179,16 @@ def fields_of(study, columns, referenced):
             continue
         fields.append(field_of_key(column) if column.needs == "find" else column.field)
         if column.header in referenced:
-            printed, difference = beside(column.header, "printed"), beside(column.header, "difference")
+            printed, difference = (
+                reference_header(column.header, "printed"),
+                reference_header(column.header, "difference"),
+            )
             fields.append(Field(printed, "printed", column.unit, hidden=True))
-            fields.append(Field(difference, "printed (Δ)", "", beside=printed))
+            fields.append(Field(difference, "printed (Δ)", "", printed=printed))
     return (*fields, replace(STATUS, kept=True))
 
 
-def beside(header, word):
+def reference_header(header, word):
     """Name with a word before the unit: `sag_m` -> `sag_printed_m`."""
     column = find_header(header)
     return f"{column.name}_{word}{column.header[len(column.name) :]}"

@@ -53,7 +53,7 @@ class Choice:
 
     @property
     def whole(self):
-        """The `Movement` that has the loop, stable or not; raises as `InWind.controlled`."""
+        """The `ClosedLoop` that has the loop, stable or not; raises as `DynamicAnalysis.controlled`."""
         return self.case.in_wind.controlled
 
     @property

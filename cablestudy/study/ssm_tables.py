@@ -50,8 +50,8 @@ def with_resonances(span, poles):
     low, high, count = span
     size = np.abs(poles)
     resonant = (poles.imag > 0) & (-poles.real < STUDY.resonant * size) & (-poles.real > STUDY.undamped_motion * size)
-    beside = poles.real[resonant, None] * WITHIN
-    found = np.unique((size[resonant, None] + beside) / (2 * np.pi))
+    near = poles.real[resonant, None] * WITHIN
+    found = np.unique((size[resonant, None] + near) / (2 * np.pi))
     found = found[(found > low) & (found < high)]
     step = np.log(high / low) / (count - 1)
     place = np.log(found / low) / step

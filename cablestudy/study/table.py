@@ -31,7 +31,7 @@ class Field:
     name: str  # in CSV and JSON, unit included
     title: str  # in Markdown
     unit: str = ""
-    beside: str = ""  # of a difference from a printed value: its field, shown in the same cell of Markdown
+    printed: str = ""  # of a difference from a printed value: its field, shown in the same cell of Markdown
     hidden: bool = False  # whether Markdown leaves the column out
     distinct: bool = False  # whether Markdown gives numbers as many digits as tell them apart
     label: bool = False  # whether it names the rows: shown, in front, though columns are chosen without it
@@ -49,7 +49,7 @@ class Field:
     @property
     def shown_unit(self):
         """Its unit in tables and pictures for people: see `shown_unit`; printed values keep that of the program."""
-        return self.unit if self.beside else shown_unit(self.unit)
+        return self.unit if self.printed else shown_unit(self.unit)
 
     def shown(self, row):
         """Its cell in a row, in that unit."""

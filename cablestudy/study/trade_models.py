@@ -21,7 +21,7 @@ from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.row import evaluate
 from cablestudy.study.scene_values import load_count
 from cablestudy.study.suspension.body_mode import largest_share
-from cablestudy.study.suspension.in_wind import InWind
+from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.damping import damping_ratios
@@ -308,15 +308,15 @@ class ModeOfSystem:
         return min(ratio[self.number], 1.0), None
 
 
-class OfSystem(InWind):
-    """`InWind` whose RMS is that of another linear system of gondola and cable in the same gusts, without its error.
+class OfSystem(DynamicAnalysis):
+    """`DynamicAnalysis` with the RMS of another linear system of gondola and cable in the same gusts, without error.
 
     Parameters
     ----------
     system : LinearSystem
         Its only output is the gondola's place, the last coordinate.
     *args
-        As of `InWind`.
+        As of `DynamicAnalysis`.
     """
 
     def __init__(self, system, *args):
@@ -324,27 +324,27 @@ class OfSystem(InWind):
         self._system, self._weights = system, OWN | seen_weights(self.scene.exposure, self.scene.correction)
 
     def rms(self, names, variance, open_loop):
-        """RMS of some outputs, as `InWind.rms`; the error is not a number.
+        """RMS of some outputs, as `DynamicAnalysis.rms`; the error is not a number.
 
         Raises
         ------
         NoSolutionError
-            As of `InWind.rms`, or this system is unstable.
+            As of `DynamicAnalysis.rms`, or this system is unstable.
         """
         response = self.response_of(open_loop)
-        movement, loop = response.movement, response.loop
+        closed_loop, loop = response.closed_loop, response.loop
         if loop is not None:
             place = np.eye(len(self._system))[[-1]]
             loop = replace(loop, motion=self._system, allocation=Allocation(place, loop.allocation.shares))
         moving = (loop or self._system).eigen
         if unstable_pole(moving.poles) is not None:
             raise NoSolutionError("the loop is unstable with these modes")
-        moved = movement.motion.c[0][movement.outputs[GONDOLA_X]].real
-        forces = np.zeros((len(self._system), movement.gusts.into.shape[1]))
-        forces[-1] = moved[: len(movement.gusts.into)] @ movement.gusts.into / (moved @ moved)
+        moved = closed_loop.motion.c[0][closed_loop.outputs[GONDOLA_X]].real
+        forces = np.zeros((len(self._system), closed_loop.gusts.into.shape[1]))
+        forces[-1] = moved[: len(closed_loop.gusts.into)] @ closed_loop.gusts.into / (moved @ moved)
         found = residues(moving, *by_forces(self._system, forces, loop))
         weights = {variance: self._weights[variance]}
-        ((size,),) = movement.turbulence.variances_of(found, weights)
+        ((size,),) = closed_loop.turbulence.variances_of(found, weights)
         return float(np.sqrt(size)), np.nan
 
 
@@ -372,15 +372,15 @@ def by_trapezoids(case, frequency):
     return case
 
 
-class OnGrid(InWind):
-    """`InWind` whose RMS is by the trapezoidal rule, without an estimate of its error.
+class OnGrid(DynamicAnalysis):
+    """`DynamicAnalysis` whose RMS is by the trapezoidal rule, without an estimate of its error.
 
     Parameters
     ----------
     frequency : ndarray, shape (n,)
         Ascending. [Hz]
     *args
-        As of `InWind`.
+        As of `DynamicAnalysis`.
     """
 
     def __init__(self, frequency, *args):
@@ -389,7 +389,7 @@ class OnGrid(InWind):
         self._weights = OWN | seen_weights(self.scene.exposure, self.scene.correction)
 
     def rms(self, names, variance, open_loop):
-        """RMS of some outputs, as `InWind.rms`; the error is not a number."""
+        """RMS of some outputs, as `DynamicAnalysis.rms`; the error is not a number."""
         response = self.response_of(open_loop)
         rows = [row for row, name in enumerate(response.names) if name in names]
         spectrum = response.spectra(self._frequency)[rows].sum(axis=0)

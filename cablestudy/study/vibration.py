@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.study.columns import find
-from cablestudy.study.suspension.linear_motion import wind_diameters
+from cablestudy.study.suspension.plant import wind_diameters
 from cablestudy.study.table import Field
 from cablestudy.wind.drag import STROUHAL
 

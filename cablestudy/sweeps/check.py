@@ -118,7 +118,7 @@ def _tolerance_columns(fields):
     """Field name -> the column whose tolerance holds: of a difference from a printed value, the column before it."""
     found, last = {}, None
     for field in fields:
-        last = last if field.hidden or field.beside else field.name
+        last = last if field.hidden or field.printed else field.name
         found[field.name] = last
     return found
 

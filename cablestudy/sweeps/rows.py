@@ -10,7 +10,7 @@ from itertools import islice, product
 import numpy as np
 
 from cablestudy.study.columns import TEXTS
-from cablestudy.study.prepare import beside, fields_of
+from cablestudy.study.prepare import fields_of, reference_header
 from cablestudy.study.status import OK
 from cablestudy.study.table import Field, Table, exact
 from cablestudy.study.varied_keys import varied_keys
@@ -158,5 +158,5 @@ def _printed(cells, reference, case):
         difference = None if printed is None or computed is None else computed - printed
         if difference is not None and abs(difference) < 1e-12 * abs(printed):
             difference = 0.0
-        added |= {beside(name, "printed"): printed, beside(name, "difference"): difference}
+        added |= {reference_header(name, "printed"): printed, reference_header(name, "difference"): difference}
     return added

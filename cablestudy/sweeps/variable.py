@@ -13,7 +13,7 @@ from cablestudy.study.all_columns import find, why_not
 from cablestudy.study.find import column_named
 from cablestudy.study.varied_keys import TEXT, varied_key
 
-OF_REFERENCE = re.compile("_(printed|difference)(_|$)")  # in a name: see `prepare.beside`
+OF_REFERENCE = re.compile("_(printed|difference)(_|$)")  # in a name: see `prepare.reference_header`
 
 
 @dataclass(frozen=True)

@@ -110,7 +110,7 @@ class Search:
         coordinates = models.coordinates(limits, chosen)
         trial = Trial(self.layout, coordinates, len(coordinates.omega) + len(self.layout.free))
         omega = trial.omega[0]
-        trial = trial.some((np.arange(len(omega)) < self.count) | ((omega > lowest) & (omega < highest)))
+        trial = trial.take_modes((np.arange(len(omega)) < self.count) | ((omega > lowest) & (omega < highest)))
         return finished(trial, 0, np.maximum(trial.unresolved[0].sum(axis=0) / 2, SYSTEM.frequency_rounding))
 
     def of_elements(self, model):

@@ -98,7 +98,7 @@ class Trial:
             self._modal[index, :found] = shapes[..., :modal, :]
             self._bodies[rows, :, :found] = shapes[..., modal:, :]
 
-    def some(self, chosen):
+    def take_modes(self, chosen):
         """Some of its modes, chosen by an array of bool."""
         other = copy(self)
         other.omega, other._modal, other._bodies = (

@@ -132,28 +132,28 @@ class Point:
     solved: np.ndarray
 
 
-def some(record, index):
+def take_rows(record, index):
     """Some of the n cases of a dataclass of arrays."""
     return replace(record, **{f.name: getattr(record, f.name)[index] for f in fields(record)})
 
 
-def copied(record):
+def copy_record(record):
     """Copy of the cases in arrays of their own."""
     return replace(record, **{f.name: np.array(getattr(record, f.name)) for f in fields(record)})
 
 
-def put(record, index, part):
+def assign_rows(record, index, part):
     """Write some cases back into a dataclass of arrays."""
     for f in fields(record):
         getattr(record, f.name)[index] = getattr(part, f.name)
 
 
-def moved(suspension, state, step):
+def displaced(suspension, state, step):
     """State after a step; see `moved_with_work`."""
-    return moved_with_work(suspension, state, step)[0] if suspension.body_names else state
+    return displaced_with_work(suspension, state, step)[0] if suspension.body_names else state
 
 
-def moved_with_work(suspension, state, step):
+def displaced_with_work(suspension, state, step):
     """State after a step, and the work of the dead loads along it.
 
     Parameters
@@ -280,9 +280,9 @@ def _work(suspension, state, step, turned, shift):
     lifted = step[..., :3] + (turned * center[..., None, :]).sum(axis=-1)
     bodies = (weight * lifted).sum(axis=-1) + (suspension.force * step[..., :3]).sum(axis=-1)
     bodies = bodies + (suspension.moment * step[..., 3:]).sum(axis=-1)
-    beside = tangent.eccentric(suspension, state.rotation)
-    if beside is not None:
-        bodies = bodies + (turned * np.swapaxes(beside, -1, -2)).sum(axis=(-1, -2))
+    eccentricity = tangent.eccentric(suspension, state.rotation)
+    if eccentricity is not None:
+        bodies = bodies + (turned * np.swapaxes(eccentricity, -1, -2)).sum(axis=(-1, -2))
     gravity, vertical = suspension.cable_gravity
     half = suspension.cable_mass * gravity * state.length / 2
     shift = shift[:, : state.length.shape[-1]]
@@ -386,12 +386,12 @@ def line_search(suspension, state, point, step):
     """
     slope = (point.net * step).sum(axis=(-1, -2))  # of the energy, with the sign turned
     share, found = np.ones(len(slope)), np.zeros(len(slope), dtype=bool)
-    new_state, new_point = copied(state), copied(point)
+    new_state, new_point = copy_record(state), copy_record(point)
     rest = np.arange(len(slope))
     for _ in range(SYSTEM.descent_halvings):
         part = suspension if len(rest) == len(slope) else suspension.take(rest)
-        before, taken = some(state, rest), step[rest] * share[rest, None, None]
-        trial, work = moved_with_work(part, before, taken)
+        before, taken = take_rows(state, rest), step[rest] * share[rest, None, None]
+        trial, work = displaced_with_work(part, before, taken)
         there = evaluate(part, trial)
         change = there.energy - point.energy[rest] - work
         rounding = there.rounding + point.rounding[rest]
@@ -403,7 +403,7 @@ def line_search(suspension, state, point, step):
             return trial, there, share
         put_into = rest[good]
         for whole, fresh in ((new_state, trial), (new_point, there)):
-            put(whole, put_into, some(fresh, good))
+            assign_rows(whole, put_into, take_rows(fresh, good))
         found[put_into] = True
         # where the slope along the step vanishes, by the secant; a whole step at most
         secant = slope[rest] / np.maximum(slope[rest] - np.minimum(ahead, 0.0), TINY)
@@ -438,7 +438,7 @@ def descend(suspension, state, most=SYSTEM.descent_steps, enough=0.0):
     if not suspension.free.any():
         zero = np.zeros(cases)
         return state, SearchRecord(zero.astype(int), zero, zero, np.full(cases, CONVERGED))
-    final, count = copied(state), np.zeros(cases, dtype=int)
+    final, count = copy_record(state), np.zeros(cases, dtype=int)
     residual, correction, reason = np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
     active, part, point = np.arange(cases), suspension, evaluate(suspension, state)
     best, slow = np.full(cases, np.inf), np.zeros(cases, dtype=int)
@@ -457,10 +457,10 @@ def descend(suspension, state, most=SYSTEM.descent_steps, enough=0.0):
         residual[active], correction[active] = after, change
         why = np.where(share == 0, NO_DESCENT, TOO_MANY)
         reason[active] = np.where(found, CONVERGED, np.where(rounded, ROUNDED, why))
-        put(final, active, state)
+        assign_rows(final, active, state)
         if ended.any():
             rest = ~ended
-            active, state, point = active[rest], some(state, rest), some(point, rest)
+            active, state, point = active[rest], take_rows(state, rest), take_rows(point, rest)
             part = suspension.take(active)
         if not len(active):
             break
@@ -506,7 +506,7 @@ def search(suspension, state):
     hard = np.flatnonzero(~record.converged)
     if not len(hard):
         return first, record
-    part, state = suspension.take(hard), some(state, hard)
+    part, state = suspension.take(hard), take_rows(state, hard)
     loads, stiffness = typical_loads(part, state), part.axial_stiffness
     for strain in SOFTENED:
         softened = np.minimum(stiffness, np.where(loads > 0, loads / strain, np.inf))
@@ -517,12 +517,12 @@ def search(suspension, state):
         if not len(rest):
             break
         soft = replace(part, axial_stiffness=softened, link_stiffness=links).take(rest)
-        there, _ = descend(soft, some(state, rest), SYSTEM.soft_steps, SYSTEM.soft_net_force)
-        put(state, rest, there)
+        there, _ = descend(soft, take_rows(state, rest), SYSTEM.soft_steps, SYSTEM.soft_net_force)
+        assign_rows(state, rest, there)
         tension = catenary.solve(spans(soft, there)).max_tension
         loads[rest] = np.clip(tension, loads[rest], SYSTEM.soft_tension * loads[rest].sum(axis=-1, keepdims=True))
     state, last = descend(part, state)
-    put(first, hard, state)
-    record = copied(record)
-    put(record, hard, last)
+    assign_rows(first, hard, state)
+    record = copy_record(record)
+    assign_rows(record, hard, last)
     return first, record

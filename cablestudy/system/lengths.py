@@ -14,12 +14,12 @@ from cablestudy.system.descent import (
     TOO_MANY,
     UNHELD,
     SearchRecord,
-    copied,
-    moved,
-    put,
+    assign_rows,
+    copy_record,
+    displaced,
     size,
-    some,
     spans,
+    take_rows,
 )
 from cablestudy.system.failure import MOTIONS
 from cablestudy.system.stability import UNSTABLE
@@ -105,10 +105,10 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, fo
 
 def with_better(found, index, again):
     """State, record and problems of cases, with those of a second search of some of them where it converged."""
-    state, record, problems = copied(found[0]), copied(found[1]), found[2].copy()
+    state, record, problems = copy_record(found[0]), copy_record(found[1]), found[2].copy()
     good = again[1].converged
     for whole, part in ((state, again[0]), (record, again[1])):
-        put(whole, index[good], some(part, good))
+        assign_rows(whole, index[good], take_rows(part, good))
     problems[index[good]] = again[2][good]
     return state, record, problems
 
@@ -127,7 +127,7 @@ def with_stable_attitudes(suspension, flat, answers, which, found, method, bound
             break
         part, motion = flat.take(falling), stability.motion.reshape(len(state.length), -1, 6)[falling]
         held = replace(part, given=("unstretched_length",) * len(flat.given), value=state.length[falling])
-        descended, _ = descent.descend(held, perturbed(held, some(state, falling), motion, side))
+        descended, _ = descent.descend(held, perturbed(held, take_rows(state, falling), motion, side))
         part = replace(part, rotation=descended.rotation)
         again = search(part, which, found, method, *(bound[falling] for bound in bounds), ABOVE_LEAST[0])
         answers = with_better(answers, falling, again)
@@ -309,7 +309,7 @@ def search(suspension, which, found, method, low, high, reference, above):
     """
     part, state, going = begun(suspension, which, low, high, above)
     cases = len(going.index)
-    whole, possible, answers = copied(state), going.possible.copy(), np.full(cases, None, dtype=object)
+    whole, possible, answers = copy_record(state), going.possible.copy(), np.full(cases, None, dtype=object)
     record = SearchRecord(
         np.zeros(cases, dtype=int), np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
     )  # fmt: skip
@@ -321,15 +321,15 @@ def search(suspension, which, found, method, low, high, reference, above):
         change = sizes_of(step, asked, going)
         going = with_infeasible(going, solutions, high[index], above)
         going, reason = judged(going, linear, solutions, change, last=number == SYSTEM.lengths_steps)
-        put(record, index, SearchRecord(np.full(len(index), number), linear.imbalance, change, reason))
-        put(whole, index, state)
+        assign_rows(record, index, SearchRecord(np.full(len(index), number), linear.imbalance, change, reason))
+        assign_rows(whole, index, state)
         possible[index] = going.possible
         rest = np.flatnonzero(reason == GOING_ON)
         if not len(rest):
             break
         going = eased(going, asked, change, wide, number)
-        going, part, fresh = some(going, rest), part.take(rest), some(state, rest)
-        fresh = moved(part, fresh, step[rest])
+        going, part, fresh = take_rows(going, rest), part.take(rest), take_rows(state, rest)
+        fresh = displaced(part, fresh, step[rest])
         part, going = with_tensions(part, fresh, going, which, asked[rest], low[going.index], high[going.index], above)
         state = fitted(part, fresh)
     words = [

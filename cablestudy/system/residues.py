@@ -186,14 +186,14 @@ class Residues:
         """Residues of combinations of the outputs, of shape (o, r)."""
         return replace(self, outputs=space.T @ self.outputs, direct=space.T @ self.direct)
 
-    def some(self, chosen):
+    def take(self, chosen):
         """Residues of some of its poles, chosen by an array of bool."""
         return replace(self, poles=self.poles[chosen], inputs=self.inputs[chosen], outputs=self.outputs[:, chosen])
 
     def statically(self, fast):
         """Residues with some poles, an array of bool, replaced by their static response -c_a b_a/l_a."""
         follow = (self.outputs[:, fast] / -self.poles[fast]) @ self.inputs[fast]
-        return replace(self.some(~fast), direct=self.direct + (follow if self.one_sided else follow.real))
+        return replace(self.take(~fast), direct=self.direct + (follow if self.one_sided else follow.real))
 
 
 @dataclass(frozen=True)
@@ -213,7 +213,7 @@ class DelayedResponse:
 
     def split(self, highest):
         """Its sharp poles up to a frequency [rad/s], and what is to be added to their response, a function of s."""
-        sharp = self.sharp.some(np.abs(self.sharp.poles) <= highest)
+        sharp = self.sharp.take(np.abs(self.sharp.poles) <= highest)
         return sharp, lambda s: self.response(s) - sharp.response(s)
 
     def combined(self, space):
@@ -237,7 +237,7 @@ def delayed_response(response, slow, fast, highest):
     size = size[(size >= SYSTEM.gap * highest) & (size <= highest)]
     widest = np.argmax(np.diff(size))
     apart = size[widest : widest + 2].mean()
-    slow, fast = slow.some(np.abs(slow.poles) <= apart), fast.some(np.abs(fast.poles) > apart)
+    slow, fast = slow.take(np.abs(slow.poles) <= apart), fast.take(np.abs(fast.poles) > apart)
     poles, inputs = np.concatenate([slow.poles, fast.poles]), np.concatenate([slow.inputs, fast.inputs])
     outputs = np.concatenate([slow.outputs, fast.outputs], axis=1)
     return DelayedResponse(
@@ -247,7 +247,7 @@ def delayed_response(response, slow, fast, highest):
 
 def _sharp(system):
     size, imag = np.abs(system.poles), system.poles.imag
-    return system.some(
+    return system.take(
         (np.abs(system.poles.real) < SYSTEM.sharp * size) & ((imag > 0) if system.one_sided else (imag != 0))
     )
 

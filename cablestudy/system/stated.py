@@ -185,9 +185,9 @@ def kept(cables, given):
         exact = _kept_tension(cables, given, value, chosen)
         pulled = np.where(chosen[..., None, None], exact[..., :3, :], pulled)
         lengthening = np.where(chosen[..., None], exact[..., 3, :], lengthening)
-    beside = (found.end_forces[..., 0, :] + found.end_forces[..., 1, :]) / 2  # half of the weight on each end
-    beside = beside[..., None] * lengthening[..., None, :]
-    return np.stack([beside + pulled, beside - pulled], axis=-3)
+    of_weight = (found.end_forces[..., 0, :] + found.end_forces[..., 1, :]) / 2  # half of the weight on each end
+    of_weight = of_weight[..., None] * lengthening[..., None, :]
+    return np.stack([of_weight + pulled, of_weight - pulled], axis=-3)
 
 
 def _kept_tension(cables, given, value, chosen):

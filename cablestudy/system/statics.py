@@ -12,16 +12,16 @@ from cablestudy.system.descent import (
     TINY,
     UNMET,
     PoseState,
+    assign_rows,
     at_ends,
-    copied,
+    copy_record,
     descend,
+    displaced,
     extent,
-    moved,
-    put,
     search,
     size,
-    some,
     spans,
+    take_rows,
 )  # fmt: skip
 from cablestudy.system.links import Links
 from cablestudy.system.rounding import Bounds, of_values
@@ -62,9 +62,12 @@ def pose(suspension):
     hard = np.flatnonzero(record.reason == UNMET)
     if len(hard):
         again, last = by_softer_cables(flat.take(hard))
-        good, record = last.converged, copied(record)  # what the first search says of the others is nearer to the scene
-        put(state, hard[good], some(again, good))
-        put(record, hard[good], some(last, good))
+        good, record = (
+            last.converged,
+            copy_record(record),
+        )  # what the first search says of the others is nearer to the scene
+        assign_rows(state, hard[good], take_rows(again, good))
+        assign_rows(record, hard[good], take_rows(last, good))
     return leave_saddle_points(suspension, flat, state, record)
 
 
@@ -89,14 +92,16 @@ def leave_saddle_points(suspension, flat, state, record):
         if not falling.any():
             break
         part, index = flat.take(falling), np.flatnonzero(falling)
-        beside = perturbed(part, some(state, index), found.stability.motion.reshape(len(falling), -1, 6)[index], side)
-        descended, last = descend(part, beside)
+        off_saddle = perturbed(
+            part, take_rows(state, index), found.stability.motion.reshape(len(falling), -1, 6)[index], side
+        )
+        descended, last = descend(part, off_saddle)
         if set(part.given) - {"unstretched_length"}:
-            descended, last = meet(part, descended, last)
+            descended, last = satisfy_stated(part, descended, last)
         good = last.converged
-        record = copied(record)
-        put(state, index[good], some(descended, good))
-        put(record, index[good], some(last, good))
+        record = copy_record(record)
+        assign_rows(state, index[good], take_rows(descended, good))
+        assign_rows(record, index[good], take_rows(last, good))
     else:
         found = equilibrium(suspension, flat, state, record)
     return found
@@ -109,14 +114,14 @@ def perturbed(suspension, state, motion, size):
     step[..., 3:] /= tangent.body_sizes(suspension)[..., None]
     step *= size / np.maximum(np.abs(step).max(axis=(-1, -2)), TINY)[:, None, None]
     step[..., :3] *= extent(state)[:, None, None]
-    return moved(suspension, state, step)
+    return displaced(suspension, state, step)
 
 
 def search_all(suspension, state):
     """Pose, and lengths with which the cables have what they state: `PoseState`, `SearchRecord`."""
     state, record = search(suspension, state)
     if set(suspension.given) - {"unstretched_length"}:
-        state, record = meet(suspension, state, record)
+        state, record = satisfy_stated(suspension, state, record)
     return state, record
 
 
@@ -204,7 +209,7 @@ def errors(suspension, state, which):
     return np.where(np.isfinite(error), error, np.inf), rounding, cables
 
 
-def meet(suspension, state, record):
+def satisfy_stated(suspension, state, record):
     """Change lengths until preloads, sags and tensions are what the cables state, with the bodies in equilibrium.
 
     Parameters
@@ -222,15 +227,15 @@ def meet(suspension, state, record):
     Record
     """
     which = np.flatnonzero([kind != "unstretched_length" for kind in suspension.given])
-    final, whole = copied(state), copied(record)
+    final, whole = copy_record(state), copy_record(record)
     active, part = np.arange(len(state.length)), suspension
     best, slow = np.full(len(active), np.inf), np.zeros(len(active), dtype=int)
     error, rounding, cables = errors(part, state, which)
     for _ in range(SYSTEM.equilibrium_steps):
         step, change = coupled_step(part, state, cables, which, error)
         state, error, rounding, cables, last = backtrack(part, state, step, change, which, error)
-        put(final, active, state)
-        put(whole, active, replace(last, steps=whole.steps[active] + last.steps))
+        assign_rows(final, active, state)
+        assign_rows(whole, active, replace(last, steps=whole.steps[active] + last.steps))
         met = (np.abs(error) <= rounding.least).all(axis=-1)
         left = log_error(error)
         slow[active] = np.where(
@@ -245,7 +250,7 @@ def meet(suspension, state, record):
             break
         if ended.any():
             rest = np.flatnonzero(~ended)
-            active, state, error = active[rest], some(state, rest), error[rest]
+            active, state, error = active[rest], take_rows(state, rest), error[rest]
             part = suspension.take(active)
             cables = catenary.solve(spans(part, state))
     return final, whole
@@ -255,7 +260,7 @@ def backtrack(suspension, state, step, change, which, error):
     """The largest of a falling series of shares of a step of bodies and lengths that lowers the errors."""
     before, share = log_error(error), np.ones(len(error))
     for _ in range(SYSTEM.equilibrium_halvings):
-        trial = moved(suspension, state, step * share[:, None, None])
+        trial = displaced(suspension, state, step * share[:, None, None])
         trial, record = descend(suspension, with_lengths(trial, change * share[:, None]), SYSTEM.next_equilibrium_steps)
         fresh, rounding, cables = errors(suspension, trial, which)
         worse = ~(log_error(fresh) < before) & (np.abs(fresh) > rounding.most).any(axis=-1) | ~record.converged

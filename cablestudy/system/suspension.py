@@ -12,7 +12,7 @@ import numpy as np
 
 from cablestudy.cable.catenary import Catenary
 from cablestudy.system import stability, tangent, uncertainty
-from cablestudy.system.descent import some
+from cablestudy.system.descent import take_rows
 from cablestudy.system.links import Links, joined
 from cablestudy.system.tangent import GROUND
 
@@ -269,8 +269,8 @@ class Equilibrium:
             self.position[index],
             self.rotation[index],
             self.catenary.take(index),
-            some(self.record, index),
-            self.links and some(self.links, index),
+            take_rows(self.record, index),
+            self.links and take_rows(self.links, index),
         )
         if "blocks" in self.__dict__:
             part.__dict__.update(blocks=self.blocks.of(index), end_stiffness=self.end_stiffness[index])

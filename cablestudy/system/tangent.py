@@ -158,8 +158,8 @@ def net_forces(suspension, rotation, arms, end_forces, tension):
     """
     center, weight = weights(suspension, rotation)
     moment = suspension.moment + np.cross(center, weight)
-    beside = eccentric(suspension, rotation)
-    moment = moment if beside is None else moment + _moment(beside)
+    eccentricity = eccentric(suspension, rotation)
+    moment = moment if eccentricity is None else moment + _moment(eccentricity)
     shape = np.broadcast_shapes(end_forces.shape[:-3], moment.shape[:-2])
     net = np.empty((*shape, moment.shape[-2], 6))
     net[..., :3], net[..., 3:] = weight + suspension.force, moment
@@ -196,9 +196,9 @@ def blocks(suspension, rotation, arms, end_forces, end_stiffness):
     between = at_attachments(end_stiffness[..., cable, :, :], arms[..., cable, row, :], arms[..., cable, column, :])
     center, weight = weights(suspension, rotation)
     geometric = -cross_matrix(weight) @ cross_matrix(center)
-    beside = eccentric(suspension, rotation)
-    if beside is not None:
-        geometric = geometric + np.trace(beside, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - beside
+    eccentricity = eccentric(suspension, rotation)
+    if eccentricity is not None:
+        geometric = geometric + np.trace(eccentricity, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - eccentricity
     on, end = np.nonzero(owner != GROUND)
     force, arm = end_forces[..., on, end, :], arms[..., on, end, :]
     tilt = -cross_matrix(force) @ cross_matrix(arm)
@@ -207,7 +207,7 @@ def blocks(suspension, rotation, arms, end_forces, end_stiffness):
     bodies[..., 3:, 3:] = geometric
     np.add.at(bodies[..., 3:, 3:], (..., owner[on, end], slice(None), slice(None)), tilt)
     leverage = np.zeros(bodies.shape[:-2]) + size(weight) * size(center)
-    leverage += 0.0 if beside is None else np.sqrt((beside**2).sum(axis=(-1, -2)))
+    leverage += 0.0 if eccentricity is None else np.sqrt((eccentricity**2).sum(axis=(-1, -2)))
     np.add.at(leverage, (..., owner[on, end]), size(force) * size(arm))
     own = np.arange(bodies.shape[-3])
     return Blocks(

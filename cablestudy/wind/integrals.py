@@ -60,7 +60,7 @@ class Integrals:
         """
         weights = np.stack([self.weights[name] for name in names or self.weights])
         known, rest = response.split(TURN * self.panels.highest)
-        known = known.some(damped(known, self.least))
+        known = known.take(damped(known, self.least))
         if rest is None:
             return variances(known, self.panels, self.noise, weights)
         return mixed_variances(known, rest, self.gusts.matrix_times, self.panels, self.noise, weights)
@@ -82,7 +82,7 @@ class Integrals:
             0 of an output that no such pole moves. [rad/s]
         """
         known, _ = response.split(TURN * self.panels.highest)
-        left = known.some(~damped(known, self.least) & (known.poles != 0))
+        left = known.take(~damped(known, self.least) & (known.poles != 0))
         if not len(left.poles):
             return np.zeros(len(whole), dtype=complex)
         size, inputs = np.abs(left.poles), left.inputs[:, :, None]

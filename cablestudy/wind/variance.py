@@ -22,7 +22,7 @@ from cablestudy.wind.tolerances import WIND
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(WIND.panel_points)
 LAST = np.polynomial.legendre.legval(
     NODES, np.eye(WIND.panel_points)[-1]
-)  # Legendre's polynomial of degree WIND.panel_points - 1 there
+)  # Legendre's polynomial of degree n - 1 there
 HIGHEST = np.polynomial.legendre.legvander(NODES, WIND.panel_points - 1)[:, -2:] * np.array(
     [WIND.panel_points - 1.5, WIND.panel_points - 0.5]
 )

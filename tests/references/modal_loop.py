@@ -7,9 +7,9 @@ from cablestudy.study.suspension.driven_cables import open_poles
 from cablestudy.system.first_order import equations
 
 
-def gains_of_modes(movement):
-    """`StableGains` of a `Movement` by the modes of its model: poles and residues of one eigen-solution."""
-    loop = movement.given_loop
+def gains_of_modes(closed_loop):
+    """`StableGains` of a `ClosedLoop` by the modes of its model: poles and residues of one eigen-solution."""
+    loop = closed_loop.given_loop
     found, eigen, m = equations(loop.motion), loop.motion.eigen, len(loop.motion)
     seen = (loop.allocation.measured @ found.places @ eigen.right).T
     forced = eigen.left[:, m : 2 * m] @ np.linalg.inv(loop.motion.mass)
@@ -23,4 +23,4 @@ def gains_of_modes(movement):
         parts = (s[:, None] ** order * (fractions @ part.reshape(-1, size**2)) for order, part in enumerate(residues))
         return sum(parts).reshape(-1, size, size) * loop.controller(s)[:, None, :]
 
-    return StableGains(loop_gain, open_poles(movement), loop.notches, loop.law)
+    return StableGains(loop_gain, open_poles(closed_loop), loop.notches, loop.law)

@@ -30,7 +30,7 @@ GROUND = "#8c7355"
 NEAR_AN_END = 0.15  # share of the span from an end within which a text stands beside its place
 CLEAR = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.8}  # behind a text over lines
 NAMED_LOADS = 6  # the labels of more would overlap
-BESIDE = 0.85  # share of the width up to which a text has room at the right of its place
+RIGHT_ROOM = 0.85  # share of the width up to which a text has room at the right of its place
 STATED = 5e-4  # relative difference from which a number is another one than the scene states, in four digits
 DISTANCE = "horizontal distance from end 1 [m]"
 
@@ -261,7 +261,7 @@ def load_arrow(axes, place, text, level, up, onto=False):
     look = {"arrowstyle": "-|>" if onto else "<|-", "shrinkA": 0, "shrinkB": 0, "color": ORANGE, "lw": 1.6}
     axes.annotate("", place, (x, y), textcoords="offset points", arrowprops=look)
     start, end = axes.get_xlim()
-    gap, side = (6, "left") if x >= 0 and place[0] < start + BESIDE * (end - start) else (-6, "right")
+    gap, side = (6, "left") if x >= 0 and place[0] < start + RIGHT_ROOM * (end - start) else (-6, "right")
     axes.annotate(text, place, (x + gap, y), textcoords="offset points", ha=side, va="center", bbox=CLEAR)
 
 

@@ -39,14 +39,14 @@ NO_LOOP = "the gain of the loop is zero: there is nothing to draw"
 
 
 @styled
-def loop_margins(movement, span=None):
+def loop_margins(closed_loop, span=None):
     """Figure of loop gain, phase of one coordinate, and sensitivity over frequency, and of the loop gain near -1.
 
     Of several coordinates the singular values of the loop gain over frequency, and its eigenvalues near -1.
 
     Parameters
     ----------
-    movement : Movement
+    closed_loop : ClosedLoop
         With a loop.
     span : (float, float, int), optional
         From `ssm.read_span`. Default: about bandwidth, controlled motions and largest gain.
@@ -56,61 +56,61 @@ def loop_margins(movement, span=None):
     NoSolutionError
         The gain is zero.
     """
-    if not movement.loop.gain:
+    if not closed_loop.loop.gain:
         raise NoSolutionError(NO_LOOP)
-    frequency = drawn_frequencies(movement, span or _span(movement))
-    value, sensitivity, complementary = curves(movement, frequency)
-    alone = len(movement.measured) == 1
+    frequency = drawn_frequencies(closed_loop, span or _span(closed_loop))
+    value, sensitivity, complementary = curves(closed_loop, frequency)
+    alone = len(closed_loop.measured) == 1
     heights = (2.2, 1.6, 1.8, 3.2) if alone else (2.2, 1.8, 3.2)
     figure = Figure(figsize=(WIDTH, 0.8 + sum(heights)), layout="constrained")
     grid = figure.add_gridspec(len(heights), 2, height_ratios=heights, width_ratios=(1.35, 1))
     upper = figure.add_subplot(grid[0, :])
     lower = [figure.add_subplot(grid[row, :], sharex=upper) for row in range(1, len(heights) - 1)]
-    _magnitude(upper, movement, frequency, value)
+    _magnitude(upper, closed_loop, frequency, value)
     if alone:
-        _phase(lower[0], movement, frequency, value[:, 0, 0])
-    _sensitivity(lower[-1], movement, frequency, sensitivity, complementary)
+        _phase(lower[0], closed_loop, frequency, value[:, 0, 0])
+    _sensitivity(lower[-1], closed_loop, frequency, sensitivity, complementary)
     upper.set_xlim(frequency[0], frequency[-1])
     for axes in (upper, *lower[:-1]):
         axes.tick_params(labelbottom=False)
-    nyquist, beside = figure.add_subplot(grid[-1, 0]), figure.add_subplot(grid[-1, 1])
-    _nyquist(nyquist, movement, value)
-    _numbers(beside, movement)
-    beside.legend(*nyquist.get_legend_handles_labels(), loc="lower left", fontsize=8)
+    nyquist, right = figure.add_subplot(grid[-1, 0]), figure.add_subplot(grid[-1, 1])
+    _nyquist(nyquist, closed_loop, value)
+    _numbers(right, closed_loop)
+    right.legend(*nyquist.get_legend_handles_labels(), loc="lower left", fontsize=8)
     figure.align_ylabels([upper, *lower])
-    heading(figure, _title(movement))
+    heading(figure, _title(closed_loop))
     return figure
 
 
-def _title(movement):
+def _title(closed_loop):
     """What the loop holds by how many winches, and the letters of the picture."""
-    count, held = len(movement.winches), ", ".join(movement.measured)
-    letters = "loop gain L, S = 1/(1 + L), T = S L" if len(movement.measured) == 1 else "S = (I + L)⁻¹, T = S L"
-    return f"Loop that holds {movement.body_name} ({held}) by {count} winch{'es' * (count != 1)}: {letters}"
+    count, held = len(closed_loop.winches), ", ".join(closed_loop.measured)
+    letters = "loop gain L, S = 1/(1 + L), T = S L" if len(closed_loop.measured) == 1 else "S = (I + L)⁻¹, T = S L"
+    return f"Loop that holds {closed_loop.body_name} ({held}) by {count} winch{'es' * (count != 1)}: {letters}"
 
 
-def _span(movement):
+def _span(closed_loop):
     """Range of frequencies in which something happens. [Hz]"""
-    marked = [*movement.coupled_frequencies, movement.loop.gain / TURN]
-    marked += [movement.limit.omega / TURN] if _has_limit(movement) else []
-    marked += [notch.rolloff_omega / TURN for notch in movement.notches if notch]
+    marked = [*closed_loop.coupled_frequencies, closed_loop.loop.gain / TURN]
+    marked += [closed_loop.limit.omega / TURN] if _has_limit(closed_loop) else []
+    marked += [notch.rolloff_omega / TURN for notch in closed_loop.notches if notch]
     return min(0.2 * max(marked), BELOW / ABOVE * 10 * min(marked)), ABOVE * max(marked), POINTS
 
 
-def _has_limit(movement):
+def _has_limit(closed_loop):
     """Whether the loop has a largest gain, and it can be had."""
     try:
-        return movement.largest_gain is not None
+        return closed_loop.largest_gain is not None
     except NoSolutionError:
         return False
 
 
-def _margin(movement):
+def _margin(closed_loop):
     """Gain margin of a loop that has a largest gain. [dB]"""
-    return float(decibels(movement.largest_gain / movement.loop.gain))
+    return float(decibels(closed_loop.largest_gain / closed_loop.loop.gain))
 
 
-def _magnitude(axes, movement, frequency, value):
+def _magnitude(axes, closed_loop, frequency, value):
     sizes = decibels(singular_values(value)).T
     for place, size in enumerate(sizes):
         name = "|L|" if len(sizes) == 1 else ("largest singular value of L", "others")[place] if place < 2 else None
@@ -118,12 +118,12 @@ def _magnitude(axes, movement, frequency, value):
     axes.axhline(0.0, color=GREY, lw=0.8)
     axes.set_ylim(max(LEAST, np.nanmin(sizes) - 5), np.nanmax(sizes) + 10)
     axes.set_ylabel("loop gain [dB]")
-    if _has_limit(movement):
-        margin, place = _margin(movement), movement.limit.omega / TURN
+    if _has_limit(closed_loop):
+        margin, place = _margin(closed_loop), closed_loop.limit.omega / TURN
         axes.annotate("", (place, 0), (place, -margin), arrowprops={"color": RED, **ARROW})
         axes.plot(place, -margin, "o", color=RED, ms=4, zorder=5,
                   label=with_minus(f"gain margin {margin:.4g} dB at {place:.4g} Hz"))  # fmt: skip
-    if crossover := movement.margins.gain_crossover:
+    if crossover := closed_loop.margins.gain_crossover:
         name = "|L| = 1" if len(sizes) == 1 else "gain crossover"
         axes.plot(crossover, 0, "s", color=GREEN, ms=4, zorder=5, label=f"{name} at {crossover:.4g} Hz")
     axes.legend(loc="lower left", **LEGEND)
@@ -133,7 +133,7 @@ def _phase_label(margins):
     return f"phase margin {margins.phase_margin:.4g}°"
 
 
-def _phase(axes, movement, frequency, value):
+def _phase(axes, closed_loop, frequency, value):
     phase = Phase()(value)
     axes.semilogx(frequency, phase, color=BLUE, lw=1.3)
     low, high = np.nanmin(phase), np.nanmax(phase)
@@ -142,24 +142,24 @@ def _phase(axes, movement, frequency, value):
         axes.axhline(-180 + 360 * turn, color=GREY, lw=0.8, ls="--")
     axes.set_ylim(min(low, -180) - 20, max(high, low + 90) + 20)
     axes.set_ylabel("phase of L [deg]")
-    place = movement.margins.gain_crossover
-    if movement.stable and place and frequency[0] < place < frequency[-1]:
+    place = closed_loop.margins.gain_crossover
+    if closed_loop.stable and place and frequency[0] < place < frequency[-1]:
         # the phase there without a turn, and the nearest -180 degrees
         found = np.interp(np.log(place), np.log(frequency), phase)
         nearest = 360 * np.round((found + 180) / 360) - 180
         axes.annotate("", (place, nearest), (place, found), arrowprops={"color": GREEN, **ARROW})
-        axes.plot(place, found, "s", color=GREEN, ms=4, zorder=5, label=_phase_label(movement.margins))
+        axes.plot(place, found, "s", color=GREEN, ms=4, zorder=5, label=_phase_label(closed_loop.margins))
         axes.legend(loc="lower left", **LEGEND)
 
 
-def _sensitivity(axes, movement, frequency, sensitivity, complementary):
+def _sensitivity(axes, closed_loop, frequency, sensitivity, complementary):
     both = [decibels(singular_values(one)[:, 0]) for one in (complementary, sensitivity)]
     for size, colour, width, dashes, name in zip(both, (GREEN, BLUE), (1.0, 1.3), ("--", "-"), "TS", strict=True):
         axes.semilogx(frequency, size, color=colour, lw=width, ls=dashes, label=f"|{name}|")
     axes.axhline(0.0, color=GREY, lw=0.8)
     top = np.nanmax(both[1])
-    if movement.stable:
-        peak, place = movement.margins.sensitivity_peak, movement.margins.sensitivity_frequency or frequency[-1]
+    if closed_loop.stable:
+        peak, place = closed_loop.margins.sensitivity_peak, closed_loop.margins.sensitivity_frequency or frequency[-1]
         top = max(top, float(decibels(peak)))
         axes.plot(place, decibels(peak), "o", color=RED, ms=4, zorder=5,
                   label=with_minus(f"peak {peak:.4g} = {decibels(peak):.4g} dB at {place:.4g} Hz"))  # fmt: skip
@@ -170,7 +170,7 @@ def _sensitivity(axes, movement, frequency, sensitivity, complementary):
     axes.legend(loc="lower left", ncols=3, **LEGEND)
 
 
-def _nyquist(axes, movement, value):
+def _nyquist(axes, closed_loop, value):
     """The eigenvalues of the loop gain, each joined to the nearest at the next frequency."""
     axes.axhline(0, color=LIGHT, lw=0.9)
     axes.axvline(0, color=LIGHT, lw=0.9)
@@ -185,18 +185,18 @@ def _nyquist(axes, movement, value):
         axes.plot(shown.real, shown.imag, color=colour, lw=1.3, zorder=3, label=name)
         axes.plot(shown.real, -shown.imag, color=colour, lw=0.6, alpha=0.5, zorder=3)
     axes.plot(-1, 0, "+", color=RED, ms=10, mew=2, zorder=6, label="−1")
-    margins = movement.margins if movement.stable else None
+    margins = closed_loop.margins if closed_loop.stable else None
     if margins:
         near = 1 / margins.sensitivity_peak  # no eigenvalue is nearer than the least singular value of I + L
         around = -1 + near * circle
         name = f"1 over the peak of S: {near:.4g}" if several else f"nearest to −1: {near:.4g}"
         axes.plot(around.real, around.imag, color=RED, lw=0.8, ls=":", label=name)
     if margins and margins.gain_crossover and not several:
-        (here,) = loop_gain(movement, np.array([margins.gain_crossover]))[:, 0, 0]
+        (here,) = loop_gain(closed_loop, np.array([margins.gain_crossover]))[:, 0, 0]
         axes.plot(here.real, here.imag, "s", color=GREEN, ms=4, zorder=5, label=_phase_label(margins))
-    if _has_limit(movement):
-        axes.plot(-movement.loop.gain / movement.largest_gain, 0, "o", color=RED, ms=4, zorder=5,
-                  label=with_minus(f"gain margin {_margin(movement):.4g} dB"))  # fmt: skip
+    if _has_limit(closed_loop):
+        axes.plot(-closed_loop.loop.gain / closed_loop.largest_gain, 0, "o", color=RED, ms=4, zorder=5,
+                  label=with_minus(f"gain margin {_margin(closed_loop):.4g} dB"))  # fmt: skip
     name = "the eigenvalues of L" if several else "L"
     axes.set(xlim=(-0.6 - NEAR, -0.6 + NEAR), ylim=(-NEAR, NEAR))
     axes.set(xlabel=f"real part of {name}", ylabel=f"imaginary part of {name}")
@@ -217,18 +217,18 @@ def _eigenvalues(value):
     return found
 
 
-def _numbers(axes, movement):
+def _numbers(axes, closed_loop):
     """The margins as text."""
     axes.set_axis_off()
-    limit, loop, law = _has_limit(movement), movement.loop, movement.loop.law
-    largest = movement.largest_gain if limit else None
+    limit, loop, law = _has_limit(closed_loop), closed_loop.loop, closed_loop.loop.law
+    largest = closed_loop.largest_gain if limit else None
     lines = [("gain", f"{loop.gain:.4g} rad/s")]
     lines += [("proportional gain", f"{loop.gain * law.proportional:.4g}")] if law.proportional else []
     lines += [("derivative gain", f"{loop.gain * law.derivative:.4g} s")] if law.derivative else []
     lines += [("delay", f"{law.delay:.4g} s")] if law.delay else []
     lines += [("largest gain", f"{largest:.4g} rad/s" if largest else "none")]
-    lines += [("gain margin", f"{_margin(movement):.4g} dB")] if limit else []
-    lines += _of_stable(movement.margins) if movement.stable else [("loop", "unstable")]
+    lines += [("gain margin", f"{_margin(closed_loop):.4g} dB")] if limit else []
+    lines += _of_stable(closed_loop.margins) if closed_loop.stable else [("loop", "unstable")]
     for place, (name, number) in enumerate(lines):
         height = 0.97 - LINE * place
         axes.text(0.02, height, name, transform=axes.transAxes, fontsize=8)

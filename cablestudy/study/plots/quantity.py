@@ -6,7 +6,7 @@ from cablestudy.scene.scene import quantity_of
 from cablestudy.scene.units import split, to_si
 from cablestudy.study.find import column_named
 from cablestudy.study.plots.words import axis_label, column_words, key_words, quantity_text, unit_text, value_text
-from cablestudy.study.prepare import SHOWN_BY, beside
+from cablestudy.study.prepare import SHOWN_BY, reference_header
 from cablestudy.study.table import shown_unit
 from cablestudy.study.varied_keys import varied_key
 
@@ -89,7 +89,7 @@ def _column(study, name):
     if column.needs == "find":
         return DrawnQuantity(column.header, key_words(column.name), *_shown(column.unit))
     return DrawnQuantity(
-        column.header, column_words(column.name), column.unit, printed=beside(column.header, "printed")
+        column.header, column_words(column.name), column.unit, printed=reference_header(column.header, "printed")
     )
 
 

@@ -25,7 +25,7 @@ from cablestudy.study.plots.style import (
     wrapped,
 )
 from cablestudy.study.plots.words import value_text
-from cablestudy.study.prepare import SHOWN_BY, beside
+from cablestudy.study.prepare import SHOWN_BY, reference_header
 from cablestudy.study.status import OK, has_answer
 
 ROW = "row of the table"
@@ -183,7 +183,7 @@ def _with_printed_values(study, quantity, rows, headers):
     """The column that shows a varied key, where it has printed values; else the key itself."""
     for name in SHOWN_BY.get(quantity.key, ()):
         header = find(name).header
-        if header in headers and rows[0].get(beside(header, "printed")):
+        if header in headers and rows[0].get(reference_header(header, "printed")):
             return quantity_named(study, header, rows)
     return quantity
 

@@ -286,7 +286,7 @@ def _name_all(axes, drawing, view, per_inch):
     for places, size, colour in ((bodies, 8, RED), (anchors, 7, GREY)):
         for names, place in _at_one_place(places, 0.05 * per_inch):
             text = shortened(", ".join(names), 32)
-            corner = room.beside(place, text, size)
+            corner = room.corner_for(place, text, size)
             if corner is None:
                 continue
             side, up = corner
@@ -316,7 +316,7 @@ class _Room:
     cables: np.ndarray
     per_inch: float
 
-    def beside(self, place, text, size):
+    def corner_for(self, place, text, size):
         """The corner of a place where a text covers least of the cables, +-1 along x and y, which is then taken.
 
         None if there is no room.

@@ -15,7 +15,7 @@ from cablestudy.wind.spectrum import admittance, speed_spectrum
 TURN = 2 * np.pi
 RANGE, POINTS = (1e-3, 1e2), 1200  # frequencies of a picture [Hz], and how many of equal ratios
 NARROW = 0.3  # damping ratio below which a pole gets frequencies of its own
-BESIDE = np.sinh(np.linspace(-3.6, 3.6, 57))  # their distances from it, in half-widths
+HALF_WIDTHS = np.sinh(np.linspace(-3.6, 3.6, 57))  # their distances from it, in half-widths
 DECADES = 10  # of the largest spectrum that are shown
 PAIRS = ((0, 1), (0, 2), (1, 2))
 COLOURS, WIDTHS = (BLUE, GREEN, ORANGE), (1.8, 1.2, 0.7)
@@ -64,9 +64,9 @@ def wind_response(winds, at_rest=None, on=None):
 
     Parameters
     ----------
-    winds : list of InWind
+    winds : list of DynamicAnalysis
         Stable; with several their spectra add.
-    at_rest : list of InWind, optional
+    at_rest : list of DynamicAnalysis, optional
         The same for the winches at rest, where they are others.
     on : str, optional
         What the wind blows on, for the title; without it the body.
@@ -76,9 +76,9 @@ def wind_response(winds, at_rest=None, on=None):
     NoSolutionError, ConvergenceError
         There is no response, or nothing that moves, or it is outside the range of a picture.
     """
-    movement = winds[0].movement
-    body, place = _drawn(movement)
-    names = [f"{body}.{axis}" for axis in (*PLACES, *TURNS) if f"{body}.{axis}" in movement.outputs]
+    closed_loop = winds[0].closed_loop
+    body, place = _drawn(closed_loop)
+    names = [f"{body}.{axis}" for axis in (*PLACES, *TURNS) if f"{body}.{axis}" in closed_loop.outputs]
     frequency = _grid([*winds, *(at_rest or ())], names)
     states = _states(winds, at_rest or winds, names, place, frequency)
     kinds = _kinds(states, names)
@@ -99,8 +99,10 @@ def wind_response(winds, at_rest=None, on=None):
         figure.align_ylabels([shared, upper, lower] if not column else [upper, lower])
     shared.set_xlim(frequency[0], high)
     if extended:
-        _ellipses(figure, grid, states, movement, place)
-    heading(figure, f"Wind at {quantity_text(movement.scene.wind.speed, 'm/s')} on {on or body.removesuffix(MIDSPAN)}")
+        _ellipses(figure, grid, states, closed_loop, place)
+    heading(
+        figure, f"Wind at {quantity_text(closed_loop.scene.wind.speed, 'm/s')} on {on or body.removesuffix(MIDSPAN)}"
+    )
     return figure
 
 
@@ -120,12 +122,12 @@ def _check_range(states, kinds):
 
 def _speed(axes, winds, frequency, body):
     """Spectrum of the longitudinal wind speed, and of its average over the body."""
-    movement, names = winds[0].movement, winds[0].movement.equilibrium.suspension.body_names
+    closed_loop, names = winds[0].closed_loop, winds[0].closed_loop.equilibrium.suspension.body_names
     on_bodies = body in names and any(not wind.airflow.side for wind in winds)
-    wind = movement.scene.wind
+    wind = closed_loop.scene.wind
     bare = speed_spectrum(frequency, wind.speed, wind.turbulence[0], wind.length_scale, wind.spectrum)
     axes.loglog(frequency, bare, color=BLUE, label="wind speed")
-    area = movement.linear.airflow.areas(movement.equilibrium)[names.index(body)] if on_bodies else 0.0
+    area = closed_loop.plant.airflow.areas(closed_loop.equilibrium)[names.index(body)] if on_bodies else 0.0
     if area and wind.admittance != "none":
         share = admittance(frequency, wind.speed, area, wind.admittance)
         axes.loglog(frequency, bare * share, color=BLUE, ls="--", label=f"averaged over {body}")
@@ -134,12 +136,12 @@ def _speed(axes, winds, frequency, body):
     axes.legend(loc="lower left")
 
 
-def _drawn(movement):
+def _drawn(closed_loop):
     """Name of the body or mid-span that is drawn, and of the place whose ellipse is: a marker of it, or itself."""
-    scene, outputs = movement.scene, movement.outputs
+    scene, outputs = closed_loop.scene, closed_loop.outputs
     owners = [name.rpartition(".")[0] for name in outputs if ".tension_" not in name]
     if scene.control:
-        body = movement.body_name
+        body = closed_loop.body_name
     elif owners:
         body = owners[0] if owners[0].endswith(MIDSPAN) else owners[0].partition(".")[0]
     else:
@@ -155,7 +157,7 @@ def _grid(winds, names):
     poles = np.concatenate([response.resonances(names) for response in responses])
     poles = poles[np.abs(poles.real) < NARROW * np.abs(poles)]
     centre, width = np.abs(poles) / TURN, np.abs(poles.real) / TURN
-    points = np.concatenate([np.geomspace(*RANGE, POINTS), (centre[:, None] + width[:, None] * BESIDE).ravel()])
+    points = np.concatenate([np.geomspace(*RANGE, POINTS), (centre[:, None] + width[:, None] * HALF_WIDTHS).ravel()])
     return np.unique(points[(points >= RANGE[0]) & (points <= RANGE[1])])
 
 
@@ -167,11 +169,11 @@ def _share_below(frequency, spectrum):
 
 def _states(winds, at_rest, names, place, frequency):
     """The `DrawnState` of each state of control: winches at rest, loop, actuators."""
-    movement = winds[0].movement
+    closed_loop = winds[0].closed_loop
     rest = "at mid-span" if place.endswith(MIDSPAN) else "without control"
-    rest = f"winch{'es' * (len(movement.winches) != 1)} at rest" if movement.winches else rest
+    rest = f"winch{'es' * (len(closed_loop.winches) != 1)} at rest" if closed_loop.winches else rest
     looks = [("winch loop closed", RED, "-", False, winds), (rest, GREY, "--", True, at_rest)]
-    if not movement.actuators:
+    if not closed_loop.actuators:
         looks = looks if winds[0].response.loop else [(rest, RED, "-", True, at_rest)]
         return [_of(look, names, place, frequency) for look in reversed(looks)]
     both = "loop and actuators" if winds[0].response.loop else "with actuators"
@@ -270,12 +272,12 @@ def _variance(axes, frequency, states, kind):
     axes.legend(loc="upper left", fontsize=7)
 
 
-def _ellipses(figure, grid, states, movement, place):
+def _ellipses(figure, grid, states, closed_loop, place):
     """From above, and in the vertical plane of the mean wind: the extent in any direction is the RMS in it."""
-    velocity = movement.drag.velocity
+    velocity = closed_loop.drag.velocity
     along, frame = velocity / np.sqrt((velocity**2).sum()), np.eye(3)
     if place.endswith(MIDSPAN):
-        found, place = movement.equilibrium, place.removesuffix(MIDSPAN)
+        found, place = closed_loop.equilibrium, place.removesuffix(MIDSPAN)
         frame, place = found.catenary.span.frame[found.suspension.cable_names.index(place)], f"mid-span of {place}"
     place = shortened(place, 32)
     planes = (

@@ -14,10 +14,10 @@ from cablestudy.study.status import MODAL
 from cablestudy.study.suspension.airflow import Airflow
 from cablestudy.study.suspension.body_mode import BodyMode, to_accuracy
 from cablestudy.study.suspension.cable_modes import CableModes
+from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis, solve_modes
 from cablestudy.study.suspension.group import Group, HangingCable
-from cablestudy.study.suspension.in_wind import InWind, solve_modes
-from cablestudy.study.suspension.linear_motion import drag_of
 from cablestudy.study.suspension.numbers import CableValues, each_with, kind_of_case, loads_of, topology_of
+from cablestudy.study.suspension.plant import drag_of
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled import Layout
@@ -116,7 +116,7 @@ class SuspensionCase:
 
     @cached_property
     def in_wind(self):
-        """`InWind`: in the mean wind where the scene has wind.
+        """`DynamicAnalysis`: in the mean wind where the scene has wind.
 
         Raises
         ------
@@ -129,13 +129,13 @@ class SuspensionCase:
         (found, drag), known = self.group.in_mean_wind, self.group.known[self.place]
         about, modes = (self._exact_model, known), self.group.modes_in_wind[self.place]
         if drag is None:
-            return InWind(self.scene, self.without_wind, self.equilibrium, None, *about, modes=modes)
+            return DynamicAnalysis(self.scene, self.without_wind, self.equilibrium, None, *about, modes=modes)
         if not found.record.converged[self.place]:
             raise ConvergenceError(f"no equilibrium in the mean wind: {explain(found.take(self.place))}")
         if reason := found.stability.reason(self.place):
             raise NoSolutionError(f"in the mean wind: {reason}")
         in_mean_wind, airflow = found.take(self.place), Airflow(self.scene, drag.take(self.place))
-        return InWind(self.scene, self.without_wind, in_mean_wind, airflow, *about, modes=modes)
+        return DynamicAnalysis(self.scene, self.without_wind, in_mean_wind, airflow, *about, modes=modes)
 
     @property
     def moves(self):

@@ -35,13 +35,13 @@ MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coin
 TURN = 2 * np.pi
 
 
-def open_poles(movement):
-    """Poles of a `Movement` with the winches at rest, without those that are zero but for rounding. [rad/s]
+def open_poles(closed_loop):
+    """Poles of a `ClosedLoop` with the winches at rest, without those that are zero but for rounding. [rad/s]
 
     With about those of modes that were computed and are not in its model.
     """
-    poles = np.append(movement.open_poles, movement.linear.other_poles)
-    return poles[np.abs(poles) > STUDY.zero_pole * movement.modes.solution.omega[0]]
+    poles = np.append(closed_loop.open_poles, closed_loop.plant.other_poles)
+    return poles[np.abs(poles) > STUDY.zero_pole * closed_loop.modes.solution.omega[0]]
 
 
 class DrivenCables:
@@ -51,7 +51,7 @@ class DrivenCables:
 
     Parameters
     ----------
-    movement : Movement
+    closed_loop : ClosedLoop
         With control, and stable without.
     gain : float
         [rad/s]
@@ -76,9 +76,9 @@ class DrivenCables:
         They are too many.
     """
 
-    def __init__(self, movement, gain, others=()):
-        self._movement, self._gain, self._effects = movement, gain, movement.effects
-        self._base, self._elements = movement.modes.solution, movement.linear.model is not None
+    def __init__(self, closed_loop, gain, others=()):
+        self._closed_loop, self._gain, self._effects = closed_loop, gain, closed_loop.effects
+        self._base, self._elements = closed_loop.modes.solution, closed_loop.plant.model is not None
         resolved_to = self._highest_resolved
         models = self._models(resolved_to)
         for _ in range(STUDY.resolution_trials):
@@ -97,7 +97,7 @@ class DrivenCables:
     @cached_property
     def broad(self):
         """Frequency up to which all modes are needed; 0 of an integrator. [rad/s]"""
-        return 0.0 if self._movement.given_loop.law.integrates_only else self._effects.loop_up_to(self._gain)
+        return 0.0 if self._closed_loop.given_loop.law.integrates_only else self._effects.loop_up_to(self._gain)
 
     @cached_property
     def _highest(self):
@@ -119,7 +119,7 @@ class DrivenCables:
 
     @property
     def _in_words(self):
-        return self._movement.given_loop.law.described(self._gain, 4)
+        return self._closed_loop.given_loop.law.described(self._gain, 4)
 
     @property
     def _farthest(self):
@@ -138,8 +138,8 @@ class DrivenCables:
         kind, cable = np.unravel_index(np.argmax(waves), waves.shape)
         if waves[kind, cable] > max(STUDY.resolved_waves, resolved_to * time[ACROSS].max() / np.pi) * (1 + 1e-9):
             raise too_many(self._in_words, int(min(waves[kind, cable], 1e9)), highest[kind, cable])
-        linear, cables = self._movement.linear, base.models.cables
-        search = Search(linear.equilibrium, len(base.omega), linear.accuracy, cables=cables)
+        plant, cables = self._closed_loop.plant, base.models.cables
+        search = Search(plant.equilibrium, len(base.omega), plant.accuracy, cables=cables)
         models = Models(cables, cables.meshes(search.orders_of(waves.max(axis=0))), most=STUDY.driven_modes_of_cable)
         try:
             models.first  # noqa: B018 all modes are computed
@@ -159,12 +159,12 @@ class DrivenCables:
         With a `share` below 1 up to this share of the frequencies. All where damping couples none of them, where that
         spares little, and for a high accuracy.
         """
-        linear, found = self._movement.linear, [np.ones(len(one.omega), dtype=bool) for one in models.elements]
-        if self._elements or linear.accuracy <= STUDY.all_modes_from:
+        plant, found = self._closed_loop.plant, [np.ones(len(one.omega), dtype=bool) for one in models.elements]
+        if self._elements or plant.accuracy <= STUDY.all_modes_from:
             return found
         for cable, element in enumerate(models.elements):
             kept = self._up_to(cable, element, resolved_to, *(share * one for one in STUDY.kept_multiples))
-            coupled = linear.braked or element.strain is not None or element.uneven
+            coupled = plant.braked or element.strain is not None or element.uneven
             if coupled and np.count_nonzero(kept) + STUDY.vectors < STUDY.worth * len(kept):
                 found[cable] = kept
         return found
@@ -187,25 +187,30 @@ class DrivenCables:
 
     def _loop_gain(self, kept):
         """`LoopGain` with what is `kept` of the cables; a function, of the coupled modes, where rounding spoils it."""
-        movement, effects, layout, linear = self._movement, self._effects, self._movement.layout, self._movement.linear
+        closed_loop, effects, layout, plant = (
+            self._closed_loop,
+            self._effects,
+            self._closed_loop.layout,
+            self._closed_loop.plant,
+        )
         stiffness, mass = (dense(part) for part in layout.own)
-        elements = [one.element for one in linear.in_air(self.models, kept)]
-        damping = np.zeros_like(mass) + linear.air_on_bodies(np.eye(len(mass))) + dense(layout.damping)
-        *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, movement.actuators)
+        elements = [one.element for one in plant.in_air(self.models, kept)]
+        damping = np.zeros_like(mass) + plant.air_on_bodies(np.eye(len(mass))) + dense(layout.damping)
+        *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, closed_loop.actuators)
         bodies = LinearSystem(*matrices, feedback=feedback)
 
         def widened(part):
             return np.concatenate([part, np.zeros((*part.shape[:-1], len(bodies) - len(mass)))], axis=-1)
 
-        off = dense(layout.moved).T @ load_off_ends(movement.equilibrium, movement.winches)
+        off = dense(layout.moved).T @ load_off_ends(closed_loop.equilibrium, closed_loop.winches)
         places = widened(effects.moved), effects.reeled, widened(off.T).T, widened(effects.measured)
-        shares, controller = movement.allocation.shares, movement.given_loop.controller
-        found = LoopGain(bodies, elements, *places, shares, controller, windows=linear.accuracy > STUDY.all_modes_from)
-        return movement.given_loop.unit_gain if found.spoilt else found
+        shares, controller = closed_loop.allocation.shares, closed_loop.given_loop.controller
+        found = LoopGain(bodies, elements, *places, shares, controller, windows=plant.accuracy > STUDY.all_modes_from)
+        return closed_loop.given_loop.unit_gain if found.spoilt else found
 
     def _poles(self):
         """Those of the model, and about where those of modes above it are that the gain could drive. [rad/s]"""
-        poles = [open_poles(self._movement)]
+        poles = [open_poles(self._closed_loop)]
         if self._spoilt:
             return poles[0]
         chosen, highest = self._chosen(), (1 - STUDY.uncertain_pole) * self._highest_resolved
@@ -230,11 +235,11 @@ class DrivenCables:
         else:
             self.models, self.kept = models, models.with_modes(own)
             self.loop_gain = self._loop_gain(self.kept)
-        self.poles, notches, law = self._poles(), self._movement.notches, self._movement.given_loop.law
+        self.poles, notches, law = self._poles(), self._closed_loop.notches, self._closed_loop.given_loop.law
         self.gains = StableGains(self.loop_gain, self.poles, notches, law, self._gain)
 
-    def with_critical_modes(self, linear, gain):
-        """A `LinearMotion` with modes near the one that would grow first, where a gain [rad/s] is nearly its limit.
+    def with_critical_modes(self, plant, gain):
+        """A `Plant` with modes near the one that would grow first, where a gain [rad/s] is nearly its limit.
 
         Those that the gain could drive; all where rounding spoils the response of a cable.
         """
@@ -244,16 +249,16 @@ class DrivenCables:
             or limit.omega <= base.omega[-1]
             or not STUDY.nearly_largest_gain * limit.factor < gain < limit.factor
         ):
-            return linear
+            return plant
         near = [np.zeros(len(own), dtype=bool) for own in self._own]
         chosen = [np.ones(one.modes, dtype=bool) for one in self.kept] if self._spoilt else self._chosen()
         for place, (own, driven, kept) in enumerate(zip(self._own, chosen, self.kept, strict=True)):
             near[place][own] = driven[: kept.modes]
             near[place] &= np.abs(self.models.elements[place].omega / limit.omega - 1) < STUDY.critical_modes
-        search = Search(linear.equilibrium, len(base.omega), linear.accuracy, cables=self.models.cables)
+        search = Search(plant.equilibrium, len(base.omega), plant.accuracy, cables=self.models.cables)
         band = (1 - STUDY.critical_modes) * limit.omega, (1 + STUDY.critical_modes) * limit.omega
         modes = search.with_chosen(self.models, base.coordinates.limits, near, *band)
-        return linear.with_modes(modes, len(modes) - len(base.omega))
+        return plant.with_modes(modes, len(modes) - len(base.omega))
 
     # ------------------------------------------------------------------------------------------------------- errors
 

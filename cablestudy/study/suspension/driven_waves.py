@@ -41,16 +41,16 @@ class Effects:
 
     Parameters
     ----------
-    movement : Movement
+    closed_loop : ClosedLoop
         With a loop.
     """
 
-    def __init__(self, movement):
-        self.movement, self.equilibrium = movement, movement.equilibrium
-        self.cables = movement.modes.solution.models.cables
-        self.omega = RANGE * movement.modes.solution.omega[0]
-        self.moved = dense(movement.layout.moved).reshape(self.cables.count, 6, -1)
-        self.reeled = reeled(self.equilibrium, movement.winches).reshape(self.cables.count, 6, -1)
+    def __init__(self, closed_loop):
+        self.closed_loop, self.equilibrium = closed_loop, closed_loop.equilibrium
+        self.cables = closed_loop.modes.solution.models.cables
+        self.omega = RANGE * closed_loop.modes.solution.omega[0]
+        self.moved = dense(closed_loop.layout.moved).reshape(self.cables.count, 6, -1)
+        self.reeled = reeled(self.equilibrium, closed_loop.winches).reshape(self.cables.count, 6, -1)
 
     @cached_property
     def travel_time(self):
@@ -62,12 +62,12 @@ class Effects:
     @cached_property
     def air(self):
         """Rate at which the air makes waves across each cable decay at least, shape (c,). [1/s]"""
-        linear, span = self.movement.linear, self.cables.catenary.span
-        if not linear.braked:
+        plant, span = self.closed_loop.plant, self.cables.catenary.span
+        if not plant.braked:
             return np.zeros(self.cables.count)
-        chord, velocity = span.frame[:, 0], linear.drag.velocity
+        chord, velocity = span.frame[:, 0], plant.drag.velocity
         speed = np.linalg.norm(velocity - (chord @ velocity)[:, None] * chord, axis=-1)
-        force = linear.drag.density * linear.drag.cables * speed / 2  # across the wind; along it twice as much
+        force = plant.drag.density * plant.drag.cables * speed / 2  # across the wind; along it twice as much
         return force / (2 * np.where(self.cables.heavy, span.mass, np.inf))
 
     def along(self, cable, element):
@@ -97,14 +97,14 @@ class Effects:
     @cached_property
     def measured(self):
         """P: measured coordinates by the free displacements, shape (k, d)."""
-        layout = self.movement.layout
-        body = layout.displaced(np.eye(len(layout.free)))[self.movement.body]
-        return body[[MOTIONS.index(name) for name in self.movement.measured]]
+        layout = self.closed_loop.layout
+        body = layout.displaced(np.eye(len(layout.free)))[self.closed_loop.body]
+        return body[[MOTIONS.index(name) for name in self.closed_loop.measured]]
 
     @cached_property
     def _responses(self):
         """P Z^-1, shape (f, k, d), F^T Z^-1, shape (f, i, d), and P Z^-1 F, shape (f, k, i), at the frequencies."""
-        layout, moved = self.movement.layout, self.moved
+        layout, moved = self.closed_loop.layout, self.moved
         backwards, stiffness = np.swapaxes(moved, 1, 2), self.cables.end_stiffness
         own, mass = (dense(part) for part in layout.own)
         static, passed = ((backwards @ part @ moved).sum(axis=0) for part in (stiffness, self._impedance))
@@ -121,8 +121,8 @@ class Effects:
     @cached_property
     def _winches(self):
         """|A| |C1 N| at the frequencies, shape (f, i, k)."""
-        controller = self.movement.given_loop.controller(1j * self.omega)
-        return np.abs(self.movement.allocation.shares) * np.abs(controller)[:, None]
+        controller = self.closed_loop.given_loop.controller(1j * self.omega)
+        return np.abs(self.closed_loop.allocation.shares) * np.abs(controller)[:, None]
 
     def of(self, cable, place, coupling):
         """Shift of poles per gain, shape (..., n).
@@ -189,8 +189,8 @@ class Effects:
 
     def loop_up_to(self, gain):
         """Frequency up to which the loop gain is above `broad_loop_gain` where waves do not return. [rad/s]"""
-        control = self.movement.given_loop.controller(1j * self.omega)[:, None, :]
-        passed = self._responses[2] @ self.movement.allocation.shares * control
+        control = self.closed_loop.given_loop.controller(1j * self.omega)[:, None, :]
+        passed = self._responses[2] @ self.closed_loop.allocation.shares * control
         return float(
             self.omega[gain * np.abs(np.linalg.eigvals(passed)).max(axis=1) > STUDY.broad_loop_gain].max(initial=0.0)
         )

@@ -11,7 +11,6 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import utilisation_of
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.conductors import conductors_of
-from cablestudy.study.suspension.linear_motion import drag_of
 from cablestudy.study.suspension.load_cases import (
     cables_left,
     drag_change,
@@ -21,6 +20,7 @@ from cablestudy.study.suspension.load_cases import (
     too_long,
 )
 from cablestudy.study.suspension.numbers import CableValues, distribution_of, loads_of
+from cablestudy.study.suspension.plant import drag_of
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system import lengths
 from cablestudy.system.coupled_modes import coupled_modes_of_cases
@@ -144,7 +144,7 @@ class Group:
 
     def __init__(self, scenes):
         self._modes, self._coordinates = {}, {}
-        # linear models of each, and its coupled modes in the mean wind: see `InWind`
+        # linear models of each, and its coupled modes in the mean wind: see `DynamicAnalysis`
         self.known, self.modes_in_wind = ([{} for _ in scenes] for _ in range(2))
         self._scenes = scenes
         self._conductors = conductors_of(scenes, at_rest)

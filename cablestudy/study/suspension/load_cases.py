@@ -22,8 +22,8 @@ from cablestudy.study.load_cases import (
     uneven_drag_errors,
     wind_direction,
 )
-from cablestudy.study.suspension.linear_motion import offered_by_bodies
 from cablestudy.study.suspension.numbers import CableValues, loads_of, numbers_of
+from cablestudy.study.suspension.plant import offered_by_bodies
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system import stated, tangent
 from cablestudy.system.equilibria import pose

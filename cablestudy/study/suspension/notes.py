@@ -120,15 +120,15 @@ def _of_wind(case):
     """How the motion in the wind and under control was computed, where it was."""
     if not case.moves:
         return
-    movement, wind = case.in_wind.described, case.scene.wind
-    modes, strokes = len(movement.modes), sum(not one.wheel for one in movement.actuators)
-    shapes = counted(len(movement.motion) - len(movement.linear.kept) - strokes, "static shape")
-    if movement.loop is not None and case.model is not None:
+    closed_loop, wind = case.in_wind.described, case.scene.wind
+    modes, strokes = len(closed_loop.modes), sum(not one.wheel for one in closed_loop.actuators)
+    shapes = counted(len(closed_loop.motion) - len(closed_loop.plant.kept) - strokes, "static shape")
+    if closed_loop.loop is not None and case.model is not None:
         yield (
-            f"loop: judged by the modes of these elements, up to {_highest(movement):.4g} Hz, and not by those "
+            f"loop: judged by the modes of these elements, up to {_highest(closed_loop):.4g} Hz, and not by those "
             "of the cables above"
         )
-    some = f"{modes} coupled modes up to {movement.modes.frequency[-1]:.4g} Hz"
+    some = f"{modes} coupled modes up to {closed_loop.modes.frequency[-1]:.4g} Hz"
     yield f"motion: {some}, {shapes} for those above, {counted(strokes, 'stroke')}"
     if wind is not None:
         about = "about the equilibrium in the mean wind" if wind.mean else "about the equilibrium without wind"
@@ -136,21 +136,21 @@ def _of_wind(case):
             about = "about the equilibrium in the steady wind of the load case"
         damped = "with" if wind.aerodynamic_damping else "without"
         yield f"wind on {'bodies and cables' if wind.on == 'both' else wind.on}: {about}, {damped} aerodynamic damping"
-    if movement.loop is not None:
-        yield from _of_loop(movement, wind)
+    if closed_loop.loop is not None:
+        yield from _of_loop(closed_loop, wind)
     if case.damped_by_modes:
         yield "modal damping grows with the number of modes of a cable; hysteretic, kelvin_voigt and viscous do not"
 
 
-def _of_loop(movement, wind):
-    law, for_ = movement.loop.law, ", ".join(movement.measured)
-    gains = "" if law.integrates_only else f": {law.described(movement.loop.gain, 4)}"
-    yield f"loop of {counted(len(movement.winches), 'cable')} for {for_}{gains}"
-    yield from law_notes(movement.loop)
+def _of_loop(closed_loop, wind):
+    law, for_ = closed_loop.loop.law, ", ".join(closed_loop.measured)
+    gains = "" if law.integrates_only else f": {law.described(closed_loop.loop.gain, 4)}"
+    yield f"loop of {counted(len(closed_loop.winches), 'cable')} for {for_}{gains}"
+    yield from law_notes(closed_loop.loop)
     if wind is not None and wind.mean:
         yield "displacements by the mean wind are those with the winches at rest; the loop takes them back in time"
-    if movement.scene.control.measured is None and len(movement.measured) < len(movement.free):
-        left = [name for name in movement.free if name not in movement.measured]
+    if closed_loop.scene.control.measured is None and len(closed_loop.measured) < len(closed_loop.free):
+        left = [name for name in closed_loop.free if name not in closed_loop.measured]
         yield f"not measured, as no winch moves it to speak of: {', '.join(left)}"
 
 
@@ -183,9 +183,9 @@ def _of_modes(modes):
         yield f"and {len(modes.coincident) - STUDY.listed_parts} more runs of modes that coincide"
 
 
-def _highest(movement):
+def _highest(closed_loop):
     """Of all modes of cables that a loop was judged with. [Hz]"""
-    return movement.driven.highest_mode / (2 * np.pi)
+    return closed_loop.driven.highest_mode / (2 * np.pi)
 
 
 def damping_notes(scene):

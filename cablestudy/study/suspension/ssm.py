@@ -10,8 +10,8 @@ from cablestudy.control.suspension import labels, outward, second_order
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, refuse_options
 from cablestudy.study.ssm import fewest_modes, left_out
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.linear_motion import markers_of, winches_of
 from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning
+from cablestudy.study.suspension.plant import markers_of, winches_of
 from cablestudy.study.suspension.report import mode_notes
 from cablestudy.study.suspension.ssm_control import CoupledChoice, choose_controlled, pairs_of, response_unit
 from cablestudy.study.tolerances import STUDY
@@ -255,7 +255,7 @@ def with_node_forces(system, layout, models, kept):
     Returns
     -------
     LinearSystem
-        With the inputs ``force_node_`1_x` and so on, global axes, numbered from the end `from` on. [N]
+        With the inputs `CABLE.force_node_1_x` and so on, global axes, numbered from the end `from` on. [N]
     """
     names, (direction, _) = layout.equilibrium.suspension.cable_names, outward(layout.equilibrium)
     sizes, ends = [len(one.element.omega) for one in kept], dense(layout.moved)

@@ -75,9 +75,9 @@ class ControlledChoice(CoupledChoice):
     Attributes
     ----------
     case : SuspensionCase
-    whole : Movement
+    whole : ClosedLoop
         From which the loop follows.
-    movement : Movement
+    closed_loop : ClosedLoop
         With the modes that are kept; the same, or one with fewer modes.
     loop : Loop or None
         That of `whole` on what is kept; None where it is open, and the winches are inputs.
@@ -89,7 +89,7 @@ class ControlledChoice(CoupledChoice):
 
     case: SuspensionCase
     whole: object
-    movement: object
+    closed_loop: object
     loop: object
     pairs: list
     highest: float | None = None
@@ -97,7 +97,7 @@ class ControlledChoice(CoupledChoice):
     @property
     def found(self):
         """The `CoupledModes` that are kept."""
-        return self.movement.modes
+        return self.closed_loop.modes
 
     @property
     def chosen(self):
@@ -112,10 +112,10 @@ class ControlledChoice(CoupledChoice):
     @cached_property
     def shown(self):
         """The `StateSpace`; NoSolutionError where it overflows."""
-        movement, motion = self.movement, self.movement.linear.viscous_motion
-        forces = np.zeros((len(motion), len(movement.layout.free)))
-        forces[: motion.shapes.shape[1]] = movement.layout.bodies(motion.shapes).T
-        return state_space(motion, forces, _labels(movement, bool(self.loop)), self.loop, movement.actuators)
+        closed_loop, motion = self.closed_loop, self.closed_loop.plant.viscous_motion
+        forces = np.zeros((len(motion), len(closed_loop.layout.free)))
+        forces[: motion.shapes.shape[1]] = closed_loop.layout.bodies(motion.shapes).T
+        return state_space(motion, forces, _labels(closed_loop, bool(self.loop)), self.loop, closed_loop.actuators)
 
     def system(self):
         """The `StateSpace`, see `shown`."""
@@ -140,7 +140,7 @@ class ControlledChoice(CoupledChoice):
     def notes(self):
         """Notes on what is modelled and what is left out: list of str."""
         scene, kept = self.case.scene, len(self.found)
-        others = self.movement.motion.shapes.shape[1] - kept
+        others = self.closed_loop.motion.shapes.shape[1] - kept
         about = "without wind" if scene.wind is None else "in the mean wind"
         velocity = (
             "a reference adds to tensions at once (D1"
@@ -172,11 +172,11 @@ class ControlledChoice(CoupledChoice):
         return found
 
 
-def _of_loop(movement):
+def _of_loop(closed_loop):
     """Gain and notches of the loop: one line."""
-    pairs = zip(movement.measured, movement.loop.notches, strict=True)
+    pairs = zip(closed_loop.measured, closed_loop.loop.notches, strict=True)
     notches = [f"{name} {notch.omega / (2 * np.pi):.4g} Hz" for name, notch in pairs if notch]
-    law, gain = movement.loop.law, movement.loop.gain
+    law, gain = closed_loop.loop.law, closed_loop.loop.gain
     gains = f"gain {gain:.4g} rad/s" if law.integrates_only else law.described(gain, 4)
     yield f"loop: {gains}; notches: {', '.join(notches) or 'none'}"
 
@@ -219,47 +219,47 @@ def choose_controlled(document, scene, options, highest=None):
     if not getattr(scene, key):
         raise missing(document, key, f"ssm --with {options.attached}")
     case = SuspensionCase(scene)
-    whole = movement = case.in_wind.movement_of(max(options.count or 0, STUDY.model_modes[0]))
+    whole = closed_loop = case.in_wind.closed_loop_of(max(options.count or 0, STUDY.model_modes[0]))
     if options.count:
         if len(whole.modes) < options.count:
             raise SceneError(f"--modes {options.count}: the model has {len(whole.modes)} modes")
-        movement = _with(case.in_wind, whole, options.count)
+        closed_loop = _with(case.in_wind, whole, options.count)
     elif options.upto:
         whole = _reaching(case.in_wind, whole, options.limit, np.inf)
         frequency = whole.modes.frequency
         if frequency[0] > options.limit:
             raise NoSolutionError(f"no mode is below {options.limit:.4g} Hz; the lowest is at {frequency[0]:.4g} Hz")
-        movement = _with(case.in_wind, whole, int((frequency <= options.limit).sum()))
+        closed_loop = _with(case.in_wind, whole, int((frequency <= options.limit).sum()))
     elif highest:
-        whole = movement = _reaching(case.in_wind, whole, highest, STUDY.loop_response_modes)
-    loop, movement = None, movement.with_all_modes
+        whole = closed_loop = _reaching(case.in_wind, whole, highest, STUDY.loop_response_modes)
+    loop, closed_loop = None, closed_loop.with_all_modes
     if options.attached == "loop":
-        allocation = replace(whole.allocation, measured=movement.allocation.measured)
-        loop = replace(whole.loop, motion=movement.linear.viscous_motion, allocation=allocation)
-    pairs = pairs_of(options, *names(_labels(movement, bool(loop)), bool(loop), movement.actuators))
-    return ControlledChoice(case, whole, movement, loop, pairs, highest)
+        allocation = replace(whole.allocation, measured=closed_loop.allocation.measured)
+        loop = replace(whole.loop, motion=closed_loop.plant.viscous_motion, allocation=allocation)
+    pairs = pairs_of(options, *names(_labels(closed_loop, bool(loop)), bool(loop), closed_loop.actuators))
+    return ControlledChoice(case, whole, closed_loop, loop, pairs, highest)
 
 
 def _with(in_wind, whole, count):
-    """The movement with so many of the modes of another one."""
-    return whole if count == len(whole.modes) else in_wind.movement_of(count)
+    """The closed loop with so many of the modes of another one."""
+    return whole if count == len(whole.modes) else in_wind.closed_loop_of(count)
 
 
-def _reaching(in_wind, movement, frequency, most):
-    """A movement with a mode above a frequency [Hz], of at most about so many modes, or with all there are."""
+def _reaching(in_wind, closed_loop, frequency, most):
+    """A closed loop with a mode above a frequency [Hz], of at most about so many modes, or with all there are."""
     size = STUDY.model_modes[0]
-    while len(movement.modes) == size < most and movement.modes.frequency[-1] < frequency:
+    while len(closed_loop.modes) == size < most and closed_loop.modes.frequency[-1] < frequency:
         size *= 2
-        movement = in_wind.movement_of(size)
-    return movement
+        closed_loop = in_wind.closed_loop_of(size)
+    return closed_loop
 
 
-def _labels(movement, closed):
-    """`Labels` of a movement."""
-    inputs, outputs = labels(movement.layout, movement.winches, movement.markers)
-    kept, every, winches = len(movement.modes), movement.motion.shapes.shape[1], len(movement.winches)
+def _labels(closed_loop, closed):
+    """`Labels` of a closed loop."""
+    inputs, outputs = labels(closed_loop.layout, closed_loop.winches, closed_loop.markers)
+    kept, every, winches = len(closed_loop.modes), closed_loop.motion.shapes.shape[1], len(closed_loop.winches)
     modal = [(f"mode_{k + 1}", MODAL) for k in range(kept)] + [
         (f"residual_{k + 1}", MODAL) for k in range(every - kept)
     ]
-    measured = [(name, unit_of(name)) for name in movement.measured] if closed else ()
+    measured = [(name, unit_of(name)) for name in closed_loop.measured] if closed else ()
     return Labels(tuple(modal), inputs[:winches], inputs[winches:], outputs, tuple(measured))

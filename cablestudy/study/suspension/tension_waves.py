@@ -16,12 +16,12 @@ from cablestudy.wind.integrals import Integrals
 TURN = 2 * np.pi
 
 
-def change_by_waves(linear, weights):
-    """Estimated change of the variances of the outputs of a `LinearMotion` in the wind, shape (w, o).
+def change_by_waves(plant, weights):
+    """Estimated change of the variances of the outputs of a `Plant` in the wind, shape (w, o).
 
     Parameters
     ----------
-    linear : LinearMotion
+    plant : Plant
     weights : dict
         Those of `Turbulence.variances`: powers of frequency, which the panels of the gusts resolve.
 
@@ -32,11 +32,11 @@ def change_by_waves(linear, weights):
         resonance of the first wave along a cable that sags, which is excited more than the force left to its ends says.
         No column shows such a rate; the largest tension depends on its logarithm, see `crossings`.
     """
-    gusts, state, found = linear.gusts, linear.at_rest, linear.at_rest.variances[0]
+    gusts, state, found = plant.gusts, plant.at_rest, plant.at_rest.variances[0]
     change, residues = np.zeros(found.shape), state.residues
-    rows, *kinds = _first_waves(linear)
+    rows, *kinds = _first_waves(plant)
     moved = residues.direct[rows].any(axis=1)
-    if linear.model is not None or not moved.any():
+    if plant.model is not None or not moved.any():
         return change
     rows, poles = np.tile(rows[moved], len(kinds)), np.concatenate([poles[moved] for poles in kinds])
     own, inputs = np.diag(np.abs(poles) ** 2 / (2j * poles.imag)), residues.direct[rows]
@@ -55,8 +55,8 @@ def change_by_waves(linear, weights):
     return change
 
 
-def _first_waves(linear):
-    """The first waves along and across each cable with mass, above the modes of a `LinearMotion`.
+def _first_waves(plant):
+    """The first waves along and across each cable with mass, above the modes of a `Plant`.
 
     Of a straight cable with fixed ends, of its damping and, across it, with that of the air.
 
@@ -67,25 +67,25 @@ def _first_waves(linear):
     along, across : ndarray, complex, shape (r,)
         Poles. [rad/s]
     """
-    catenary, cables, wind = linear.equilibrium.catenary, list(linear.scene.cables.values()), linear.scene.wind
+    catenary, cables, wind = plant.equilibrium.catenary, list(plant.scene.cables.values()), plant.scene.wind
     span, dampings = catenary.span, [cable.damping for cable in cables]
     heavy = np.flatnonzero((np.asarray(span.mass) > 0) & (catenary.mean_tension > 0))
     stiffness, mass, length, tension, offered = (
         np.broadcast_to(part, len(cables))[heavy]
         for part in (span.axial_stiffness, span.mass, span.unstretched_length, catenary.mean_tension,
-                     linear.drag.cables)
+                     plant.drag.cables)
     )  # fmt: skip
     ratio, loss, time, viscous = (
         np.array([getattr(damping, name) or 0.0 for damping in dampings])[heavy]
         for name in ("ratio", "loss_factor", "time", "viscous")
     )
-    air = wind.air_density * wind.speed * offered / 2 if linear.braked else 0.0  # across wind and cable
+    air = wind.air_density * wind.speed * offered / 2 if plant.braked else 0.0  # across wind and cable
     found = []
     for force, strained, rubbed in ((stiffness, 1.0, viscous), (tension, STUDY.strained_share, viscous + air)):
         first = np.pi / length * np.sqrt(force / mass)
-        omega = first * np.maximum(np.ceil(linear.modes.solution.omega[-1] / first), 1.0)
+        omega = first * np.maximum(np.ceil(plant.modes.solution.omega[-1] / first), 1.0)
         damping = ratio + strained * (loss + time * omega) / 2 + rubbed / (2 * mass * omega)
         damping = np.clip(damping, STUDY.least_wave_damping, STUDY.most_wave_damping)
         found.append(np.repeat(omega * (-damping + 1j * np.sqrt(1 - damping**2)), 2))
-    rows = len(linear.outputs) - 2 * len(cables) + 2 * heavy
+    rows = len(plant.outputs) - 2 * len(cables) + 2 * heavy
     return ((rows[:, None] + np.arange(2)).ravel(), *found)

@@ -1,7 +1,7 @@
 """Variances of what turbulence moves, with the loop of the winches closed or with the winches at rest.
 
 Those of displacements, rates and tensions are the same for all exposures and mirrors, and with the winches at rest for
-all loops. What the highest modes add to them is the change to a model with fewer modes, `LinearMotion.fewer`.
+all loops. What the highest modes add to them is the change to a model with fewer modes, `Plant.coarse_space`.
 """
 
 from dataclasses import replace
@@ -23,29 +23,29 @@ class Turbulence:
 
     Parameters
     ----------
-    linear : LinearMotion
+    plant : Plant
     loop : Loop, optional
         Of this motion, with a gain.
     """
 
-    def __init__(self, linear, loop=None):
-        self.linear, self.loop = linear, loop
+    def __init__(self, plant, loop=None):
+        self.plant, self.loop = plant, loop
 
     @cached_property
     def residues(self):
-        """`LinearMotion.residues_of` it."""
-        return self.linear.residues_of(self.linear.motion, self.loop)
+        """`Plant.residues_of` it."""
+        return self.plant.residues_of(self.plant.motion, self.loop)
 
-    def _residues_with_fewer_modes(self, speeds=False):
-        """`LinearMotion.residues_of` the motion with fewer modes."""
-        linear, loop = self.linear, self.loop
-        loop = loop and loop.within(linear.fewer, linear.fewer_motion)
-        return linear.residues_of(linear.fewer_motion, loop, linear.fewer, speeds)
+    def _coarse_residues(self, speeds=False):
+        """`Plant.residues_of` the motion with fewer modes."""
+        plant, loop = self.plant, self.loop
+        loop = loop and loop.within(plant.coarse_space, plant.coarse_motion)
+        return plant.residues_of(plant.coarse_motion, loop, plant.coarse_space, speeds)
 
     @cached_property
     def range(self):
         """Lowest and highest frequency of the integrals. [Hz]"""
-        wind, lowest = self.linear.scene.wind, self.linear.modes.frequency[0]
+        wind, lowest = self.plant.scene.wind, self.plant.modes.frequency[0]
         corner = wind.speed / wind.length_scale
         slow = [corner, lowest] + ([] if self.loop is None else [self.loop.gain / TURN])
         return STUDY.lowest_frequency * min(slow), STUDY.highest_frequency * max(corner, lowest)
@@ -53,11 +53,11 @@ class Turbulence:
     @cached_property
     def _coarse(self):
         """`residues` with fewer modes."""
-        return self._residues_with_fewer_modes()
+        return self._coarse_residues()
 
     def _integrals_of(self, weights, jumps=()):
         """`Integrals` with weights that are functions of frequency [Hz], by their names, and where these jump [Hz]."""
-        gusts, (low, high) = self.linear.gusts, self.range
+        gusts, (low, high) = self.plant.gusts, self.range
         edges = with_turns(gusts.edges(low, high), self.loop.law.delay if self.loop else 0.0)
         edges = np.union1d(edges, [jump for jump in jumps if low < jump < high])
         edges = edges if weights is OWN else smooth_on(edges, weights.values())  # panels resolve any power of frequency
@@ -66,7 +66,7 @@ class Turbulence:
     @property
     def least(self):
         """Damping ratio up to which a motion counts as not damped. [-]"""
-        return WIND.undamped_along_cables if self.linear.gusts.strips else WIND.undamped
+        return WIND.undamped_along_cables if self.plant.gusts.strips else WIND.undamped
 
     @cached_property
     def _integrals(self):
@@ -104,7 +104,7 @@ class Turbulence:
     @property
     def _estimates(self):
         """Whether what the highest modes add is computed: all modes of an exact choice of elements state no error."""
-        return self.linear.model is None or self.linear.responses
+        return self.plant.model is None or self.plant.responses
 
     def _late_error(self, integrals):
         """Error of the variances by poles that lack the right delay, shape (w, o) or 0."""
@@ -112,7 +112,7 @@ class Turbulence:
             return np.zeros((len(integrals.weights), 1))
         late = TURN * integrals.panels.frequency > self.loop.right_up_to
         late = replace(integrals, weights={name: weight * late for name, weight in integrals.weights.items()})
-        return STUDY.delayed_error * self.loop.gain_beyond * late.variances(self.linear.at_rest.residues)
+        return STUDY.delayed_error * self.loop.gain_beyond * late.variances(self.plant.at_rest.residues)
 
     @cached_property
     def winch_speeds(self):
@@ -120,10 +120,10 @@ class Turbulence:
 
         And of each winch the pole that nothing damps, see `Integrals.undamped`.
         """
-        found = self.linear.residues_of(self.linear.motion, self.loop, speeds=True)
+        found = self.plant.residues_of(self.plant.motion, self.loop, speeds=True)
         whole, coarse = self._integrals.variances(found), np.nan
         if self._estimates:
-            coarse = self._integrals.variances(self._residues_with_fewer_modes(speeds=True))
+            coarse = self._integrals.variances(self._coarse_residues(speeds=True))
         return whole, np.abs(whole - coarse), self._integrals.undamped(found, whole[0], np.ones(whole.shape[1]))
 
     def undamped(self, stiffness):

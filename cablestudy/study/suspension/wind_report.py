@@ -139,14 +139,14 @@ def loop_table(case, failures, more=()):
 
 def coordinate_table(case, _):
     """Each measured coordinate: its notch, and by how much its gain alone may grow, which an unstable loop lacks."""
-    movement = case.in_wind.controlled
-    limits = movement.single_limits if movement.loop.gain and movement.stable else {}
+    closed_loop = case.in_wind.controlled
+    limits = closed_loop.single_limits if closed_loop.loop.gain and closed_loop.stable else {}
     lines = []
-    for name, notch in zip(movement.measured, movement.notches, strict=True):
+    for name, notch in zip(closed_loop.measured, closed_loop.notches, strict=True):
         limit = limits.get(name, np.inf)
         frequency = notch and float(notch.omega / (2 * np.pi))
         margin = float(20 * np.log10(limit)) if 0 < limit < np.inf else None
-        lines.append((f"{movement.body_name}.{name}", frequency, margin))
+        lines.append((f"{closed_loop.body_name}.{name}", frequency, margin))
     fields = (
         Field("coordinate", "coordinate", label=True),
         Field("notch_frequency_Hz", "notch frequency", "Hz"),

@@ -114,7 +114,7 @@ def actuators_of(scene):
     return found
 
 
-class LinearMotion:
+class Plant:
     """A suspension about its equilibrium in the mean wind, without loop.
 
     Parameters
@@ -132,7 +132,7 @@ class LinearMotion:
     driven : int
         How many of the modes, the last ones, are there because the loop would drive them first.
     loops : dict, optional
-        By control, what all gains share (`Movement`), which models with other numbers of modes share too: it is filled.
+        By control, what all gains share (`ClosedLoop`), and models with other numbers of modes too: it is filled.
     responses : bool
         Whether the modes left out answer to the inertia and damping forces of what bodies and winches move too.
     complete : bool
@@ -169,7 +169,7 @@ class LinearMotion:
         """Copy with other `CoupledModes`, so many of which, the last ones, the loop could drive."""
         known = self.scene, self.equilibrium, self.airflow
         found = modes, self.accuracy, self.model, driven, self.loops, self.responses
-        return LinearMotion(*known, *found, midspans=self.midspans)
+        return Plant(*known, *found, midspans=self.midspans)
 
     @cached_property
     def with_all_modes(self):
@@ -177,7 +177,7 @@ class LinearMotion:
         if len(self.kept) == len(self.modes):
             return self
         known = self.scene, self.equilibrium, self.airflow, self.modes, self.accuracy, self.model, self.driven
-        return LinearMotion(*known, responses=self.responses, complete=True, midspans=self.midspans)
+        return Plant(*known, responses=self.responses, complete=True, midspans=self.midspans)
 
     @cached_property
     def outputs(self):
@@ -258,7 +258,7 @@ class LinearMotion:
         return 1j * omega - (viscous + lost / omega) / 2
 
     @cached_property
-    def fewer(self):
+    def coarse_space(self):
         """A space of the coordinates with fewer modes, static responses and all strokes, shape (m, r).
 
         Of the lowest modes the highest are left out; modes that the loop could drive stay. To an accuracy the static
@@ -289,9 +289,9 @@ class LinearMotion:
         return float((1 - (moved**2).sum(axis=1) / compliance).max(initial=0.0))
 
     @cached_property
-    def fewer_motion(self):
+    def coarse_motion(self):
         """The `motion` in that space."""
-        return self.motion.within(self.fewer)
+        return self.motion.within(self.coarse_space)
 
     def residues_of(self, motion, loop=None, space=None, speeds=False):
         """`Residues` of all outputs, of actuators too, by the inputs of `Gusts.into`; a `DelayedResponse` with delay.

@@ -12,9 +12,9 @@ from cablestudy.errors import outcome_of, result_of
 from cablestudy.scene.words import counted
 from cablestudy.study.columns import relative
 from cablestudy.study.notes import unknown_rms_error
-from cablestudy.study.suspension.linear_motion import LinearMotion
-from cablestudy.study.suspension.movement import Movement
-from cablestudy.study.suspension.response import Response
+from cablestudy.study.suspension.closed_loop import ClosedLoop
+from cablestudy.study.suspension.gust_response import GustResponse
+from cablestudy.study.suspension.plant import Plant
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases
@@ -22,7 +22,7 @@ from cablestudy.system.superelement import any_grows_with_modes
 from cablestudy.wind.peak import peak_factor
 
 
-class InWind:
+class DynamicAnalysis:
     """One case.
 
     Parameters
@@ -49,14 +49,14 @@ class InWind:
         self._known, self._cables, self._modes = known, cables, {} if modes is None else modes
         self._accuracy, self._midspans, self._least = scene.model.accuracy or STUDY.fixed_model_accuracy, False, 0
 
-    def movement_of(self, count, responses=False, among=0):
-        """`Movement` with so many modes, which may be unstable.
+    def closed_loop_of(self, count, responses=False, among=0):
+        """`ClosedLoop` with so many modes, which may be unstable.
 
         Parameters
         ----------
         count : int
         responses : bool
-            See `LinearMotion`.
+            See `Plant`.
         among : int
             How many modes are computed, if more: these are the lowest of them.
 
@@ -72,13 +72,13 @@ class InWind:
         if linear not in self._known:
             modes = self._modes_of(solved).first(count)
             known = scene, self._equilibrium, self.airflow, modes, self._accuracy, self._model
-            self._known[linear] = LinearMotion(*known, loops=loops, responses=responses, midspans=self._midspans)
+            self._known[linear] = Plant(*known, loops=loops, responses=responses, midspans=self._midspans)
         blown = *linear, self.airflow and self.airflow.side
         if blown not in self._known:
             self._known[blown] = self._known[linear].blown_by(self.airflow)
         moving = *blown, repr(scene.control)
         if moving not in self._known:
-            self._known[moving] = Movement(scene, self._known[blown])
+            self._known[moving] = ClosedLoop(scene, self._known[blown])
         return self._known[moving]
 
     def _modes_of(self, count):
@@ -113,7 +113,7 @@ class InWind:
         Raises
         ------
         NoSolutionError, ConvergenceError
-            As `movement_of`.
+            As `closed_loop_of`.
         """
         return self._modes_of(self._solved(max(count, self._tried[0])))
 
@@ -124,9 +124,9 @@ class InWind:
         Fewer than of many cables only where these hold nearly all of what loads do to bodies.
         """
         for count in (*self._tried, *(STUDY.more_modes if self._model is None else ())):
-            movement = self._with(count)
-            enough = count >= self._many[0] or movement.linear.lacked < STUDY.lacked_compliance
-            if (enough and movement.knows_notches) or len(movement.modes) < count:
+            closed_loop = self._with(count)
+            enough = count >= self._many[0] or closed_loop.plant.lacked < STUDY.lacked_compliance
+            if (enough and closed_loop.knows_notches) or len(closed_loop.modes) < count:
                 break
         return tuple(one for one in self._tried if one >= count) or (count,)
 
@@ -157,8 +157,8 @@ class InWind:
         return STUDY.plane_model_modes if self._cables is not None and self._cables.planes else STUDY.model_modes
 
     def _with(self, count):
-        """`movement_of` one of these numbers; where it may be that of few cables modes left out have more responses."""
-        return self.movement_of(count, count < self._many[0] or self._compared, self._solved(count))
+        """`closed_loop_of` one of these numbers; of few cables modes left out have more responses."""
+        return self.closed_loop_of(count, count < self._many[0] or self._compared, self._solved(count))
 
     @property
     def _compared(self):
@@ -167,39 +167,39 @@ class InWind:
 
     @cached_property
     def _outcome(self):
-        """Movement and response to the wind, or the error that says why there are none: computed once for a row."""
+        """`ClosedLoop` and response to the wind, or the error that says why there are none: computed once for a row."""
         return outcome_of(self._settled)
 
     def _settled(self):
-        """Movement with as many modes as needed, and its response to the wind; raises as `response`."""
+        """`ClosedLoop` with as many modes as needed, and its response to the wind; raises as `response`."""
         response = None
         for count in self._counts:
             doing(f"motion with {count} modes")
-            movement = self._with(count)
-            self._check(movement)
+            closed_loop = self._with(count)
+            self._check(closed_loop)
             # what the fewest modes change says little of those after them
             before = response if self._compared and count > self._solved(0) else None
-            response = Response(movement, self.scene, before) if self.airflow is not None else None
-            if response is None or len(movement.modes) < count or self._suffices(response):
+            response = GustResponse(closed_loop, self.scene, before) if self.airflow is not None else None
+            if response is None or len(closed_loop.modes) < count or self._suffices(response):
                 break
-        if movement.loop is not None and movement.with_critical_modes is not movement:
-            movement = movement.with_critical_modes
-            response = response and Response(movement, self.scene)
-        return movement, response
+        if closed_loop.loop is not None and closed_loop.with_critical_modes is not closed_loop:
+            closed_loop = closed_loop.with_critical_modes
+            response = response and GustResponse(closed_loop, self.scene)
+        return closed_loop, response
 
     def _suffices(self, response):
-        """Whether the modes left out of a `Response` and its quadrature leave the RMS of bodies the accuracy."""
+        """Whether the modes left out of a `GustResponse` and its quadrature leave the RMS of bodies the accuracy."""
         accuracy, others = self._accuracy, response.integration_error / 2
         return response.moving_error <= 2 * (
             STUDY.element_modes_change if self._model else max(accuracy - others, accuracy / 2)
         )
 
-    def _check(self, movement):
-        """Refuse a `Movement` that grows: NoSolutionError, in which one with many modes names the motion."""
-        movement.check_open()
-        if not movement.stable:
+    def _check(self, closed_loop):
+        """Refuse a `ClosedLoop` that grows: NoSolutionError, in which one with many modes names the motion."""
+        closed_loop.check_open()
+        if not closed_loop.stable:
             self._with(self._many[0]).check_stable()
-            movement.check_stable()
+            closed_loop.check_stable()
 
     @property
     def _modal(self):
@@ -219,12 +219,12 @@ class InWind:
         if self._model is not None:
             return ""
         if self._modal:
-            return unknown_rms_error(counted(len(self.movement.modes), "mode"))
+            return unknown_rms_error(counted(len(self.closed_loop.modes), "mode"))
         solved = [one for one in (self, self.__dict__.get("_without_control")) if one is not None and one.solved]
         error = max(one.response.moving_error for one in solved) / 2
         if error <= self._accuracy:
             return ""
-        tried = [str(count) for count in self._tried if count <= len(self.movement.modes)]
+        tried = [str(count) for count in self._tried if count <= len(self.closed_loop.modes)]
         models = f"{counted(len(tried), 'model')} of {', '.join(tried)} modes"
         return (
             f"motion in the wind: {models} tried: estimated error of the RMS {error:.1e}, asked for {self._accuracy:g}"
@@ -247,19 +247,19 @@ class InWind:
         return result_of(self._outcome)
 
     @property
-    def movement(self):
-        """`Movement`; raises as `response`."""
+    def closed_loop(self):
+        """`ClosedLoop`; raises as `response`."""
         return self._found[0]
 
     @property
     def described(self):
-        """`movement`, or of an unstable loop, or where no response was asked for, `controlled`; raises as that."""
+        """`closed_loop`, or of an unstable loop, or where no response was asked for, `controlled`; raises as that."""
         outcome = self.__dict__.get("_outcome")
-        return self.controlled if outcome is None or isinstance(outcome, Exception) else self.movement
+        return self.controlled if outcome is None or isinstance(outcome, Exception) else self.closed_loop
 
     @property
     def response(self):
-        """`Response` to the wind.
+        """`GustResponse` to the wind.
 
         Raises
         ------
@@ -270,17 +270,17 @@ class InWind:
 
     @cached_property
     def _judged(self):
-        """The movement of `controlled`, or the error that says why there is none: computed once for a row."""
+        """The `ClosedLoop` of `controlled`, or the error that says why there is none: computed once for a row."""
         return outcome_of(self._with_fewest)
 
     def _with_fewest(self):
-        movement = self._with(self._counts[0])
-        movement.check_open()
-        return movement
+        closed_loop = self._with(self._counts[0])
+        closed_loop.check_open()
+        return closed_loop
 
     @property
     def controlled(self):
-        """`Movement` with the fewest modes, for numbers of the loop: its loop gain has all modes of the cables.
+        """`ClosedLoop` with the fewest modes, for numbers of the loop: its loop gain has all modes of the cables.
 
         With the loop it may be unstable.
 
@@ -297,7 +297,7 @@ class InWind:
 
     @property
     def at_rest(self):
-        """`InWind` with the winches at rest, which shares what does not depend on the loop, and the models tried."""
+        """The analysis with the winches at rest, sharing what does not depend on the loop, and the models tried."""
         return self if self.scene.control is None else self._without_control
 
     @cached_property
@@ -310,8 +310,8 @@ class InWind:
 
     @cached_property
     def finer(self):
-        """`InWind` of a bare cable with the next larger number of modes; None where there is none, or no more modes."""
-        known, count = (*self._many, STUDY.more_modes[0]), len(self.movement.modes)
+        """The analysis of a bare cable with the next larger number of modes; None without one or more modes."""
+        known, count = (*self._many, STUDY.more_modes[0]), len(self.closed_loop.modes)
         if self._model is not None or count not in known[:-1]:
             return None
         other = self._changed()
@@ -320,20 +320,20 @@ class InWind:
 
     @cached_property
     def with_midspans(self):
-        """`InWind` whose outputs have the mid-spans of the cables."""
+        """`DynamicAnalysis` whose outputs have the mid-spans of the cables."""
         other = self._changed()
         other._midspans = True
         return other
 
     @property
     def without_actuators(self):
-        """`InWind` without actuators, which shares what does not depend on them."""
+        """`DynamicAnalysis` without actuators, which shares what does not depend on them."""
         return self._changed(actuators={})
 
     def _changed(self, **update):
-        """`InWind` of the scene with some keys changed that the equilibrium does not depend on."""
+        """`DynamicAnalysis` of the scene with some keys changed that the equilibrium does not depend on."""
         about = self._without_wind, self._equilibrium, self.airflow, self._model, self._known, self._cables, self._modes
-        other = InWind(self.scene.model_copy(update=update), *about)
+        other = DynamicAnalysis(self.scene.model_copy(update=update), *about)
         other._midspans, other._least = self._midspans, self._least
         return other
 
@@ -396,7 +396,7 @@ class InWind:
         return found / (2 * np.pi), self.controlled.driven.errors[1]
 
     def response_of(self, open_loop):
-        """`Response` with the winches at rest, or with the loop; raises as `response`."""
+        """`GustResponse` with the winches at rest, or with the loop; raises as `response`."""
         return (self.at_rest if open_loop else self).response
 
     def rms(self, names, variance, open_loop):
@@ -413,7 +413,7 @@ class InWind:
         if not total > 0:
             return np.sqrt(total), 0.0 if self._model is None else np.nan
         error, accuracy = found.error_of(variance, names) / (2 * total), self._accuracy
-        modes = len(response.movement.modes)
+        modes = len(response.closed_loop.modes)
         least = STUDY.resolved_by_fewest if modes == self._tried[0] < self._solved(modes) else STUDY.resolved
         error = max(error, min(STUDY.one_model_safety * error, accuracy), least * accuracy)
         return np.sqrt(total), error if self._error_known else np.nan
@@ -483,7 +483,7 @@ def solve_modes(winds, equilibrium):
 
     Parameters
     ----------
-    winds : list of InWind
+    winds : list of DynamicAnalysis
         Of equal names and connections, n of them.
     equilibrium : Equilibrium
         Of these, shape (n,).

@@ -22,40 +22,40 @@ from cablestudy.system.suspension import AXES
 TURN = 2 * np.pi
 
 
-class Movement:
+class ClosedLoop:
     """A suspension about its equilibrium in the mean wind, with its loop.
 
     Parameters
     ----------
     scene : SuspensionScene
-    linear : LinearMotion
+    plant : Plant
         Of this scene, or of one that differs in the loop, the exposure or the correction.
     """
 
-    def __init__(self, scene, linear):
-        self.scene, self.linear, self.modes = scene, linear, linear.modes
-        self.equilibrium, self.drag, self.layout = linear.equilibrium, linear.drag, linear.layout
-        self.winches, self.markers, self.actuators = linear.winches, linear.markers, linear.actuators
+    def __init__(self, scene, plant):
+        self.scene, self.plant, self.modes = scene, plant, plant.modes
+        self.equilibrium, self.drag, self.layout = plant.equilibrium, plant.drag, plant.layout
+        self.winches, self.markers, self.actuators = plant.winches, plant.markers, plant.actuators
 
     @property
     def motion(self):
         """`LinearSystem`."""
-        return self.linear.motion
+        return self.plant.motion
 
     @property
     def gusts(self):
         """`Gusts` on the coordinates."""
-        return self.linear.gusts
+        return self.plant.gusts
 
     @property
     def outputs(self):
         """Name of each output -> its row: displacements of bodies, markers, tensions."""
-        return self.linear.outputs
+        return self.plant.outputs
 
     @cached_property
     def turbulence(self):
         """`Turbulence` with the loop where it does something, else with the winches at rest."""
-        return Turbulence(self.linear, self.loop) if self.loop and self.loop.gain else self.linear.at_rest
+        return Turbulence(self.plant, self.loop) if self.loop and self.loop.gain else self.plant.at_rest
 
     # --------------------------------------------------------------------------------------------------- loop
 
@@ -138,7 +138,7 @@ class Movement:
     @cached_property
     def _shares(self):
         """Share of each mode of the model in the static compliance of each measured coordinate, shape (k, m). [-]"""
-        kept = self.linear.kept
+        kept = self.plant.kept
         moved = self._measurable[1][:, : len(kept)] / self.modes.solution.omega[kept]
         return moved**2 / self._compliance[:, None]
 
@@ -161,7 +161,7 @@ class Movement:
     def coupled_frequencies(self):
         """Frequency of the mode with the largest share in the static compliance of each measured coordinate. [Hz]"""
         shares = self._shares / self._shares.max(axis=1, keepdims=True)
-        return self.modes.frequency[self.linear.kept[np.argmax(np.round(shares, 9), axis=1)]]
+        return self.modes.frequency[self.plant.kept[np.argmax(np.round(shares, 9), axis=1)]]
 
     def _static_frequencies(self):
         """Frequency of each measured coordinate on its static compliance with the body's own mass. [Hz]"""
@@ -211,9 +211,9 @@ class Movement:
         `Effects`; `DrivenCables` by powers of two of the gain; and the gain that is tried first, by that of the loop.
         """
         control = repr((self.scene.control.model_copy(update={"gain": None}), self.given_loop.law))
-        if control not in self.linear.loops:
-            self.linear.loops[control] = Effects(self), {}, {}
-        return self.linear.loops[control]
+        if control not in self.plant.loops:
+            self.plant.loops[control] = Effects(self), {}, {}
+        return self.plant.loops[control]
 
     @property
     def effects(self):
@@ -322,14 +322,14 @@ class Movement:
     @cached_property
     def with_critical_modes(self):
         """Copy with the modes that would grow first where its gain is nearly the largest one."""
-        linear = self.driven.with_critical_modes(self.linear, self.loop.gain)
-        return self if linear is self.linear else Movement(self.scene, linear)
+        plant = self.driven.with_critical_modes(self.plant, self.loop.gain)
+        return self if plant is self.plant else ClosedLoop(self.scene, plant)
 
     @cached_property
     def with_all_modes(self):
         """Copy with the modes that no output depends on: for a state space."""
-        linear = self.linear.with_all_modes
-        return self if linear is self.linear else Movement(self.scene, linear)
+        plant = self.plant.with_all_modes
+        return self if plant is self.plant else ClosedLoop(self.scene, plant)
 
     @cached_property
     def stable(self):
@@ -382,9 +382,9 @@ class Movement:
 
     def mode_name(self, place):
         """Number of a coordinate, what it moves and its frequency, in words."""
-        if place >= len(self.linear.kept):
+        if place >= len(self.plant.kept):
             return "a motion above the modes of the model"
-        mode = int(self.linear.kept[place])
+        mode = int(self.plant.kept[place])
         return f"mode {mode + 1} ({self.modes.moves[mode]}, {self.modes.frequency[mode]:.4g} Hz)"
 
     def _named(self, pole, moving):

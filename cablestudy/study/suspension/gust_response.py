@@ -53,27 +53,27 @@ class Variances:
         return errors[name][[self.rows[output] for output in outputs]].sum()
 
 
-class Response:
-    """The response of a `Movement` to its gusts, with the loop where it does something.
+class GustResponse:
+    """The response of a `ClosedLoop` to its gusts, with the loop where it does something.
 
     Parameters
     ----------
-    movement : Movement
+    closed_loop : ClosedLoop
         With wind, and stable.
     scene : SuspensionScene
         Its scene, or one with another exposure or correction.
-    before : Response, optional
+    before : GustResponse, optional
         Of a model with fewer modes and coarser cables: the change from it may tell more of the error than one model.
     """
 
-    def __init__(self, movement, scene, before=None):
-        self.movement, self.scene, self._before = movement, scene, before
+    def __init__(self, closed_loop, scene, before=None):
+        self.closed_loop, self.scene, self._before = closed_loop, scene, before
 
     @cached_property
     def names(self):
-        """Of all outputs: those of the movement, then stroke or momentum and force or torque of each actuator."""
-        names = list(self.movement.outputs)
-        for one in self.movement.actuators:
+        """Of all outputs: those of the plant, then stroke or momentum and force or torque of each actuator."""
+        names = list(self.closed_loop.outputs)
+        for one in self.closed_loop.actuators:
             names += [f"{one.name}.{what}" for what in (("momentum", "torque") if one.wheel else ("stroke", "force"))]
         return names
 
@@ -84,7 +84,7 @@ class Response:
 
     @property
     def _turbulence(self):
-        return self.movement.turbulence
+        return self.closed_loop.turbulence
 
     # ------------------------------------------------------------------------------------------------ frequencies
 
@@ -102,10 +102,10 @@ class Response:
         -------
         ndarray, shape (o, f) or (r, f)
         """
-        residues, gusts = self._turbulence.residues, self.movement.gusts
+        residues, gusts = self._turbulence.residues, self.closed_loop.gusts
         if space is not None:
             residues = residues.combined(space)
-        at_once, found = max(1, STUDY.response_entries // len(self.movement.motion) ** 2), []
+        at_once, found = max(1, STUDY.response_entries // len(self.closed_loop.motion) ** 2), []
         for part in np.split(frequency, range(at_once, len(frequency), at_once)):
             found.append(gusts.input_spectra(part, np.swapaxes(residues.response(2j * np.pi * part), -1, -2)).T)
         return np.concatenate(found, axis=-1)
@@ -122,7 +122,7 @@ class Response:
     @property
     def integration_error(self):
         """Estimated relative error of a variance by quadrature, and by interpolation of the gusts. [-]"""
-        return WIND.quadrature + self.movement.gusts.error
+        return WIND.quadrature + self.closed_loop.gusts.error
 
     @cached_property
     def _undamped(self):
@@ -138,7 +138,7 @@ class Response:
         if not undamped.any():
             return
         pole = undamped[np.argmax(undamped != 0)]
-        moved = self.movement.mode_name(int(np.argmin(np.abs(self.movement.motion.unit - np.abs(pole)))))
+        moved = self.closed_loop.mode_name(int(np.argmin(np.abs(self.closed_loop.motion.unit - np.abs(pole)))))
         raise NoSolutionError(
             f"undamped: {moved} has a damping ratio below {self._turbulence.least:g}, so that its RMS in the wind "
             f"is not finite (cable.damping)"
@@ -196,21 +196,21 @@ class Response:
         error = added + self.integration_error * value + late
         values, errors = (dict(zip(weights, parts, strict=True)) for parts in (value, error))
         waves = (
-            (lambda: self.movement.linear.change_by_waves) if weights is OWN else None
+            (lambda: self.closed_loop.plant.change_by_waves) if weights is OWN else None
         )  # a telescope sees no tension
         return Variances({name: row for row, name in enumerate(self.names)}, values, errors, waves)
 
     @property
     def _by_ends(self):
         """Relative error of the variance of a tension since waves are looked at between ends at rest. [-]"""
-        return STUDY.moving_ends if self.movement.equilibrium.suspension.free.any() else 0.0
+        return STUDY.moving_ends if self.closed_loop.equilibrium.suspension.free.any() else 0.0
 
     def _energy_by_cables(self, weights):
         """That of displacements if all force of the gusts on cables moved them, shape (w, o); 0 of other outputs."""
         places = [name.endswith((".x", ".y", ".z")) for name in self.names]
-        slow = float(self.movement.modes.solution.omega[0]) ** 2
+        slow = float(self.closed_loop.modes.solution.omega[0]) ** 2
         factors = np.array([slow if name == "rate" else 1.0 for name in weights])
-        return factors[:, None] * np.where(places, self.movement.gusts.force_on_cables**2 / self.stiffness, 0.0)
+        return factors[:, None] * np.where(places, self.closed_loop.gusts.force_on_cables**2 / self.stiffness, 0.0)
 
     def shares_below(self, name, limits):
         """Share of the variance of an output below some frequencies [Hz]: list. [-]"""
@@ -235,9 +235,9 @@ class Response:
     @cached_property
     def stiffness(self):
         """Energy per square of each output, about, by which different outputs are compared, shape (o,)."""
-        motion = self.movement.motion
+        motion = self.closed_loop.motion
         count = len(motion)
-        rows = np.abs(by_forces(motion, np.zeros((count, 0)), None, self.movement.actuators)[1][:, : 2 * count]) ** 2
+        rows = np.abs(by_forces(motion, np.zeros((count, 0)), None, self.closed_loop.actuators)[1][:, : 2 * count]) ** 2
         places = rows[:, :count] * motion.unit**2 / np.diagonal(motion.stiffness.real)
         compliance = (places + rows[:, count:] / np.diagonal(motion.mass)).sum(axis=1)
         return 1 / np.maximum(compliance, np.finfo(float).tiny)
