@@ -104,7 +104,7 @@ def second_order(layout, kept, winches=(), markers=(), midspans=()):
     -------
     LinearSystem
         Inputs: `winch.CABLE` (m reeled in), then `BODY.force_x` to `BODY.moment_z` of all free displacements, at the
-        reference point. Outputs: those displacements, `BODY.MARKER.x` and so on, ``midspan`.x` and so on along
+        reference point. Outputs: those displacements, `BODY.MARKER.x` and so on, `CABLE.midspan.x` and so on along
         the axes of its chord frame, `LINK.force`, `CABLE.tension_from`,
         `CABLE.tension_to`. Displacements need no derivatives of inputs in the state space; tensions at moved ends do.
 
