@@ -156,13 +156,13 @@ def test_cables_in_the_air_are_summed_together(seed):
 @pytest.mark.parametrize("seed", [0, 2, 14])
 def test_poles_in_windows_give_the_loop_gain(seed, monkeypatch):
     """Against the matrices of each cable, its modes eliminated; the whole problem is solved where poles are lost."""
-    monkeypatch.setitem(vars(SYSTEM), "windows_from", 5)
+    monkeypatch.setattr(type(SYSTEM), "windows_from", 5)
     found, lost = (both(seed, wind=WIND)[0] for _ in range(2))
     s = 1j * np.geomspace(0.1, 2 * max(element.omega.max() for element in found.elements), 31)
     expected = np.array([condensed_gain(found, one) for one in s])
     assert found(s) == pytest.approx(expected, rel=1e-7, abs=1e-9 * np.abs(expected).max())
     for name, value in {"window": 4, "window_margin": 0, "lowest_window": 1}.items():
-        monkeypatch.setitem(vars(SYSTEM), name, value)
+        monkeypatch.setattr(type(SYSTEM), name, value)
     monkeypatch.setattr(pole_windows, "_edge", lambda size, near: near / 2)
     assert lost(s) == pytest.approx(expected, rel=1e-9, abs=1e-11 * np.abs(expected).max())
 
@@ -199,8 +199,8 @@ def test_vectors_for_the_highest_modes_change_the_largest_gain_and_the_margins_b
     scene = CableScene.model_validate(random_scene(seed, model={"accuracy": 1e-4}))
     names, winds = ("sensitivity_peak", "phase_margin", "disk_margin"), []
     for all_from, many in ((STUDY.all_modes_from, SYSTEM.windows_from), (1.0, 10_000)):
-        monkeypatch.setitem(vars(STUDY), "all_modes_from", all_from)
-        monkeypatch.setitem(vars(SYSTEM), "windows_from", many)
+        monkeypatch.setattr(type(STUDY), "all_modes_from", all_from)
+        monkeypatch.setattr(type(SYSTEM), "windows_from", many)
         wind = in_wind_of(Case(scene))
         winds.append((wind.controlled.driven, wind.largest_gain, [wind.margin(name) for name in names]))
     (few, (gain, error), margins), (every, (truth, _), true_margins) = winds
@@ -219,7 +219,7 @@ def test_what_the_air_does_to_high_modes_changes_the_largest_gain_by_less_than_s
     text["cable"] = text["cable"] | {"damping": {"model": "modal", "ratio": 0.0, "viscous": viscous}}
     scene = SuspensionScene.model_validate(text)
     found, error = SuspensionCase(scene).in_wind.largest_gain
-    monkeypatch.setitem(vars(SYSTEM), "windows_from", 10_000)
+    monkeypatch.setattr(type(SYSTEM), "windows_from", 10_000)
     truth, _ = SuspensionCase(scene).in_wind.largest_gain
     assert abs(found / truth - 1) <= error <= 1e-4
 

@@ -54,7 +54,7 @@ def test_other_connections_are_other_rows(searched):
 
 
 def test_no_more_is_kept_than_there_is_room_for(searched, monkeypatch):
-    monkeypatch.setitem(vars(SYSTEM), "remembered_cables", 20)  # of eight cables: two rows
+    monkeypatch.setattr(type(SYSTEM), "remembered_cables", 20)  # of eight cables: two rows
     shared = Equilibria()
     for value in (50.0, 60.0, 70.0, 70.0, 60.0, 50.0):
         shared.pose(masses(value))

@@ -51,7 +51,7 @@ def answer(case):
 
 @pytest.mark.parametrize("cables", [100, 20])
 def test_each_case_has_the_digits_that_it_has_alone(monkeypatch, cables):
-    monkeypatch.setitem(vars(STUDY), "cables_at_once", cables)
+    monkeypatch.setattr(type(STUDY), "cables_at_once", cables)
     together = [answer(case) for case in cases_of(scenes())]
     alone = [answer(SuspensionCase(scene)) for scene in scenes()]
     assert [one for one in alone if isinstance(one, str)] == [one for one in together if isinstance(one, str)]
@@ -183,7 +183,7 @@ def test_rows_that_are_resumed_or_merged_are_those_of_one_run(tmp_path):
 
 def test_a_case_whose_wind_and_attitude_do_not_agree_fails_alone(monkeypatch):
     """After one equilibrium only next to no wind has come to rest."""
-    monkeypatch.setitem(vars(WIND), "mean_wind_equilibria", 1)
+    monkeypatch.setattr(type(WIND), "mean_wind_equilibria", 1)
     speeds = {"vary": [{"wind.speed": [1e-6, 20]}], "set": {"control": None}}
     study = read_study(IN_MEAN_WIND | speeds | {"columns": ["gondola.rms_open_loop"]})
     (calm, windy) = numbers_and_status(study, range(2)).values()

@@ -223,8 +223,8 @@ def test_errors_of_fixed_elements_are_those_against_a_finer_model():
 def test_sparse_matrices_of_many_cables_have_the_same_numbers(law, monkeypatch):
     text, names = scene(law, {"accuracy": 1e-4}, on="both"), [name.format("damping_ratio") for name in motions()]
     expected = solve(text, *names).values
-    monkeypatch.setitem(vars(SYSTEM), "large_connection", 0)
-    monkeypatch.setitem(vars(SYSTEM), "dense_coordinates", 20)
+    monkeypatch.setattr(type(SYSTEM), "large_connection", 0)
+    monkeypatch.setattr(type(SYSTEM), "dense_coordinates", 20)
     assert solve(text, *names).values == pytest.approx(expected, rel=1e-9)
 
 

@@ -563,7 +563,7 @@ def test_waves_that_damped_strain_couples_are_all_in_the_loop_gain(monkeypatch):
         str(CONFIGS / "slack.yaml"), [damping, "winch.controller.gain=0.05", "model={accuracy: 1e-4}"]
     )
     found, error = Case(scene).in_wind.largest_gain
-    monkeypatch.setitem(vars(SYSTEM), "windows_from", 10_000)
+    monkeypatch.setattr(type(SYSTEM), "windows_from", 10_000)
     every, _ = Case(scene).in_wind.largest_gain
     assert error < 1e-5
     assert found == pytest.approx(every, rel=error)

@@ -93,8 +93,8 @@ def test_the_flat_square_net(n):
 def test_sparse_and_dense_matrices_have_the_same_modes(monkeypatch):
     state, damping = net(4, mass=0.3), Damping("kelvin_voigt", time=1e-4)
     dense = coupled_modes(state, 12, damping=damping)
-    monkeypatch.setitem(vars(SYSTEM), "large_connection", 0)
-    monkeypatch.setitem(vars(SYSTEM), "dense_coordinates", 0)
+    monkeypatch.setattr(type(SYSTEM), "large_connection", 0)
+    monkeypatch.setattr(type(SYSTEM), "dense_coordinates", 0)
     sparse = coupled_modes(state, 12, damping=damping)
     assert isinstance(dense.system.mass, np.ndarray)
     assert not isinstance(sparse.system.mass, np.ndarray)
@@ -136,7 +136,7 @@ def test_six_vectors_stand_for_the_modes_of_cables_that_are_not_computed(monkeyp
     """Dense bars, with the modes of many elements left out."""
     state = platform(strain=strain)
     every = coupled_modes(state, 12, damping=damping, model=FixedModel(24))
-    monkeypatch.setitem(vars(CABLE), "cheap_freedoms", 20)
+    monkeypatch.setattr(type(CABLE), "cheap_freedoms", 20)
     found = coupled_modes(state, 12, damping=damping, model=FixedModel(24))
     assert {record.modes for record in every.cables} == {69}
     assert max(record.modes for record in found.cables) < 55
@@ -147,8 +147,8 @@ def test_six_vectors_stand_for_the_modes_of_cables_that_are_not_computed(monkeyp
 
 def test_long_cables_of_several_cases_are_as_those_of_one(monkeypatch):
     """Of a long cable some modes are computed, and six vectors stand for the others, also where cases share models."""
-    monkeypatch.setitem(vars(CABLE), "cheap_freedoms", 9)
-    monkeypatch.setitem(vars(SYSTEM), "modes_of_cable", 9)
+    monkeypatch.setattr(type(CABLE), "cheap_freedoms", 9)
+    monkeypatch.setattr(type(SYSTEM), "modes_of_cable", 9)
     state = platform()
     twice = state.take(np.newaxis).take(np.array([0, 0]))
     alone = coupled_modes(state, 8)

@@ -331,8 +331,8 @@ def test_the_stated_error_of_rotations_and_their_rates_is_true(count, monkeypatc
     scene, found = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml")[1], []
     about = [(f"gondola.r{axis}", kind, at_rest) for axis in "xyz" for kind in response.OWN for at_rest in (0, 1)]
     for modes, orders in ((count, TOLERANCES.rod_orders), (160, 150)):
-        monkeypatch.setitem(vars(STUDY), "model_modes", (modes,))
-        monkeypatch.setitem(vars(TOLERANCES), "rod_orders", orders)
+        monkeypatch.setattr(type(STUDY), "model_modes", (modes,))
+        monkeypatch.setattr(type(TOLERANCES), "rod_orders", orders)
         wind = SuspensionCase(scene).in_wind
         found.append([wind.rms([name], kind, bool(at_rest)) for name, kind, at_rest in about])
         assert len(wind.closed_loop.modes) == modes
@@ -344,8 +344,8 @@ def test_the_rms_depends_neither_on_points_of_long_elements_nor_on_parts(monkeyp
     """Six cables with 160 modes, in elements of order 32: interpolated between 30 of 36 points, and in small parts."""
     scene, found = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml")[1], []
     for most, at_once in ((TOLERANCES.interpolated_points, TOLERANCES.coherence_entries), (100, 1000)):
-        monkeypatch.setitem(vars(TOLERANCES), "interpolated_points", most)
-        monkeypatch.setitem(vars(TOLERANCES), "coherence_entries", at_once)
+        monkeypatch.setattr(type(TOLERANCES), "interpolated_points", most)
+        monkeypatch.setattr(type(TOLERANCES), "coherence_entries", at_once)
         closed_loop = SuspensionCase(scene).in_wind.closed_loop_of(160)
         strip = closed_loop.gusts.strips[0]
         assert len(strip.points) == min(most, strip.mesh.order + TOLERANCES.strip_points)
@@ -486,7 +486,7 @@ def by_lyapunov(own, gain):
 @pytest.mark.parametrize("name", ["one body", "two bodies"])
 def test_variances_in_white_wind_are_those_of_lyapunovs_equation(name, gain, monkeypatch):
     """Displacements, rotations, markers, tensions, strokes, forces, momenta and torques; with the loop and without."""
-    monkeypatch.setitem(vars(STUDY), "highest_frequency", 1e7)
+    monkeypatch.setattr(type(STUDY), "highest_frequency", 1e7)
     text = everything(wind=WIND | {"direction": 0.7, "speed": 12.0}, control__gain=1.0) if name == "one body" else PAIR
     text = with_changes(text, wind__coherence_decay=0, model={"accuracy": 1e-6})
     case, state = case_of(text), 0 if gain is None else 1

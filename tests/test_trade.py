@@ -275,7 +275,7 @@ def test_every_timing_solves_the_statics_anew(monkeypatch):
 
 def test_a_slow_model_is_not_repeated(monkeypatch):
     solve = Mock()
-    monkeypatch.setitem(vars(STUDY), "timing_budget", 0.0)
+    monkeypatch.setattr(type(STUDY), "timing_budget", 0.0)
     model = ComparedModel("", "slow", solve, compute=lambda *_: 1.0)
     (entry,) = trade.compare(PAPER.scene(), columns("sag"), 50, [model]).entries
     assert solve.call_count == 1

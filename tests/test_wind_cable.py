@@ -424,7 +424,7 @@ def test_the_estimated_count_of_modes_is_the_computed_one(sets, monkeypatch):
     between = 20.4 / (2 * time), 60.4 / (2 * time)
     estimate, spacing = wind_report.modes_between(case, *between)
     assert spacing == pytest.approx(1 / (2 * time))
-    monkeypatch.setitem(vars(STUDY), "counted_modes", 1000)
+    monkeypatch.setattr(type(STUDY), "counted_modes", 1000)
     counted, none = wind_report.modes_between(case, *between)
     assert (estimate, none) == (80, None)
     assert abs(counted - estimate) <= 2

@@ -1,11 +1,10 @@
 """Numbers that bound errors, searches and sizes in `cable`, each with its reason."""
 
-from dataclasses import dataclass
 
-
-@dataclass(frozen=True)
 class CableTolerances:
     """Tolerances of one cable: each is named by what it bounds."""
+
+    __slots__ = ()  # nothing can be set on its object
 
     # -------------------------------------------------------------------------------------------- catenary
 

@@ -1,11 +1,10 @@
 """Numbers that bound errors, searches and sizes in `control`, each with its reason."""
 
-from dataclasses import dataclass
 
-
-@dataclass(frozen=True)
 class ControlTolerances:
     """Tolerances of loops of winches: each is named by what it bounds."""
+
+    __slots__ = ()  # nothing can be set on its object
 
     # -------------------------------------------------------------------------- stability and largest gain
 

@@ -1,11 +1,10 @@
 """Numbers that bound errors, searches and sizes in `study`, each with its reason."""
 
-from dataclasses import dataclass
 
-
-@dataclass(frozen=True)
 class StudyTolerances:
     """Tolerances of studies: each is named by what it bounds."""
+
+    __slots__ = ()  # nothing can be set on its object
 
     # -------------------------------------------- results that are kept, and rows that are solved together
 

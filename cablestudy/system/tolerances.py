@@ -1,11 +1,10 @@
 """Numbers that bound errors, searches and sizes in `system`, each with its reason."""
 
-from dataclasses import dataclass
 
-
-@dataclass(frozen=True)
 class SystemTolerances:
     """Tolerances of suspensions: each is named by what it bounds."""
+
+    __slots__ = ()  # nothing can be set on its object
 
     # ------------------------------------------------ equilibrium of bodies by descent and Newton's method
 

@@ -1,11 +1,10 @@
 """Numbers that bound errors, searches and sizes in `wind`, each with its reason."""
 
-from dataclasses import dataclass
 
-
-@dataclass(frozen=True)
 class WindTolerances:
     """Tolerances of the wind: each is named by what it bounds."""
+
+    __slots__ = ()  # nothing can be set on its object
 
     # --------------------------------------------------------------------- coherence of gusts along cables
 
