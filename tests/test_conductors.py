@@ -17,7 +17,7 @@ from test_sag_tension import FOOT, POUND, WEIGHT
 from cablestudy.errors import SceneError
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues
-from cablestudy.study.suspension import conductors
+from cablestudy.system import equilibria, statics
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -370,8 +370,8 @@ def test_conductors_of_suspensions_are_those_of_one_cable(tmp_path):
                     assert row["state"] == expected[row["case"]]["state"]
 
 
-def test_cases_of_a_suspension_together_are_as_each_alone(tmp_path):
-    """With what creep and the heaviest load leave computed once for all of them."""
+def test_cases_of_a_suspension_together_are_as_each_alone(tmp_path, monkeypatch):
+    """With no more searches than one of them needs: what creep and the heaviest load leave is computed once for all."""
     path = tmp_path / "two.yaml"
     path.write_text(
         "cable: {material: acsr-drake, tension: {at: horizontal, value: 20 %}, state: final}\n"
@@ -381,14 +381,17 @@ def test_cases_of_a_suspension_together_are_as_each_alone(tmp_path):
         " expansion: 0, unstretched_length: 2 m}\n"
         "cases:\n  hot: {temperature: 100 degC}\n  ice: {temperature: -5 degC, ice: {thickness: 25 mm}}\n"
     )
-    conductors._stretched.cache_clear()
+    searches, search = [], statics.pose
+    monkeypatch.setattr(statics, "pose", lambda suspension: searches.append(1) or search(suspension))
+    equilibria.shared.forget()
     together = table_of("static", path, "--case", "all", "--table", "cables")
-    assert conductors._stretched.cache_info().misses == 1
-    alone = []
+    alone, number = [], len(searches)
     for case in dict.fromkeys(row["case"] for row in together):
-        conductors._stretched.cache_clear()
+        equilibria.shared.forget()
+        searches.clear()
         given = ("--case", case) if case in ("hot", "ice") else ()
         alone += [{"case": case} | row for row in table_of("static", path, *given, "--table", "cables")]
+        assert number <= len(searches) + 2  # its own equilibrium, and that without its loads
     assert {row["state"] for row in together} > {"after_load (ice)"}
     assert alone == together
 

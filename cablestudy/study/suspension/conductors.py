@@ -1,7 +1,6 @@
 """Conductors that stretch for good, of suspensions; see `study.conductors`."""
 
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 
@@ -34,7 +33,7 @@ class SuspendedConductors:
 
     def __init__(self, scenes, at_rest):
         different, rows = but_for_their_cases(scenes)
-        known = _stretched(_WithoutCases(different), at_rest)
+        known = _Stretched(different, at_rest)
         self.reference = known.reference.take(rows)
         self.problems = [known.problems[row] for row in rows.tolist()]
         self._names, self._stretching = known.names, known.stretching[rows]
@@ -50,25 +49,6 @@ class SuspendedConductors:
         linear = equilibrium.catenary.take((row, cable))
         error[row, cable] = uneven_errors(found.condition.take(there), found.strain[there], linear)
         return error.max(axis=-1)
-
-
-class _WithoutCases:
-    """Scenes as a key, which is that of scenes with the same values."""
-
-    def __init__(self, scenes):
-        self.scenes = scenes
-
-    def __eq__(self, other):
-        return [dict(scene) for scene in self.scenes] == [dict(scene) for scene in other.scenes]
-
-    def __hash__(self):
-        return len(self.scenes)
-
-
-@lru_cache(maxsize=1)
-def _stretched(key, at_rest):
-    """Those of the last scenes: the load cases of a scene follow each other, some in groups of their own."""
-    return _Stretched(key.scenes, at_rest)
 
 
 class _Stretched:
