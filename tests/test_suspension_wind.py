@@ -32,7 +32,7 @@ from cablestudy.cable.element import mesh_segments
 from cablestudy.control.loop import Loop
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import CableScene, load_scene
-from cablestudy.study.suspension import response
+from cablestudy.study.suspension import gust_response
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import evaluate_suspensions
@@ -320,7 +320,7 @@ def test_the_rms_does_not_depend_on_the_nodes_of_the_cables():
     """Six cables that meet at a gondola: 64 modes, with 17 nodes a cable, and 160 with 33."""
     scene = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml")[1]
     in_wind = SuspensionCase(scene).in_wind
-    found = [response.GustResponse(in_wind.closed_loop_of(count), scene).variances for count in (64, 160)]
+    found = [gust_response.GustResponse(in_wind.closed_loop_of(count), scene).variances for count in (64, 160)]
     rows = [found[0].rows[f"gondola.{axis}"] for axis in "xyz"]
     assert found[0].weighted["value"][rows] == pytest.approx(found[1].weighted["value"][rows], rel=1e-5)
 
@@ -329,7 +329,7 @@ def test_the_rms_does_not_depend_on_the_nodes_of_the_cables():
 def test_the_stated_error_of_rotations_and_their_rates_is_true(count, monkeypatch):
     """Six cables that meet at a gondola: gusts coherent over a metre, against 160 modes and a finer rod for these."""
     scene, found = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml")[1], []
-    about = [(f"gondola.r{axis}", kind, at_rest) for axis in "xyz" for kind in response.OWN for at_rest in (0, 1)]
+    about = [(f"gondola.r{axis}", kind, at_rest) for axis in "xyz" for kind in gust_response.OWN for at_rest in (0, 1)]
     for modes, orders in ((count, TOLERANCES.rod_orders), (160, 150)):
         monkeypatch.setattr(type(STUDY), "model_modes", (modes,))
         monkeypatch.setattr(type(TOLERANCES), "rod_orders", orders)
@@ -798,7 +798,9 @@ def test_the_stated_error_of_a_tension_is_true(seed):
     text = hung(seed)
     text["wind"] |= gusty
     in_wind = case_of(text).in_wind
-    few, many = (response.GustResponse(in_wind.closed_loop_of(count), in_wind.scene).variances for count in (64, 160))
+    few, many = (
+        gust_response.GustResponse(in_wind.closed_loop_of(count), in_wind.scene).variances for count in (64, 160)
+    )
     rows = [row for name, row in few.rows.items() if "tension" in name]
     assert (np.abs(few.weighted["value"] - many.weighted["value"])[rows] <= few.error["value"][rows]).all()
     assert (few.error["value"][rows] < 0.01 * few.weighted["value"][rows]).all()
@@ -820,7 +822,7 @@ def test_the_stated_error_of_the_tension_of_one_cable_is_true_and_small(length, 
     }
     in_wind = case_of(text | {"model": {"accuracy": 1e-6}}).in_wind
     every = case_of(text | {"model": {"elements": 8, "order": 12}}).in_wind.closed_loop_of(1000)
-    found, true = in_wind.response.variances, response.GustResponse(every, in_wind.scene).variances
+    found, true = in_wind.response.variances, gust_response.GustResponse(every, in_wind.scene).variances
     for kind in ("value", "rate"):
         own, other, error = (part[kind] for part in (found.weighted, true.weighted, found.error))
         assert (np.abs(own - other) <= error).all()
@@ -844,7 +846,7 @@ def test_the_stated_error_of_the_least_tension_is_true_where_fast_waves_cross_it
     case = case_of(text)
     found, error = find("c.least_tension").compute(case)
     every = case_of(text | {"model": {"elements": 12, "order": 12}}).in_wind.closed_loop_of(1000)
-    true, least = response.GustResponse(every, case.scene).variances, []
+    true, least = gust_response.GustResponse(every, case.scene).variances, []
     for end, mean in zip(TENSIONS, case.in_wind.mean_tensions("c"), strict=True):
         own, rate = (np.sqrt(true.weighted[kind][true.rows[f"c.{end}"]]) for kind in ("value", "rate"))
         least.append(mean - factor(rate / own / TURN, 600.0) * own)
@@ -917,7 +919,7 @@ def test_the_stated_error_in_wind_along_a_level_cable_is_true():
     every = case_of(along_the_wind(elements=8, order=12)).in_wind.with_midspans.closed_loop_of(1000)
     closed_loop = in_wind.closed_loop_of(100)
     assert closed_loop.gusts.strips[0].mesh.elements == 3
-    found, true = (response.GustResponse(one, in_wind.scene).variances for one in (closed_loop, every))
+    found, true = (gust_response.GustResponse(one, in_wind.scene).variances for one in (closed_loop, every))
     own, other, error = (part["value"] for part in (found.weighted, true.weighted, found.error))
     assert (np.abs(own - other) <= error).all()
     assert (error < 5e-5 * own).all()

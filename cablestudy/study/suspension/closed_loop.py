@@ -260,11 +260,17 @@ class ClosedLoop:
         return found
 
     def _first_gain(self, gain, known):
-        """A gain near the largest one, if it is above one [rad/s] and few waves follow from it, else that one."""
-        near = max(gain, STUDY.first_gain_safety * (self.given_loop.limit_by_modes or 0.0))
-        if (self.effects.driven_up_to(near) * self.effects.travel_time).max(
-            initial=0.0
-        ) > np.pi * STUDY.first_gain_waves:
+        """A gain near the largest one, if it is above one [rad/s] and few waves follow from it, else that one.
+
+        Of an exact choice of elements, whose modes are all there, rather one far above it.
+        """
+        safety, effects = STUDY.first_gain_safety, self.effects
+        for above in (safety,) if self.plant.model is None else (STUDY.element_gain_safety, safety):
+            near = max(gain, above * (self.given_loop.limit_by_modes or 0.0))
+            waves = effects.driven_up_to(near) * effects.travel_time / np.pi
+            if waves.max(initial=0.0) <= STUDY.first_gain_waves:
+                break
+        else:
             return gain
         try:
             self._driven_by(near, known)
