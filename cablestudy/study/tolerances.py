@@ -136,7 +136,7 @@ class StudyTolerances:
     unlimited_gain: float = 1e3  # up to which a loop that seems to have no limit is examined, over its lowest frequency
     gain_trials: int = 4  # of the gain that decides which modes of cables are looked at
     first_gain_safety: float = 3.0  # of the first one, over the largest gain to first order,
-    element_gain_safety: float = 200.0  # or, of an exact choice of elements, whose modes are all there, so far above it,
+    element_gain_safety: float = 200.0  # or, of an exact choice of elements, all modes there, so far above it,
     # where that could drive at most so many half-waves along a cable: more cost more than a second trial
     first_gain_waves: int = 40
     single_mode_errors: float = 1.5  # multiples of frequencies up to which errors of the mesh are those of single modes
