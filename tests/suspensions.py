@@ -147,5 +147,5 @@ def stacked(cases):
     for one in cases:
         assert one.given == first.given
         assert np.array_equal(one.owner, first.owner)
-    arrays = {name: np.stack([getattr(one, name) for one in cases]) for name in first._arrays()}
+    arrays = {name: np.stack([getattr(one, name) for one in cases]) for name in first._arrays}
     return replace(first, **arrays)

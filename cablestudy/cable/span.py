@@ -220,8 +220,9 @@ class Span:
         ----------
         index : int or ndarray of int
         """
-        return replace(self, **{name: array[index] for name, array in self._arrays().items()})
+        return replace(self, **{name: array[index] for name, array in self._arrays.items()})
 
+    @cached_property
     def _arrays(self):
         """Name -> array of each field that is there."""
         found = ((name, getattr(self, name)) for name in CORES)
@@ -229,7 +230,7 @@ class Span:
 
     def broadcast(self):
         """Copy of the batch with all fields in its full shape."""
-        arrays = self._arrays()
+        arrays = self._arrays
         shape = np.broadcast_shapes(*(array.shape[: array.ndim - CORES[name]] for name, array in arrays.items()))
         if not shape:
             return self

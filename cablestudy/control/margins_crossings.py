@@ -35,8 +35,7 @@ class Crossings:
     def take(self, chosen):
         """Some of them, with what is known of them."""
         some = Crossings(self.omega[chosen], self.values[chosen])
-        known = ((name, self.__dict__.get(name)) for name in ("slope", "place", "factor"))
-        some.__dict__.update((name, value[chosen]) for name, value in known if value is not None)
+        vars(some).update({name: value[chosen] for name, value in vars(self).items()})
         return some
 
     @cached_property

@@ -3,6 +3,8 @@
 Its winch moves an end along x. The wind on the gondola blows along x, about the equilibrium without wind.
 """
 
+from functools import cache
+
 from cablestudy.scene.control_tables import Control, Controller, Drive
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.scene.suspension_tables import Body, CableWinch
@@ -29,7 +31,8 @@ def as_suspension(scene, damping=0.0):
         Its equilibrium is known: places, and what the cable states, are not filled in.
     """
     winch = scene.winch if scene.gondola is not None else None  # that of a bare cable moves nothing
-    return SuspensionScene.model_construct(
+    return _made(
+        SuspensionScene,
         gravity=scene.gravity,
         bodies={} if scene.gondola is None else {GONDOLA: _body(scene.gondola)},
         cables={CABLE: _damped(scene.cable, damping)},
@@ -42,6 +45,17 @@ def as_suspension(scene, damping=0.0):
     )
 
 
+@cache
+def _blank(kind):
+    """An object of a model with its defaults alone."""
+    return kind.model_construct()
+
+
+def _made(kind, **given):
+    """An object of a model with some values, which are not checked: the defaults are not made anew for each."""
+    return _blank(kind).model_copy(update=given)
+
+
 def _damped(cable, damping):
     own = cable.damping
     return cable.model_copy(update={"damping": own.model_copy(update={"viscous": own.viscous + damping})})
@@ -50,21 +64,19 @@ def _damped(cable, damping):
 def _body(gondola):
     blown = gondola.area is not None and gondola.drag_coefficient is not None
     wind = {"area": gondola.area, "drag_coefficient": gondola.drag_coefficient}
-    return Body.model_construct(
-        mass=gondola.mass, free=("x",), wind=BodyWind.model_construct(**wind) if blown else None
-    )
+    return _made(Body, mass=gondola.mass, free=("x",), wind=_made(BodyWind, **wind) if blown else None)
 
 
 def _winch(winch):
-    return CableWinch.model_construct(end="to" if winch.location == "gondola" else "from", direction=(1.0, 0.0, 0.0))
+    return _made(CableWinch, end="to" if winch.location == "gondola" else "from", direction=(1.0, 0.0, 0.0))
 
 
 def _control(winch):
     law = {name: getattr(winch.controller, name) for name in Controller.model_fields}
-    return Control.model_construct(**law, **{name: getattr(winch, name) for name in Drive.model_fields})
+    return _made(Control, **law, **{name: getattr(winch, name) for name in Drive.model_fields})
 
 
 def _wind(wind):
     given = {name: getattr(wind, name) for name in WindTable.model_fields}
     spread = {"turbulence_intensity": wind.turbulence_intensity, "turbulence_rms": wind.turbulence_rms}
-    return SuspensionWind.model_construct(**given | spread | {"mean": False, "on": "bodies"})
+    return _made(SuspensionWind, **given | spread | {"mean": False, "on": "bodies"})

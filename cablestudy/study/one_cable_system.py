@@ -210,6 +210,7 @@ def prepare(cases):
     if not cases:
         return
     equilibrium, found = equilibria_of(cases), []
+    equilibrium.blocks  # noqa: B018 of all at once: `take` hands each its own
     for place, case in enumerate(cases):
         case.equilibrium = equilibrium.take(place)
         found.append(outcome_of(partial(_first_wind, case)))

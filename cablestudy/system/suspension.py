@@ -125,20 +125,21 @@ class SuspendedSystem:
     load_masses: np.ndarray | None = None
     load_fractions: np.ndarray | None = None
 
+    @cached_property
     def _arrays(self):
         """Arrays of numbers by name."""
         pairs = ((field.name, getattr(self, field.name)) for field in fields(self) if field.name in CORES)
         return {name: np.asarray(array, dtype=float) for name, array in pairs if array is not None}
 
-    @property
+    @cached_property
     def shape(self):
         """Shape of the cases: () for one."""
-        return np.broadcast_shapes(*(array.shape[: array.ndim - CORES[name]] for name, array in self._arrays().items()))
+        return np.broadcast_shapes(*(array.shape[: array.ndim - CORES[name]] for name, array in self._arrays.items()))
 
     @property
     def identity(self):
         """Keys by which cases of shape (n,) are equal: one of all of them, and a list with one of each, hashable."""
-        whole = self.broadcast()._arrays()
+        whole = self.broadcast()._arrays
         names = self.body_names, self.junctions, self.cable_names, self.given, self.link_names, tuple(whole)
         common = *names, self.free.tobytes(), self.owner.tobytes(), *(array.shape[1:] for array in whole.values())
         numbers = np.concatenate([array.reshape(len(array), -1) for array in whole.values()], axis=1)
@@ -176,15 +177,15 @@ class SuspendedSystem:
         full = self.shape
         shape = full if shape is None else shape
         arrays = {}
-        for name, array in self._arrays().items():
+        for name, array in self._arrays.items():
             core = array.shape[array.ndim - CORES[name] :]
             arrays[name] = np.broadcast_to(array, full + core).reshape(shape + core)
         return replace(self, **arrays)
 
     def take(self, index):
         """One case of a batch of shape (n,), or some of them."""
-        arrays, full = self._arrays(), self.shape
-        for name, array in arrays.items():
+        arrays, full = {}, self.shape
+        for name, array in self._arrays.items():
             lead = array.ndim - CORES[name]
             whole = array if array.shape[:lead] == full else np.broadcast_to(array, full + array.shape[lead:])
             arrays[name] = whole[index]
@@ -193,7 +194,7 @@ class SuspendedSystem:
     def with_cables(self, cables):
         """Copy with some of its cables only, by their numbers, and with all links."""
         arrays = {name: array.take(cables, axis=array.ndim - CORES[name])
-                  for name, array in self._arrays().items() if name in OF_CABLES}  # fmt: skip
+                  for name, array in self._arrays.items() if name in OF_CABLES}  # fmt: skip
         lines = [*cables, *range(len(self.cable_names), len(self.owner))]
         ends = {"owner": self.owner[lines], "place": self.place.take(lines, axis=-3)}
         names, given = (tuple(own[cable] for cable in cables) for own in (self.cable_names, self.given))

@@ -65,8 +65,7 @@ class DynamicAnalysis:
         NoSolutionError, ConvergenceError
             There are no modes to the accuracy.
         """
-        scene = self.scene
-        driving = repr((scene.winches, scene.actuators))
+        scene, (driving, control) = self.scene, self._keys
         solved, loops = max(count, among), self._known.setdefault(driving, {})
         linear = count, solved, responses, driving, self._midspans
         if linear not in self._known:
@@ -76,10 +75,15 @@ class DynamicAnalysis:
         blown = *linear, self.airflow and self.airflow.side
         if blown not in self._known:
             self._known[blown] = self._known[linear].blown_by(self.airflow)
-        moving = *blown, repr(scene.control)
+        moving = *blown, control
         if moving not in self._known:
             self._known[moving] = ClosedLoop(scene, self._known[blown])
         return self._known[moving]
+
+    @cached_property
+    def _keys(self):
+        """What a plant of one equilibrium depends on, and a loop: two texts."""
+        return repr((self.scene.winches, self.scene.actuators)), repr(self.scene.control)
 
     def _modes_of(self, count):
         """The lowest `CoupledModes`, as damping needs them."""
