@@ -243,6 +243,11 @@ def test_the_rows_and_columns_of_a_study_are_those_that_are_asked_for(folder):
     assert "Shown: 2 of 10 rows." in page.texts["p"]
     (line,) = page.tables["Smallest and largest of each column"][1:]
     assert (line[0], line[2].partition(":")[0], line[4].partition(":")[0]) == ("sag [m]", "3", "1")
+    page, _ = report(folder, study, "--where", "sag > 99 m")
+    assert "Shown: 0 of 10 rows." in page.texts["p"]
+    assert "figcaption" not in page.texts
+    page, _ = report(folder, study, "--columns", "cable.preload")
+    assert not {"Smallest and largest"} & set(page.texts["h2"])
     done = cs.report(study, out="same.html", columns=["sag"], where="sag > 0.8 m")
     assert Page((folder / done.path).read_text()).tables["One row for each case"] == [head, *rows]
 

@@ -59,15 +59,16 @@ def study_sections(page, work, words, selection=None):
         for note in notes:
             page.add(paragraph(f"{note[0].upper()}{note[1:]}."))
         page.results(shown, "One row for each case", "cablestudy sweep writes them all")
-        page.draw(partial(_picture, page, study, shown), "Columns of the table against what varies")
+        if len(shown.rows):
+            page.draw(partial(_picture, page, study, shown), "Columns of the table against what varies")
     failures = work.failures(words)
     if failures:
         page.heading("Rows without an answer")
         page.fail("Rows", f"{work.failed} of {work.done} rows have no answer")
         page.add(listed(failures))
-    if len(shown.rows) > 1:
-        with page.section("Smallest and largest"):
-            page.add(_range(study, table, shown, page.chosen(shown) or shown.fields))
+    if extremes := _range(study, table, shown, page.chosen(shown) or shown.fields):
+        page.heading("Smallest and largest")
+        page.add(extremes)
     if study.sample is not None and study.sample.method == "saltelli":
         with page.section("Sensitivity"):
             found, notes = Sensitivity(study).table(table)
