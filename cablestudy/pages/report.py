@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
-from cablestudy.errors import SceneError
+from cablestudy.errors import Mistakes, SceneError
 from cablestudy.interface import scene_of
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Changes, Columns, File, Processes, Source, Text, Variations, case_text
@@ -191,8 +191,11 @@ def _study_page(source, sets, vary, title, begun, jobs, quiet, columns, where):
     from cablestudy.sweeps.variable import ask_columns
 
     study = study_of(source, sets, vary)
-    ask_columns(study, columns)
-    selection = read_selection(study, where)
+    with Mistakes() as mistakes:
+        with mistakes.at():
+            ask_columns(study, columns)
+        with mistakes.at():
+            selection = read_selection(study, where)
     with open_run(study, TableFiles("results", study.name), jobs, quiet) as work:
         work.compute()
         page = Page(
