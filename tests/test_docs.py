@@ -16,6 +16,7 @@ sys.path.insert(0, str(ROOT / "docs"))
 import gallery
 import refresh
 
+FENCED = re.compile(r"```.*?```", re.DOTALL)
 NUMBER = re.compile(r"((?<![\w.])[-+]?\d+\.?\d*(?:e[-+]?\d+)?)")
 
 
@@ -51,6 +52,21 @@ def test_the_pages_have_examples():
     used = " ".join(commands)
     for command in ("static", "modes", "find", "sweep", "trade", "validate", "schema", "columns", "materials"):
         assert f"cablestudy {command}" in used
+
+
+def headings(page):
+    """Anchors of the headings of a page, as GitHub and MyST make them."""
+    lines = re.findall(r"^#+ (.*)$", FENCED.sub("", page.read_text(encoding="utf-8")), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", line.lower().replace("`", "")).strip().replace(" ", "-") for line in lines}
+
+
+@pytest.mark.parametrize("page", refresh.PAGES, ids=lambda page: page.name)
+def test_every_link_within_the_repository_leads_to_a_file_and_a_heading(page):
+    for link in re.findall(r"\]\(([^)\s]+)\)", FENCED.sub("", page.read_text(encoding="utf-8"))):
+        name, _, anchor = link.partition("#")
+        target = page.parent / name if name else page
+        assert link.startswith("https://") or target.exists(), link
+        assert not anchor or target.suffix != ".md" or anchor in headings(target), link
 
 
 def test_the_gallery_has_every_picture_with_its_command():

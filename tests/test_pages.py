@@ -220,6 +220,40 @@ def test_two_pages_differ_in_the_date_and_the_duration_only(folder):
     assert differing <= {"started", "duration", "command"}
 
 
+def test_tables_of_a_scene_have_the_columns_that_are_asked_for(folder):
+    page, _ = report(folder, GUY, "--columns", "utilisation,sag_m,frequency")
+    assert [row[0] for row in page.tables["Statics"]] == ["quantity", "utilisation", "sag"]
+    assert page.tables["The lowest modes"][0] == ["row", "frequency [Hz]"]
+    page, _ = report(folder, str(CONFIGS / "suspensions" / "mast-guys.yaml"), "--columns", "max_tension",
+                     "--set", "cases={calm: {}, push: {forces: {top: [1 kN, 0, 0]}}}")  # fmt: skip
+    assert page.tables["Cables"][0][:2] == ["name", "max tension [N]"]
+    head, *_ = page.tables["Max tension of each cable [N]"]
+    assert [cell for cell in head if cell != "estimated error"] == ["cable", "calm", "push"]
+    assert not {"Free points: places, global axes", "Sag of each cable [m]"} & page.tables.keys()
+
+
+def test_the_rows_and_columns_of_a_study_are_those_that_are_asked_for(folder):
+    """Rows keep their numbers: the guy at 5 and 8 % everyday, 1 and 3, hang by more than 0.8 m."""
+    study = str(CONFIGS / "guy-preload.yaml")
+    page, _ = report(folder, study, "--columns", "sag", "--where", "sag > 0.8 m")
+    head, *rows = page.tables["One row for each case"]
+    assert head[:3] == ["cable.preload [%]", "case", "sag [m]"]
+    assert [row[:2] for row in rows] == [["5", "everyday"], ["8", "everyday"]]
+    assert all(float(row[2]) > 0.8 for row in rows)
+    assert "Shown: 2 of 10 rows." in page.texts["p"]
+    (line,) = page.tables["Smallest and largest of each column"][1:]
+    assert (line[0], line[2].partition(":")[0], line[4].partition(":")[0]) == ("sag [m]", "3", "1")
+    told = run("report", study, "--columns", "foo,bar", "--where", "sagg > 1", code=2).err.splitlines()
+    assert [line.split("'")[1] for line in told] == ["foo", "bar", "sagg"]
+    page, _ = report(folder, study, "--where", "sag > 99 m")
+    assert "Shown: 0 of 10 rows." in page.texts["p"]
+    assert "figcaption" not in page.texts
+    page, _ = report(folder, study, "--columns", "cable.preload")
+    assert not {"Smallest and largest"} & set(page.texts["h2"])
+    done = cs.report(study, out="same.html", columns=["sag"], where="sag > 0.8 m")
+    assert Page((folder / done.path).read_text()).tables["One row for each case"] == [head, *rows]
+
+
 def test_text_of_the_user_is_escaped(folder):
     (folder / "a&b.yaml").write_text(
         "cable: {chord: 100 m, material: 'rope <a>&', diameter: 10 mm, preload: 10 kN}\n"
@@ -351,6 +385,11 @@ def test_one_more_dimension_and_standard_input(folder):
     ("arguments", "words"),
     [
         (["absent.yaml"], "no such file"),
+        ([GUY, "--columns", "sagg"], "--columns: no table of the page has a column 'sagg'"),
+        ([GUY, "--columns", "sag,"], "expected names joined by commas"),
+        ([GUY, "--where", "sag < 1 m"], "--where sag < 1 m: no effect: "),
+        ([CONFIGS / "guy-preload.yaml", "--columns", "sagg"], "--columns: unknown column 'sagg'"),
+        ([CONFIGS / "guy-preload.yaml", "--where", "sag <"], "--where"),
         ([GUY, "--out", "page.pdf"], "a page is HTML"),
         ([GUY, "--out", "absent/page.html"], "no such folder"),
         ([GUY, "--case", "snow"], "unknown case"),

@@ -14,6 +14,7 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.scene.study import read_study
 from cablestudy.study import case_modes, plots
 from cablestudy.study.case import Case
+from cablestudy.study.plots.colour_map import keep_apart
 from cablestudy.study.prepare import fields_of, prepare
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.table import Table
@@ -286,6 +287,21 @@ MAPS = {
 @pytest.mark.parametrize(("vary", "function"), MAPS.values(), ids=MAPS)
 def test_maps_of_colours(tmp_path, vary, function):
     assert faults(drawn(tmp_path, vary + PLOTTED, function)) == []
+
+
+def test_values_on_lines_that_crowd_stand_apart():
+    """Of 300 numbers at random places and angles only those stay that cover neither each other nor an edge."""
+    figure, random = Figure(figsize=(7.5, 5.0)), np.random.default_rng(1)
+    axes = figure.subplots()
+    axes.set(xlim=(1e-3, 1.0), xscale="log", ylim=(-1.0, 1.0), xticks=[], yticks=[])
+    places = zip(10.0 ** random.uniform(-3, 0, 300), random.uniform(-1, 1, 300), strict=True)
+    angles = random.uniform(-90, 90, 300)
+    texts = [axes.text(*place, "10.5", fontsize=7.5, ha="center", va="center", rotation=angle, rotation_mode="anchor")
+             for place, angle in zip(places, angles, strict=True)]  # fmt: skip
+    assert len(faults(figure)) > 100
+    keep_apart(axes, texts)
+    assert faults(figure) == []
+    assert len(axes.texts) > 30
 
 
 @pytest.mark.parametrize(

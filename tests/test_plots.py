@@ -543,7 +543,8 @@ def test_equal_tensions_have_one_colour_and_no_scale(at, equal):
         mean = float(f"{tension[0]:.4g}")
         assert figure.get_suptitle() == f"Static form: 6 cables, mean tension {mean:.0f} N each"
     else:
-        assert figure.axes[-1].get_ylim() == pytest.approx((tension.min(), tension.max()))
+        assert figure.axes[-1].get_ylim() == pytest.approx((tension.min() / 1e3, tension.max() / 1e3))
+        assert figure.axes[-1].get_ylabel() == "mean tension of the cable [kN]"
 
 
 def test_names_and_titles_may_have_any_letters(folder):

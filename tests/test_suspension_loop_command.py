@@ -3,6 +3,7 @@
 import json
 import re
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -101,7 +102,10 @@ def test_every_winch_is_in_the_file_and_the_busiest_on_the_screen():
 def test_the_picture_has_a_line_for_each_winch():
     document, case = solved()
     figure = plots.loop_in_time(in_time(document, case, TimeOptions("5s:11", "gust")))
-    assert len(figure.axes[-1].lines) == 6
+    lines = figure.axes[-1].lines
+    assert len({(line.get_color(), line.get_linestyle()) for line in lines}) == 6
+    widths = [line.get_linewidth() for line in lines]  # a later line is within one that it covers
+    assert all(before > after for before, after in pairwise(widths))
     figure.canvas.draw()
     for axes in figure.axes:
         legend = axes.get_legend()

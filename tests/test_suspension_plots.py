@@ -6,6 +6,7 @@ from command import CONFIGS, run
 from picture import faults
 
 from cablestudy.errors import NoSolutionError
+from cablestudy.interface import load
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots
 from cablestudy.study.plots.wind import ellipse
@@ -240,6 +241,38 @@ def test_load_cases_are_drawn_together_over_the_ground(tmp_path):
         force = abs(case.equilibrium.end_forces[1, 0])
         weight = 3400 * 9.81 * np.pi * 0.014**2 * 351 / 350
         assert np.gradient(slope, cable[:, 0])[30] == pytest.approx(weight / force[0], rel=0.01)
+
+
+def test_one_case_of_a_long_scene_is_drawn_over_the_ground_in_the_colours_of_its_tensions(tmp_path):
+    """The clearance is that of its table, and where it is marked a cable and the ground are so far apart."""
+    case = case_of(tmp_path, SECTION, "case=hot")
+    figure = whole(plots.suspension_views(case))
+    axes, bar = figure.axes
+    assert (axes.get_aspect(), bar.get_ylabel()) == (5.0, "mean tension of the cable [kN]")
+    assert figure.get_suptitle() == "Load case hot: 5 cables"
+    tensions = case.equilibrium.catenary.mean_tension / 1e3
+    assert bar.get_ylim() == pytest.approx((tensions.min(), tensions.max()))
+    rows = load(str(tmp_path / "scene.yaml"), case="hot").static()["cables"]
+    least = rows["clearance_m"].min()
+    assert f"clearance {least:.4g} m" in [text.get_text() for text in axes.texts]
+    (x, low), (_, high) = next((text.xy, text.xyann) for text in axes.texts if text.arrow_patch)
+    assert high - low == pytest.approx(least, rel=1e-3)
+    assert low == pytest.approx(np.interp(x, [-10, 500, 1100], [2, 5, 0]))
+
+
+def test_bodies_of_load_cases_are_drawn_by_their_attachments(tmp_path):
+    """Lines from each beam's middle to its four hangers, in the colour of the case."""
+    text = f"base: {CONFIGS / 'suspensions' / 'cable-robot.yaml'}\n"
+    text += "cases: {empty: {}, loaded: {forces: {platform: [0, 0, -50 N]}}}\n"
+    figure = plots.suspension_case_views(cases := cases_of(tmp_path, text, "empty", "loaded"))
+    case = cases["loaded"]
+    body = case.scene.bodies["platform"]
+    arms = np.array(list(body.attachments.values())) @ case.equilibrium.rotation[0].T
+    drawn = [one.get_segments() for one in figure.axes[0].collections]
+    expected = [
+        [case.equilibrium.position[0, [0, 2]] + arm[[0, 2]], case.equilibrium.position[0, [0, 2]]] for arm in arms
+    ]
+    assert any(np.shape(lines) == np.shape(expected) and np.allclose(lines, expected, rtol=1e-12) for lines in drawn)
 
 
 def test_load_cases_in_space_are_drawn_from_three_sides(tmp_path):

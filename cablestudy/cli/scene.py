@@ -27,6 +27,7 @@ from cablestudy.cli.options import (
     one_case,
     scene_command,
 )
+from cablestudy.cli.tables import COLUMNS
 from cablestudy.errors import SceneError, refuse_options
 
 TABLES = ("bodies", "points", "cables", "stiffness", "links")
@@ -130,16 +131,18 @@ def windrms(scene, sets, case, style, plot, on, name, explain, quiet):
 @CASE
 @click.option("--out", metavar="FILE.html", help="Where the page goes. Default: NAME.html in this folder.")
 @click.option("--title", metavar="TEXT", help="Heading of the page. Default: the title of the study, or NAME.")
+@COLUMNS
+@click.option("--where", metavar="CONDITION", help="Of a study: show only such rows, e.g. 'sag < 0.5 m'.")
 @JOBS
 @QUIET
 @handle_errors
-def report(path, sets, vary, case, out, title, jobs, quiet):
+def report(path, sets, vary, case, out, title, columns, where, jobs, quiet):
     """A scene or a study as one page of HTML: what was given, results, pictures, errors, provenance."""
     from cablestudy.pages.report import write_report
 
     with interruptible(lambda: ["interrupted: nothing is written"]):
         words = click.get_current_context().obj["words"]
-        found = write_report(path, out, sets, vary, case, title, jobs, words, quiet)
+        found = write_report(path, out, sets, vary, case, title, jobs, words, quiet, columns or (), where)
     echo_notes(found.warnings, quiet)
     for reason in found.failures:
         click.echo(f"{path}: {reason}", err=True)

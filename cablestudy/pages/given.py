@@ -113,7 +113,7 @@ def _in_si(key, value):
     except (ValueError, TypeError, OverflowError):  # a word, a share of something, a list of lists
         return ""
     plain = [str(part).removesuffix(f" {quantity.unit}") for part in parts]
-    return "" if plain == numbers else f"{', '.join(numbers)} {quantity.unit}".strip()
+    return "" if plain == numbers else f"{', '.join(numbers)}\N{NO-BREAK SPACE}{quantity.unit}".strip()
 
 
 def cases_table(document):

@@ -18,6 +18,12 @@ def one_line(error):
 class Page:
     """Sections in their order; what cannot be had is told in its place, and the rest goes on.
 
+    Parameters
+    ----------
+    title, subtitle : str
+    columns : sequence of str
+        Those that the tables of results have; empty for all.
+
     Attributes
     ----------
     warnings : list of str
@@ -27,8 +33,9 @@ class Page:
         Sections that the file has nothing for.
     """
 
-    def __init__(self, title, subtitle):
+    def __init__(self, title, subtitle, columns=()):
         self.title, self.subtitle = title, subtitle
+        self._columns, self._found = columns, set()
         self.warnings, self.notes, self.left_out = [], {}, []
         self._failed = {}  # reason -> what has no answer for it
         self._parts, self._contents, self._figures, self._pictures = [], [], [], 0
@@ -76,6 +83,26 @@ class Page:
     def table(self, table, caption, where_all=""):
         """Append a `Table`; see `table_html`."""
         self.add(table_html(table, caption, where_all))
+
+    def results(self, table, caption, where_all=""):
+        """Append a `Table` of results with the columns that are asked for; without any of these it is left out."""
+        fields = self.chosen(table)
+        if fields or not self._columns:
+            self.table(table.chosen([field.name for field in fields]), caption, where_all)
+
+    def chosen(self, table, default=()):
+        """The fields of a `Table` that are asked for, or those of the default names where none is: list of Field."""
+        known = {name: field for field in (*table.more, *table.fields) for name in (field.name, field.plain)}
+        fields = [known[name] for name in self._columns or default if name in known]
+        self._found |= {name for field in fields for name in (field.name, field.plain)}
+        return fields
+
+    def check_columns(self):
+        """Raise SceneError for the columns asked for that no table of results has."""
+        unknown = [name for name in self._columns if name not in self._found]
+        if unknown:
+            hint = "'cablestudy columns' lists all"
+            raise SceneError(*(f"--columns: no table of the page has a column {name!r} ({hint})" for name in unknown))
 
     def key_figure(self, table, column, title, pick):
         """Show one number of a table, picked by `min` or `max` among its rows, above all sections.

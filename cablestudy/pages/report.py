@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
-from cablestudy.errors import SceneError
+from cablestudy.errors import Mistakes, SceneError
 from cablestudy.interface import scene_of
 from cablestudy.interface.arguments import checked
-from cablestudy.interface.kinds import Changes, File, Processes, Source, Text, Variations, case_text
+from cablestudy.interface.kinds import Changes, Columns, File, Processes, Source, Text, Variations, case_text
 from cablestudy.pages import given
 from cablestudy.pages.markup import element, paragraph, text
 from cablestudy.pages.page import Page
@@ -60,6 +60,8 @@ def report(
     title: Text | None = None,
     jobs: Processes | None = 1,
     quiet: bool = True,
+    columns: Columns | None = None,
+    where: Text | None = None,
 ) -> Report:
     """Write a scene or a study as one page of HTML, which loads nothing: `Report`.
 
@@ -83,6 +85,10 @@ def report(
         Of a study, processes; see `sweep`.
     quiet : bool
         Whether a study shows no progress on standard error.
+    columns : str or list of str, optional
+        Those that the tables of results have; in text separated by commas. Default: all. Key figures stay.
+    where : str, optional
+        Of a study, a condition on the rows that are shown, as `sweep --where` takes it.
 
     Raises
     ------
@@ -94,7 +100,8 @@ def report(
     >>> import cablestudy as cs
     >>> page = cs.report("configs/guy.yaml", out="guy.html")
     """
-    return write_report(path, out, set, vary, case, title, jobs, quiet=quiet)
+    names = [name.strip() for name in columns.split(",")] if isinstance(columns, str) else ()
+    return write_report(path, out, set, vary, case, title, jobs, quiet=quiet, columns=names, where=where)
 
 
 def write_report(
@@ -107,6 +114,8 @@ def write_report(
     jobs: int | None = 1,
     words: Sequence[str] | None = None,
     quiet: bool = True,
+    columns: Sequence[str] = (),
+    where: str | None = None,
 ) -> Report:
     """The page as `report`, of changes as texts; errors name the options of the command, whose `words` it shows."""
     begun = shlex.join(["cablestudy", *words]) if words else "cablestudy.report", datetime.now(UTC)
@@ -116,13 +125,16 @@ def write_report(
     if is_study(source):
         if case is not None:
             raise SceneError(f"--case {case}: no effect: {source.name} is a study: give --set case={case}")
-        page = _study_page(source, sets, varied, title, begun, jobs, quiet)
+        page = _study_page(source, sets, varied, title, begun, jobs, quiet, columns, where)
     elif varied:
         raise SceneError(f"--vary {varied[0].partition('=')[0]}: no effect: {source.name} is a scene, not a study")
     elif jobs not in (None, 1):
         raise SceneError(f"--jobs {jobs}: no effect: {source.name} is a scene, not a study")
+    elif where is not None:
+        raise SceneError(f"--where {where}: no effect: {source.name} is a scene, not a study")
     else:
-        page = _scene_page(source, sets, None if case == "all" else case, title, begun)
+        page = _scene_page(source, sets, None if case == "all" else case, title, begun, columns)
+    page.check_columns()
     write_whole(place, page.html())
     return Report(place, tuple(page.failures), tuple(page.warnings))
 
@@ -145,13 +157,13 @@ def _stem(name):
     return TableFiles("", name).stem
 
 
-def _scene_page(source, sets, case, title, begun):
+def _scene_page(source, sets, case, title, begun, columns):
     plain = resolve_base(source)
     document = apply_sets(plain, sets, case)
     model = read_scene(document)
     scene = scene_of(source.name, sets + case_text(case), document, model)
     shown = f" in the load case {model.case}" if model.case is not None else ""
-    page = Page(title or _stem(source.name), f"{scene.heading}{shown}. Scene {source.name}.")
+    page = Page(title or _stem(source.name), f"{scene.heading}{shown}. Scene {source.name}.", columns)
     if model.limits:
         with page.section("Limits"):
             limits(page, scene)
@@ -173,14 +185,23 @@ def _file(page, plain, document):
     page.add(given.resolved_file(document))
 
 
-def _study_page(source, sets, vary, title, begun, jobs, quiet):
+def _study_page(source, sets, vary, title, begun, jobs, quiet, columns, where):
     from cablestudy.pages.study import open_run, study_sections
+    from cablestudy.sweeps.select import read_selection
+    from cablestudy.sweeps.variable import ask_columns
 
     study = study_of(source, sets, vary)
+    with Mistakes() as mistakes:
+        with mistakes.at():
+            ask_columns(study, columns)
+        with mistakes.at():
+            selection = read_selection(study, where)
     with open_run(study, TableFiles("results", study.name), jobs, quiet) as work:
         work.compute()
         page = Page(
-            title or study.title or _stem(source.name), f"Study of {counted(study.count, 'case')}. {source.name}."
+            title or study.title or _stem(source.name),
+            f"Study of {counted(study.count, 'case')}. {source.name}.",
+            columns,
         )
         page.heading("Study")
         page.add(given.varied_list(study))
@@ -190,7 +211,7 @@ def _study_page(source, sets, vary, title, begun, jobs, quiet):
         words = ["sweep", source.name if source.name != STDIN else "-"]
         words += [word for change in sets for word in ("--set", change)]
         words += [word for entry in vary for word in ("--vary", entry)]
-        study_sections(page, work, words)
+        study_sections(page, work, words, selection)
         page.models_and_errors(STATEMENT)
         _provenance(page, begun, work.identity, [source, study.document])
         return page

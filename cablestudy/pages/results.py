@@ -50,6 +50,7 @@ KEY_FIGURES = {
         ("motion", "rms_mm", "largest RMS in the wind", max),
     ),
 }  # fmt: skip
+OF_EACH_CABLE = ("sag", "clearance")  # columns of cables that stand in a table of their own for all load cases
 OF_CASES = (
     ("min_tension_N", "smallest tension", "N", min),
     ("max_tension_N", "largest tension", "N", max),
@@ -109,7 +110,7 @@ def _answer(page, scene, what, known=None, headed=True):
             status = tuple(field for field in table.fields if field.name == "status" and field not in new)
             tables[name] = replace(table, fields=new + status)
     for name, table in tables.items():
-        page.table(table, _caption(scene, what, name))
+        page.results(table, _caption(scene, what, name))
     if headed:
         _key_figures(page, what, tables)
     if answer.draw is not None:
@@ -151,13 +152,15 @@ def _cases(page, scene):
     for reason in answer.failures:
         page.fail("Load cases", reason)
     if answer.table is not None:
-        page.table(answer.table, "Statics in each load case")
+        page.results(answer.table, "Statics in each load case")
     elif answer.tables:
         cables = answer.tables["cables"]
         page.table(_extremes(cables, list(scene.cases)), "Extremes of all cables")
-        for column, title in (("sag_m", "Sag"), ("clearance_m", "Clearance")):
-            if any(row.get(column) is not None for row in cables.rows):
-                page.table(_of_each_cable(cables, column, list(scene.cases)), f"{title} of each cable [m]")
+        for field in page.chosen(cables, OF_EACH_CABLE):
+            if any(row.get(field.name) is not None for row in cables.rows):
+                title = f"{field.title.capitalize()} of each cable"
+                unit = f" [{field.unit}]" if field.unit else ""
+                page.table(_of_each_cable(cables, field.name, list(scene.cases)), title + unit)
     _key_figures(page, "static", answer.tables)
     if answer.draw is not None:
         page.draw(answer.draw, "Static forms in the load cases")

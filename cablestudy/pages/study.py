@@ -37,7 +37,7 @@ def _notes(work):
         yield from first.notes()
 
 
-def study_sections(page, work, words):
+def study_sections(page, work, words, selection=None):
     """Append the results of a complete `Run` to a page.
 
     Parameters
@@ -47,22 +47,28 @@ def study_sections(page, work, words):
         With its notes.
     words : list of str
         The command that computes the study alone.
+    selection : Selection, optional
+        Which rows are shown.
     """
     table, study = work.table(), work.study
+    shown, notes = selection.table(table) if selection else (table, ())
     page.warn(work.warnings())
     with page.section("Results"):
         if work.options.keep:
             page.add(paragraph(f"The rows are those that a sweep has stored in {work.path}."))
-        page.table(table, "One row for each case", "cablestudy sweep writes them all")
-        page.draw(partial(_picture, page, study, table), "Columns of the table against what varies")
+        for note in notes:
+            page.add(paragraph(f"{note[0].upper()}{note[1:]}."))
+        page.results(shown, "One row for each case", "cablestudy sweep writes them all")
+        if len(shown.rows):
+            page.draw(partial(_picture, page, study, shown), "Columns of the table against what varies")
     failures = work.failures(words)
     if failures:
         page.heading("Rows without an answer")
         page.fail("Rows", f"{work.failed} of {work.done} rows have no answer")
         page.add(listed(failures))
-    if len(table.rows) > 1:
-        with page.section("Smallest and largest"):
-            page.add(_range(study, table))
+    if extremes := _range(study, table, shown, page.chosen(shown) or shown.fields):
+        page.heading("Smallest and largest")
+        page.add(extremes)
     if study.sample is not None and study.sample.method == "saltelli":
         with page.section("Sensitivity"):
             found, notes = Sensitivity(study).table(table)
@@ -74,16 +80,27 @@ def study_sections(page, work, words):
 
 def _picture(page, study, table, plots):
     """The picture of a study, and a note on the columns that it leaves out."""
-    if left_out := plots.not_drawn(study):
+    columns = [field.name for field in page.chosen(table)]
+    if not columns and (left_out := plots.not_drawn(study)):
         page.note("Picture", [f"not drawn: {', '.join(left_out)} (plot: {{x: ..., y: [...]}} of the study chooses)"])
-    return plots.study_plot(study, table)
+    return plots.study_plot(study, table, columns)
 
 
-def _range(study, table):
-    """Of each column of numbers that varies the smallest and the largest, and in which case: HTML."""
+def _range(study, table, shown, fields):
+    """Of each column of numbers that varies the smallest and the largest, and in which case: HTML.
+
+    Parameters
+    ----------
+    study : StudyFile
+    table, shown : Table
+        All rows, and those that are shown.
+    fields : sequence of Field
+    """
     frame, lines = table.rows.frame(), []
+    if shown is not table:
+        frame = frame.loc[shown.rows.places]
     left_out = {*TEXTS, *(known.header for known in varied_keys(study))}
-    for one in table.fields:
+    for one in fields:
         if one.hidden or one.printed or one.name not in frame or one.name in left_out:
             continue
         numbers = frame[one.name].dropna()

@@ -13,6 +13,7 @@ from cablestudy.scene.units import show
 
 ALL = "all"  # in the place of a list: every load case
 ALTERNATIVE = "alternative"  # in the place of a key: names of several changes, one of which is made in each case
+CONTAINED = "cannot vary beside {}: one of them contains the other"
 _FEW = 50
 
 
@@ -102,6 +103,8 @@ def entries_of(table, source, cases):
                     alternatives, wrong = _alternatives(source, (*path, key), written, seen)
                     seen |= {other for settings in alternatives.values() for other, _, _ in settings}
                     found, written = found + wrong, list(alternatives)
+                    if wrong:  # said already
+                        continue
                 columns.append((key, read(key, written), partial(_value_place, source, (*path, key))))
             except ValueError as error:
                 found.append(((*path, key), str(error)))
@@ -116,10 +119,19 @@ def entries_of(table, source, cases):
 
 
 def _check_unseen(key, seen):
-    """Refuse what is no dotted key, and a key that varies already: ValueError."""
-    split_key(key)
+    """Refuse what is no dotted key, and a key that varies already, whole or in part: ValueError."""
+    path = split_key(key)
     if key in seen:
         raise ValueError("varies in an entry above already")
+    for other in seen:
+        if _contain(path, split_key(other)):
+            raise ValueError(CONTAINED.format(other))
+
+
+def _contain(path, other):
+    """Whether one of two paths begins with the other."""
+    shared = min(len(path), len(other))
+    return path[:shared] == other[:shared]
 
 
 def _alternatives(source, path, written, seen):
@@ -127,17 +139,22 @@ def _alternatives(source, path, written, seen):
 
     `seen` are the keys that vary otherwise; ValueError where it is no mapping of names.
     """
-    if not isinstance(written, dict) or not written:
+    if not isinstance(written, dict):
         raise ValueError(f"expected name: {{key: value, ...}} for each alternative, got {show(written)}")
+    if not written:
+        raise ValueError("expected at least one alternative, as name: {key: value, ...}")
     alternatives, found = {}, []
     for name, changes in written.items():
+        if not name.strip():
+            found.append(((*path, name), "an alternative needs a name"))
+            continue
         if not isinstance(changes, dict):
             found.append(((*path, name), f"expected {{key: value, ...}}, got {show(changes)}"))
             continue
         settings = []
         for key, value in changes.items():
             try:
-                _check_unseen(key, seen)
+                _check_unseen(key, seen.union(other for other, _, _ in settings))
                 settings.append((key, value, partial(source.place, (*path, name, key))))
             except ValueError as error:
                 found.append(((*path, name, key), str(error)))
@@ -209,9 +226,8 @@ def clash(key, other):
     path, taken = split_key(key), split_key(other)
     if path == taken:
         return "varies already"
-    shared = min(len(path), len(taken))
-    if path[:shared] == taken[:shared]:
-        return f"cannot vary beside {other}: one of them contains the other"
+    if _contain(path, taken):
+        return CONTAINED.format(other)
     if taken in replaced_by(key) and path in replaced_by(other):
         return f"cannot vary beside {other}: they exclude each other"
     return None

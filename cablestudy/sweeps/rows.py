@@ -22,15 +22,15 @@ class LazyRows(Sequence):
     """Rows that are made when they are asked for: `row_at` of each place; a slice has a slice of the places."""
 
     def __init__(self, places, row_at):
-        self._places, self._row_at = places, row_at
+        self.places, self._row_at = places, row_at
 
     def __len__(self):
-        return len(self._places)
+        return len(self.places)
 
     def __getitem__(self, index):
         if isinstance(index, slice):
-            return LazyRows(self._places[index], self._row_at)
-        return self._row_at(self._places[index])
+            return LazyRows(self.places[index], self._row_at)
+        return self._row_at(self.places[index])
 
 
 class Rows(LazyRows):

@@ -12,8 +12,8 @@ from cablestudy.study.plots.modes import mode_shapes as mode_shapes
 from cablestudy.study.plots.study import not_drawn as not_drawn
 from cablestudy.study.plots.study import study_plot as study_plot
 from cablestudy.study.plots.style import save as save
-from cablestudy.study.plots.suspension import suspension_views as suspension_views
 from cablestudy.study.plots.suspension_cases import suspension_case_views as suspension_case_views
+from cablestudy.study.plots.suspension_cases import suspension_views as suspension_views
 from cablestudy.study.plots.suspension_modes import suspension_modes as suspension_modes
 from cablestudy.study.plots.trade import trade_plot as trade_plot
 from cablestudy.study.plots.wind import wind_response as wind_response

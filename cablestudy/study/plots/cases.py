@@ -170,7 +170,7 @@ def _draw(axes, views, looks, height):
 
 def _label(name, view):
     sag = f"sag {quantity_text(view.sag, 'm')}"
-    if name and len(view.loads[0]):  # a rider, for example, whose place differs from case to case
+    if len(view.loads[0]):  # a rider, for example, whose place differs from case to case
         sag = f"load {quantity_text(float(load_sag(view.case.form)), 'm')} below the chord"
     return f"{shortened(name) if name else 'cable'}: {sag}"
 

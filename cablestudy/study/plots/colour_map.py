@@ -3,7 +3,6 @@
 import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, MaxNLocator
 
 from cablestudy.study.plots.quantity import quantity_named
@@ -17,6 +16,7 @@ from cablestudy.study.plots.style import (
     name_axis,
     panels,
     plain_axis,
+    text_width,
     wrapped,
 )
 from cablestudy.study.plots.words import number, panels_left_out, shortened
@@ -128,9 +128,23 @@ def _contours(axes, sides, cells, mappable):
     levels = [level for level in levels.tick_values(low, high) if cells.min() < level < cells.max()]
     if levels:
         lines = axes.contour(*sides, cells, levels, colors="black", linewidths=0.8)
-        outlined = [withStroke(linewidth=2, foreground="white")]
-        for text in axes.clabel(lines, fontsize=7.5, fmt=lambda level: number(float(f"{level:.6g}"))):
-            text.set_path_effects(outlined)
+        keep_apart(
+            axes, axes.clabel(lines, fontsize=7.5, inline=False, fmt=lambda level: number(float(f"{level:.6g}")))
+        )
+
+
+def keep_apart(axes, texts):
+    """Set texts on white ground, and remove those that would stand over others, or over an edge of the axes."""
+    size, kept = axes.bbox.size / axes.figure.dpi, np.zeros((0, 2))
+    for text in texts:
+        place = (axes.transScale + axes.transLimits).transform(text.get_position()) * size  # [in]
+        far = text_width(text.get_text(), 7.5) + 0.1  # whatever the angles of both
+        over_edge = (np.minimum(place, size - place) < far / 2).any()
+        if over_edge or (np.hypot(*(kept - place).T) < far).any():
+            text.remove()
+            continue
+        text.set_bbox({"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.8})
+        kept = np.append(kept, [place], axis=0)
 
 
 def _edges(values, axes, which):

@@ -12,6 +12,7 @@ from cablestudy.study.loop_report import curves, decibels, drawn_frequencies, lo
 from cablestudy.study.plots.style import (
     BLUE,
     BOX,
+    DASHES,
     GREEN,
     GREY,
     LIGHT,
@@ -32,7 +33,6 @@ LEAST = -100.0  # magnitude that is drawn [dB]
 LINE = 0.052  # height of a line of text beside the Nyquist plot, over that of the plot
 NEAR = 2.2  # half width of the Nyquist plot [-]
 PHASES = 540.0  # range of phases from which marks are 180 degrees apart [deg]
-STYLES = ("-", "--", ":")
 LEGEND = {"fontsize": 8, **BOX}
 ARROW = {"arrowstyle": "<->", "lw": 1.2, "shrinkA": 0, "shrinkB": 0}  # of a margin
 NO_LOOP = "the gain of the loop is zero: there is nothing to draw"
@@ -262,9 +262,11 @@ def loop_in_time(solved):
         axes.set_ylabel(f"{'wind' if solved.input.unit == 'm/s' else 'input'} [{solved.input.unit}]")
     _displacement(second, solved)
     several = len(solved.winches) > 1
+    # winches that reel alike, as in symmetric suspensions, are seen below each other
+    widths = np.linspace(2.8, 1.1, len(solved.winches)) if several else [1.1]
     for winch, (name, value) in enumerate(zip(solved.winches, MILLI * solved.found.winch.T, strict=True)):
-        third.plot(time, value, color=SERIES[(winch + 1) % len(SERIES)], lw=1.1, ls=STYLES[winch // len(SERIES) % 3],
-                   label=name.removeprefix("winch."))  # fmt: skip
+        third.plot(time, value, color=SERIES[(winch + 1) % len(SERIES)], lw=widths[winch],
+                   ls=DASHES[winch % len(DASHES)], label=name.removeprefix("winch."))  # fmt: skip
     third.set_ylabel("winches [mm]" if several else "winch [mm]")
     third.set_xlabel("time [s]")
     if several:

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import blended_transform_factory
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.scene.words import counted
 from cablestudy.study.plots.style import (
     BLUE,
     GREY,
@@ -24,7 +25,6 @@ from cablestudy.study.plots.style import (
     legend_below,
     nice,
     plain,
-    styled,
     text_width,
 )
 from cablestudy.study.plots.words import quantity_text, shortened
@@ -33,11 +33,15 @@ from cablestudy.system.suspension import GROUND
 POINTS = 61  # along a cable
 AZIMUTH, ELEVATION, DISTANCE = np.radians(-58), np.radians(18), 3.0  # of the eye; distance over the size of the scene
 SIZE = (WIDTH, 7.0)  # of a picture [in]
+LOW = 4.0  # height of a picture below which its scale is as high as that [in]
 PANEL = 2.5  # width of a view, about [in]
 MANY = 50  # anchors or junctions from which they are small
 NAMED = 12  # anchors up to which each is named
 CORNERS = ((1, -1), (1, 1), (-1, 1), (-1, -1))  # of a place where its name may stand, along x and y
 PALE = 0.5  # opacity of lost cables
+KILO = 1e4  # tension from which a scale is in kN [N]
+BESIDE = np.array([0.07, 0.05])  # distance of a name from its place along x and y [in]
+CLEAR = {"boxstyle": "square,pad=0.05", "fc": "white", "ec": "none", "alpha": 0.7}  # behind a name over cables
 BAR_ROOM = 0.12  # height of the corner with the scale over that of the view; it is twice as wide
 
 
@@ -173,25 +177,56 @@ def drawing_with_lost(case):
     return replace(drawing, lost=_curves(found)[[found.suspension.cable_names.index(name) for name in lost]])
 
 
-@styled
-def suspension_views(case):
-    """Draws a suspension from above, from the front, from the side and in perspective, all to one scale.
+def tension_colours(drawing, case):
+    """The colours of the cables by their mean tension, whose scale a figure has where they differ.
 
     Parameters
     ----------
-    case : SuspensionCase
-        With a stable equilibrium.
+    drawing : Drawing
+    case : str or None
+        Name of the load case.
 
     Returns
     -------
-    matplotlib.figure.Figure
+    colours : list
+        Of each cable.
+    title : str
+        Load case, number of cables, and their tension where it is equal in all.
+    scale : tuple of (ScalarMappable, str) or None
+        And what it shows.
     """
-    drawing = drawing_with_lost(case)
+    count, title = len(drawing.cables), f"Load case {shortened(case)}" if case else "Static form"
+    if not count:
+        return [], title, None
+    title = f"{title}: {counted(count, 'cable')}"
+    least, most = float(drawing.tension.min()), float(drawing.tension.max())
+    if most <= least * (1 + 1e-3):
+        return [BLUE] * count, f"{title}, mean tension {quantity_text(most, 'N')}{' each' * (count != 1)}", None
+    unit, size = ("kN", 1e-3) if most >= KILO else ("N", 1.0)
+    colour = ScalarMappable(Normalize(size * least, size * most), SHADES)
+    return colour.to_rgba(size * drawing.tension), title, (colour, f"mean tension of the cable [{unit}]")
+
+
+def entitle(figure, title, scale):
+    """Write the heading of a picture, and draw the scale that `tension_colours` gives, or none."""
+    heading(figure, title)
+    if scale is not None:
+        low = figure.get_figheight() < LOW
+        colour_bar(figure, *scale, figure.axes, shrink=1.0 if low else 0.6, aspect=20 if low else 35)
+
+
+def views_in_space(drawing, case):
+    """Figure of a suspension in perspective, from above, from the front and from the side, all to one scale.
+
+    Parameters
+    ----------
+    drawing : Drawing
+    case : str or None
+        Name of the load case.
+    """
     figure = Figure(figsize=SIZE, layout="constrained")
     grid = figure.subplots(2, 2).ravel()
-    least, most = (float(extreme(drawing.tension)) if len(drawing.tension) else 0.0 for extreme in (np.min, np.max))
-    equal = most <= least * (1 + 1e-3)
-    colour = ScalarMappable(Normalize(0.0, most or 1.0) if equal else Normalize(least, most), SHADES)
+    colours, heading_of_all, scale = tension_colours(drawing, case)
     views = (
         ("perspective", drawing.perspective, ("", "")),
         ("from above", from_above, ("x [m]", "y [m]")),
@@ -203,8 +238,8 @@ def suspension_views(case):
     for axes, (title, view, labels), (low, high) in zip(grid, views, limits, strict=True):
         x, y = (low + high) / 2
         axes.set(xlim=(x - half, x + half), ylim=(y - half, y + half))
-        _draw(axes, drawing, view, [BLUE] * len(drawing.cables) if equal else colour.to_rgba(drawing.tension))
-        _name_all(axes, drawing, view, 2 * half / PANEL)
+        draw_parts(axes, drawing, view, colours)
+        name_all(axes, drawing, view, np.full(2, 2 * half / PANEL))
         axes.set_title(title.capitalize(), loc="left", **bold(title))
         axes.set(xlabel=labels[0], ylabel=labels[1])
         axes.set_aspect("equal", adjustable="box")
@@ -214,15 +249,7 @@ def suspension_views(case):
         scale_bar(axes, drawing.size)
     if len(drawing.lost):
         legend_below(figure, [(draw_lost(axes, NO_CABLES[..., :2], GREY), "lost")])
-    count = len(drawing.cables)
-    title = f"Static form: {count} cable{'s' * (count != 1)}"
-    if not count:
-        heading(figure, "Static form")
-    elif equal:
-        heading(figure, f"{title}, mean tension {quantity_text(most, 'N')}{' each' * (count != 1)}")
-    else:
-        heading(figure, title)
-        colour_bar(figure, colour, "mean tension of the cable [N]", grid.tolist(), shrink=0.6, aspect=35)
+    entitle(figure, heading_of_all, scale)
     return figure
 
 
@@ -231,23 +258,41 @@ def _limits(flat):
     return flat.min(axis=0), flat.max(axis=0)
 
 
-def _draw(axes, drawing, view, colours):
-    lines = LineCollection(view(drawing.cables), colors=colours, linewidths=1.4, zorder=2)
-    axes.add_collection(lines)
+def draw_parts(axes, drawing, view, colours, lost="", dashes="-", own=None):
+    """Draw a view of a suspension: its cables in their colours, anchors, points, bodies, markers.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    drawing : Drawing
+    view : callable
+        Places, shape (..., 3) -> coordinates on the paper, shape (..., 2).
+    colours : color or list of color
+        Of the cables.
+    lost : str
+        Label of the cables that are lost.
+    dashes : str or tuple
+        Of the cables.
+    own : color, optional
+        Of points and bodies too, where several load cases are in one picture.
+    """
+    axes.add_collection(
+        LineCollection(view(drawing.cables), colors=colours, linestyles=[dashes], linewidths=1.4, zorder=2)
+    )
     draw_links(axes, view(drawing.links))
     if len(drawing.lost):
-        draw_lost(axes, view(drawing.lost), GREY)
+        draw_lost(axes, view(drawing.lost), own or GREY).set_label(lost)
     if drawing.anchors:
         x, y = view(np.array(list(drawing.anchors.values()))).T
         axes.plot(x, y, "^", color=GREY, ms=5 if len(x) < MANY else 2, zorder=3)
     if drawing.junctions:
         x, y = view(np.array(list(drawing.junctions.values()))).T
-        axes.plot(x, y, "o", color="#333333", ms=3 if len(x) < MANY else 1.2, zorder=4)
+        axes.plot(x, y, "o", color=own or "#333333", ms=3 if len(x) < MANY else 1.2, zorder=4)
     for places in drawing.bodies.values():
         flat = view(places)
-        draw_arms(axes, flat, colors="#222222", linewidths=1.2, zorder=4)
-        axes.plot(*flat[-1], "s", color=RED, ms=5, zorder=5)
-    if len(drawing.markers):
+        draw_arms(axes, flat, colors=own or "#222222", linewidths=1.2, zorder=4)
+        axes.plot(*flat[-1], "s", color=own or RED, ms=5 if own is None else 3, zorder=5)
+    if len(drawing.markers) and own is None:
         x, y = view(drawing.markers).T
         axes.plot(x, y, "x", color=ORANGE, ms=5, zorder=5)
 
@@ -270,13 +315,13 @@ def draw_arms(axes, flat, **look):
     axes.add_collection(LineCollection(arms, **look))
 
 
-def _name_all(axes, drawing, view, per_inch):
+def name_all(axes, drawing, view, per_inch):
     """Names bodies, and anchors if they are few, where there is room beside cables; names at one place share a text.
 
     Parameters
     ----------
-    per_inch : float
-        Length in the view over that on paper, about. [m/in]
+    per_inch : ndarray, shape (2,)
+        Length in the view along x and y over that on paper, about. [m/in]
     """
     bodies = {name: view(places[-1]) for name, places in drawing.bodies.items()}
     anchors = {name: view(place) for name, place in drawing.anchors.items()} if len(drawing.anchors) <= NAMED else {}
@@ -292,7 +337,7 @@ def _name_all(axes, drawing, view, per_inch):
             side, up = corner
             look = {"ha": "left" if side > 0 else "right", "va": "bottom" if up > 0 else "top"}
             axes.annotate(text, place, (5 * side, 3.6 * up), textcoords="offset points", fontsize=size,
-                          color=colour, zorder=6, **look)  # fmt: skip
+                          color=colour, zorder=6, bbox=CLEAR, **look)  # fmt: skip
 
 
 @dataclass
@@ -307,21 +352,21 @@ class _Room:
         Boxes of what stands there: the scale, and names.
     cables : ndarray, shape (n, 2)
         Points along the cables, which a name had better not cover.
-    per_inch : float
-        Length in the view over that on paper, about. [m/in]
+    per_inch : ndarray, shape (2,)
+        Length in the view along x and y over that on paper, about. [m/in]
     """
 
     limits: tuple
     taken: list
     cables: np.ndarray
-    per_inch: float
+    per_inch: np.ndarray
 
     def corner_for(self, place, text, size):
         """The corner of a place where a text covers least of the cables, +-1 along x and y, which is then taken.
 
         None if there is no room.
         """
-        extent = (text_width(text, size) + 0.03) * self.per_inch, size / 60 * self.per_inch
+        extent = np.array([text_width(text, size) + 0.03, size / 60]) * self.per_inch
         free = [(corner, box) for corner in CORNERS if self._is_free(box := self._box(place, corner, extent))]
         if not free:
             return None
@@ -331,9 +376,9 @@ class _Room:
 
     def _box(self, place, corner, extent):
         """Box of a text at a corner of a place."""
-        (side, up), (width, height), (x, y) = corner, extent, place
-        left = x + side * 0.07 * self.per_inch - (width if side < 0 else 0)
-        low = y + up * 0.05 * self.per_inch - (height if up < 0 else 0)
+        (side, up), (width, height) = corner, extent
+        x, y = place + corner * BESIDE * self.per_inch
+        left, low = x - (width if side < 0 else 0), y - (height if up < 0 else 0)
         return left, left + width, low, low + height
 
     def _is_free(self, box):
@@ -346,7 +391,7 @@ def _at_one_place(places, near):
     """Names of places in a view that are not told apart there: list of (names, place)."""
     found = []
     for name, place in places.items():
-        same = next((names for names, other in found if np.abs(other - place).max() < near), None)
+        same = next((names for names, other in found if (np.abs(other - place) < near).all()), None)
         if same is None:
             found.append(([name], place))
         else:
