@@ -6,13 +6,16 @@ another one or is killed. So each is tried in a process of its own, which says w
 """
 
 import os
+import platform
 import re
 import subprocess
 import sys
 
-NAMES = (
+X86 = (
     "Prescott", "Core2", "Penryn", "Nehalem", "Sandybridge", "Haswell", "SkylakeX", "Cooperlake", "SapphireRapids",
     "Barcelona", "Bulldozer", "Piledriver", "Steamroller", "Excavator", "Zen",
+)  # fmt: skip
+OTHERS = (
     "ARMV8", "ARMV8SVE", "CortexA57", "CortexA72", "NeoverseN1", "NeoverseN2", "NeoverseV1", "VORTEX",
     "POWER8", "POWER9", "POWER10", "Z13", "Z14",
 )  # fmt: skip
@@ -39,7 +42,7 @@ def main():
     if own is None:
         return "numpy has no OpenBLAS here that says which core type it takes"
     found = {own: own}
-    for name in NAMES:
+    for name in X86 if platform.machine() in ("x86_64", "AMD64") else OTHERS:
         found.setdefault(taken(name), name)
     sys.stdout.writelines(f"{name}\n" for core, name in found.items() if core)
     return 0

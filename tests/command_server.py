@@ -1,6 +1,7 @@
 """The command `cablestudy` without its start: an interpreter that has imported everything forks a process for each.
 
 For tests of what commands print, in shells too. How a command starts is tested where it is begun as users begin it.
+Pictures of `--plot` are composed, but their files stay empty: test_pictures.py and test_plots.py draw each kind.
 """
 
 import gc
@@ -11,12 +12,17 @@ import socket
 import subprocess
 import sys
 import tempfile
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager, redirect_stdout
 from importlib import import_module
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
-SCENES = ("carlina.yaml", "suspensions/fast.yaml")  # to be read once: the validators of pydantic
+FIRST = (  # so that no fork does again what is done once: validators of pydantic, imports inside functions, fonts
+    ("static", "guy.yaml", "--case", "all", "--plot", "guy.svg"),
+    ("modes", "suspensions/fast.yaml"),
+    ("windrms", "carlina.yaml"),
+    ("sweep", "preload.yaml", "--no-write"),
+)
 USED_LATER = ("matplotlib.backends.backend_svg", "pandas", "pint", "scipy.optimize", "scipy.sparse.linalg")
 LONGEST = 1 << 20  # bytes of a command line with its environment
 # Hands over its arguments and its standard streams, and ends as the command does; python starts fast without `site`.
@@ -48,16 +54,20 @@ def served():
 
 
 def listen(address):
-    """Import the program, then run each command that comes in a process of its own."""
+    """Import the program and run each of FIRST, then each command that comes in a process of its own."""
     import cablestudy
+    from cablestudy.cli import main
+    from cablestudy.study import plots
 
     for module in pkgutil.walk_packages(cablestudy.__path__, "cablestudy."):
         if module.name != "cablestudy.__main__":
             import_module(module.name)
     for name in USED_LATER:
         import_module(name)
-    for name in SCENES:
-        cablestudy.load(str(ROOT / "configs" / name))
+    plots.save = lambda figure, path: Path(path).touch()
+    with tempfile.TemporaryDirectory() as folder, chdir(folder), open(os.devnull, "w") as sink, redirect_stdout(sink):
+        for command, file, *options in FIRST:
+            main([command, str(ROOT / "configs" / file), *options, "--quiet"], standalone_mode=False)
     gc.collect()
     gc.freeze()  # a collection in a fork would copy all of it
     with socket.socket(socket.AF_UNIX) as server:

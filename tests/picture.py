@@ -17,9 +17,7 @@ NUMBER = re.compile(r"(?<![\w./−-])\d[\d.,]*")  # not within a name
 def faults(figure):
     """What is wrong with a figure, one line each; an empty list where nothing is."""
     figure.set_dpi(DPI)
-    canvas = FigureCanvasAgg(figure)
-    figure.draw(canvas.get_renderer())  # the layout
-    renderer, texts = canvas.get_renderer(), []
+    renderer, texts = FigureCanvasAgg(figure).get_renderer(), []
     draw_text = renderer.draw_text
 
     def recorded(gc, x, y, words, prop, angle, ismath=False, mtext=None):
@@ -28,8 +26,7 @@ def faults(figure):
         return draw_text(gc, x, y, words, prop, angle, ismath=ismath, mtext=mtext)
 
     renderer.draw_text = recorded
-    figure.set_layout_engine("none")
-    figure.draw(renderer)
+    figure.draw(renderer)  # the layout first, which draws nothing
     boxes = [(text.get_text(), _corners(text, renderer)) for text in texts]
     found = [f"outside: {words!r}" for words, corners in boxes if _outside(corners, figure)]
     for legend in figure.findobj(Legend):

@@ -81,10 +81,10 @@ def test_a_million_cases_take_no_memory():
     assert study.count == 1_000_000
     for style in ("md", "csv", "json", "jsonl"):
         tracemalloc.start()
-        lines = sum(piece.count("\n") for piece in itertools.islice(cases_table(study).pieces(style), 20_000))
+        lines = sum(piece.count("\n") for piece in itertools.islice(cases_table(study).pieces(style), 5_000))
         _, peak = tracemalloc.get_traced_memory()
         tracemalloc.stop()
-        assert lines == 2 + 1001 + 2 if style == "md" else lines >= 19_999
+        assert lines == 2 + 1001 + 2 if style == "md" else lines >= 4_999
         assert peak < 5e6
 
 

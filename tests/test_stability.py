@@ -99,7 +99,7 @@ def test_no_loop_is_called_stable_that_dense_matrices_on_two_meshes_call_unstabl
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-4, 1e-5])
 def test_the_verdict_does_not_depend_on_columns_or_accuracy(accuracy):
     chosen = ("gondola_rms", "error_estimate"), ("gondola_rms",), ("gondola_rms_velocity", "phase_margin")
-    for names in chosen if accuracy > 1e-5 else chosen[:1]:
+    for names in chosen if accuracy > 1e-4 else chosen[:1]:
         columns = [find(name) for name in names]
         assert evaluate(short(0.3, accuracy), columns).cells["status"] == SLACK  # stable, but in a strong wind
         for gain in (0.6, 11):
