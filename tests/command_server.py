@@ -1,7 +1,7 @@
 """The command `cablestudy` without its start: an interpreter that has imported everything forks a process for each.
 
 For tests of what commands print, in shells too. How a command starts is tested where it is begun as users begin it.
-Pictures of `--plot` are composed, but their files stay empty: test_pictures.py and test_plots.py draw each kind.
+Pictures are composed, but not drawn: test_pictures.py and test_plots.py draw each kind, test_pages.py those of pages.
 """
 
 import gc
@@ -15,6 +15,8 @@ import tempfile
 from contextlib import chdir, contextmanager, redirect_stdout
 from importlib import import_module
 from pathlib import Path
+
+from picture import undrawn
 
 ROOT = Path(__file__).parent.parent
 FIRST = (  # so that no fork does again what is done once: validators of pydantic, imports inside functions, fonts
@@ -57,14 +59,13 @@ def listen(address):
     """Import the program and run each of FIRST, then each command that comes in a process of its own."""
     import cablestudy
     from cablestudy.cli import main
-    from cablestudy.study import plots
 
     for module in pkgutil.walk_packages(cablestudy.__path__, "cablestudy."):
         if module.name != "cablestudy.__main__":
             import_module(module.name)
     for name in USED_LATER:
         import_module(name)
-    plots.save = lambda figure, path: Path(path).touch()
+    undrawn().__enter__()
     with tempfile.TemporaryDirectory() as folder, chdir(folder), open(os.devnull, "w") as sink, redirect_stdout(sink):
         for command, file, *options in FIRST:
             main([command, str(ROOT / "configs" / file), *options, "--quiet"], standalone_mode=False)

@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 import pytest
 from command import run
+from picture import undrawn
 
 import cablestudy.cli
 from cablestudy.cli import main
@@ -81,7 +82,8 @@ def test_examples_do_their_work_on_the_files_of_new(name, folder, monkeypatch):
         words = shlex.split(words)[1:]
         if name == "new" and "-" not in words:
             words.append("another.yaml") if len(words) == 2 else None
-        done = run(*words)
+        with undrawn():
+            done = run(*words)
         assert done.out or done.err or file
     assert name != "ssm" or (folder / "gondola.mat").exists()
 

@@ -52,9 +52,7 @@ def imports(path, inside=True):
     package = ("cablestudy", *path.relative_to(ROOT).parts[:-1])
     functions = [node for node in nodes(path) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
     hidden = set() if inside else {inner for function in functions for inner in ast.walk(function)}
-    for_types = [
-        node for node in nodes(path) if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
-    ]
+    for_types = [node for node in nodes(path) if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"]
     hidden |= {inner for condition in for_types for inner in ast.walk(condition)}
     for node in nodes(path):
         if node in hidden:

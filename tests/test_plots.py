@@ -237,10 +237,10 @@ def test_titles_say_what_is_drawn():
         "Static form: chord 185.8 m, preload 361.6 N, sag 4.087 m"  # Table 6: 4.088 m
     )
     case, found, *_ = case_modes.modes(case_of("carlina"), 50)
-    figure = draw(plots.mode_shapes(case, found.first(20)))
-    assert sum(axes.get_title(loc="left") != "" for axes in figure.axes) == 20
-    assert figure.get_suptitle().startswith("20 modes, ")
-    assert "First 48 of 50 modes" in plots.mode_shapes(case, found).get_suptitle()
+    figure = plots.mode_shapes(case, found)
+    assert sum(axes.get_title(loc="left") != "" for axes in figure.axes) == 48
+    assert "First 48 of 50 modes" in figure.get_suptitle()
+    assert plots.mode_shapes(case, found.first(2)).get_suptitle().startswith("2 modes, ")
     case, found, *_ = case_modes.modes(case_of("slack"), 1)
     assert "peak of 1 m" in plots.mode_shapes(case, found).get_suptitle()  # of a larger sag
 
@@ -558,7 +558,7 @@ def test_names_and_titles_may_have_any_letters(folder):
     vary = "vary: [{cable.preload: [10 kN, 20 kN]}]\ncolumns: [缆一.max_tension]\n"
     Path("study.yaml").write_text(f"title: '{title}'\nbase: mast.yaml\n{vary}", encoding="utf-8")
     for kind in ("png", "svg", "pdf"):
-        assert run("modes", "mast.yaml", "--plot", f"modes.{kind}").lines[-1] == f"written: modes.{kind}"
+        assert run("modes", "mast.yaml", "-n", "1", "--plot", f"modes.{kind}").lines[-1] == f"written: modes.{kind}"
         assert run("sweep", "study.yaml", "--no-write", "--plot", f"study.{kind}").lines[-1] == f"written: study.{kind}"
     run("report", "study.yaml", "--out", "study.html")
 
