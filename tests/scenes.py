@@ -115,8 +115,14 @@ class Twin:
 
     def chain(self, elements=40):
         """The same as bars. [Chain]"""
-        nodes = [(round(s / self.length * elements), f) for s, f in self.loads]
-        return bars.solve_spatial((self.a, 0, self.b), self.length, self.stiffness, self.mass * G, elements, nodes)
+        return _chain(self, elements)
+
+
+@cache
+def _chain(twin, elements):
+    """The bars of a twin, in 50 digits."""
+    nodes = [(round(s / twin.length * elements), f) for s, f in twin.loads]
+    return bars.solve_spatial((twin.a, 0, twin.b), twin.length, twin.stiffness, twin.mass * G, elements, nodes)
 
 
 PAPER = Twin(CHORD, 0.0, LENGTH)

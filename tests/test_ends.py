@@ -43,6 +43,12 @@ def of_bars(name, law, amount, elements=40):
 
 
 @cache
+def condensed_of_bars(name):
+    """Static stiffness between the ends of the paper's model."""
+    return Case(CABLES[name].scene("model.elements=40")).end_stiffness
+
+
+@cache
 def continuous(name, omega, eta):
     return continuous_cable.dynamic_stiffness_both_ends(*CABLES[name].cable, omega, n=40, eta=eta)
 
@@ -260,8 +266,7 @@ def test_symmetric_reciprocal_and_the_same_from_both_ends(name, law, amount):
 @pytest.mark.parametrize(("name", "law", "amount"), MODELS)
 @pytest.mark.parametrize("chosen", [[], [0], [7], [1, 4, 30], slice(0, 20), slice(60, None), slice(None)], ids=str)
 def test_the_static_limit_is_the_condensed_stiffness_for_any_modes(name, law, amount, chosen):
-    case = Case(CABLES[name].scene("model.elements=40"))
-    condensed = case.end_stiffness
+    condensed = condensed_of_bars(name)
     both = np.block([[condensed, -condensed], [-condensed, condensed]])
     model = of_bars(name, law, amount).select(chosen)
     assert np.abs(model.dynamic_stiffness(np.array([0j]))[0] - both).max() < 1e-12 * np.abs(both).max()

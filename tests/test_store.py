@@ -227,7 +227,7 @@ def long_table(folder):
 
 def test_a_file_cut_anywhere_gives_the_same_table(long_table):
     whole, kept = ROWS.read_bytes(), []
-    lengths = [10, 100, 4096, *random.Random(3).sample(range(len(whole)), 7)]
+    lengths = [10, 100, 4096, *random.Random(3).sample(range(len(whole)), 4)]
     for length in lengths:
         ROWS.write_bytes(whole[:length])
         lines = resume()
@@ -239,7 +239,7 @@ def test_a_file_cut_anywhere_gives_the_same_table(long_table):
 
 def test_bytes_changed_anywhere_give_the_same_table_or_a_line(long_table):
     whole, generator, refused = ROWS.read_bytes(), random.Random(5), 0
-    for _ in range(12):
+    for _ in range(8):
         damaged = bytearray(whole)
         for place in generator.sample(range(len(whole)), generator.choice((1, 10, 100))):
             damaged[place] = generator.randrange(256)
