@@ -7,6 +7,8 @@ import sys
 from functools import cache
 from pathlib import Path
 
+import pytest
+
 import cablestudy
 
 ROOT = Path(cablestudy.__file__).parent
@@ -136,7 +138,7 @@ NO_TOLERANCE = {  # indices, numbers of mathematics and physics, factors of unit
 
 def numbers(path):
     """Names of the constants of a module that are one number."""
-    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+    for node in nodes(path)[0].body:
         if isinstance(node, ast.Assign):
             parts = [one for one in ast.walk(node.value) if not isinstance(one, ARITHMETIC)]
             plain = all(isinstance(one, ast.Constant) and type(one.value) in (int, float) for one in parts)
