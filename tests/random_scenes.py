@@ -214,8 +214,7 @@ def rows_for(seed, names, every, drowned=False):
     """Yield (columns, accuracy): the rows that a scene is asked for.
 
     What is static in one row; of the columns of motion each alone in half of all scenes, and in a quarter of them all
-    but the axial one together; each row at one accuracy. With `every` all of them in every scene, a row at 1e-2
-    and 1e-6 and the next one at 1e-4 and 1e-8.
+    but the axial one together; each row at one accuracy. With `every` all of them in every scene, at every accuracy.
     An axial mode that is `drowned` among transverse ones takes as long as all else: one in ten is asked for.
     """
     rng = np.random.default_rng([seed, 1])
@@ -225,14 +224,14 @@ def rows_for(seed, names, every, drowned=False):
     # an axial mode may take, or be refused for, a hundred times the waves of all others
     rows = [(0.1 if drowned and "axial" in name else 0.5, [name]) for name in moving]
     rows += [(0.25, [name for name in moving if "axial" not in name])]
-    for number, (share, row) in enumerate(rows):
+    for share, row in rows:
         taken, place = rng.random() < share, rng.integers(len(ACCURACIES))
-        for accuracy in ACCURACIES[number % 2 :: 2] if every else ACCURACIES[place : place + 1] if taken else ():
+        for accuracy in ACCURACIES if every else ACCURACIES[place : place + 1] if taken else ():
             yield row, accuracy
 
 
 def examine(seed, every=False, limit=60):
-    """The cells of one scene; with `every`, of every row at two accuracies.
+    """The cells of one scene; with `every`, of every row at every accuracy.
 
     A warning or an exception that is not the program's own is a cell with the note "crash: ...", and what took more
     than `limit` seconds of CPU one with "slow: ...".

@@ -59,7 +59,6 @@ from cablestudy.study.columns import COLUMNS, FAMILIES
 FILE = Path(__file__).with_name("twin_differences.yaml")
 GROWN = 1.1  # over a listed difference
 RANDOM, ROWS = 200, 12  # random scenes, and rows of each study
-HELD = 60  # random scenes whose statics are compared: each form with and without loads, cases and an exposure
 LOOPS = ("carlina", "carlina-inclined", "carlina-pid")
 FILES = ("carlina", "carlina-inclined", "carlina-pid", "guy", "line", "point-load", "slack", "zipline")
 STUDIES = (
@@ -119,7 +118,7 @@ def weightless(name, **model):
 
 PARTS = {  # what is compared, and of which scenes
     "statics of files": lambda: compare_statics(from_files()),
-    "statics": lambda: compare_statics(dict(list(drawn().items())[:HELD])),
+    "statics": lambda: compare_statics(drawn()),
     "linear range of files": lambda: compare_linear_ranges(
         {name: scene for name, scene in from_files().items() if "gondola" in scene and is_first_of_its_file(name)}
     ),
