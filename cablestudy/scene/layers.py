@@ -188,19 +188,20 @@ def _index(items, key, name):
 
 
 def unknown_name(lower, upper, path):
-    """A name on a path that stands for nothing.
+    """Find a name of a cable, case, body, ... on a path that the lower layer does not have: probably a misprint.
 
     Parameters
     ----------
     lower, upper : dict
-        Plain values before and after a layer has set what is at the path.
+        Plain values before and after a layer has set the key at the path.
     path : tuple of str
+        For example ("cables", "north", "sag").
 
     Returns
     -------
     tuple of (str, str, list of str) or None
-        What the name should stand for, the name, and the names that there are. None where all names are known, or the
-        layer adds what is new.
+        What the name should stand for, the name, and the names that there are: ("cable", "north", ["left", "right"]).
+        None where all names are known, or the layer adds a new table with the keys that it needs.
     """
     for table, (kind, keys) in NAMED.items():
         count = len(table)
@@ -213,7 +214,7 @@ def unknown_name(lower, upper, path):
 
 
 def absent_name(value, path):
-    """A path that is that of a name of a suspension which plain values do not have; returns as `unknown_name`."""
+    """Find the name with which a path ends and which plain values do not have; returns as `unknown_name`."""
     for table, (kind, _) in NAMED.items():
         if len(path) == len(table) + 1 and all(part in ("*", name) for part, name in zip(table, path, strict=False)):
             known = value_at(value, path[:-1])
