@@ -44,10 +44,11 @@ PLACES = {
     "material": ("materials.*",),
 }
 
-# Tables whose keys are names ("*": any name) -> what a name stands for, and keys by which a dotted key adds a new one.
+# Tables whose keys are names ("*": any name) -> what a name stands for, and keys by which a dotted key adds a new one;
+# None: any key, as of what needs none.
 NAMED = {
     ("cables",): ("cable", ("from", "to")),
-    ("cases",): ("case", ("temperature", "ice", "wind", "loads", "forces", "moves", "lost")),
+    ("cases",): ("case", None),
     ("limits",): ("limit", ("that",)),
     ("bodies",): ("body", ("at",)),
     ("points",): ("point", ("at",)),
@@ -208,7 +209,8 @@ def unknown_name(lower, upper, path):
         if len(path) > count + 1 and all(part in ("*", name) for part, name in zip(table, path, strict=False)):
             known, new = value_at(lower, path[:count]), value_at(upper, path[: count + 1])
             known = known if isinstance(known, dict) else {}
-            if path[count] not in known and isinstance(new, dict) and new.keys().isdisjoint(keys):
+            misnamed = keys is not None and isinstance(new, dict) and new.keys().isdisjoint(keys)
+            if path[count] not in known and misnamed:
                 return kind, path[count], list(known)
     return None
 
