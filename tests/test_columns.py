@@ -12,7 +12,9 @@ from scipy.optimize import brentq
 
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import all_columns as of_all
+from cablestudy.study.all_columns import why_not
 from cablestudy.study.columns import COLUMNS, FAMILIES, find
+from cablestudy.study.row import evaluate
 
 # INTERFACE.md, section Columns, without the wind columns of the next issue
 NAMES = [
@@ -164,6 +166,20 @@ def test_statics_of_bars(twin, chain):
         assert found[name] == pytest.approx(value, rel=tolerance, abs=1e-9), name
     assert set(expected) | {"iterations"} == set(STATICS)
     assert 1 <= found["iterations"] <= 15
+
+
+def test_columns_that_a_slack_cable_without_weight_leaves_open():
+    """Pulled along by 3 kN, the first half carries it all, and the second may lie anywhere between load and end 2.
+
+    So nothing says where its middle is, its lowest point, or how it leaves its ends; forces and lengths are known.
+    """
+    load = "cable.loads=[{at: 92 m, force: [3000, 0, 0]}]"
+    pulled = scene("gravity=0", "model={accuracy: 1e-6}", load, "ground=-9 m")
+    columns = [column for column in COLUMNS if column.needs == "statics" and not why_not(pulled, column)]
+    row = evaluate(pulled, columns)
+    refused = {column.name for column in columns if row.cells[column.header] is None}
+    assert refused == {"sag", "sag_ratio", "swing", "lowest_point", "angle_1", "angle_2", "clearance"}
+    assert "no definite form" in row.cells["status"]
 
 
 def test_stiffness_and_modes_of_bars(twin, chain):

@@ -9,6 +9,7 @@ from mpmath import mp, mpf
 from scipy.integrate import quad
 
 from cablestudy.scene.schema import scene_schema
+from cablestudy.wind import spectrum as wind_spectrum
 from cablestudy.wind.spectrum import VON_KARMAN_EXACT, admittance, speed_spectrum
 
 SPEED, RMS, SCALE, AREA = 3.0, 0.45, 25.0, 0.6  # speed, scale and area of the paper's Fig. 6
@@ -30,6 +31,10 @@ def variance(kind, speed=SPEED, rms=RMS, scale=SCALE):
 def of_wind(**changes):
     values = {"speed": 6.0, "turbulence": 0.9, "length_scale": 25.0, "air_density": 1.2}
     return SimpleNamespace(**{**values, "spectrum": "von_karman", "admittance": "vickery", **changes})
+
+
+def test_each_spectrum_that_a_scene_may_name_has_its_formula():
+    assert list(wind_spectrum.SPECTRA) == SPECTRA
 
 
 @pytest.mark.parametrize("kind", SPECTRA)

@@ -406,6 +406,7 @@ def test_each_mistake_is_one_line_at_its_place(what):
         ("actuators.m.mass=3", "--set actuators.m.mass: unknown actuator m (there is none)"),
         ("bodies.gondla.mass=3", "--set bodies.gondla.mass: unknown body gondla (did you mean gondola?)"),
         ("points.nort.2=3", "--set points.nort.2: unknown point nort (did you mean north?)"),
+        ("cases.calm.iec.weight=3", "--set cases.calm.iec.weight: cases.calm.iec: unknown key (did you mean ice?)"),
         (
             "bodies.gondola.attachments.c.0=3",
             "--set bodies.gondola.attachments.c.0: unknown attachment c (allowed: a, b)",

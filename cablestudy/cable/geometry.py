@@ -161,12 +161,12 @@ def below_chord(cable, shares, there):
     span = cable.span
     chord = span.frame[0] * float(span.chord)
     level = np.hypot(*chord[:2])
-    if level > 1e-9 * float(span.chord):  # else, as sag does, by the share of the length
+    if level > 1e-9 * float(span.chord):  # of an upright chord: the point at the same share of the length, as for `sag`
         shares = there[:, :2] @ chord[:2] / level**2
     return shares * chord[2] - there[:, 2]
 
 
-def tensions_beside(cable, shares):
+def tensions_at_point_loads(cable, shares):
     """Tension vectors of one cable on both sides of its point loads, each in the direction of end 2.
 
     Parameters
@@ -180,7 +180,7 @@ def tensions_beside(cable, shares):
     ndarray, shape (k, 2, 3)
         On the side of end 1 and on that of end 2, global axes. [N]
     """
-    edges = np.asarray(cable.edges)[1:-1]
+    edges = np.asarray(cable.edges)[1:-1]  # between segments, a point load at each
     before = np.searchsorted(edges, shares - CABLE.same_place)  # segment that ends at the load
     after = np.searchsorted(edges, shares + CABLE.same_place)  # segment that begins there
     half = cable.half_changes

@@ -81,7 +81,7 @@ def symmetric_roots(count, squared):
         ratio = squared[index] / (4 * y * y)
         return np.cos(y) * (1 - ratio) + ratio * np.sin(y) / y
 
-    # slightly wider than the interval: without sag the root is its end
+    # Without sag both ends of the interval are roots: a little before them, so that it has the first and not the next.
     low, high = begin * (1 - 1e-12), begin + np.pi * (1 - 1e-12)
     return 2 * zeros_between(equation, low, high, np.arange(len(begin)), rtol=1e-15).reshape(shape)
 

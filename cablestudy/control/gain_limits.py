@@ -222,25 +222,26 @@ class StableGains:
             raise undamped(pole, ratio, "no peak of the sensitivity: ")
 
     def gain_of_peak(self, peak, most):
-        """The largest gain up to `most` with which the peak of the sensitivity is at most a value. [rad/s]
+        """The largest stable gain with which the peak of the sensitivity is at most a value. [rad/s]
 
         Parameters
         ----------
         peak : float
             Above 1. [-]
         most : float or None
-            Up to which the loop is stable; None where it always is. [rad/s]
+            Gain up to which the loop is stable; None where it is stable with any gain. [rad/s]
 
         Returns
         -------
         float or None
             None where every gain has a lower peak.
         """
-        gain, omega, reached = most or CONTROL.highest_sensitive_gain * np.abs(self.poles).max(), self.curve[0], False
-        for _ in range(2):  # beside the poles without the loop, then beside those with that gain
-            gain, found = gain_of_peak(self.loop_gain, omega, peak, gain)
+        gain, omega = most or CONTROL.highest_sensitive_gain * np.abs(self.poles).max(), self.curve[0]
+        reached = False  # by the peak, with the first gain
+        for _ in range(2):  # on frequencies near the poles of the open loop, then also near those of the closed one
+            gain, frequency_of_peak = gain_of_peak(self.loop_gain, omega, peak, gain)
             omega = distinct(np.append(omega, self.frequencies(gain)))
-            reached = reached or found is not None
+            reached = reached or frequency_of_peak is not None
         return gain if most or reached else None
 
     def single_limits(self, gain):

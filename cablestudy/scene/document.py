@@ -198,19 +198,25 @@ def read_document(path):
 
 
 def resolve_base(document, chain=()):
-    """Merge a document upon its own `base:` files, to any depth, with the contents of the files of materials.
+    """Merge a document upon its own `base:` files, to any depth; a file that `materials:` names is read in its place.
 
     Parameters
     ----------
     document : Document
         Of standard input: its base is relative to the working directory.
     chain : tuple of str
-        The files that are built on this one, and itself.
+        Files from the one that the user named down to this one, each the base of the one before it; empty if it is the
+        first.
 
     Raises
     ------
     SceneError
         A file of the chain cannot be read, or the chain is a circle.
+
+    Returns
+    -------
+    Document
+        Without keys that are null; `empty` lists those that had nothing to remove from a base.
     """
     own = {key: value for key, value in document.value.items() if key != "base"}
     places = document._places

@@ -44,10 +44,11 @@ PLACES = {
     "material": ("materials.*",),
 }
 
-# Tables whose keys are names ("*": any name) -> what a name stands for, and keys by which a dotted key adds a new one.
+# Tables whose keys are names ("*": any name) -> what a name stands for, and keys by which a dotted key adds a new one;
+# None: any key, as of what needs none.
 NAMED = {
     ("cables",): ("cable", ("from", "to")),
-    ("cases",): ("case", ("temperature", "ice", "wind", "loads", "forces", "moves", "lost")),
+    ("cases",): ("case", None),
     ("limits",): ("limit", ("that",)),
     ("bodies",): ("body", ("at",)),
     ("points",): ("point", ("at",)),
@@ -188,32 +189,34 @@ def _index(items, key, name):
 
 
 def unknown_name(lower, upper, path):
-    """A name on a path that stands for nothing.
+    """Find a name of a cable, case, body, ... on a path that the lower layer does not have: probably a misprint.
 
     Parameters
     ----------
     lower, upper : dict
-        Plain values before and after a layer has set what is at the path.
+        Plain values before and after a layer has set the key at the path.
     path : tuple of str
+        For example ("cables", "north", "sag").
 
     Returns
     -------
     tuple of (str, str, list of str) or None
-        What the name should stand for, the name, and the names that there are. None where all names are known, or the
-        layer adds what is new.
+        What the name should stand for, the name, and the names that there are: ("cable", "north", ["left", "right"]).
+        None where all names are known, or the layer adds a new table with the keys that it needs.
     """
     for table, (kind, keys) in NAMED.items():
         count = len(table)
         if len(path) > count + 1 and all(part in ("*", name) for part, name in zip(table, path, strict=False)):
             known, new = value_at(lower, path[:count]), value_at(upper, path[: count + 1])
             known = known if isinstance(known, dict) else {}
-            if path[count] not in known and isinstance(new, dict) and new.keys().isdisjoint(keys):
+            misnamed = keys is not None and isinstance(new, dict) and new.keys().isdisjoint(keys)
+            if path[count] not in known and misnamed:
                 return kind, path[count], list(known)
     return None
 
 
 def absent_name(value, path):
-    """A path that is that of a name of a suspension which plain values do not have; returns as `unknown_name`."""
+    """Find the name with which a path ends and which plain values do not have; returns as `unknown_name`."""
     for table, (kind, _) in NAMED.items():
         if len(path) == len(table) + 1 and all(part in ("*", name) for part, name in zip(table, path, strict=False)):
             known = value_at(value, path[:-1])

@@ -37,7 +37,6 @@ def modes(case, count=None, upto=None, estimate=False):
     ------
     NoSolutionError, ConvergenceError
     """
-
     used, found, search = solved_modes(case, count, upto)
     if search is None:
         written, warnings = notes.of_fixed(case)
@@ -47,7 +46,7 @@ def modes(case, count=None, upto=None, estimate=False):
 
 
 def solved_modes(case, count=None, upto=None):
-    """The modes of a case without notes, and how they were found.
+    """The modes of a case to its accuracy, as `modes` but without notes, with the search for the elements.
 
     Parameters
     ----------
@@ -58,41 +57,47 @@ def solved_modes(case, count=None, upto=None):
     -------
     case : Case
     modes : Modes
-    search : Refinement
-        None of fixed elements.
+    search : Refinement or None
+        None where the scene fixes the elements.
 
     Raises
     ------
     NoSolutionError, ConvergenceError
     """
 
-    def found_by(other):
+    def modes_with(elements):
+        """Modes with the elements of a case of the same scene."""
         if upto is not None:
-            found = other.dynamics.up_to(upto)
+            found = elements.dynamics.up_to(upto)
             return found.first(int(np.searchsorted(found.frequency, upto, side="right")))
-        found = other.dynamics.modes(count)
-        if other.exact_statics and len(found) < count:
+        found = elements.dynamics.modes(count)
+        if elements.exact_statics and len(found) < count:
             raise ConvergenceError(f"{count} modes are too many: the finest model has {len(found)}")
         return found.first(count)
 
     if not case.exact_statics:
-        return case, found_by(case), None
+        return case, modes_with(case), None
 
     def sample(finer, _):
-        found = found_by(finer)
+        """Frequencies and estimated errors by the number of the mode; no failures."""
+        found = modes_with(finer)
         return dict(enumerate(found.frequency.tolist())), dict(enumerate(found.errors.tolist())), {}
 
+    # half-waves along the cable of the highest mode: a first guess of its elements
     waves = count or 2 * upto * float(case.results.travel_time[case.index])
     search = Refinement(case, sample, waves)
     refine([search], solve_models)
     for error in search.failures.values():
         raise error
-    return search.used, found_by(search.used), search
+    return search.used, modes_with(search.used), search
 
 
 def errors_of(case, found):
-    """Estimated relative error of each frequency: of fixed elements against a finer model, each mode with the one of
-    the same number among those of its kind; of a cable with loads out of its plane, of the same number among all.
+    """Estimated relative error of each frequency of a case.
+
+    Where the scene fixes the elements it is the difference from a finer model. A mode is compared with the mode of the
+    same number among those of its kind (in-plane, out-of-plane, axial); where loads act out of the cable's plane, and
+    no mode is of one kind, with the mode of the same number among all.
 
     Parameters
     ----------

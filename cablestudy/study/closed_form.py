@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cablestudy.errors import CablestudyError
-from cablestudy.study.columns import DAMPING_RATIO, OF_FORM, SAGS, is_own, not_finite, over_strength, shapeless
+from cablestudy.study.columns import DAMPING_RATIO, is_own, not_finite, over_strength, shapeless
 from cablestudy.study.element_results import element_results
 from cablestudy.study.results import Results
 from cablestudy.study.status import OK, OVER_STRENGTH, status_of
@@ -144,7 +144,7 @@ def closed_form(results, required):
         over = frozenset(np.flatnonzero(over_strength(results)).tolist()) - results.failures.keys()
     for column in required.closed:
         numbers[column.header] = _compute(column, results)
-        if column.name in OF_FORM:
+        if column.determined_by:
             for case in np.flatnonzero(results.catenary.slack).tolist():
                 _fail(failures, case, column.header, shapeless(column, results.limp[case]))
         _refuse_infinite(failures, column, numbers[column.header], results.failures if column.name == "chord" else {})
@@ -238,7 +238,7 @@ def _of_column(failures, column):
 def _coarse_errors(results, required):
     """Case -> {header: estimated relative error}, where rounding exceeds `rounding`."""
     statics = np.maximum(results.statics_rounding, results.model_error)
-    sags = [column.header for column in required.closed if column.name in SAGS]
+    sags = [column.header for column in required.closed if column.determined_by == "sag"]
     sag = np.maximum(results.sag_rounding, results.sag_drag_error) if sags else np.zeros(len(statics))
     pushed = [column.header for column in required.closed if column.name == "force_displacement"]
     push = results.pushed[1] if pushed else np.zeros(len(statics))

@@ -25,9 +25,6 @@ from cablestudy.wind.peak import peak_factor
 
 SHAPELESS = "a part of the cable without weight is slack: it has no definite form"
 LIMP = "a slack cable without weight has no definite form"
-# what the form between the ends decides, which a slack part without weight leaves open
-SAGS = ("sag", "sag_ratio")
-OF_FORM = (*SAGS, "swing", "lowest_point", "angle_1", "angle_2", "clearance")
 LOADED = "cable.loads|load_case.loads"  # of the cable, or of its case
 METAL, DIAMETER, STRONG = "cable.section_area", "cable.section_diameter", "cable.section_breaking_force"
 WINCH = "gondola.mass, winch.controller"
@@ -76,6 +73,9 @@ class Column:
     mode: tuple = ()  # of a mode's frequency: number (from 1), kind, and symmetry or None
     without: str = ""  # key that a scene must not have
     text: bool = False  # whether its cells are texts
+    # "form": by how the cable hangs between its ends, which a slack part without weight leaves open: refused there;
+    # "sag": by its sag, whose estimated error counts too; empty: by neither
+    determined_by: str = ""
 
     @property
     def least_error(self):
@@ -214,7 +214,7 @@ def _support_columns():
                      _reaction(end - 1, "vertical"))  # fmt: skip
     for end in (1, 2):
         yield Column(f"angle_{end}", "deg", f"angle of the cable below the horizontal where it leaves end {end}",
-                     "statics", _angle(end - 1))  # fmt: skip
+                     "statics", _angle(end - 1), determined_by="form")  # fmt: skip
 
 
 def _peak(case):
@@ -406,8 +406,9 @@ COLUMNS = (
            _unstretched_length),
     Column("stretched_length", "m", "length under tension", "statics", lambda r: r.statics.stretched_length),
     Column("chord", "m", "distance between the ends", "scene", lambda r: r.chord),
-    Column("sag", "m", "vertical distance from chord to cable at mid-span", "statics", lambda r: r.statics.sag),
-    Column("sag_ratio", "", "sag over chord", "statics", lambda r: r.statics.sag / r.chord),
+    Column("sag", "m", "vertical distance from chord to cable at mid-span", "statics", lambda r: r.statics.sag,
+           determined_by="sag"),
+    Column("sag_ratio", "", "sag over chord", "statics", lambda r: r.statics.sag / r.chord, determined_by="sag"),
     Column("mass", "kg", "mass of the cable, mass per length x unstretched length", "statics",
            lambda r: r.given("cable.section_mass") * r.reference_length),
     Column("diameter", "mm", "outer diameter of the cross-section", "scene",
@@ -439,11 +440,12 @@ COLUMNS = (
     Column("load_sag", "m", "vertical distance from chord to the point load that hangs lowest below it", "statics",
            lambda c: load_sag(c.form), LOADED, each=True),
     *_support_columns(),
-    Column("lowest_point", "m", "level of the lowest point of the cable, its ends included", "statics", _lowest_point),
+    Column("lowest_point", "m", "level of the lowest point of the cable, its ends included", "statics", _lowest_point,
+           determined_by="form"),
     Column("clearance", "m", "least vertical distance from the cable down to the ground", "statics",
-           lambda c: clearance(c.form, c.end_1, c.scene.ground), "ground", each=True),
+           lambda c: clearance(c.form, c.end_1, c.scene.ground), "ground", each=True, determined_by="form"),
     Column("swing", "deg", "angle out of the vertical plane of the chord, at mid-span", "statics",
-           lambda r: np.degrees(sag_and_swing(r.form, r.middle)[1])),
+           lambda r: np.degrees(sag_and_swing(r.form, r.middle)[1]), determined_by="form"),
     Column("inclination_from_plumb", "deg", "angle of the chord from the vertical", "statics",
            lambda r: np.degrees(chord_angles(r.span)[1])),
     Column("end_stiffness", "N/m", "static stiffness of end 2 along x, interior condensed", "stiffness",
@@ -599,7 +601,7 @@ def without(scene, column):
 
 
 def shapeless(column, limp):
-    """The error of a column OF_FORM of a cable of which a part, or all of it where it is `limp`, has no tension."""
+    """The error of a column `determined_by` the form of a cable that is slack in part, or, if `limp`, all of it."""
     return NoSolutionError(LIMP if limp else f"no {column.name}: {SHAPELESS}")
 
 
@@ -619,7 +621,7 @@ def value_and_error(column, case):
     None where the quantity has no value, for example no limit of the gain, and where the column states no error;
     NoSolutionError or ConvergenceError where there is no solution.
     """
-    if column.name in OF_FORM and case.exact_statics and case.catenary.slack:
+    if column.determined_by and case.exact_statics and case.catenary.slack:
         raise shapeless(column, case.limp)
     found = column.compute(case)
     number, error = found if isinstance(found, tuple) else (found, None)

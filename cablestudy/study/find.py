@@ -178,7 +178,7 @@ def check_goal(goal, document):
     SceneError
         The key can have no value in this scene, or the scene cannot have the column.
     """
-    start = _start(goal, document)
+    start = _value_of_scene(goal, document)
     scene = _valid_scene(goal, document, start)
     if reason := why_not(scene, goal.column):
         raise SceneError(Mistake(*goal.places["column"], reason))
@@ -186,16 +186,17 @@ def check_goal(goal, document):
     return start, scene
 
 
-def _start(goal, document):
-    """The value that the scene has for the key, stated or computed; None where it has none. [SI]"""
+def _value_of_scene(goal, document):
+    """The value that the scene states for the key, else that of the column of its name; None without either. [SI]"""
     try:
         scene = read_scene(document)
     except SceneError:  # it may lack what is to be found
         return None
     path = split_key(goal.key.name)
-    value, table = scene.value_at(path), scene.value_at(path[: 2 if path[0] == "cables" else 1])
-    if isinstance(value, Share):
-        value = table.force_of(value)
+    value = scene.value_at(path)
+    if isinstance(value, Share):  # of the breaking force of the cable, in the table `cable` or `cables.NAME`
+        cable = scene.value_at(path[: 2 if path[0] == "cables" else 1])
+        value = cable.force_of(value)
     if isinstance(value, float):
         return value
     try:

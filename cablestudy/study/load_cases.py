@@ -58,8 +58,11 @@ def point_loads(values, of_case):
     return positions, fractions, forces - (masses * values.given("gravity")[..., None])[..., None] * UP, masses
 
 
-def on_cable(places, length):
-    """Places of point loads; those of loads that are none, or beyond the end, along the longest part without a load.
+def placed_on_cable(places, length):
+    """Places of point loads, with a place on the cable also for those that have none.
+
+    The arrays of a batch have as many loads for each cable as the one with the most. Those that do not exist, and those
+    beyond the end of a cable, whose case is refused, are spread along the longest part without a load.
 
     Parameters
     ----------

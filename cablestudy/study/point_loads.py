@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.cable.catenary import Catenary
-from cablestudy.cable.geometry import below_chord, heights_above, places, tensions_beside
+from cablestudy.cable.geometry import below_chord, heights_above, places, tensions_at_point_loads
 from cablestudy.cable.state import State
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import NoSolutionError
@@ -60,7 +60,7 @@ class LoadedCable:
         shares = np.array([load.at / self.length if load.fraction is None else load.fraction for load in self.loads])
         local = places(self.form, shares)
         local = np.where(np.abs(local) > CABLE.distance_rounding * np.asarray(self.form.span.chord), local, 0.0)
-        there, tension = local + self.end_1, tensions_beside(self.form, shares)
+        there, tension = local + self.end_1, tensions_at_point_loads(self.form, shares)
         found = dict(zip("xyz", there.T, strict=True)) | {"sag": below_chord(self.form, shares, local)}
         if self.ground is not None:
             found["clearance"] = heights_above(there, self.ground)

@@ -325,7 +325,7 @@ def _loads_on_cable(span, reasons):
         reasons.setdefault(case, f"the load at {last[case]:.6g} m is beyond the cable's end, at {length[case]:.6g} m")
     if not reasons:
         return span
-    return replace(span, load_positions=np.sort(load_cases.on_cable(span.load_positions, length)))
+    return replace(span, load_positions=np.sort(load_cases.placed_on_cable(span.load_positions, length)))
 
 
 def along(span, stiffness, axis, moved=None):

@@ -291,7 +291,7 @@ def _on_front(points):
 
 
 def compare(scene, columns, repeats=5, models=None):
-    """`Trade` of models.
+    """Measure the errors of models, and then their times: a `Trade`.
 
     Parameters
     ----------

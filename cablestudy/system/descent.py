@@ -305,12 +305,20 @@ def extent(state):
 
 
 def newton_step(suspension, state, point):
-    """Newton step of all free degrees of freedom, where the stiffness is positive definite; else one that descends.
+    """Newton step of all free degrees of freedom; where the stiffness is not positive definite, one that descends.
+
+    Parameters
+    ----------
+    suspension : SuspendedSystem
+    state : PoseState
+        Of n cases.
+    point : Point
+        Forces and stiffness in this pose.
 
     Returns
     -------
     ndarray, shape (n, b, 6)
-        [m], [rad]
+        No component is longer than `farthest_step` or `widest_turn`. [m], [rad]
     """
     free = suspension.free
     force = tangent.free_values(suspension, point.net)

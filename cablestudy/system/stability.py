@@ -54,7 +54,7 @@ class Stability:
         return f"{words[verdict]} {self.motion_name(case)}" if verdict in words else ""
 
 
-def judge(equilibrium):
+def stability_of(equilibrium):
     """Stability of a batch of equilibria.
 
     Parameters
@@ -65,7 +65,7 @@ def judge(equilibrium):
     -------
     Stability
     """
-    suspension, blocks = equilibrium.suspension, _held(equilibrium)
+    suspension, blocks = equilibrium.suspension, _blocks_without_loose_cables(equilibrium)
     if not suspension.free.any():
         shape = blocks.matrices.shape[:-3]
         motion = np.zeros((*shape, *suspension.free.shape))
@@ -82,19 +82,22 @@ def judge(equilibrium):
         for case in np.ndindex(shape):
             matrix = tangent.scaled_sparse(blocks.of(case), suspension, scales[case])
             least[case], vector[case] = _lowest(matrix)
+    # forces that are balanced to the residual only leave the geometric stiffness uncertain by as much
     zero = np.maximum(SYSTEM.zero_eigenvalue, equilibrium.record.residual)
     verdict = np.where(least > zero, STABLE, np.where(least < -zero, UNSTABLE, MECHANISM))
     motion = np.zeros((*least.shape, *suspension.free.shape))
     motion[..., suspension.free] = vector / scales
+    # a rotation counts as the displacement of the body's rim
     motion[..., 3:] *= tangent.body_sizes(suspension)[..., None]
     motion /= np.abs(motion).max(axis=(-1, -2), keepdims=True)
     return Stability(least, verdict, motion, suspension.body_names)
 
 
-def _held(equilibrium):
-    """`tangent.Blocks` without those cables that have no weight, and a tension no larger than the rounding of a strain.
+def _blocks_without_loose_cables(equilibrium):
+    """`tangent.Blocks` of the equilibrium without its loose cables, which hold nothing.
 
-    Whether such a cable is just taut or just slack is decided by the last digit.
+    A cable is loose if it has neither weight nor loads, and a tension no larger than the rounding of its strain:
+    rounding decides whether it is just taut or just slack.
     """
     span, tension = equilibrium.catenary.span, equilibrium.catenary.max_tension
     loose = (

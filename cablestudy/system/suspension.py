@@ -334,12 +334,12 @@ class Equilibrium:
     @cached_property
     def stability(self):
         """Stability of the equilibrium, and which motion is not stable: `stability.Stability`."""
-        return stability.judge(self)
+        return stability.stability_of(self)
 
     @cached_property
     def uncertainty(self):
         """How far rounding moves it: `uncertainty.Uncertainty`."""
-        return uncertainty.judge(self)
+        return uncertainty.uncertainty_of(self)
 
     @cached_property
     def stands(self):

@@ -68,7 +68,7 @@ class Uncertainty:
         )
 
 
-def judge(equilibrium):
+def uncertainty_of(equilibrium):
     """`Uncertainty` of an equilibrium or a batch."""
     suspension, cables = equilibrium.suspension, equilibrium.catenary
     with np.errstate(all="ignore"):  # of cases that have no equilibrium

@@ -125,7 +125,7 @@ def equilibrium_in_wind(without_wind, drag):
     -----
     Forces and attitude agree where a new equilibrium has its cable ends where the last one had them, but for the
     rounding of places; or where they come no closer, and are within what rounding leaves of the places
-    (`uncertainty.judge`). Where the wind has a profile the loads of the cables have to be settled too.
+    (`uncertainty.uncertainty_of`). Where the wind has a profile the loads of the cables have to be settled too.
     """
     lengths = np.asarray(without_wind.lengths)
     suspension = replace(

@@ -11,6 +11,13 @@ from cablestudy.wind.tolerances import WIND
 
 # 4 B(1/2, 1/3)^2: with it the von Karman spectrum has exactly the variance that it is given
 VON_KARMAN_EXACT = 70.78012763381717
+# S v/(sigma^2 L) over x = f L/v, by the name that a scene states: `scene.wind_tables` lists the names
+SPECTRA = {
+    "von_karman": lambda x: 4 / (1 + 70.7 * x**2) ** (5 / 6),
+    "von_karman_exact": lambda x: 4 / (1 + VON_KARMAN_EXACT * x**2) ** (5 / 6),
+    "davenport": lambda x: 2 / 3 * x / (1 + x**2) ** (4 / 3),
+    "kaimal": lambda x: 4 / (1 + 6 * x) ** (5 / 3),
+}
 
 
 def speed_spectrum(frequency, speed, rms, length_scale, kind="von_karman"):
@@ -22,7 +29,8 @@ def speed_spectrum(frequency, speed, rms, length_scale, kind="von_karman"):
         > 0. [Hz]
     speed, rms, length_scale : float
         Mean speed [m/s], RMS of its fluctuation [m/s], integral scale [m].
-    kind : {"von_karman", "von_karman_exact", "davenport", "kaimal"}
+    kind : str
+        One of `SPECTRA`.
 
     Notes
     -----
@@ -31,16 +39,7 @@ def speed_spectrum(frequency, speed, rms, length_scale, kind="von_karman"):
     Davenport (1961) (2/3) x/(1 + x^2)^(4/3), for which L is 1200 m. Kaimal (IEC 61400-1) 4/(1 + 6 x)^(5/3).
     """
     passing = length_scale / speed
-    x = frequency * passing
-    if kind == "von_karman":
-        shape = 4 / (1 + 70.7 * x**2) ** (5 / 6)
-    elif kind == "von_karman_exact":
-        shape = 4 / (1 + VON_KARMAN_EXACT * x**2) ** (5 / 6)
-    elif kind == "davenport":
-        shape = 2 / 3 * x / (1 + x**2) ** (4 / 3)
-    else:
-        shape = 4 / (1 + 6 * x) ** (5 / 3)
-    return rms * rms * passing * shape
+    return rms * rms * passing * SPECTRA[kind](frequency * passing)
 
 
 def admittance(frequency, speed, area, kind="vickery"):

@@ -37,9 +37,10 @@ DISTANCE = "horizontal distance from end 1 [m]"
 
 @styled
 def case_forms(cases):
-    """Figure of the forms of one cable: side view with the ground, distance from a steep chord, view along the span.
+    """Figure of the static forms of one cable, one line for each case.
 
-    Of one case it has the point loads and the clearance too.
+    Panels: side view with the ground; distance from the chord, where the chord is steep and hides the sag; view along
+    the span, where the cable leaves the vertical plane. A single case has its point loads and its clearance too.
 
     Parameters
     ----------

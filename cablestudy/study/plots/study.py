@@ -30,10 +30,11 @@ from cablestudy.study.status import OK, has_answer
 
 ROW = "row of the table"
 OTHER_COLUMNS = 4  # columns drawn of a study without `plot:`
-SELDOM = 0.5  # categories over rows, from which a name that comes again is drawn twice at one place
+# texts over rows, from which a picture has the texts along x: the few rows of the same text are drawn at one place
+SELDOM = 0.5
 HEIGHT = 1.75  # of a panel [in]
-MANY_POINTS = 3000  # from which they are drawn as an image in a file of lines, else far larger
-OWN_TICKS = 8  # values along a logarithmic x axis that are themselves its ticks
+MANY_POINTS = 3000  # above it the points of a vector file (SVG, PDF) are an image, which keeps the file small
+OWN_TICKS = 8  # up to so many values along a logarithmic x axis, each value has a tick
 AROUND = {"x": 0.08, "y": 0.15}  # margin about the values along an axis, as a share of their range
 ROUND_TICKS, DECADE_TICKS = {"x": 7, "y": 5}, {"x": 8, "y": 6}  # at most, on a linear and on a logarithmic axis
 EQUAL = 1e-9  # range over the largest value, up to which values differ by rounding

@@ -147,13 +147,17 @@ def drawing_of(case):
     count, markers, bodies = suspension.bodies, [], {}
     for place, name in enumerate(suspension.body_names[:count]):
         body = scene.bodies[name]
-        turned = np.array([*body.attachments.values(), (0.0, 0.0, 0.0)]) @ found.rotation[place].T
-        bodies[name] = found.position[place] + turned
+        bodies[name] = found.position[place] + _places_of_body(body) @ found.rotation[place].T
         if body.markers:
             markers.append(found.position[place] + np.array(list(body.markers.values())) @ found.rotation[place].T)
     junctions = dict(zip(suspension.body_names[count:], found.position[count:], strict=True))
     whole = np.concatenate(markers) if markers else np.zeros((0, 3))
     return Drawing(_curves(found), links, np.asarray(found.catenary.mean_tension), anchors, junctions, bodies, whole)
+
+
+def _places_of_body(body):
+    """Places that show where a `Body` is, body axes, shape (k, 3): its attachments, its reference point last. [m]"""
+    return np.array([*body.attachments.values(), (0.0, 0.0, 0.0)])
 
 
 def _curves(found):
@@ -289,9 +293,8 @@ def draw_parts(axes, drawing, view, colours, lost="", dashes="-", own=None):
         x, y = view(np.array(list(drawing.junctions.values()))).T
         axes.plot(x, y, "o", color=own or "#333333", ms=3 if len(x) < MANY else 1.2, zorder=4)
     for places in drawing.bodies.values():
-        flat = view(places)
-        draw_arms(axes, flat, colors=own or "#222222", linewidths=1.2, zorder=4)
-        axes.plot(*flat[-1], "s", color=own or RED, ms=5 if own is None else 3, zorder=5)
+        arms = {"colors": own or "#222222", "linewidths": 1.2, "zorder": 4}
+        draw_body(axes, view(places), arms, {"color": own or RED, "ms": 5 if own is None else 3, "zorder": 5})
     if len(drawing.markers) and own is None:
         x, y = view(drawing.markers).T
         axes.plot(x, y, "x", color=ORANGE, ms=5, zorder=5)
@@ -309,10 +312,20 @@ def draw_lost(axes, flat, colour):
     return axes.add_collection(LineCollection(flat, **look))
 
 
-def draw_arms(axes, flat, **look):
-    """Lines from the reference point of a body, the last of its places on the paper, to its attachments."""
-    arms = np.stack([flat[:-1], np.broadcast_to(flat[-1], flat[:-1].shape)], axis=1)
-    axes.add_collection(LineCollection(arms, **look))
+def draw_body(axes, flat, arms, mark):
+    """Draw a body at rest or displaced: a square at its reference point, and arms from there to its attachments.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    flat : ndarray, shape (k, 2)
+        Its places of a `Drawing` on the paper, the reference point last.
+    arms, mark : dict
+        Properties of the lines, a LineCollection, and of the square, a Line2D.
+    """
+    lines = np.stack([flat[:-1], np.broadcast_to(flat[-1], flat[:-1].shape)], axis=1)
+    axes.add_collection(LineCollection(lines, **arms))
+    axes.plot(*flat[-1], "s", **mark)
 
 
 def name_all(axes, drawing, view, per_inch):

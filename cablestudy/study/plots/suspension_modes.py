@@ -12,7 +12,7 @@ from cablestudy.scene.determinacy import ROTATIONS
 from cablestudy.study.plots.deflection import between_nodes
 from cablestudy.study.plots.modes import PANELS, columns_of, how_many, no_mode
 from cablestudy.study.plots.style import BLUE, GREEN, GREY, RED, WIDTH, bold, heading, nice, styled
-from cablestudy.study.plots.suspension import draw_arms, drawing_of, scale_bar
+from cablestudy.study.plots.suspension import draw_body, drawing_of, scale_bar
 from cablestudy.study.plots.words import quantity_text, shortened
 from cablestudy.system.suspension import GROUND
 
@@ -203,14 +203,15 @@ def _draw(axes, drawing, view, one, factor):
         axes.plot(*view(places).T, "o", color=STILL, ms=mark, zorder=2)
         axes.scatter(*view(places + factor * moved).T, s=mark**2, c=one.colours(moved), zorder=5)
     for places, moved in one.bodies.values():
-        _body(axes, view(places), STILL, 2)
-        _body(axes, view(places + factor * moved), one.colours(moved[np.linalg.norm(moved, axis=-1).argmax()]), 6)
+        _draw_body(axes, view(places), STILL, 2)
+        colour = one.colours(moved[np.linalg.norm(moved, axis=-1).argmax()])
+        _draw_body(axes, view(places + factor * moved), colour, 6)
 
 
-def _body(axes, flat, colour, zorder):
-    """Arms from the reference point of a body, the last of the places, to its attachments."""
-    draw_arms(axes, flat, colors=colour, linewidths=1.6, zorder=zorder)
-    axes.plot(*flat[-1], "s", color=colour, ms=4, zorder=zorder)
+def _draw_body(axes, flat, colour, zorder):
+    """Draw a body in one colour; parameters as of `draw_body`."""
+    arms = {"colors": colour, "linewidths": 1.6, "zorder": zorder}
+    draw_body(axes, flat, arms, {"color": colour, "ms": 4, "zorder": zorder})
 
 
 def _enlarge(axes, view, one, factor, side, share):
@@ -235,5 +236,5 @@ def _enlarge(axes, view, one, factor, side, share):
     for scale, look, zorder in ((0.0, STILL, 2), (factor, colour, 3)):
         lines = [view(line + scale * shift) for line, shift in one.cables]
         inset.add_collection(LineCollection(lines, colors=look, linewidths=0.7, zorder=zorder))
-        _body(inset, view(places + scale * moved), look, zorder)
+        _draw_body(inset, view(places + scale * moved), look, zorder)
     inset.set_title(shortened(one.body, 16), fontsize=7, color=colour, pad=2)

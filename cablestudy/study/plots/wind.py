@@ -99,7 +99,7 @@ def wind_response(winds, at_rest=None, on=None):
         figure.align_ylabels([shared, upper, lower] if not column else [upper, lower])
     shared.set_xlim(frequency[0], high)
     if extended:
-        _ellipses(figure, grid, states, closed_loop, place)
+        _draw_rms_ellipses(figure, grid, states, closed_loop, place)
     heading(
         figure, f"Wind at {quantity_text(closed_loop.scene.wind.speed, 'm/s')} on {on or body.removesuffix(MIDSPAN)}"
     )
@@ -272,20 +272,25 @@ def _variance(axes, frequency, states, kind):
     axes.legend(loc="upper left", fontsize=7)
 
 
-def _ellipses(figure, grid, states, closed_loop, place):
-    """From above, and in the vertical plane of the mean wind: the extent in any direction is the RMS in it."""
+def _draw_rms_ellipses(figure, grid, states, closed_loop, place):
+    """Draw two ellipses of the RMS of the displacement: seen from above, and in the vertical plane of the mean wind.
+
+    The extent of an ellipse in any direction is the RMS in it.
+    """
     velocity = closed_loop.drag.velocity
-    along, frame = velocity / np.sqrt((velocity**2).sum()), np.eye(3)
-    if place.endswith(MIDSPAN):
-        found, place = closed_loop.equilibrium, place.removesuffix(MIDSPAN)
-        frame, place = found.catenary.span.frame[found.suspension.cable_names.index(place)], f"mid-span of {place}"
-    place = shortened(place, 32)
+    wind_direction = velocity / np.linalg.norm(velocity)
+    frame, title = np.eye(3), place  # the covariance of a body is along the global axes,
+    if place.endswith(MIDSPAN):  # that of a cable along those of its chord
+        cable, equilibrium = place.removesuffix(MIDSPAN), closed_loop.equilibrium
+        frame = equilibrium.catenary.span.frame[equilibrium.suspension.cable_names.index(cable)]
+        title = f"mid-span of {cable}"
+    title = shortened(title, 32)
     planes = (
-        (np.eye(3)[:2], ("x [mm]", "y [mm]"), f"{place} from above"),
-        (np.stack([along, [0.0, 0.0, 1.0]]), ("along the wind [mm]", "z [mm]"), f"{place} from the side"),
+        (np.eye(3)[:2], ("x [mm]", "y [mm]"), f"{title} from above"),
+        (np.stack([wind_direction, [0.0, 0.0, 1.0]]), ("along the wind [mm]", "z [mm]"), f"{title} from the side"),
     )
     half = 1.25 * MM * np.sqrt(max(np.linalg.eigvalsh(state.covariance)[-1] for state in states))
-    for column, (plane, labels, title) in enumerate(planes):
+    for column, (plane, labels, heading_text) in enumerate(planes):
         axes = figure.add_subplot(grid[3, column])
         axes.axhline(0, color=LIGHT, lw=0.9)
         axes.axvline(0, color=LIGHT, lw=0.9)
@@ -293,10 +298,10 @@ def _ellipses(figure, grid, states, closed_loop, place):
             x, y = MM * ellipse(plane @ frame.T @ state.covariance @ frame @ plane.T)
             axes.plot(x, y, color=state.colour, ls=state.dashes, label=state.label)
         if column == 0:
-            _wind_arrow(axes, along[:2])
+            _wind_arrow(axes, wind_direction[:2])
             axes.text(0.02, 0.02, "the extent in a direction is the RMS in it", transform=axes.transAxes, fontsize=7.5)
         axes.set(xlim=(-half, half), ylim=(-half, half), xlabel=labels[0], ylabel=labels[1])
-        axes.set_title(title, loc="left")
+        axes.set_title(heading_text, loc="left")
         axes.set_aspect("equal", adjustable="box")
         plain(axes, 6, 6)
 

@@ -88,16 +88,20 @@ class BodyMode:
         return float(found), np.nan if np.isnan(self.modes.error[self.number]) else float(error)
 
     def damping_ratio(self, airflow=None):
-        """Of its pole, 1 without oscillation, with all modes of the cables, and its estimated relative error. [-]
+        """Damping ratio of the pole of this mode, and its estimated relative error. [-]
 
-        The error is the change from coarser meshes. It is not a number for an exact choice of elements, for modal
-        damping, which grows with the number of modes, and where it does not oscillate. A ratio of no more than rounding
-        is zero.
+        The pole is that with all modes of the cables. A mode that does not oscillate has the ratio 1, and a ratio of no
+        more than rounding is zero. The error is the change from coarser meshes. It is not a number where the scene
+        fixes the elements, for modal damping, which grows with the number of modes, and without oscillation.
 
         Parameters
         ----------
         airflow : Airflow, optional
-            Whose aerodynamic damping counts too.
+            Adds its aerodynamic damping.
+
+        Returns
+        -------
+        ratio, error : float
 
         Raises
         ------

@@ -7,7 +7,6 @@ import numpy as np
 
 from cablestudy.cable.linear_range import linear_range
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of
-from cablestudy.study.columns import SAGS
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import merged_loads, places_of
 from cablestudy.study.status import MODAL
@@ -275,8 +274,9 @@ class SuspensionCase:
         if column is not None and column.needs == "scene":
             return 0.0
         found = max(STUDY.rounding, self.group.rounding_error(self.place), self.group.drag_error(self.place))
-        owner, _, quantity = ("", "", "") if column is None else column.name.rpartition(".")
-        return max(found, self.group.sag_error(self.place, self.cable(owner))) if quantity in SAGS else found
+        if column is None or column.determined_by != "sag":
+            return found
+        return max(found, self.group.sag_error(self.place, self.cable(column.name.rpartition(".")[0])))
 
     def coordinate(self, name, axis):
         """A coordinate of a body or free point, and its estimated relative error; no more than rounding is zero.

@@ -13,7 +13,7 @@ import numpy as np
 from cablestudy.cable.geometry import chord_angles, clearance
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.fields import suggestion
-from cablestudy.study.columns import COLUMNS, FAMILIES, OF_FORM, Column, attribute, lacks, written_key
+from cablestudy.study.columns import COLUMNS, FAMILIES, Column, attribute, lacks, written_key
 from cablestudy.study.columns import find as find_of_one
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
@@ -81,7 +81,7 @@ def _of_cable(column, name):
     def compute(case):
         if column.name in MORE and (key := _missing_key(case.scene, name, own)):
             raise NoSolutionError(f"{own.name} needs the key {key}, which this case does not have")
-        if column.name in OF_FORM:
+        if column.determined_by:
             _refuse_shapeless(case, name)
         if column.each:
             return column.compute(case.hanging(name))

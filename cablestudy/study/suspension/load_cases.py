@@ -16,7 +16,7 @@ from cablestudy.study.load_cases import (
     drag_width,
     elongation,
     ice_mass,
-    on_cable,
+    placed_on_cable,
     point_loads,
     shrunk,
     uneven_drag_errors,
@@ -334,7 +334,7 @@ def _loads(values, names, lengths, warm):
     for case, cable, load in np.argwhere(beyond).tolist():
         at, end = positions[case, cable, load], lengths[case, cable] / warm[case, cable]
         problems[case] = f"{names[cable]}: the load at {at:.6g} m is beyond the cable's end, at {end:.6g} m"
-    places = on_cable(places, lengths)
+    places = placed_on_cable(places, lengths)
     forces, masses = np.where(beyond[..., None], 0.0, forces), np.where(beyond, 0.0, masses)
     order = np.argsort(places, axis=-1, kind="stable")
     return {

@@ -170,7 +170,7 @@ def _stiffness_table(case):
 
 
 def form_tables(scene):
-    """The tables points and cables of the form that force densities give.
+    """Tables `points` and `cables` of the form found by the force density method.
 
     Parameters
     ----------
@@ -179,7 +179,8 @@ def form_tables(scene):
     Returns
     -------
     dict
-        Name -> Table: places of the free points; force density, tension and distance of the ends of each cable.
+        Name -> Table: "points", places of the free points; "cables", force density, tension and distance of the ends
+        of each cable that states a force density.
 
     Raises
     ------

@@ -37,26 +37,33 @@ def evaluate_suspensions(scenes, columns, estimate=False):
         Where a column cannot be had its cell is empty, and the status says why.
     """
     columns = [OF_THE_WHOLE.get(column.name, column) for column in columns]
-    rows, needed = [], any(column.needs in ("statics", "stiffness", "modes", "loop", "wind") for column in columns)
-    most = max((len(scene.cables) for scene in scenes), default=1)
-    at_once = max(STUDY.suspensions_at_once, STUDY.suspended_cables_at_once // max(1, most))
-    for first in range(0, len(scenes), at_once):
-        some = scenes[first : first + at_once]
+    need_statics = any(column.needs in ("statics", "stiffness", "modes", "loop", "wind") for column in columns)
+    need_motion = any(column.needs in SYSTEM for column in columns)
+    compared = estimate or any(column.name == "error_estimate" for column in columns)
+    rows, most_cables = [], max((len(scene.cables) for scene in scenes), default=1)
+    at_once = max(STUDY.suspensions_at_once, STUDY.suspended_cables_at_once // max(1, most_cables))
+    for batch in _batches(scenes, at_once):  # equilibria solved together
         begin = time.perf_counter()
-        cases = cases_of(some) if needed else [SuspensionCase(scene) for scene in some]
-        if estimate or "error_estimate" in [column.name for column in columns]:
+        cases = cases_of(batch) if need_statics else [SuspensionCase(scene) for scene in batch]
+        if compared:
             _compare(cases, columns)
-        shared, moving = (time.perf_counter() - begin) / len(some), any(column.needs in SYSTEM for column in columns)
-        together = (
-            max(1, STUDY.cables_at_once // max(1, *(len(scene.cables) for scene in some))) if moving else len(cases)
-        )
-        for place in range(0, len(cases), together):
-            block, begin = cases[place : place + together], time.perf_counter()
-            if moving:
+        seconds = (time.perf_counter() - begin) / len(batch)
+        at_once_moving = len(cases)
+        if need_motion:
+            at_once_moving = max(1, STUDY.cables_at_once // max(1, *(len(scene.cables) for scene in batch)))
+        for block in _batches(cases, at_once_moving):  # models of cables computed together
+            begin = time.perf_counter()
+            if need_motion:
                 prepare(block)
-            seconds = shared + (time.perf_counter() - begin) / len(block)
-            rows += [_row(case, columns, seconds, estimate) for case in block]
+            seconds_of_row = seconds + (time.perf_counter() - begin) / len(block)
+            rows += [_row(case, columns, seconds_of_row, estimate) for case in block]
     return rows
+
+
+def _batches(items, size):
+    """Yield a sequence in parts of a size, the last one shorter."""
+    for first in range(0, len(items), size):
+        yield items[first : first + size]
 
 
 def _compare(cases, columns):

@@ -192,13 +192,17 @@ def _choice(case, options, found, chosen, highest):
 
 
 def _fewest(case, options, highest):
-    """The `SuspensionChoice` of the fewest modes that leave out a share of the inertia; of equal ones all or none."""
-    size, before = STUDY.most_body_modes if case.scene.model.elements is not None else STUDY.default_modes, ""
+    """The `SuspensionChoice` of the fewest modes that leave out no more than `options.error` of the inertia.
+
+    Of modes with coincident frequencies all are kept, or none. Twice as many modes are computed until they suffice.
+    """
+    size = STUDY.most_body_modes if case.scene.model.elements is not None else STUDY.default_modes
+    too_few = ""  # why the modes computed before do not suffice
     while True:
         try:
             found = case.modes(size)
         except ConvergenceError as failure:
-            raise ConvergenceError(f"{before}{failure}") from None
+            raise ConvergenceError(f"{too_few}{failure}") from None
         every = np.arange(len(found))
         choice = _choice(case, options, found, every, highest)
         try:
@@ -206,7 +210,7 @@ def _fewest(case, options, highest):
         except NoSolutionError as lacking:
             if len(found) < size or size == STUDY.most_body_modes:
                 raise
-            before = f"{lacking}; of more, "
+            too_few = f"{lacking}; of more, "
             size = min(2 * size, STUDY.most_body_modes)
             continue
         for first, last in found.coincident:
