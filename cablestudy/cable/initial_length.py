@@ -74,22 +74,24 @@ def closer_strain_for_tension(span, tension, at="mean"):
 def strains_for_tension(span, tension, at="mean"):
     """Chord strains of n taut cables with given tensions [N] at one of TENSIONS, each of shape (n,). [-]
 
-    Not a number where no bracket near the guess was found: `closer_strain_for_tension` decides.
+    Not a number where no zero near the guess was found, or only the longer one of two cables with this tension:
+    `closer_strain_for_tension` decides.
     """
     highest = _tightest(span, tension, at)
-    loose = -((span.weight_per_length * span.chord * span.cosine) ** 2) / (24 * tension**2)
-    guess = tension / span.axial_stiffness + np.maximum(loose, -0.05)
+    # strain of the tension, less what the sag of a parabola adds to the length of its chord
+    by_sag = -((span.weight_per_length * span.chord * span.cosine) ** 2) / (24 * tension**2)
+    guess = tension / span.axial_stiffness + np.maximum(by_sag, -0.05)
 
     def excess(strain, index):
         return _tension(span.take(index), strain, at) / tension[index] - 1
 
     strain, rises = _root(excess, guess, highest)
-    doubted = np.flatnonzero(~rises & np.isfinite(strain))
-    if len(doubted):
-        only_longer = excess(highest[doubted], doubted) < 0
-        step = np.maximum(1e-6 * np.abs(strain[doubted]), 1e-14)
-        falls = excess(strain[doubted] - step, doubted) >= excess(strain[doubted] + step, doubted)
-        strain[doubted[falls & ~only_longer]] = np.nan
+    unsure = np.flatnonzero(~rises & np.isfinite(strain))
+    if len(unsure):  # where the tension falls with the strain, it is the longer one of two cables
+        no_shorter = excess(highest[unsure], unsure) < 0
+        step = np.maximum(1e-6 * np.abs(strain[unsure]), 1e-14)
+        falls = excess(strain[unsure] - step, unsure) >= excess(strain[unsure] + step, unsure)
+        strain[unsure[falls & ~no_shorter]] = np.nan
     return strain
 
 

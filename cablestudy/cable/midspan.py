@@ -25,18 +25,18 @@ def arc_length_at_midspan(catenary):
     scale = np.maximum(np.abs(kernel.horizontal).max(axis=-1, keepdims=True), CABLE.least_tension)
     rate = kernel.horizontal / scale
     distance = rate * fraction * (1 / stiffness + 2 * (1 + kernel.excess) / kernel.sum_of_tensions)
-    total = np.cumsum(distance, axis=-1)
-    half = total[..., -1:] / 2
-    segment = np.minimum((total < half).sum(axis=-1, keepdims=True), total.shape[-1] - 1)
+    reached = np.cumsum(distance, axis=-1)  # at end 2 of each segment
+    half = reached[..., -1:] / 2
+    middle = np.minimum((reached < half).sum(axis=-1, keepdims=True), reached.shape[-1] - 1)
 
-    def there(values):
-        return np.take_along_axis(np.broadcast_to(values, total.shape), segment, axis=-1)
+    def of_middle(values):
+        """Values of the segments: that of the one which mid-span lies on."""
+        return np.take_along_axis(np.broadcast_to(values, reached.shape), middle, axis=-1)
 
-    whole = there(fraction)
-    weight, cosine, sine = (np.asarray(part)[..., None] for part in (span.weight, span.cosine, span.sine))
-    target, tension = half - there(total - distance), map(there, catenary.tension)
-    part = _root(whole, target, EPSILON * half, there(rate), stiffness, weight, cosine, sine, *tension)
-    position = (there(np.cumsum(fraction, axis=-1) - fraction) + part)[..., 0]
+    weight, cosine, sine = (np.asarray(values)[..., None] for values in (span.weight, span.cosine, span.sine))
+    target, tension = half - of_middle(reached - distance), map(of_middle, catenary.tension)
+    x = _root(of_middle(fraction), target, EPSILON * half, of_middle(rate), stiffness, weight, cosine, sine, *tension)
+    position = (of_middle(np.cumsum(fraction, axis=-1) - fraction) + x)[..., 0]
     return np.where((np.abs(span.cosine) == 0) & (span.transverse_load > 0), 0.5, position)
 
 
@@ -45,7 +45,7 @@ def _root(whole, *data):
     shape = whole.shape
     data = [np.broadcast_to(values, shape).ravel() for values in (whole, *data)]
     low, high, x = np.zeros_like(data[0]), data[0].copy(), data[0] / 2
-    found, active = np.empty_like(x), np.arange(x.size)
+    root, active = np.empty_like(x), np.arange(x.size)
     for _ in range(CABLE.midspan_steps):
         whole, target, rounding, rate, stiffness, weight, cosine, sine, q, n, y = data
         shift = weight * (x - whole) / 2  # of the tension vector, from mid-segment to the middle of the piece up to x
@@ -59,9 +59,9 @@ def _root(whole, *data):
         trial = np.where((trial > low) & (trial < high), trial, (low + high) / 2)
         trial = np.where(np.abs(gap) > rounding, trial, x)
         moving = np.abs(trial - x) > 4e-16
-        found[active] = x = trial
+        root[active] = x = trial
         if not moving.any():
             break
         if not moving.all():  # nearly vertical cables need more steps than all others
             active, low, high, x, *data = (values[moving] for values in (active, low, high, x, *data))
-    return found.reshape(shape)
+    return root.reshape(shape)

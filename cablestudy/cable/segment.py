@@ -108,7 +108,10 @@ def flexibility(tension, weight, axial_stiffness, cosine, sine, kernel):
 
 
 def _shallow(tension, weight, cosine, sine, kernel):
-    """With P = P_mid + W g tau: moments of 1/T^3, the second one by quadrature. For small beta."""
+    """`flexibility` without the axial part for small beta, by small deviations from the chord.
+
+    i0, i1 and i2 are the means over the segment of tau^k/T^3, with P = P_mid + W g tau; i2 is by quadrature.
+    """
     q, n, y = tension
     total, product = kernel.sum_of_tensions, np.maximum(kernel.product, CABLE.least_tension)
     i0 = 2 * total / product
@@ -133,21 +136,24 @@ def _shallow(tension, weight, cosine, sine, kernel):
 
 
 def _deep(tension, cosine, sine, kernel):
-    """Horizontal h and vertical v components, rotated into the chord frame. For large beta."""
+    """`flexibility` without the axial part for large beta, in horizontal and vertical components h, y and v.
+
+    i0, i1 and i2 are the means over the segment of V^k/T^3. The components are rotated into the chord frame at the end.
+    """
     q, n, y = tension
     h, total = kernel.horizontal, kernel.sum_of_tensions
     i0 = 2 * total / np.maximum(kernel.product, CABLE.least_tension)
-    first = (
+    i1 = (
         2 * (q * sine + n * cosine) / np.maximum(total * (kernel.tensions[0] * kernel.tensions[1]), CABLE.least_tension)
     )
-    second = 2 * (1 + kernel.excess) / total - (h * h + y * y) * i0
-    hh, vv, hv = second + y * y * i0, (h * h + y * y) * i0, -h * first
-    hy, vy = -h * y * i0, -y * first
+    i2 = 2 * (1 + kernel.excess) / total - (h * h + y * y) * i0
+    hh, vv, hv = i2 + y * y * i0, (h * h + y * y) * i0, -h * i1
+    hy, vy = -h * y * i0, -y * i1
     mixed = 2 * cosine * sine * hv
     return (
         cosine**2 * hh + mixed + sine**2 * vv,
         sine**2 * hh - mixed + cosine**2 * vv,
-        second + h * h * i0,
+        i2 + h * h * i0,
         cosine * sine * (vv - hh) + (cosine**2 - sine**2) * hv,
         cosine * hy + sine * vy,
         cosine * vy - sine * hy,

@@ -199,7 +199,7 @@ class Span:
         Returns
         -------
         ndarray, shape (..., k, 3)
-            Each cable's to the last digit as if it were alone.
+            Of a cable in a batch the same to the last digit as of that cable alone.
 
         Raises
         ------

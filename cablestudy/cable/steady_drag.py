@@ -26,9 +26,9 @@ class Profile:
     exponent : ndarray, shape (...)
         Of the speed; zero where the wind is the same at all heights. [-]
     height : ndarray, shape (...)
-        Above the ground, at which the pressure is that stated. [m]
+        Height above the ground at which the pressure is the stated one. [m]
     ground : ndarray of float or object, shape (...)
-        Levels, or where one is none for each the arrays of x and z of points between which it is straight. [m]
+        Levels; if any ground is not level, for each row the x and the z of points between which it is straight. [m]
     """
 
     exponent: np.ndarray
@@ -37,28 +37,29 @@ class Profile:
 
     @classmethod
     def of(cls, exponent, height, grounds):
-        """Profile of n rows, None where all are uniform.
+        """`Profile` of n rows, None if the wind of every row is the same at all heights.
 
         Parameters
         ----------
         exponent, height : ndarray, shape (n,)
-            Not a number where there is none.
+            Not a number where the wind is uniform.
         grounds : sequence
             Level, or tuple of (x, z), or None for the level 0. [m]
         """
         exponent = np.nan_to_num(exponent)
         if not exponent.any():
             return None
-        if any(isinstance(own, tuple) for own in grounds):
-            ground = np.empty(len(exponent), dtype=object)
-            for row, own in enumerate(grounds):
-                ground[row] = tuple(np.array(own if isinstance(own, tuple) else [(0.0, own or 0.0)], dtype=float).T)
+        if any(isinstance(ground, tuple) for ground in grounds):
+            lines = np.empty(len(exponent), dtype=object)
+            for row, ground in enumerate(grounds):
+                points = ground if isinstance(ground, tuple) else [(0.0, ground or 0.0)]
+                lines[row] = tuple(np.array(points, dtype=float).T)
         else:
-            ground = np.array([own or 0.0 for own in grounds])
-        return cls(exponent, np.where(exponent > 0, height, 1.0), ground)
+            lines = np.array([level or 0.0 for level in grounds])
+        return cls(exponent, np.where(exponent > 0, height, 1.0), lines)
 
     def take(self, index):
-        """That of some rows or cables, or of one."""
+        """`Profile` of some rows or cables, or of one."""
         return Profile(self.exponent[index], self.height[index], self.ground[index])
 
     def over(self, count):
@@ -75,7 +76,9 @@ class Profile:
             Exactly 1 where the wind is uniform. [-]
         """
         more = (1,) * (where.ndim - 1 - self.exponent.ndim)
-        exponent, height, level = (own.reshape(own.shape + more) for own in (self.exponent, self.height, self.ground))
+        exponent, height, level = (
+            values.reshape(values.shape + more) for values in (self.exponent, self.height, self.ground)
+        )
         above = where[..., 2] - (self._ground_under(where[..., 0]) if level.dtype == object else level)
         return np.where(exponent > 0, (np.maximum(above, 0.0) / height) ** (2 * exponent), 1.0)
 
@@ -90,15 +93,15 @@ class Profile:
             Places of their ends 1. [m]
         """
         nodes, weights = np.polynomial.legendre.leggauss(CABLE.drag_points)
-        found = self.pressure(places(cable, (1 + nodes) / 2) + end_1[..., None, :])
-        return np.where(self.exponent > 0, np.nan_to_num((found * weights).sum(axis=-1) / 2, nan=1.0), 1.0)
+        pressure = self.pressure(places(cable, (1 + nodes) / 2) + end_1[..., None, :])
+        return np.where(self.exponent > 0, np.nan_to_num((pressure * weights).sum(axis=-1) / 2, nan=1.0), 1.0)
 
     def _ground_under(self, x):
         """Height of the ground at x, shape (..., k); beyond the points of a ground that of the last one. [m]"""
-        found = np.empty(x.shape)
+        level = np.empty(x.shape)
         for row in np.ndindex(self.ground.shape):
-            found[row] = np.interp(x[row], *self.ground[row])
-        return found
+            level[row] = np.interp(x[row], *self.ground[row])
+        return level
 
 
 @dataclass(frozen=True)

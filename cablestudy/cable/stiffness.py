@@ -71,8 +71,8 @@ def internal_forces(state, frame="chord"):
     Returns
     -------
     ndarray, shape (nodes, 3)
-        In equilibrium the weight and loads on the inner nodes (`equilibrium.external_forces`); the cable acts on what
-        holds its nodes with the opposite force. [N]
+        On the inner nodes of a cable in equilibrium its weight and loads (`equilibrium.external_forces`). The cable
+        acts on what holds its nodes with the opposite force. [N]
     """
     mesh, element, t = state.mesh, basis(state.mesh.order), _tangent(state, frame)
     pull = (element.weights * state.tension)[..., None] * t * state.force

@@ -59,14 +59,14 @@ class Integrals:
         ndarray, shape (w, o)
         """
         weights = np.stack([self.weights[name] for name in names or self.weights])
-        known, rest = response.split(TURN * self.panels.highest)
-        known = known.take(damped(known, self.least))
+        modal, rest = response.split(TURN * self.panels.highest)
+        modal = modal.take(damped(modal, self.least))
         if rest is None:
-            return variances(known, self.panels, self.noise, weights)
-        return mixed_variances(known, rest, self.gusts.matrix_times, self.panels, self.noise, weights)
+            return variances(modal, self.panels, self.noise, weights)
+        return mixed_variances(modal, rest, self.gusts.matrix_times, self.panels, self.noise, weights)
 
     def undamped(self, response, whole, stiffness):
-        """Of each output the pole that nothing damps, of those that the gusts excite the one that moves it most.
+        """Pole of the undamped motion that moves each output most, of those motions that the gusts excite.
 
         Parameters
         ----------
@@ -74,30 +74,31 @@ class Integrals:
         whole : ndarray, shape (o,)
             Variances of its outputs.
         stiffness : ndarray, shape (o,)
-            Energy per square of each output, by which they are compared; 0 of one that does not matter.
+            Energy per square of each output, by which outputs are compared; 0 for one that does not matter.
 
         Returns
         -------
         ndarray, complex, shape (o,)
-            0 of an output that no such pole moves. [rad/s]
+            0 for an output that no such motion moves. [rad/s]
         """
-        known, _ = response.split(TURN * self.panels.highest)
-        left = known.take(~damped(known, self.least) & (known.poles != 0))
-        if not len(left.poles):
+        modal, _ = response.split(TURN * self.panels.highest)
+        undamped = modal.take(~damped(modal, self.least) & (modal.poles != 0))
+        if not len(undamped.poles):
             return np.zeros(len(whole), dtype=complex)
-        size, inputs = np.abs(left.poles), left.inputs[:, :, None]
-        force = (left.inputs * self.gusts.matrix_times(size / TURN, inputs.conj())[..., 0]).sum(axis=1).real
-        own = np.abs(left.outputs.T) ** 2 * stiffness * (force / (2 * self.least * size))[:, None]  # at most
-        energy = whole * stiffness
-        rounded = WIND.still * max(own.max(), energy.max())
-        excited = own > np.maximum(WIND.undamped_share * energy, rounded)
-        return np.where(excited.any(axis=0), left.poles[np.argmax(own, axis=0)], 0.0)
+        omega, inputs = np.abs(undamped.poles), undamped.inputs[:, :, None]
+        force = (undamped.inputs * self.gusts.matrix_times(omega / TURN, inputs.conj())[..., 0]).sum(axis=1).real
+        # of each pole (rows) in each output (columns), as if its damping ratio were `least`
+        energy = np.abs(undamped.outputs.T) ** 2 * stiffness * (force / (2 * self.least * omega))[:, None]
+        whole_energy = whole * stiffness
+        rounding = WIND.still * max(energy.max(), whole_energy.max())
+        excited = energy > np.maximum(WIND.undamped_share * whole_energy, rounding)
+        return np.where(excited.any(axis=0), undamped.poles[np.argmax(energy, axis=0)], 0.0)
 
 
 def damped(residues, least=WIND.undamped):
-    """Which poles of a stable system have a damping ratio above one, and above rounding.
+    """True for the poles of a stable system with a damping ratio above `least`, and a decay above rounding.
 
-    Of a complex stiffness those below the real axis grow: they are no resonances.
+    With a complex stiffness the poles below the real axis grow: they are no resonances.
     """
     rate, size = np.abs(residues.poles.real), np.abs(residues.poles)
     oscillating = np.abs(residues.poles.imag) > least * size
