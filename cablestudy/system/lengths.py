@@ -290,7 +290,7 @@ def search(suspension, which, found, method, low, high, reference, above):
     found, method
         As for `solve`.
     low, high, reference : ndarray, shape (n, m)
-        [N]
+        Bounds of the mean tensions of these cables, and what they shall be close to. [N]
     above : float
         Least tension of a cable over the least that it can have by its own weight. [-]
 
@@ -307,45 +307,46 @@ def search(suspension, which, found, method, low, high, reference, above):
     (`rounding.Bounds`). It has no answer where several steps in a row leave no tensions within the bounds, as far from
     them as before.
     """
-    part, state, going = begun(suspension, which, low, high, above)
-    cases = len(going.index)
-    whole, possible, answers = copy_record(state), going.possible.copy(), np.full(cases, None, dtype=object)
+    # `part`, `state` and `iterates` are of the cases still searched for, the others of all cases
+    part, state, iterates = first_iterates(suspension, which, low, high, above)
+    cases = len(iterates.index)
+    states, possible, answers = copy_record(state), iterates.possible.copy(), np.full(cases, None, dtype=object)
     record = SearchRecord(
         np.zeros(cases, dtype=int), np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
     )  # fmt: skip
     for number in range(SYSTEM.lengths_steps + 1):
-        index, linear = going.index, linearised(part, state, which, found)
-        solutions = distributions(linear, going, method, reference[index], high[index])
+        index, linear = iterates.index, linearised(part, state, which, found)
+        solutions = distributions(linear, iterates, method, reference[index], high[index])
         answers[index] = solutions
-        step, asked, wide = limited(part, state, going, solutions, found)
-        change = sizes_of(step, asked, going)
-        going = with_infeasible(going, solutions, high[index], above)
-        going, reason = judged(going, linear, solutions, change, last=number == SYSTEM.lengths_steps)
+        step, tension, turn = limited(part, state, iterates, solutions, found)
+        change = sizes_of(step, tension, iterates)
+        iterates = with_infeasible(iterates, solutions, high[index], above)
+        iterates, reason = with_reasons(iterates, linear, solutions, change, last=number == SYSTEM.lengths_steps)
         assign_rows(record, index, SearchRecord(np.full(len(index), number), linear.imbalance, change, reason))
-        assign_rows(whole, index, state)
-        possible[index] = going.possible
+        assign_rows(states, index, state)
+        possible[index] = iterates.possible
         rest = np.flatnonzero(reason == GOING_ON)
         if not len(rest):
             break
-        going = eased(going, asked, change, wide, number)
-        going, part, fresh = take_rows(going, rest), part.take(rest), take_rows(state, rest)
-        fresh = displaced(part, fresh, step[rest])
-        part, going = with_tensions(part, fresh, going, which, asked[rest], low[going.index], high[going.index], above)
-        state = fitted(part, fresh)
-    words = [
+        iterates = with_damping(iterates, tension, change, turn, number)
+        iterates, part, state = take_rows(iterates, rest), part.take(rest), take_rows(state, rest)
+        state, index = displaced(part, state, step[rest]), iterates.index
+        part, iterates = with_tensions(part, state, iterates, which, tension[rest], low[index], high[index], above)
+        state = with_stated(part, state)
+    problems = [
         describe(suspension, which, *case) for case in zip(answers, record.converged, low, possible, high, strict=True)
     ]
-    return whole, record, np.array(words, dtype=object)
+    return states, record, np.array(problems, dtype=object)
 
 
-def begun(suspension, which, low, high, above):
+def first_iterates(suspension, which, low, high, above):
     """Suspension whose cables state the first tensions, its state, and `Iterates` of all cases."""
     given = tuple(kind or "preload" for kind in suspension.given)
     value = np.array(suspension.value)
     cut = replace(suspension, given=("unstretched_length",) * len(given), value=np.ones_like(value))
     value[:, which] = tension = first_tensions(suspension, start(cut), which, low, high)
     part = replace(suspension, given=given, value=value)
-    state = fitted(part, start(part))
+    state = with_stated(part, start(part))
     cases = len(value)
     infinite, none = np.full(cases, np.inf), np.zeros(cases, dtype=int)
     possible = possible_tensions(part, state, which, low, tension, above)
@@ -355,35 +356,35 @@ def begun(suspension, which, low, high, above):
     )  # fmt: skip
 
 
-def distributions(linear, going, method, reference, high):
+def distributions(linear, iterates, method, reference, high):
     """`Distribution` of each case: tensions that solve its linear problem."""
-    found = []
-    for k, tension in enumerate(going.tension):
+    solutions = []
+    for k, tension in enumerate(iterates.tension):
         right = linear.by_tension[k] @ tension - linear.net[k]
-        limits = reference[k], going.possible[k], high[k], going.damping[k], tension
-        found.append(distribute(linear.by_tension[k], linear.by_place[k], right, method, *limits))
-    return found
+        limits = reference[k], iterates.possible[k], high[k], iterates.damping[k], tension
+        solutions.append(distribute(linear.by_tension[k], linear.by_place[k], right, method, *limits))
+    return solutions
 
 
-def limited(suspension, state, going, solutions, found):
+def limited(suspension, state, iterates, solutions, found):
     """Steps of the bodies, no longer than a search allows, tensions after them, and largest turns asked for [rad]."""
     step = np.zeros((*state.position.shape[:-1], 6))
     step[:, found] = [answer.unbounded for answer in solutions]
     step = step / body_units(suspension)
-    wide = np.abs(step[..., 3:]).max(axis=(-1, -2))
+    turn = np.abs(step[..., 3:]).max(axis=(-1, -2))
     share = allowed_share(suspension, state, step)
-    asked = np.array([answer.tension for answer in solutions])
-    asked = going.tension + share[:, None] * (asked - going.tension)
-    return step * share[:, None, None], np.maximum(asked, SYSTEM.least_tension_share * going.tension), wide
+    tension = np.array([answer.tension for answer in solutions])
+    tension = iterates.tension + share[:, None] * (tension - iterates.tension)
+    return step * share[:, None, None], np.maximum(tension, SYSTEM.least_tension_share * iterates.tension), turn
 
 
-def sizes_of(step, asked, going):
+def sizes_of(step, tension, iterates):
     """Sizes of steps of tensions, over the largest one, and bodies, about as if undamped, shape (k,). [-]"""
-    change = np.abs(asked - going.tension).max(axis=-1) / going.tension.max(axis=-1)
-    return (change + np.abs(step).max(axis=(-1, -2))) * (1 + going.damping**2)
+    change = np.abs(tension - iterates.tension).max(axis=-1) / iterates.tension.max(axis=-1)
+    return (change + np.abs(step).max(axis=(-1, -2))) * (1 + iterates.damping**2)
 
 
-def with_infeasible(going, solutions, high, above):
+def with_infeasible(iterates, solutions, high, above):
     """`Iterates` with the steps counted that leave no tensions within the bounds.
 
     A step counts where nothing holds the loads, where cables would have to push or are too heavy for their bounds, and
@@ -392,55 +393,57 @@ def with_infeasible(going, solutions, high, above):
     tension = np.array([answer.tension for answer in solutions])
     held = np.array([answer.held for answer in solutions])
     within = np.array([answer.within for answer in solutions])
-    outside = np.maximum(np.maximum(going.possible - tension, tension - high), 0.0).sum(axis=-1)
-    heavy = (going.possible > above * high).any(axis=-1)
-    farther = outside >= SYSTEM.lengths_progress * going.outside
+    outside = np.maximum(np.maximum(iterates.possible - tension, tension - high), 0.0).sum(axis=-1)
+    heavy = (iterates.possible > above * high).any(axis=-1)
+    farther = outside >= SYSTEM.lengths_progress * iterates.outside
     hopeless = ~held | (~within & (heavy | (tension.min(axis=-1) < 0) | farther))
     return replace(
-        going,
-        infeasible=np.where(hopeless, going.infeasible + 1, 0),
-        outside=np.where(within, np.inf, np.minimum(outside, going.outside)),
+        iterates,
+        infeasible=np.where(hopeless, iterates.infeasible + 1, 0),
+        outside=np.where(within, np.inf, np.minimum(outside, iterates.outside)),
     )
 
 
-def judged(going, linear, solutions, change, last):
-    """`Iterates` with their smallest change, and why each of them ends: place in REASONS, or GOING_ON."""
-    falling = change < SYSTEM.lengths_progress * going.least_change
-    going = replace(
-        going,
-        stalled=np.where(falling, 0, going.stalled + 1),
-        least_change=np.minimum(change, going.least_change),
+def with_reasons(iterates, linear, solutions, change, last):
+    """`Iterates` with their smallest change, and the reason why each ends: place in REASONS, or GOING_ON."""
+    falling = change < SYSTEM.lengths_progress * iterates.least_change
+    iterates = replace(
+        iterates,
+        stalled=np.where(falling, 0, iterates.stalled + 1),
+        least_change=np.minimum(change, iterates.least_change),
     )
-    good = np.array([answer.held and answer.within for answer in solutions])
-    fine = change <= linear.rounding
-    found = (linear.least <= 1) & fine
-    stuck = (going.stalled >= np.where(fine, 1, SYSTEM.lengths_patience)) | last
+    balanced = np.array([answer.held and answer.within for answer in solutions])
+    settled = change <= linear.rounding
+    converged = (linear.least <= 1) & settled
+    stuck = (iterates.stalled >= np.where(settled, 1, SYSTEM.lengths_patience)) | last
     rounded = stuck & (linear.most <= 1) & (change < SYSTEM.rough_balance)
-    ended = found | rounded | (going.infeasible >= SYSTEM.infeasible_steps) | last
-    why = np.where(good, np.where(found, CONVERGED, np.where(rounded, ROUNDED, TOO_MANY)), UNHELD)
-    return going, np.where(ended, why, GOING_ON)
+    ended = converged | rounded | (iterates.infeasible >= SYSTEM.infeasible_steps) | last
+    reason = np.where(balanced, np.where(converged, CONVERGED, np.where(rounded, ROUNDED, TOO_MANY)), UNHELD)
+    return iterates, np.where(ended, reason, GOING_ON)
 
 
-def eased(going, asked, change, wide, number):
+def with_damping(iterates, tension, change, turn, number):
     """`Iterates` with the damping of the next step, after the changes of this one."""
-    direction = (asked - going.tension) / going.tension
-    back = (going.direction * direction).sum(axis=-1) < 0
+    direction = (tension - iterates.tension) / iterates.tension
+    back = (iterates.direction * direction).sum(axis=-1) < 0
     diverging = (
-        (wide > SYSTEM.largest_turn)
-        | ((change > SYSTEM.shrinking_step * going.change) & back & (number > 2))
-        | (change > SYSTEM.growing_step * going.change)
+        (turn > SYSTEM.largest_turn)
+        | ((change > SYSTEM.shrinking_step * iterates.change) & back & (number > 2))
+        | (change > SYSTEM.growing_step * iterates.change)
     )
-    damping, least = damped(going.damping, going.least_damping, diverging, change > SYSTEM.slow_step * going.change)
-    return replace(going, direction=direction, damping=damping, least_damping=least, change=change)
+    damping, least = damped(
+        iterates.damping, iterates.least_damping, diverging, change > SYSTEM.slow_step * iterates.change
+    )
+    return replace(iterates, direction=direction, damping=damping, least_damping=least, change=change)
 
 
-def with_tensions(suspension, state, going, which, asked, low, high, above):
+def with_tensions(suspension, state, iterates, which, asked, low, high, above):
     """Suspension and `Iterates` with the tensions asked for, raised to what is possible where the bodies are."""
     possible = possible_tensions(suspension, state, which, low, asked, above)
     tension = np.maximum(asked, np.minimum(possible, high))
     value = np.array(suspension.value)
     value[:, which] = tension
-    return replace(suspension, value=value), replace(going, tension=tension, possible=possible)
+    return replace(suspension, value=value), replace(iterates, tension=tension, possible=possible)
 
 
 def damped(damping, least, diverging, slow):
@@ -487,7 +490,7 @@ def allowed_share(suspension, state, step):
     return 1 / np.maximum(1.0, np.maximum(far, wide))
 
 
-def fitted(suspension, state):
+def with_stated(suspension, state):
     """State with the lengths for which the cables have what they state, the bodies at rest."""
     strain, _ = stated.fit(spans(suspension, state), suspension.given, suspension.value, state.strain)
     return replace(state, strain=strain, length=size(state.chord) / (1 + strain))

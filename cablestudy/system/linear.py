@@ -615,15 +615,15 @@ def assemble(cables, moved, bodies, imposed=None, stiffness=0.0):
     driven = np.zeros((3, modal + b, imposed.shape[1]), dtype=whole.dtype)
     whole[0, modal:, modal:], whole[2, modal:, modal:] = bodies, stiffness
     begin, body = 0, slice(modal, None)
-    for place, (cable, parts) in enumerate(zip(cables, matrices, strict=True)):
+    for number, (cable, parts) in enumerate(zip(cables, matrices, strict=True)):
         n = len(cable.omega)
-        own, ends = slice(begin, begin + n), slice(6 * place, 6 * place + 6)
+        modes, ends = slice(begin, begin + n), slice(6 * number, 6 * number + 6)
         for total, outer, matrix in zip(whole, driven, parts, strict=True):
-            total[own, own] = matrix[:n, :n]
-            total[own, body] = matrix[:n, n:] @ moved[ends]
-            total[body, own] = total[own, body].T
+            total[modes, modes] = matrix[:n, :n]
+            total[modes, body] = matrix[:n, n:] @ moved[ends]
+            total[body, modes] = total[modes, body].T
             total[body, body] += moved[ends].T @ matrix[n:, n:] @ moved[ends]
-            outer[own] += matrix[:n, n:] @ imposed[ends]
+            outer[modes] += matrix[:n, n:] @ imposed[ends]
             outer[body] += moved[ends].T @ matrix[n:, n:] @ imposed[ends]
         begin += n
     mass, damping, total = whole
@@ -631,36 +631,38 @@ def assemble(cables, moved, bodies, imposed=None, stiffness=0.0):
 
 
 def _assemble_sparse(cables, matrices, moved, bodies, imposed, stiffness):
-    """`assemble` for a sparse G: block-diagonal matrices of all modes and all ends, of which bodies move the ends."""
+    """`assemble` for a sparse G: block-diagonal matrices of the cables, whose ends then move with the bodies."""
     from scipy.sparse import block_array, coo_array, csc_array, eye_array
 
     sizes = np.array([len(cable.omega) for cable in cables])
     modal, ends = int(sizes.sum()), 6 * len(cables)
     first = np.cumsum(sizes) - sizes
     rows, columns, values = [], [], ([], [], [])
-    for size in np.unique(sizes):
+    for size in np.unique(sizes):  # cables with equal numbers of modes together
         alike = np.flatnonzero(sizes == size)
-        own = first[alike, None] + np.arange(size)
-        index = np.concatenate([own, modal + 6 * alike[:, None] + np.arange(6)], axis=1)
+        modes, ends_of_alike = first[alike, None] + np.arange(size), modal + 6 * alike[:, None] + np.arange(6)
+        index = np.concatenate([modes, ends_of_alike], axis=1)
         rows.append(np.repeat(index, size + 6, axis=1).ravel())
         columns.append(np.tile(index, (1, size + 6)).ravel())
-        for part, found in enumerate(values):
-            found.append(np.stack([matrices[cable][part] for cable in alike.tolist()]).ravel())
+        for part, entries in enumerate(values):
+            entries.append(np.stack([matrices[cable][part] for cable in alike.tolist()]).ravel())
     rows, columns = np.concatenate(rows), np.concatenate(columns)
     bodies, stiffness = csc_array(bodies), csc_array(stiffness) if np.ndim(stiffness) else 0 * csc_array(bodies)
-    follow = block_array([[eye_array(modal), None], [None, moved]], format="csr") if modal else csc_array(moved)
-    imposed_by_winches = np.concatenate([np.zeros((modal, imposed.shape[1])), imposed])
-    whole, driven = [], []
-    for found, added in zip(values, (bodies, 0 * bodies, stiffness), strict=True):
-        entries = np.concatenate(found)
-        there = entries != 0
-        matrix = coo_array((entries[there], (rows[there], columns[there])), shape=(modal + ends,) * 2).tocsr()
+    # modes and ends by the coordinates of the system, and by the movements of the winches
+    by_system = block_array([[eye_array(modal), None], [None, moved]], format="csr") if modal else csc_array(moved)
+    by_winches = np.concatenate([np.zeros((modal, imposed.shape[1])), imposed])
+    assembled, driven = [], []
+    for parts, of_bodies in zip(values, (bodies, 0 * bodies, stiffness), strict=True):
+        entries = np.concatenate(parts)
+        nonzero = entries != 0
+        matrix = coo_array((entries[nonzero], (rows[nonzero], columns[nonzero])), shape=(modal + ends,) * 2).tocsr()
         if modal:
-            added = block_array([[csc_array((modal, modal)), None], [None, added]], format="csc")
-        whole.append((follow.T @ matrix @ follow + added).tocsc())
-        whole[-1].sum_duplicates()  # sorted: who sorts a copy that shares its numbers would spoil them
-        driven.append(follow.T @ (matrix @ imposed_by_winches))
-    mass, damping, total = whole
+            of_bodies = block_array([[csc_array((modal, modal)), None], [None, of_bodies]], format="csc")
+        assembled.append((by_system.T @ matrix @ by_system + of_bodies).tocsc())
+        # sorts the indices too: whoever sorted those of a copy that shares the values would put these in disorder
+        assembled[-1].sum_duplicates()
+        driven.append(by_system.T @ (matrix @ by_winches))
+    mass, damping, total = assembled
     return LinearSystem(mass.real, damping.real, total, tuple(-part for part in driven[::-1]), bodies.shape[0])
 
 
