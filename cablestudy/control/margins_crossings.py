@@ -33,10 +33,10 @@ class Crossings:
         return len(self.omega)
 
     def take(self, chosen):
-        """Some of them, with what is known of them."""
-        some = Crossings(self.omega[chosen], self.values[chosen])
-        vars(some).update({name: value[chosen] for name, value in vars(self).items()})
-        return some
+        """`Crossings` of some of them, with the properties already computed."""
+        taken = Crossings(self.omega[chosen], self.values[chosen])
+        vars(taken).update({name: value[chosen] for name, value in vars(self).items()})
+        return taken
 
     @cached_property
     def slope(self):
@@ -53,7 +53,7 @@ class Crossings:
 
     @cached_property
     def factor(self):
-        """Of the gain, that each needs, interpolated, shape (c,)."""
+        """Factor of the gain with which the pole crosses, interpolated, shape (c,)."""
         with np.errstate(divide="ignore", invalid="ignore"):  # of values that rounding leaves of zero
             return -1 / (self.values[:, 0] + self.slope * (self.place - self.omega[:, 0])).real
 
@@ -63,14 +63,14 @@ class Crossings:
         return self.slope.imag > 0
 
     def sorted(self):
-        """By ascending factor, those once that are found twice."""
+        """`Crossings` by ascending factor, without repetitions."""
         order = np.argsort(self.factor, kind="stable")
-        own = self.take(order)
-        factor, place = own.factor, own.place
-        again = (np.diff(factor) <= CONTROL.same_crossing * factor[1:]) & (
+        ordered = self.take(order)
+        factor, place = ordered.factor, ordered.place
+        repeated = (np.diff(factor) <= CONTROL.same_crossing * factor[1:]) & (
             np.abs(np.diff(place)) <= CONTROL.same_crossing * place[1:]
         )
-        return own.take(np.append(True, ~again)) if len(own) else own
+        return ordered.take(np.append(True, ~repeated)) if len(ordered) else ordered
 
 
 def crossings(omega, values):
@@ -93,36 +93,39 @@ def crossings(omega, values):
     return found.take((factor > 0) & (factor < np.inf))
 
 
-def refined(function, found):
-    """`Crossings` to rounding, by ascending factor; those that lie between the same frequencies are told apart.
+def refined(function, brackets):
+    """`Crossings` located to rounding, by ascending factor; several between the same two frequencies are separated.
 
-    Those that values between their frequencies do not show are none: two eigenvalues were taken for one.
+    Values between the frequencies of each are computed. Where they show no crossing it is dropped: two eigenvalues were
+    mistaken for one.
 
     Parameters
     ----------
     function : callable
         The loop gain: s, shape (f,) -> shape (f, k, k).
-    found : Crossings
+    brackets : Crossings
     """
 
-    def at(omega):
+    def eigenvalues_at(omega):
         return eigenvalues(by_parts(function, omega.ravel()))
 
-    alone = False
-    for _ in range(CONTROL.crossing_zooms if len(found) else 0):
-        low, high = found.omega.T
+    single = False
+    for _ in range(CONTROL.crossing_zooms if len(brackets) else 0):
+        low, high = brackets.omega.T
         omega = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, CONTROL.crossing_points)
-        values = at(omega)
-        alone, found = values.shape[-1] == 1, crossings(omega, values.reshape(*omega.shape, -1)).sorted()
-        if not len(found):
+        values = eigenvalues_at(omega)
+        single = values.shape[-1] == 1
+        brackets = crossings(omega, values.reshape(*omega.shape, -1)).sorted()
+        if not len(brackets):
             break
-    return _by_secant(at, found, alone).sorted() if len(found) else found
+    return _by_secant(eigenvalues_at, brackets, single).sorted() if len(brackets) else brackets
 
 
-def _by_secant(at, bracket, alone):
-    """`Crossings` to rounding, from brackets with one each; `at`: frequencies [rad/s] -> eigenvalues, shape (f, k).
+def _by_secant(eigenvalues_at, bracket, single):
+    """`Crossings` to rounding, from brackets with one each.
 
-    Where each value is `alone`, k being 1, none can be taken for another one.
+    `eigenvalues_at`: frequencies [rad/s], shape (f,) -> eigenvalues, shape (f, k). With a `single` one, k
+    being 1, none can be mistaken for another.
     """
     found, (low, high) = bracket, bracket.omega.T
     least = np.maximum(CONTROL.secant_last_step * (high - low), CONTROL.secant_rounding * high)
@@ -132,16 +135,16 @@ def _by_secant(at, bracket, alone):
         if not moved.any():
             break
         expected = found.values[:, 1] + found.slope * (place - found.omega[:, 1])
-        values = at(place[moved])
+        values = eigenvalues_at(place[moved])
         nearest = np.abs(values - expected[moved, None]).argmin(axis=1)
-        omega, own = found.omega.copy(), found.values.copy()
+        omega, pairs = found.omega.copy(), found.values.copy()
         omega[moved] = np.stack([found.omega[moved, 1], place[moved]], axis=1)
-        own[moved] = np.stack([found.values[moved, 1], values[np.arange(len(values)), nearest]], axis=1)
-        found = Crossings(omega, own)
+        pairs[moved] = np.stack([found.values[moved, 1], values[np.arange(len(values)), nearest]], axis=1)
+        found = Crossings(omega, pairs)
     # with the slope of the bracket, which has the sign of the crossing: that of the last two values may be rounding
     last, value, width = found.omega[:, 1], found.values[:, 1], high - low
     found = Crossings(np.stack([last, last + width], axis=1), np.stack([value, value + bracket.slope * width], axis=1))
-    if alone:  # beside a narrow pole the rounding of the loop gain may be all that is left of its imaginary part
+    if single:  # beside a narrow pole the rounding of the loop gain may be all that is left of its imaginary part
         return found
     rounding = 2 * least * np.abs(bracket.slope)
     return found.take(np.abs(value.imag) <= CONTROL.crossing_real * np.abs(value) + rounding)

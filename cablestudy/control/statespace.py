@@ -208,7 +208,9 @@ def cable(model, chosen=None, residual=True, forces=None):
 
 @np.errstate(all="ignore")
 def coupled(model, mass, location="ground", chosen=None, residual=True, forces=None, damping=0.0):
-    """A gondola on end 2, free along x, and a winch that moves an end along x; all other ends at rest.
+    """`StateSpace` of a cable with a gondola on end 2, free along x, and a winch that moves an end along x.
+
+    All other displacements of the ends are held at rest.
 
     Parameters
     ----------

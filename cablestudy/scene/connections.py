@@ -143,19 +143,19 @@ def unheld(movable, stands, owners):
     """
     neighbours = {name: set() for name in (None, *movable)}
     for pair in owners:
-        for one, other in (pair, pair[::-1]):
-            neighbours.setdefault(one, set()).add(other)
+        for owner, other in (pair, pair[::-1]):
+            neighbours.setdefault(owner, set()).add(other)
     reached = {None, *stands, *(neighbours.keys() - set(movable))}
     front = list(reached)
     while front:
         new = neighbours[front.pop()] - reached
         reached |= new
         front += new
-    found = []
+    problems = []
     for name in movable:
         if not neighbours[name]:
-            found.append((name, "nothing holds it: no cable ends at it"))
+            problems.append((name, "nothing holds it: no cable ends at it"))
         elif name not in reached:
             others = ", ".join(sorted(neighbours[name] - {name})) or "itself"
-            found.append((name, f"nothing holds it: its cables lead to nothing that is fixed (only to {others})"))
-    return found
+            problems.append((name, f"nothing holds it: its cables lead to nothing that is fixed (only to {others})"))
+    return problems

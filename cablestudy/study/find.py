@@ -100,7 +100,7 @@ def search(goal, document, enclose=False):
     goal, document
         As of `solve`.
     enclose : bool
-        See `roots.zeros`.
+        As of `roots.zeros`.
 
     Returns
     -------
@@ -108,7 +108,7 @@ def search(goal, document, enclose=False):
     statuses : dict
         Each value tried -> status of its row.
     notes : list of str
-        On the range that was searched, unless it was asked for, and on gaps in it.
+        The range that was searched, unless the goal states it, and the gaps in it that were not.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def search(goal, document, enclose=False):
     start, scene = check_goal(goal, document)
     statuses = {}
 
-    def distance(values):
+    def difference(values):
         doing(f"{counted(len(statuses) + len(values), 'value')} of {goal.key.name} tried for {goal}")
         numbers, reasons = _numbers(goal, document, values)
         statuses.update(zip(values.tolist(), reasons, strict=True))
@@ -131,8 +131,9 @@ def search(goal, document, enclose=False):
         ranges = [[places_between(goal.quantity.low, goal.quantity.high, 2 * effort.points)]]
     else:
         ranges = ranges_about(start, goal.quantity.low, goal.quantity.high, effort.points, effort.reach)
+    # a zero of the least margin of all limits is first searched with the limits that decide there
     cheaper = partial(_governing, goal, document) if goal.column.name == "limit_margin" and not goal.value else None
-    found = zeros(distance, ranges, effort, enclose, cheaper)
+    found = zeros(difference, ranges, effort, enclose, cheaper)
     notes = [] if goal.between else [
         f"searched: {goal.key.name} from {goal.of_key(found.low, found.high)}; {goal.elsewhere}"
     ]  # fmt: skip
@@ -142,22 +143,22 @@ def search(goal, document, enclose=False):
 
 
 def _governing(goal, document, low, high):
-    """Least margin of those limits, each in one load case, that do not hold at both of two values of the key.
+    """Function for the least margin of those limits, each in one load case, that fail at one of two values, or at both.
 
     Returns
     -------
     callable
-        Value of the key -> margin, not a number where some have no value.
+        Value of the key -> margin, not a number where one of these limits has none.
     """
     ends = zip(*checks_of(scenes_at(goal, document, [low, high]), limits_by_case), strict=True)
     chosen = {number for number, checks in enumerate(ends) if any((check.margin or 0.0) <= 0 for check in checks)}
 
-    def some(scene):
+    def limits_chosen(scene):
         return [limit for number, limit in enumerate(limits_by_case(scene)) if number in chosen]
 
     def margin(value):
         try:
-            (checks,) = checks_of(scenes_at(goal, document, [value]), some)
+            (checks,) = checks_of(scenes_at(goal, document, [value]), limits_chosen)
         except SceneError:
             return np.nan
         return np.nan if isinstance(checks, SceneError) or unanswered(checks) else min(c.margin for c in checks)

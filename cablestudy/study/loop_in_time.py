@@ -331,16 +331,17 @@ def _responses(closed_loop, motion, space, output, input_, components, times):
     return loop_response.responses(closed, alone, *places, components, times)
 
 
-def remarks_of(drive, right, found, dampings):
-    """Lines on what a `Drive` does to a `TimeResponse` whose delay is right up to a frequency [rad/s]: tuple of str.
+def remarks_of(drive, right_up_to, response, dampings):
+    """Remarks on a `TimeResponse`: how damping and delay are approximated, and a winch too fast for its `Drive`.
 
-    That frequency is zero where no delay is approximated. `dampings` are those of all cables.
+    The phase of the delay is right up to a frequency [rad/s], zero where no delay is approximated. `dampings` are those
+    of all cables.
     """
-    remarks, speed = [], np.abs(found.winch_speed).max()
+    remarks, speed = [], np.abs(response.winch_speed).max()
     if has_loss_factor(dampings):
         remarks.append("damping: hysteretic, viscous in time, with the same loss of each mode at its frequency")
-    if right:
-        remarks.append(f"delay: Padé approximants, whose phase is right up to {right / (2 * np.pi):.4g} Hz")
+    if right_up_to:
+        remarks.append(f"delay: Padé approximants, whose phase is right up to {right_up_to / (2 * np.pi):.4g} Hz")
     if drive.max_speed is not None and speed > drive.max_speed:
         remarks.append(
             f"warning: the winch would reach {MILLI * speed:.4g} mm/s, above its max_speed of "

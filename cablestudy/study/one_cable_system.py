@@ -53,7 +53,7 @@ class CableAirflow(Airflow):
     on_cable : Drag
         Of the cable, in the direction of the mean wind.
     side : str
-        Names it.
+        Name of the direction of the wind.
     """
 
     on_cables = True
@@ -77,7 +77,7 @@ class InCableWind:
     ----------
     sides : list of DynamicAnalysis
     moved : list of str
-        Outputs of what it moves.
+        Names of the outputs that are its displacements.
     """
 
     def __init__(self, sides, moved):
@@ -89,16 +89,16 @@ class InCableWind:
 
     def rms_to(self, accuracy, names):
         """`rms` of displacements or tensions of a bare cable, with more modes until its error is an accuracy."""
-        found, side = self._largest(self.sides, names, "value", True)
-        while found[1] > accuracy and side.finer is not None:
-            found, side = self._largest([side.finer], names, "value", True)
-        return found
+        (rms, error), side = self._largest(self.sides, names, "value", True)
+        while error > accuracy and side.finer is not None:
+            (rms, error), side = self._largest([side.finer], names, "value", True)
+        return rms, error
 
     @staticmethod
     def _largest(winds, names, variance, open_loop):
-        """RMS and error of the largest of some outputs in some winds, and in which."""
-        found = [(wind.largest_rms(names, variance, open_loop), wind) for wind in winds]
-        return max(found, key=lambda one: one[0][0])
+        """RMS and error of the largest of some outputs, and the one of some winds in which it is largest."""
+        largest = [(wind.largest_rms(names, variance, open_loop), wind) for wind in winds]
+        return max(largest, key=lambda rms_error_wind: rms_error_wind[0][0])
 
     def side(self, open_loop=False):
         """The `DynamicAnalysis` that displaces it more; raises as `DynamicAnalysis.rms`."""
@@ -106,7 +106,7 @@ class InCableWind:
 
 
 def in_wind_of(case, damping=0.0, kind=DynamicAnalysis):
-    """`DynamicAnalysis` of a case: its gondola with the winch loop, and in the wind on it.
+    """`DynamicAnalysis` of a case with its winch loop, in wind that blows on the gondola alone.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def in_wind_of(case, damping=0.0, kind=DynamicAnalysis):
 
 
 def in_cable_wind_of(case, kind=DynamicAnalysis):
-    """`InCableWind` of a case, whose cable the wind damps too.
+    """`InCableWind` of a case, whose cable is damped by the wind too.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def in_cable_wind_of(case, kind=DynamicAnalysis):
 
 
 def in_wind_from(case, direction, side, kind=DynamicAnalysis):
-    """`DynamicAnalysis` of a case in the wind on its cable, as a horizontal unit vector has it, shape (3,).
+    """`DynamicAnalysis` of a case in wind along a horizontal unit vector, shape (3,), that blows on its cable too.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def in_wind_from(case, direction, side, kind=DynamicAnalysis):
         As for `in_cable_wind_of`.
     direction : ndarray
     side : str
-        Names it.
+        Name of the direction of the wind.
     """
     wind, bare = case.scene.wind, case.scene.gondola is None
     scene = as_suspension(case.scene, 0.0 if bare else case.cable_air_damping)
@@ -199,7 +199,7 @@ def _planes(case):
 def prepare(cases):
     """Compute the modes that loop and wind need first, of gondola and cable or of the cable, of many cases together.
 
-    What one cannot have it says when asked.
+    An error is raised only when the case is asked for the result.
 
     Parameters
     ----------

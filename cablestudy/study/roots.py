@@ -183,31 +183,31 @@ def zeros(function, ranges, effort, enclose=False, cheaper=None):
     enclose : bool
         Whether the search goes on until the function is negative, or has no value, at both ends of what was tried.
     cheaper : callable, optional
-        Two places -> function of one place to be tried first between them: where it has a zero, and there the same
-        value, that is one.
+        Two places -> cheaper function of one place, tried first between them: its zero is taken where the function has
+        the same value.
 
     Returns
     -------
     Zeros
     """
     scan = _Scan(function, effort, cheaper)
-    ended = set()
+    ended_sides = set()
     for sides in ranges:
-        going_on = {number: places for number, places in enumerate(sides) if number not in ended}
-        if not going_on:
+        open_sides = {number: places for number, places in enumerate(sides) if number not in ended_sides}
+        if not open_sides:
             break
-        scan.evaluate(np.concatenate(list(going_on.values())))
+        scan.evaluate(np.concatenate(list(open_sides.values())))
         if len(scan.finite()[0]):
-            ended |= {number for number, places in going_on.items() if all(map(isnan, map(scan.value, places)))}
+            ended_sides |= {number for number, places in open_sides.items() if all(map(isnan, map(scan.value, places)))}
         found, jumps = scan.search()
         if found and not (enclose and scan.rises_to_an_end()):
             break
     if not found and not (jumps and effort.costly):
-        scan.approach_zero()
+        scan.approach_zero()  # there may be a zero, else a message names how close the function comes
         found, jumps = scan.search()
-    known = scan.finite()
+    with_values = scan.finite()
     ends = min(scan.tried), max(scan.tried)
-    return Zeros(found, jumps, scan.plateaus, scan.gaps_left(), *ends, known, effort.equal(known[1]))
+    return Zeros(found, jumps, scan.plateaus, scan.gaps_left(), *ends, with_values, effort.equal(with_values[1]))
 
 
 class _Scan:
@@ -266,7 +266,7 @@ class _Scan:
         return [gap for gap, may_cross in self._gaps() if not may_cross]
 
     def _gaps(self):
-        """Yield each wide gap between a place that has a value and a neighbour that has none; may a zero lie in it."""
+        """Yield each wide gap between a place with a value and a neighbour without one, and if it may hold a zero."""
         known = sorted(self.tried.items())
         for k, ((a, f), (b, g)) in enumerate(pairwise(known)):
             if isnan(f) != isnan(g) and b - a > STUDY.edge * max(abs(a), abs(b)):

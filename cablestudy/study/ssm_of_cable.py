@@ -257,11 +257,12 @@ def nodal_forces(case, modes):
     transfer = np.zeros((6, len(inner), 3))
     for system in case.dynamics.systems:
         axes = list(system.axes)
-        second = system.end_shapes[1:-1]
-        for end, shapes in enumerate((np.eye(len(axes)) - second, second)):
-            # share of a force along a at a node that an end takes along b
-            transfer[np.ix_([3 * end + b for b in axes], range(len(inner)), axes)] = shapes.transpose(2, 0, 1)
-    both_frames = np.kron(np.eye(2), frame)
-    transfer = both_frames.T @ (transfer @ frame).reshape(6, -1)
+        # the ends take a force at a node in the shares by which they displace the node when moved
+        share_2 = system.end_shapes[1:-1]
+        for end, share in enumerate((np.eye(len(axes)) - share_2, share_2)):
+            transfer[np.ix_([3 * end + b for b in axes], range(len(inner)), axes)] = share.transpose(2, 0, 1)
+    # to global axes, of the ends and of the forces
+    frames_of_ends = np.kron(np.eye(2), frame)
+    transfer = frames_of_ends.T @ (transfer @ frame).reshape(6, -1)
     labels = tuple((f"force_node_{k + 1}_{axis}", "N") for k in range(len(inner)) for axis in "xyz")
     return statespace.Forces(modal, transfer, labels)

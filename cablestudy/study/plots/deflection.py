@@ -28,7 +28,7 @@ def deflections(form):
         Height of a panel [in], and the function that draws it in a cell of the grid of a figure.
     """
     mesh, *nodal = nodal_deflections(form.case)
-    positions, both = between_nodes(mesh, np.stack(nodal, axis=-1))
+    positions, both = between_nodes(mesh, np.stack(nodal, axis=-1))  # last axis: full, linear
     level, up = form.plane(both[:, 0], both[:, 1])
     movement = {"vertical": up, "sideways": both[:, 2], "horizontal": level}
     names = ["vertical"] if form.case.span.planar else ["vertical", "sideways"]
@@ -41,13 +41,13 @@ def deflections(form):
         partial(panel, title, f"movement\n{WORDS[name]} ", list(zip(movement[name].T, (FULL, LINEAR), strict=True)))
         for name in names
     ]
-    apart = [(movement[name][:, 1] - movement[name][:, 0], APART[name]) for name in names]
-    painted.append(partial(panel, "Difference of the two", "linear − full\n", apart))
+    differences = [(movement[name][:, 1] - movement[name][:, 0], APART[name]) for name in names]
+    painted.append(partial(panel, "Difference of the two", "linear − full\n", differences))
     return [(HEIGHT, paint) for paint in painted]
 
 
 def between_nodes(mesh, nodal):
-    """Interpolates nodal values within the elements.
+    """Interpolate nodal values within the elements.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def between_nodes(mesh, nodal):
 
 
 def _paint(form, x, title, label, lines, figure, place):
-    """Draws a panel of lines, each with its look, and a dotted line at each load."""
+    """Draw a panel of lines, each with its look, and a dotted line at each load."""
     axes = figure.add_subplot(place)
     scale, unit = _length_unit([values for values, _ in lines])
     for values, look in lines:

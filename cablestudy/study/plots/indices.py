@@ -13,7 +13,7 @@ KINDS = {
     "first_order": {"color": BLUE, "marker": "o", "label": "first order: of the key alone"},
     "total": {"color": ORANGE, "marker": "s", "mfc": "white", "label": "total: with all that it interacts in"},
 }
-LIMITS = (-0.05, 1.05)  # that are always shown
+LIMITS = (-0.05, 1.05)  # of the shares, always shown
 
 
 @styled
@@ -34,17 +34,17 @@ def sensitivity_plot(study, table):
     others = [field for field in table.fields if field.name not in fixed]
     groups = _groups(table.rows, others)
     count = min(len(groups), PANELS)
-    side = 1 if count == 1 else 2
+    columns = 1 if count == 1 else 2
     keys = max((len(rows) for rows in groups.values()), default=1)
-    lines = -(-count // side)
-    figure = Figure(figsize=(WIDTH, lines * (0.75 + 0.36 * keys) + 0.9), layout="constrained")
-    grid = panels(figure, count, side, sharey=True)
-    for place, (axes, (group, rows)) in enumerate(zip(grid, groups.items(), strict=False)):
+    panel_rows = -(-count // columns)
+    figure = Figure(figsize=(WIDTH, panel_rows * (0.75 + 0.36 * keys) + 0.9), layout="constrained")
+    grid = panels(figure, count, columns, sharey=True)
+    for number, (axes, (group, rows)) in enumerate(zip(grid, groups.items(), strict=False)):
         _panel(axes, rows)
         title = _title(others, group)
-        axes.set_title(wrapped(title, 0.38 * WIDTH if side == 2 else 0.7 * WIDTH, 9), loc="left", **bold(title))
-        axes.tick_params(labelleft=place % side == 0)
-    for axes in grid[-side:]:
+        axes.set_title(wrapped(title, 0.38 * WIDTH if columns == 2 else 0.7 * WIDTH, 9), loc="left", **bold(title))
+        axes.tick_params(labelleft=number % columns == 0)
+    for axes in grid[-columns:]:
         axes.set_xlabel("share of the variance")
     drawn = [row[name] for row in table.rows for name in fixed[2:] if row.get(name) is not None]
     grid[0].set_xlim(min([LIMITS[0], *drawn]) - 0.02, max([LIMITS[1], *drawn]) + 0.02)
@@ -68,7 +68,7 @@ def _title(others, group):
 
 
 def _panel(axes, rows):
-    """Draws the indices of one column; a note where it has none."""
+    """Draw the indices of one column, or a note if it has none."""
     names = [key_words(row["parameter"]) for row in rows]
     places = np.arange(len(rows))
     for (kind, look), aside in zip(KINDS.items(), (-0.13, 0.13), strict=True):

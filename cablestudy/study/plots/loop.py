@@ -282,20 +282,20 @@ def loop_in_time(solved):
 
 
 def _displacement(axes, solved):
-    """What is measured, with and without the loop: its largest value, and of a step where it settles."""
-    time, found, unit, step = solved.time, solved.found, solved.unit, solved.step
-    if found.open_loop is not None:
-        axes.plot(time, MILLI * found.open_loop, color=GREY, lw=1.0, ls="--", label="without the loop")
-    moved = MILLI * found.measured
-    axes.plot(time, moved, color=BLUE, label="loop closed")
-    place = int(np.argmax(np.abs(moved)))
+    """Draw the measured displacement with and without the loop, its largest value, and where that of a step settles."""
+    time, response, unit, step = solved.time, solved.found, solved.unit, solved.step
+    if response.open_loop is not None:
+        axes.plot(time, MILLI * response.open_loop, color=GREY, lw=1.0, ls="--", label="without the loop")
+    displacement = MILLI * response.measured
+    axes.plot(time, displacement, color=BLUE, label="loop closed")
+    largest = int(np.argmax(np.abs(displacement)))
     if step is None or step.taken_back or step.overshoot > CONTROL.settling_band:
         over = "" if step is None or step.taken_back else f" ({100 * step.overshoot:.3g} % over)"
-        axes.plot(time[place], moved[place], "o", color=RED, ms=4,
-                  label=with_minus(f"{moved[place]:.4g} {unit} at {time[place]:.4g} s{over}"))  # fmt: skip
+        axes.plot(time[largest], displacement[largest], "o", color=RED, ms=4,
+                  label=with_minus(f"{displacement[largest]:.4g} {unit} at {time[largest]:.4g} s{over}"))  # fmt: skip
     if step is not None:
-        around = CONTROL.settling_band * step.size * np.array([-1, 1])
-        axes.axhspan(*(MILLI * (step.final + around)), color=RED, alpha=0.15, lw=0)
+        band = CONTROL.settling_band * step.size * np.array([-1, 1])
+        axes.axhspan(*(MILLI * (step.final + band)), color=RED, alpha=0.15, lw=0)
     if step is not None and step.settling_time is not None and step.resolved:
         settled = f"settled to 2 % at {step.settling_time:.4g} s"
         axes.axvline(step.settling_time, color=RED, lw=0.9, ls=":", label=settled)

@@ -19,7 +19,7 @@ from cablestudy.study.scene_values import SceneValues
 
 
 class CablesAtRest(Results):
-    """`Results` of all cables of a suspension where they hang, without the way there.
+    """`Results` of all cables of a suspension in their equilibrium, which is given.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class CablesAtRest(Results):
 
     @property
     def limp(self):
-        """Which have no definite form, shape (c,)."""
+        """True for cables without a definite form, shape (c,)."""
         return self.catenary.slack
 
     @property
@@ -73,10 +73,10 @@ class CableModes:
     def _case(self, name):
         """`Case` of the cable of a name."""
         if name not in self._cases:
-            place = list(self._scene.cables).index(name)
-            one = SimpleNamespace(model=self._scene.model, cable=self._scene.cables[name], gondola=None, winch=None)
-            self._cases[name] = Case(one, self._results, place)
-            self._cases[name]._closed.key = name  # what its results are shared by
+            index = list(self._scene.cables).index(name)
+            scene = SimpleNamespace(model=self._scene.model, cable=self._scene.cables[name], gondola=None, winch=None)
+            self._cases[name] = Case(scene, self._results, index)
+            self._cases[name]._closed.key = name  # results of equal keys are shared
         return self._cases[name]
 
     def modes(self, name, count, upto):
@@ -91,7 +91,7 @@ class CableModes:
         name : str
             Of the cable.
         column : Column
-            Of one cable, of a mode.
+            Of a mode, as of a scene of one cable.
 
         Raises
         ------

@@ -348,7 +348,7 @@ def wind_columns_of(scene, name):
 
 
 def find(name):
-    """The column of a name, with or without its unit, whatever the suspension.
+    """`Column` of a name, with or without its unit; `why_not` says if a suspension can have it.
 
     Parameters
     ----------
@@ -373,31 +373,27 @@ def find(name):
     owner, dot, quantity = name.partition(".")
     if dot and OF_CABLE_MODES.fullmatch(quantity):
         return _cable_mode(find_of_one(quantity), owner)
-    known, numbered = WHOLE, "frequency_K"
+    columns, numbered = WHOLE, "frequency_K"
     if dot:
-        stiffness = [_stiffness(owner, row, column) for row, column in product(AXES, AXES)]
-        static = [_static_frequency(owner, number) for number in range(1, len(AXES) + 1)]
-        known, numbered = (
-            [
-                *body_columns(owner),
-                *all_cable_columns(owner),
-                *stiffness,
-                *static,
-                *linear_ranges(owner),
-                *force_displacements(owner),
-                *mode_columns(owner),
-                *link_columns(owner),
-            ],
-            f"{owner}.frequency_K",
-        )
-        last = name.rpartition(".")[0]
-        known += [*place_columns(last), *turn_columns(last), *tension_columns(last), midspan_column(last)]
-        known += actuator_columns(last)
-    for column in known:
+        numbered = f"{owner}.frequency_K"
+        columns = [
+            *body_columns(owner),
+            *all_cable_columns(owner),
+            *(_stiffness(owner, row, column) for row, column in product(AXES, AXES)),
+            *(_static_frequency(owner, number) for number in range(1, len(AXES) + 1)),
+            *linear_ranges(owner),
+            *force_displacements(owner),
+            *mode_columns(owner),
+            *link_columns(owner),
+        ]
+        place = name.rpartition(".")[0]  # BODY.MARKER too
+        columns += [*place_columns(place), *turn_columns(place), *tension_columns(place), midspan_column(place)]
+        columns += actuator_columns(place)
+    for column in columns:
         if owner and name in (column.name, column.header):
             return column
-    of_cables = [f"{owner}.{family.name}" for family in FAMILIES] if dot else []
-    hint = suggestion(name, [numbered, *of_cables, *(column.name for column in known)])
+    of_cable_modes = [f"{owner}.{family.name}" for family in FAMILIES] if dot else []
+    hint = suggestion(name, [numbered, *of_cable_modes, *(column.name for column in columns)])
     raise ValueError(f"unknown column of a suspension {name!r} ({hint})")
 
 

@@ -35,7 +35,7 @@ class DynamicAnalysis:
     airflow : Airflow or None
     model : FixedModel or None
     known : dict
-        What cases of this equilibrium share, and winds that damp it alike: it is filled.
+        Plants and loops shared by the cases of this equilibrium whose winds damp it alike: it is filled.
     cables : Cables, optional
         Of this equilibrium, with damping.
     modes : dict, optional
@@ -50,7 +50,7 @@ class DynamicAnalysis:
         self._accuracy, self._midspans, self._least = scene.model.accuracy or STUDY.fixed_model_accuracy, False, 0
 
     def closed_loop_of(self, count, responses=False, among=0):
-        """`ClosedLoop` with so many modes, which may be unstable.
+        """`ClosedLoop` with a number of modes, which may be unstable; computed once for the cases that share it.
 
         Parameters
         ----------
@@ -65,24 +65,24 @@ class DynamicAnalysis:
         NoSolutionError, ConvergenceError
             There are no modes to the accuracy.
         """
-        scene, (driving, control) = self.scene, self._keys
-        solved, loops = max(count, among), self._known.setdefault(driving, {})
-        linear = count, solved, responses, driving, self._midspans
-        if linear not in self._known:
-            modes = self._modes_of(solved).first(count)
-            known = scene, self._equilibrium, self.airflow, modes, self._accuracy, self._model
-            self._known[linear] = Plant(*known, loops=loops, responses=responses, midspans=self._midspans)
-        blown = *linear, self.airflow and self.airflow.side
-        if blown not in self._known:
-            self._known[blown] = self._known[linear].blown_by(self.airflow)
-        moving = *blown, control
-        if moving not in self._known:
-            self._known[moving] = ClosedLoop(scene, self._known[blown])
-        return self._known[moving]
+        scene, (winches, control) = self.scene, self._keys
+        computed, loops = max(count, among), self._known.setdefault(winches, {})
+        plant_key = count, computed, responses, winches, self._midspans
+        if plant_key not in self._known:
+            modes = self._modes_of(computed).first(count)
+            arguments = scene, self._equilibrium, self.airflow, modes, self._accuracy, self._model
+            self._known[plant_key] = Plant(*arguments, loops=loops, responses=responses, midspans=self._midspans)
+        plant_in_wind_key = *plant_key, self.airflow and self.airflow.side
+        if plant_in_wind_key not in self._known:
+            self._known[plant_in_wind_key] = self._known[plant_key].blown_by(self.airflow)
+        closed_loop_key = *plant_in_wind_key, control
+        if closed_loop_key not in self._known:
+            self._known[closed_loop_key] = ClosedLoop(scene, self._known[plant_in_wind_key])
+        return self._known[closed_loop_key]
 
     @cached_property
     def _keys(self):
-        """What a plant of one equilibrium depends on, and a loop: two texts."""
+        """Texts that stand for the winches and actuators, and for the control, in the keys of what cases share."""
         return repr((self.scene.winches, self.scene.actuators)), repr(self.scene.control)
 
     def _modes_of(self, count):

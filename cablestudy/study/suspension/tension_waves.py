@@ -1,9 +1,10 @@
 """Changes of the variances of tensions by waves along and across cables that are faster than the modes of a model.
 
-Of the force of the gusts on a cable, what no mode of the model takes up reaches its ends at once. In truth it comes
-with waves, most of it with the first ones above the highest mode, and each follows its share as a mass on a spring
-does. So let all of it follow as the first wave along the cable, or as the first one across it: it is larger by the
-resonance of that wave, and less by all that is faster. The ends are taken to be held, and the winches at rest.
+A model hands the share of the gusts' force on a cable that none of its modes takes up to the ends of the cable at
+once. In truth this share comes with waves, most of it with the first ones above the highest mode, and each follows its
+part as a mass on a spring does. The estimate lets the whole share follow as the first wave along the cable, or as the
+first one across it: it is larger by the resonance of that wave, and less by all that is faster. The ends are taken to
+be held, and the winches at rest.
 """
 
 from dataclasses import replace
@@ -28,42 +29,44 @@ def change_by_waves(plant, weights):
     Returns
     -------
     ndarray
-        0 of all but tensions. For their rates it is up to five times too small: nearly all of the change is the
-        resonance of the first wave along a cable that sags, which is excited more than the force left to its ends says.
+        0 for all but tensions. For their rates it is up to five times too small: nearly all of the change is the
+        resonance of the first wave along a cable that sags, which is excited more than that share of the force implies.
         No column shows such a rate; the largest tension depends on its logarithm, see `crossings`.
     """
-    gusts, state, found = plant.gusts, plant.at_rest, plant.at_rest.variances[0]
-    change, residues = np.zeros(found.shape), state.residues
-    rows, *kinds = _first_waves(plant)
-    moved = residues.direct[rows].any(axis=1)
-    if plant.model is not None or not moved.any():
+    gusts, state, variances = plant.gusts, plant.at_rest, plant.at_rest.variances[0]
+    change, residues = np.zeros(variances.shape), state.residues
+    rows, *poles_of_kinds = _first_waves(plant)
+    driven = residues.direct[rows].any(axis=1)  # tensions of cables whose ends some force reaches at once
+    if plant.model is not None or not driven.any():
         return change
-    rows, poles = np.tile(rows[moved], len(kinds)), np.concatenate([poles[moved] for poles in kinds])
-    own, inputs = np.diag(np.abs(poles) ** 2 / (2j * poles.imag)), residues.direct[rows]
+    count, rows = len(poles_of_kinds), np.tile(rows[driven], len(poles_of_kinds))
+    poles = np.concatenate([poles[driven] for poles in poles_of_kinds])
+    # a wave is an oscillator that follows a slow force fully: its two poles replace the direct share
+    outputs, inputs = np.diag(np.abs(poles) ** 2 / (2j * poles.imag)), residues.direct[rows]
     following = replace(
         residues,
         poles=np.concatenate([residues.poles, poles, poles.conj()]),
         inputs=np.concatenate([residues.inputs, inputs, inputs]),
-        outputs=np.concatenate([residues.outputs[rows], own, -own], axis=1),
+        outputs=np.concatenate([residues.outputs[rows], outputs, -outputs], axis=1),
         direct=np.zeros_like(inputs),
     )
     low, high = state.range
     edges = gusts.edges(low, max(high, STUDY.wave_range * np.abs(poles).max() / TURN))
     integrals = Integrals.on(edges, gusts, weights, state.least)
-    factor = np.repeat([STUDY.waves_along, STUDY.waves_across], len(rows) // len(kinds))
-    np.add.at(change.T, rows, (factor * np.abs(integrals.variances(following) - found[:, rows])).T)
+    factor = np.repeat([STUDY.waves_along, STUDY.waves_across], len(rows) // count)
+    np.add.at(change.T, rows, (factor * np.abs(integrals.variances(following) - variances[:, rows])).T)
     return change
 
 
 def _first_waves(plant):
     """The first waves along and across each cable with mass, above the modes of a `Plant`.
 
-    Of a straight cable with fixed ends, of its damping and, across it, with that of the air.
+    The cables are taken as straight, with fixed ends and their damping; waves across are damped by the air too.
 
     Returns
     -------
     rows : ndarray of int, shape (r,)
-        Tensions of these cables.
+        Outputs of the plant that are the tensions at the ends of these cables.
     along, across : ndarray, complex, shape (r,)
         Poles. [rad/s]
     """
@@ -80,12 +83,12 @@ def _first_waves(plant):
         for name in ("ratio", "loss_factor", "time", "viscous")
     )
     air = wind.air_density * wind.speed * offered / 2 if plant.braked else 0.0  # across wind and cable
-    found = []
+    poles = []
     for force, strained, rubbed in ((stiffness, 1.0, viscous), (tension, STUDY.strained_share, viscous + air)):
         first = np.pi / length * np.sqrt(force / mass)
         omega = first * np.maximum(np.ceil(plant.modes.solution.omega[-1] / first), 1.0)
         damping = ratio + strained * (loss + time * omega) / 2 + rubbed / (2 * mass * omega)
         damping = np.clip(damping, STUDY.least_wave_damping, STUDY.most_wave_damping)
-        found.append(np.repeat(omega * (-damping + 1j * np.sqrt(1 - damping**2)), 2))
+        poles.append(np.repeat(omega * (-damping + 1j * np.sqrt(1 - damping**2)), 2))
     rows = len(plant.outputs) - 2 * len(cables) + 2 * heavy
-    return ((rows[:, None] + np.arange(2)).ravel(), *found)
+    return ((rows[:, None] + np.arange(2)).ravel(), *poles)
