@@ -86,9 +86,9 @@ def echo_notes(lines, quiet=False):
 
 
 def finish(scene, answer, style, plot=None, explain=False, quiet=False):
-    """Print the notes of an `Answer` and why it has no solution, save its picture, print its tables; the exit code.
+    """Print the notes, failures and tables of an `Answer`, save its picture, and return the exit code.
 
-    `scene`: what messages call it.
+    `scene`: its name in messages.
     """
     end_shown()
     if style.top and answer.table is not None and answer.table.single:

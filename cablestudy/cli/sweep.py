@@ -63,24 +63,24 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
     with interruptible(interrupted):
         from cablestudy.interface.study import Study, command_text
 
-        asked = Study(study, sets, vary)
-        echo_notes(asked.notes, quiet)
+        study = Study(study, sets, vary)
+        echo_notes(study.notes, quiet)
         if dry_run:
-            print_table(asked.cases(), style)
+            print_table(study.cases(), style)
             return 0
-        select = asked.selection(style.columns, sensitivity, where=where, sort=sort, best=best, pareto=pareto)
-        if asked.asked and keep:
+        select = study.selection(style.columns, sensitivity, where=where, sort=sort, best=best, pareto=pareto)
+        if study.asked and keep:
             keep = False
-            echo_notes([f"not written: the study does not list {', '.join(asked.asked)}"], quiet)
+            echo_notes([f"not written: the study does not list {', '.join(study.asked)}"], quiet)
         tolerance = None
         if check:
-            asked.files(out).check_stored()
-            tolerance = asked.tolerances(rtols)
+            study.files(out).check_stored()
+            tolerance = study.tolerances(rtols)
         options = {"quiet": quiet, "estimate": style == "json", **how}
-        with asked.run(out, keep, shard, **options) as work:
-            compute(work, asked.words)
+        with study.run(out, keep, shard, **options) as work:
+            compute(work, study.words)
             if not shard:
-                return finish(asked, work, style, plot, tolerance, command_text(typed), select, sensitivity)
+                return finish(study, work, style, plot, tolerance, command_text(typed), select, sensitivity)
             echo_notes([f"written: {work.finish_shard(command_text(typed))}"], quiet)
             return NO_ANSWER if work.failed else 0
 
@@ -97,7 +97,7 @@ def compute(work, words):
 
 
 def finish(study, work, style, plot, tolerance, command, select=None, indices=False):
-    """The table of a complete run, compared, or written and printed; the exit code."""
+    """Compare the table of a complete run with the stored one, or write and print it; return the exit code."""
     table, files, quiet = work.table(), work.files, work.options.quiet
     if work.options.keep:
         work.write(table, command)
@@ -114,7 +114,7 @@ def finish(study, work, style, plot, tolerance, command, select=None, indices=Fa
 
 
 def print_differences(table, path, tolerance, quiet):
-    """The cells of a table that differ from the stored one; the exit code."""
+    """Print the cells of a table that differ from the stored one; return the exit code."""
     from cablestudy.interface.study import differences
 
     number = 0
@@ -137,11 +137,11 @@ def show(study, sets, vary, out, style, plot, quiet, sensitivity, **selection):
     exclude(click.get_current_context().params, ((("--sensitivity",), SELECTION),))
     from cablestudy.interface.study import Study
 
-    asked = Study(study, sets, vary)
-    with asked.stored(out) as stored:
-        select = asked.selection(style.columns, sensitivity, **selection)
-        if asked.asked:
-            names, near = ", ".join(asked.asked), asked.varied_alike
+    study = Study(study, sets, vary)
+    with study.stored(out) as stored:
+        select = study.selection(style.columns, sensitivity, **selection)
+        if study.asked:
+            names, near = ", ".join(study.asked), study.varied_alike
             hint = f"did you mean {' or '.join(near)}? else " if near else ""
             raise SceneError(
                 f"{stored.path}: no column {names}: {hint}'cablestudy sweep' with these options computes it"
@@ -152,7 +152,7 @@ def show(study, sets, vary, out, style, plot, quiet, sensitivity, **selection):
         echo_notes([*stored.notes, f"{stored.path}: {number} row{'s' * (number != 1)}"], quiet)
         table, notes = select(stored.table) if select else (stored.table, [])
         if plot:
-            left_out = asked.save_figure(plot, table, sensitivity, style.columns)
+            left_out = study.save_figure(plot, table, sensitivity, style.columns)
             echo_notes([f"written: {plot}", *left_out], quiet)
         echo_notes(notes, quiet)
         print_table(table, style)
@@ -165,8 +165,8 @@ def merge(study, sets, vary, out, style, plot, quiet):
     with interruptible(lambda: ["interrupted: the shards are as they were"]):
         from cablestudy.interface.study import Study, command_text
 
-        asked, typed = Study(study, sets, vary), click.get_current_context().obj["words"]
-        echo_notes(asked.notes, quiet)
-        with asked.merged(out, quiet) as work:
-            echo_notes([*work.failures(asked.words), *work.warnings()], quiet)
-            return finish(asked, work, style, plot, None, command_text(typed))
+        study, typed = Study(study, sets, vary), click.get_current_context().obj["words"]
+        echo_notes(study.notes, quiet)
+        with study.merged(out, quiet) as work:
+            echo_notes([*work.failures(study.words), *work.warnings()], quiet)
+            return finish(study, work, style, plot, None, command_text(typed))

@@ -18,7 +18,7 @@ KINDS = 20  # of notes on rows that are listed
 
 
 def open_run(study, files, jobs, quiet):
-    """The `Run` of a study: of rows that a sweep has stored, all of them with their errors, else one that stores none.
+    """The `Run` of a study: on the rows of a sweep that has stored them all with their errors, else without storing.
 
     A sweep estimates the errors of the motion of fixed elements only where they are asked for.
     """
@@ -28,7 +28,7 @@ def open_run(study, files, jobs, quiet):
 
 
 def _notes(work):
-    """What was modelled; of stored rows, which have no notes, in the first case."""
+    """Notes on what was modelled; stored rows have none, for them those of the first case."""
     if not work.options.keep:
         yield from work.notes()
         return
@@ -71,10 +71,10 @@ def study_sections(page, work, words, selection=None):
         page.add(extremes)
     if study.sample is not None and study.sample.method == "saltelli":
         with page.section("Sensitivity"):
-            found, notes = Sensitivity(study).table(table)
-            page.table(found, "Sobol's indices: the share of each column's variance that a key explains")
+            indices, notes = Sensitivity(study).table(table)
+            page.table(indices, "Sobol's indices: the share of each column's variance that a key explains")
             page.note("Sensitivity", notes)
-            page.draw(lambda plots: plots.sensitivity_plot(study, found), "Sobol's indices with their 95 % intervals")
+            page.draw(lambda plots: plots.sensitivity_plot(study, indices), "Sobol's indices with their 95 % intervals")
     page.note("Rows", kinds_of(_notes(work)))
 
 
@@ -87,7 +87,7 @@ def _picture(page, study, table, plots):
 
 
 def _range(study, table, shown, fields):
-    """Of each column of numbers that varies the smallest and the largest, and in which case: HTML.
+    """HTML table of the smallest and largest number of each column that varies, and the case of each.
 
     Parameters
     ----------
@@ -99,25 +99,25 @@ def _range(study, table, shown, fields):
     frame, lines = table.rows.frame(), []
     if shown is not table:
         frame = frame.loc[shown.rows.places]
-    left_out = {*TEXTS, *(known.header for known in varied_keys(study))}
-    for one in fields:
-        if one.hidden or one.printed or one.name not in frame or one.name in left_out:
+    left_out = {*TEXTS, *(key.header for key in varied_keys(study))}
+    for field in fields:
+        if field.hidden or field.printed or field.name not in frame or field.name in left_out:
             continue
-        numbers = frame[one.name].dropna()
+        numbers = frame[field.name].dropna()
         if numbers.nunique() < 2:
             continue
-        line = [f"{text(one.title)} [{unit_text(one.shown_unit)}]" if one.unit else text(one.title)]
+        line = [f"{text(field.title)} [{unit_text(field.shown_unit)}]" if field.unit else text(field.title)]
         for place in (numbers.idxmin(), numbers.idxmax()):
-            line += [text(short(one.shown({one.name: float(numbers[place])}))), text(_case(study, table, place))]
+            line += [text(short(field.shown({field.name: float(numbers[place])}))), text(_case(study, table, place))]
         lines.append(line)
     head = ["column", "smallest", "in the case", "largest", "in the case"]
     return TableGrid(head, lines, {1, 3}).html("Smallest and largest of each column") if lines else ""
 
 
 def _case(study, table, place):
-    """What varies in a row of a table, and its number."""
+    """Number of a row of a table, and what varies in it."""
     row = table.rows[place]
-    varied = ", ".join(f"{known.key} {known.label(row[known.header])}" for known in varied_keys(study))
+    varied = ", ".join(f"{varying.key} {varying.label(row[varying.header])}" for varying in varied_keys(study))
     return f"{place + 1}: {varied}"
 
 
@@ -127,9 +127,9 @@ def kinds_of(notes):
     for note in notes:
         row, _, line = note.partition(": ")
         kinds.setdefault(NUMBER.sub("…", line), []).append((row, line))
-    found = []
+    lines = []
     for alike in list(kinds.values())[:KINDS]:
         row, line = alike[0]
         others = f" ({row}; alike in {counted(len(alike) - 1, 'other row')})" if len(alike) > 1 else f" ({row})"
-        found.append(line + others)
-    return found + ([f"and {len(kinds) - KINDS} more kinds of notes"] if len(kinds) > KINDS else [])
+        lines.append(line + others)
+    return lines + ([f"and {len(kinds) - KINDS} more kinds of notes"] if len(kinds) > KINDS else [])
