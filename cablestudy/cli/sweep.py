@@ -140,8 +140,8 @@ def show(study, sets, vary, out, style, plot, quiet, sensitivity, **selection):
     asked = Study(study, sets, vary)
     with asked.stored(out) as stored:
         select = asked.selection(style.columns, sensitivity, **selection)
-        if asked.asked:
-            names, near = ", ".join(asked.asked), asked.varied_alike
+        if unlisted := asked.asked:
+            names, near = ", ".join(unlisted), asked.varied_alike
             hint = f"did you mean {' or '.join(near)}? else " if near else ""
             raise SceneError(
                 f"{stored.path}: no column {names}: {hint}'cablestudy sweep' with these options computes it"
