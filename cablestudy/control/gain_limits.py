@@ -56,7 +56,8 @@ class Limit:
     def of(self, loop_gain):
         """`Limit` of this crossing in a similar loop gain.
 
-        That of a mode as good as undamped is where it grows by `negligible_growth`: infinite where it never does.
+        That of a mode as good as undamped is where it grows by `negligible_growth`; its factor is infinite if it never
+        does.
         """
         if not self.undamped:
             found = limit_near(loop_gain, self)
