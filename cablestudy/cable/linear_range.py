@@ -8,7 +8,7 @@ from cablestudy.cable.tolerances import CABLE
 
 
 def forces(rest, moves, distances):
-    """Force on what is moved, beyond that at rest, and its linear part.
+    """Change of the restoring force on cables as one place on them is moved, and its linear part.
 
     Parameters
     ----------
@@ -26,28 +26,30 @@ def forces(rest, moves, distances):
     """
     span = rest.span
     at_rest, chord = -rest.end_forces("global")[..., 1, :], span.chord[..., None] * span.frame[..., 0, :]
-    there = np.asarray(distances)[..., None, None] * moves
-    found = catenary.solve(
+    movement = np.asarray(distances)[..., None, None] * moves
+    moved = catenary.solve(
         Span.between(
             np.zeros(3),
-            chord + there,
+            chord + movement,
             span.axial_stiffness,
             span.mass,
             span.gravity,
-            np.broadcast_to(span.unstretched_length, there.shape[:-1]),
+            np.broadcast_to(span.unstretched_length, movement.shape[:-1]),
             span.load_positions,
             span.in_frame(span.load_forces, "global"),
-            vertical=np.broadcast_to(span.vertical, there.shape),
+            vertical=np.broadcast_to(span.vertical, movement.shape),
         )
     )
-    change = -found.end_forces("global")[..., 1, :] - at_rest
-    solved = np.asarray(found.record.converged).all(axis=-1)
+    change = -moved.end_forces("global")[..., 1, :] - at_rest
+    solved = np.asarray(moved.record.converged).all(axis=-1)
     stiffness = (moves * (rest.global_end_stiffness @ moves[..., None])[..., 0]).sum()
     return np.where(solved, (change * moves).sum(axis=(-1, -2)), np.nan), stiffness * np.asarray(distances)
 
 
 def linear_range(span, moves):
-    """Shortest movement, of either sign, with a restoring force `linear_difference` off its linear part.
+    """Shortest movement, of either sign, at which the restoring force is no longer linear to `linear_difference`.
+
+    A movement at which a cable has no equilibrium counts as one.
 
     Parameters
     ----------
@@ -59,7 +61,7 @@ def linear_range(span, moves):
     Returns
     -------
     float or None
-        Shorter where a cable has no equilibrium; None without one below `largest_movement` of the shortest chord. [m]
+        None where the force is linear up to `largest_movement` of the shortest chord. [m]
     """
     moving = np.abs(moves).max(axis=-1) > 0
     if not moving.any():
@@ -69,21 +71,21 @@ def linear_range(span, moves):
     distances = np.geomspace(
         CABLE.least_movement * chord, CABLE.largest_movement * chord, 2 * CABLE.movements_at_once
     ) * [[1.0], [-1.0]]
-    found = []
+    limits = []
     for _ in range(CABLE.movement_divisions):
-        divided = []
+        intervals = []  # of each sign, that in which the force ceases to be linear, divided
         for row, force, linear in zip(distances, *forces(rest, moves, distances), strict=True):
             if not linear.all() or np.isnan(force[0]):
                 continue
             beyond = ~(np.abs(force / linear - 1) <= CABLE.linear_difference)
             if beyond.any():
-                place = int(np.argmax(beyond))
-                if place:
-                    divided.append(np.linspace(row[place - 1], row[place], CABLE.movements_at_once))
+                first = int(np.argmax(beyond))
+                if first:
+                    intervals.append(np.linspace(row[first - 1], row[first], CABLE.movements_at_once))
                 else:
-                    found.append(abs(row[0]))
-        distances = np.array(divided)
-        if not divided:
+                    limits.append(abs(row[0]))
+        distances = np.array(intervals)
+        if not intervals:
             break
-    found += [abs(row[0]) for row in distances]
-    return float(min(found)) if found else None
+    limits += [abs(row[0]) for row in distances]
+    return float(min(limits)) if limits else None

@@ -29,25 +29,31 @@ def arc_length_at_midspan(catenary):
     half = reached[..., -1:] / 2
     middle = np.minimum((reached < half).sum(axis=-1, keepdims=True), reached.shape[-1] - 1)
 
-    def of_middle(values):
-        """Values of the segments: that of the one which mid-span lies on."""
-        return np.take_along_axis(np.broadcast_to(values, reached.shape), middle, axis=-1)
+    def in_segment(values):
+        return np.take_along_axis(np.broadcast_to(values, total.shape), segment, axis=-1)
 
-    weight, cosine, sine = (np.asarray(values)[..., None] for values in (span.weight, span.cosine, span.sine))
-    target, tension = half - of_middle(reached - distance), map(of_middle, catenary.tension)
-    x = _root(of_middle(fraction), target, EPSILON * half, of_middle(rate), stiffness, weight, cosine, sine, *tension)
-    position = (of_middle(np.cumsum(fraction, axis=-1) - fraction) + x)[..., 0]
+    weight, cosine, sine = (np.asarray(part)[..., None] for part in (span.weight, span.cosine, span.sine))
+    target, tension = half - in_segment(total - distance), map(in_segment, catenary.tension)
+    piece = _arc_length_at(
+        target, EPSILON * half, in_segment(fraction), in_segment(rate), stiffness, weight, cosine, sine, *tension
+    )
+    position = (in_segment(np.cumsum(fraction, axis=-1) - fraction) + piece)[..., 0]
     return np.where((np.abs(span.cosine) == 0) & (span.transverse_load > 0), 0.5, position)
 
 
-def _root(whole, *data):
-    """Arc length x in [0, whole] at which the horizontal distance is the target, by Newton steps kept in a bracket."""
+def _arc_length_at(target, rounding, whole, *segment):
+    """Arc length x on a segment, from 0 to `whole`, at which the horizontal distance from its end 1 is `target`.
+
+    By Newton steps kept in a bracket, until the distance is right to `rounding`. `segment` is its H over a scale, its
+    EA, weight, cosine and sine, and the tension vector at its middle.
+    """
     shape = whole.shape
-    data = [np.broadcast_to(values, shape).ravel() for values in (whole, *data)]
-    low, high, x = np.zeros_like(data[0]), data[0].copy(), data[0] / 2
-    root, active = np.empty_like(x), np.arange(x.size)
+    data = [np.broadcast_to(values, shape).ravel() for values in (target, rounding, whole, *segment)]
+    whole = data[2]
+    low, high, x = np.zeros_like(whole), whole.copy(), whole / 2
+    solution, active = np.empty_like(x), np.arange(x.size)
     for _ in range(CABLE.midspan_steps):
-        whole, target, rounding, rate, stiffness, weight, cosine, sine, q, n, y = data
+        target, rounding, whole, rate, stiffness, weight, cosine, sine, q, n, y = data
         shift = weight * (x - whole) / 2  # of the tension vector, from mid-segment to the middle of the piece up to x
         piece = evaluate((q + shift * sine, n + shift * cosine, y), weight * x, cosine, sine)
         gap = target - rate * x * (1 / stiffness + 2 * (1 + piece.excess) / piece.sum_of_tensions)
@@ -59,9 +65,9 @@ def _root(whole, *data):
         trial = np.where((trial > low) & (trial < high), trial, (low + high) / 2)
         trial = np.where(np.abs(gap) > rounding, trial, x)
         moving = np.abs(trial - x) > 4e-16
-        root[active] = x = trial
+        solution[active] = x = trial
         if not moving.any():
             break
         if not moving.all():  # nearly vertical cables need more steps than all others
             active, low, high, x, *data = (values[moving] for values in (active, low, high, x, *data))
-    return root.reshape(shape)
+    return solution.reshape(shape)

@@ -243,21 +243,24 @@ class Span:
         )
 
     def with_chord_strain(self, chord_strain):
-        """Copy of the cable with another unstretched length; loads at a share of it move along."""
+        """Copy of the cable with another unstretched length, given as `chord_strain`.
+
+        Point loads stay at their arc lengths, those with a load fraction at that share of the new length.
+        """
         other = replace(self, chord_strain=chord_strain)
         if self.load_fractions is None:
             return other
         length = np.asarray(other.unstretched_length)[..., None]
-        places = np.where(np.isnan(self.load_fractions), self.load_positions, self.load_fractions * length)
-        order = np.argsort(places, axis=-1, kind="stable")
+        positions = np.where(np.isnan(self.load_fractions), self.load_positions, self.load_fractions * length)
+        order = np.argsort(positions, axis=-1, kind="stable")  # loads of the two kinds may pass each other
 
         def ascending(values):
-            return np.take_along_axis(np.broadcast_to(values, places.shape), order, axis=-1)
+            return np.take_along_axis(np.broadcast_to(values, positions.shape), order, axis=-1)
 
-        forces = np.broadcast_to(self.load_forces, (*places.shape, 3))
+        forces = np.broadcast_to(self.load_forces, (*positions.shape, 3))
         return replace(
             other,
-            load_positions=ascending(places),
+            load_positions=ascending(positions),
             load_forces=np.take_along_axis(forces, order[..., None], axis=-2),
             load_fractions=ascending(self.load_fractions),
             load_masses=None if self.load_masses is None else ascending(self.load_masses),

@@ -38,7 +38,7 @@ class Limit:
     factor : float
         Of a gain; for all winches together the gain itself. [-], [rad/s]
     omega : float
-        There the pole is. [rad/s]
+        Frequency of the pole there. [rad/s]
     rate : float
         Its growth over frequency per relative change of the gain: about the damping ratio of a mode without control
         that the gain takes away. [-]
@@ -54,9 +54,10 @@ class Limit:
         return self.rate < CONTROL.undamped
 
     def of(self, loop_gain):
-        """Limit of a similar loop gain; of a mode as good as undamped where it grows by `negligible_growth`, if ever.
+        """`Limit` of this crossing in a similar loop gain.
 
-        Its factor is infinite where it does not.
+        That of a mode as good as undamped is where it grows by `negligible_growth`; its factor is infinite if it never
+        does.
         """
         if not self.undamped:
             found = limit_near(loop_gain, self)
@@ -134,11 +135,13 @@ class StableGains:
         return found
 
     def _described(self, crossings):
-        """Each as a `Limit`, and whether the pole crosses to the right: list of pairs."""
+        """Each of some crossings as a `Limit`, and whether the pole crosses to the right: list of pairs."""
         rate = np.abs((1j / (crossings.factor * crossings.slope)).real) / crossings.place
         numbers = np.stack([crossings.factor, crossings.place, rate], axis=1).tolist()
-        found = [(Limit(*one), outward) for one, outward in zip(numbers, crossings.outward.tolist(), strict=True)]
-        return [(one.of(self.loop_gain) if outward and one.undamped else one, outward) for one, outward in found]
+        limits = [(Limit(*row), outward) for row, outward in zip(numbers, crossings.outward.tolist(), strict=True)]
+        return [
+            (limit.of(self.loop_gain) if outward and limit.undamped else limit, outward) for limit, outward in limits
+        ]
 
     def open_ratio(self, omega):
         """Damping ratio without control of the mode whose pole is nearest to a frequency. [-]"""
@@ -147,15 +150,8 @@ class StableGains:
         pole = self.poles[np.argmin(np.abs(self.poles - 1j * omega))]
         return float(max(-pole.real / abs(pole), 0.0))
 
-    def unstable(self, gain, polished=lambda limit: limit):
-        """How many poles of the loop with a gain are to the right, pairs counted twice.
-
-        Parameters
-        ----------
-        gain : float
-            [rad/s]
-        polished : callable, optional
-            `Limit` -> the same with a better loop gain.
+    def unstable(self, gain):
+        """Number of poles in the right half plane of the loop with a gain [rad/s], two for a conjugate pair.
 
         Raises
         ------
@@ -163,11 +159,10 @@ class StableGains:
             The delay is too long to judge the loop.
         """
         self.check_delay(gain)
-        rest = self._crossings.take(self._crossings.factor < CONTROL.refined_together * gain)
+        candidates = self._crossings.take(self._crossings.factor < CONTROL.refined_together * gain)
         count = 0
-        for one, outward in self._described(refined(self.loop_gain, rest)) if len(rest) else ():
-            near = abs(one.factor / gain - 1) < CONTROL.polished_within
-            if (polished(one) if near else one).factor < gain:
+        for limit, outward in self._described(refined(self.loop_gain, candidates)) if len(candidates) else ():
+            if limit.factor < gain:
                 count += 2 if outward else -2
         return max(count, 0)
 

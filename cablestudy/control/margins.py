@@ -230,7 +230,7 @@ def largest(matrices):
 
 
 def gain_of_peak(unit_gain, omega, peak, most):
-    """The largest gain up to another one with which no singular value of (I + gain L)^-1 is above a value.
+    """The largest gain, at most `most`, with which no singular value of (I + gain L)^-1 is above `peak`.
 
     Parameters
     ----------
@@ -246,7 +246,7 @@ def gain_of_peak(unit_gain, omega, peak, most):
     Returns
     -------
     gain, omega : float
-        And the frequency of the peak; None with `most`. [rad/s], [rad/s]
+        That gain, and the frequency of the peak, None where the gain is `most`. [rad/s], [rad/s]
 
     Raises
     ------
@@ -265,7 +265,7 @@ def gain_of_peak(unit_gain, omega, peak, most):
     def at(omega):
         return _finite(by_parts(unit_gain, omega))
 
-    found, value = None, at(omega)
+    peak_omega, value = None, at(omega)
     for _ in range(CONTROL.gain_steps):
 
         def size(value, gain=most):
@@ -274,17 +274,17 @@ def gain_of_peak(unit_gain, omega, peak, most):
         def inverse(value, gain=most):
             return _next_below(value, peak, gain)
 
-        height, place = highest(lambda some, size=size: size(at(some)), omega, size(value))
+        height, place = highest(lambda omega, size=size: size(at(omega)), omega, size(value))
         if height <= peak * (1 + CONTROL.peak_reached):
             break
         if place not in omega:
             row = np.searchsorted(omega, place)
             omega, value = np.insert(omega, row, place), np.insert(value, row, at(np.array([place])), axis=0)
-        least, found = highest(lambda some, inverse=inverse: inverse(at(some)), omega, inverse(value))
+        least, peak_omega = highest(lambda omega, inverse=inverse: inverse(at(omega)), omega, inverse(value))
         most = 1 / max(least, (1 + CONTROL.peak_reached) / most)  # rounding may hide the next gain, all but reached
     else:
         raise NoSolutionError(f"no gain with a sensitivity of at most {peak:g} was found in {CONTROL.gain_steps} steps")
-    return most, found
+    return most, peak_omega
 
 
 def _least(value, gain):
@@ -298,7 +298,9 @@ def _finite(value):
 
 
 def _next_below(value, peak, gain):
-    """One over the next gain below another one that has a peak of the sensitivity; 0 where `gain` has no higher one.
+    """1/g of the largest gain g below `gain` with which the sensitivity has the size `peak`, at each frequency.
+
+    The quadratic eigenvalue problem of `gain_of_peak`, in m = 1/g.
 
     Parameters
     ----------
@@ -309,18 +311,18 @@ def _next_below(value, peak, gain):
     Returns
     -------
     ndarray, shape (f,)
-        [s]
+        Zero where the sensitivity is not above `peak` with `gain`, or no such g is found. [s]
     """
-    size, room, found = value.shape[-1], 1 - peak**-2, np.zeros(len(value))
+    size, factor, result = value.shape[-1], 1 - peak**-2, np.zeros(len(value))
     higher = np.flatnonzero(_least(value, gain) * peak < 1)
     value = value[higher]
     conjugate = np.swapaxes(value.conj(), -1, -2)
     companion = np.zeros((len(value), 2 * size, 2 * size), dtype=complex)
     companion[:, :size, size:] = np.eye(size)
-    companion[:, size:, :size] = -conjugate @ value / room
-    companion[:, size:, size:] = -(value + conjugate) / room
+    companion[:, size:, :size] = -conjugate @ value / factor
+    companion[:, size:, size:] = -(value + conjugate) / factor
     inverse = np.linalg.eigvals(companion)
-    there = (np.abs(inverse.imag) <= CONTROL.real_eigenvalue * np.abs(inverse)) & (inverse.real * gain > 1)
-    least = np.where(there, inverse.real, np.inf).min(axis=1, initial=np.inf)
-    found[higher] = np.where(np.isfinite(least), least, 0.0)
-    return found
+    below = (np.abs(inverse.imag) <= CONTROL.real_eigenvalue * np.abs(inverse)) & (inverse.real * gain > 1)
+    least = np.where(below, inverse.real, np.inf).min(axis=1, initial=np.inf)
+    result[higher] = np.where(np.isfinite(least), least, 0.0)
+    return result

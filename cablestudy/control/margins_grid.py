@@ -179,17 +179,18 @@ def _unsure(values, most):
 
 
 def finite(omega, matrices):
-    """Those frequencies, and the matrices there, at which all of a matrix is finite."""
-    there = np.isfinite(matrices).all(axis=(-2, -1))
-    return omega[there], matrices[there]
+    """The frequencies at which all of a matrix is finite, and the matrices there."""
+    is_finite = np.isfinite(matrices).all(axis=(-2, -1))
+    return omega[is_finite], matrices[is_finite]
 
 
 def highest(function, omega, value=None):
-    """The largest value of a function of frequency, shape (f,) -> (f,), and the frequency where it is [rad/s].
+    """The largest value of a function of frequency, and the frequency where it is [rad/s].
 
     Parameters
     ----------
     function : callable
+        Frequencies, shape (f,) -> values, shape (f,).
     omega : ndarray, shape (f,)
         Ascending, as close as the function changes: each peak that may be the highest is refined. [rad/s]
     value : ndarray, shape (f,), optional
@@ -197,15 +198,16 @@ def highest(function, omega, value=None):
     """
     value = function(omega) if value is None else value
     best = int(np.argmax(value))
+    # how much higher than a value a peak beside it may be
     reach = np.maximum(CONTROL.flat_peak * np.abs(value[best]), CONTROL.peak_reach * _height(value))
     low, top, high = _peaks(omega, value, value + reach >= value[best])
     if not len(top):
         return float(value[best]), float(omega[best])
     place, height = maxima(function, low, top, high)
-    one = int(np.argmax(height))
-    if not height[one] >= value[best]:  # at the end of the range
+    peak = int(np.argmax(height))
+    if not height[peak] >= value[best]:  # the largest value is at an end of the range
         return float(value[best]), float(omega[best])
-    return _placed(function, float(height[one]), float(place[one]), float(high[one] - low[one]))
+    return _placed(function, float(height[peak]), float(place[peak]), float(high[peak] - low[peak]))
 
 
 def _height(value):
@@ -243,7 +245,7 @@ def maxima(function, low, top, high, *which):
 
 
 def _placed(function, height, omega, width):
-    """Value of a maximum known to `extremum_place`, and where the derivative is zero, both to rounding. [rad/s]"""
+    """Height and frequency [rad/s] of a maximum, both to rounding, from those known to `extremum_place`."""
     step = CONTROL.stencil * width
     value = function(omega + step * np.arange(-2, 3))
     slope, curvature = np.array([1, -8, 0, 8, -1]) @ value / 12, np.array([-1, 16, -30, 16, -1]) @ value / 12

@@ -157,28 +157,30 @@ def actuated(layout, shapes, mass, damping, stiffness, actuators):
     mass, damping, stiffness : ndarray
     feedback : tuple of ActuatorFeedback
     """
-    count, strokes = len(mass), sum(not one.wheel for one in actuators)
+    count, strokes = len(mass), sum(not actuator.wheel for actuator in actuators)
     mass, damping, stiffness = (np.pad(part, (0, strokes)) for part in (mass, damping, stiffness))
-    feedback, place = [], count
-    for one in actuators:
-        along, about, weight = (np.append(part, np.zeros(strokes)) for part in _movements(layout, one, shapes))
-        if one.wheel:
-            mass -= one.inertia * np.outer(about, about)
-            feedback.append(ActuatorFeedback(about, -about, one.velocity_gain, 0.0, one.corner))
+    feedback, stroke = [], count
+    for actuator in actuators:
+        movements = _movements(layout, actuator, shapes)
+        along, about, weight = (np.append(row, np.zeros(strokes)) for row in movements)
+        velocity_gain, inertia, corner = actuator.velocity_gain, actuator.inertia, actuator.corner
+        if actuator.wheel:
+            mass -= inertia * np.outer(about, about)
+            feedback.append(ActuatorFeedback(about, -about, velocity_gain, 0.0, corner))
             continue
-        for matrix, row, own in ((mass, along, 1.0), (stiffness, weight, one.omega**2)):
-            matrix[place] += one.inertia * row
-            matrix[:, place] += one.inertia * row
-            matrix[place, place] = one.inertia * own
-        damping[place, place] = 2 * one.inertia * one.damping_ratio * one.omega
-        acts = np.eye(count + strokes)[place]
-        feedback.append(ActuatorFeedback(along, acts, one.velocity_gain, one.position_gain, one.corner))
-        place += 1
+        for matrix, row, diagonal in ((mass, along, 1.0), (stiffness, weight, actuator.omega**2)):
+            matrix[stroke] += inertia * row
+            matrix[:, stroke] += inertia * row
+            matrix[stroke, stroke] = inertia * diagonal
+        damping[stroke, stroke] = 2 * inertia * actuator.damping_ratio * actuator.omega
+        force = np.eye(count + strokes)[stroke]
+        feedback.append(ActuatorFeedback(along, force, velocity_gain, actuator.position_gain, corner))
+        stroke += 1
     return mass, damping, stiffness, tuple(feedback)
 
 
 def _movements(layout, actuator, shapes):
-    """Of the body of an actuator along the axis at its place, about the axis, and g (theta x a)_z; each (m,)."""
+    """Movement of an actuator's body along the axis, at the actuator, and about it, and g (theta x a)_z; each (m,)."""
     equilibrium = layout.equilibrium
     rotation = equilibrium.rotation[actuator.body]
     moved = layout.displaced(layout.bodies(shapes))[actuator.body]

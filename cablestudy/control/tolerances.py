@@ -12,7 +12,6 @@ class ControlTolerances:
     # growth over frequency, of such a mode, that is not called instability: twofold in 1e8 oscillations
     negligible_growth: float = 1e-9
     refined_together: float = 2.0  # factors up to so many times the least one are refined at once
-    polished_within: float = 0.03  # relative distance of a gain from a crossing up to which that is polished
     one_crossing: float = 0.1  # relative distance of two frequencies up to which they belong to one crossing
     # relative distance of an eigenvalue from -1 over a gain up to which it may cross near that gain
     may_cross_within: float = 0.5

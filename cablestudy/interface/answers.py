@@ -216,7 +216,7 @@ def find(scene, goal: Goal, by: Text, between: Between | None = None, columns: C
 
 
 def find_value(document, goal, by, between=None, columns=None):
-    """The values of a key for which a column takes a value.
+    """`Answer` of the values of a key for which a column takes a value.
 
     Parameters
     ----------

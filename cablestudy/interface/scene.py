@@ -192,11 +192,13 @@ class Scene:
         answers = {name: scene._compute_case(what, **options) for name, scene in cases.items()}
 
         def lines(of: Callable[[Answer], tuple[str, ...]]) -> tuple[str, ...]:
-            told: dict[str, list[str]] = {}
+            cases_with: dict[str, list[str]] = {}
             for name, answer in answers.items():
                 for line in of(answer):
-                    told.setdefault(line, []).append(name)
-            return tuple(f"case{'s' * (len(names) > 1)} {', '.join(names)}: {line}" for line, names in told.items())
+                    cases_with.setdefault(line, []).append(name)
+            return tuple(
+                f"case{'s' * (len(names) > 1)} {', '.join(names)}: {line}" for line, names in cases_with.items()
+            )
 
         solved = {name: answer.case for name, answer in answers.items() if not answer.failures}
         answer = Answer(

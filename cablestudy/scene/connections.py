@@ -29,7 +29,7 @@ def _mapping(value):
 
 
 def connection_mistakes(points, bodies, ends, winches, actuators, links):
-    """Names that are not allowed, ends and winches that refer to nothing.
+    """Mistakes: names that are not allowed, ends that refer to nothing, winches of unknown cables.
 
     Parameters
     ----------
@@ -52,24 +52,24 @@ def connection_mistakes(points, bodies, ends, winches, actuators, links):
         Path and message.
     """
     tables = (("points", "point", points), ("bodies", "body", bodies), ("cables", "cable", ends))
-    found = _name_mistakes((*tables, ("actuators", "actuator", actuators), ("links", "link", links)))
+    mistakes = _name_mistakes((*tables, ("actuators", "actuator", actuators), ("links", "link", links)))
     for kind, table in (("cable", ends), ("link", links)):
         for name, pair in table.items():
-            found += _end_mistakes(kind, name, pair, points, bodies, len(found) < MAX_SHOWN)
-    found += [(("winches", name), f"unknown cable ({suggestion(name, ends)})") for name in winches if name not in ends]
-    return found
+            mistakes += _end_mistakes(kind, name, pair, points, bodies, len(mistakes) < MAX_SHOWN)
+    unknown = [name for name in winches if name not in ends]
+    return mistakes + [(("winches", name), f"unknown cable ({suggestion(name, ends)})") for name in unknown]
 
 
 def _name_mistakes(tables):
     """Names that are not allowed, or given twice, in tables as (key, what it holds, names)."""
-    found, known = [], {}
+    mistakes, kinds = [], {}
     for table, kind, names in tables:
         for name in names:
-            found += [((table, name), message) for message in wrong_name(name)]
-            if name in known:
-                found.append(((table, name), f"a name must be unique, and there is a {known[name]} of this name"))
-            known.setdefault(name, kind)
-    return found
+            mistakes += [((table, name), message) for message in wrong_name(name)]
+            if name in kinds:
+                mistakes.append(((table, name), f"a name must be unique, and there is a {kinds[name]} of this name"))
+            kinds.setdefault(name, kind)
+    return mistakes
 
 
 def wrong_name(name):

@@ -38,7 +38,7 @@ def shared(*keys):
     Parameters
     ----------
     keys : str
-        Of the scene, with dots, on which the result depends beside cable and refinement level.
+        Dotted keys of the scene on which the result depends, beside the cable and the refinement level.
     """
 
     def wrap(function):

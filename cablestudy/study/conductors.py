@@ -246,11 +246,11 @@ class Conductors:
 
 
 def uneven_errors(condition, strain, catenary):
-    """Relative errors, since k conductors are taken as linear along each cable, whose tension changes, shape (k,). [-]
+    """Relative errors from taking k conductors as linear along the cable, where the tension varies, shape (k,). [-]
 
-    The strain that a conductor has on the average beyond that at its mean tension lengthens it; the stiffness of the
-    span makes a tension of that, to first order. And where its tension is not the mean one it has another strain than
-    the linear cable, whose slope is that of the final moduli: so much the places of its points may differ.
+    The sum of two, both to first order. That of the tension: a conductor's mean strain exceeds its strain at the mean
+    tension and lengthens it, which changes the tension by the stiffness of the span. That of the places of points: off
+    the mean tension its strain differs from that of the linear cable, whose slope is that of the final moduli.
 
     Parameters
     ----------
@@ -264,8 +264,8 @@ def uneven_errors(condition, strain, catenary):
     force = catenary.at((1 + nodes) / 2)[1]
     tension, mean = np.sqrt((force**2).sum(axis=-1)), np.maximum(catenary.mean_tension, np.finfo(float).tiny)
     with np.errstate(all="ignore"):
-        more = np.abs(uneven_strain(condition, strain, tension, weights / 2))
-        change = more * catenary.span.unstretched_length * catenary.end_stiffness[..., 0, 0] / mean
+        extra_strain = np.abs(uneven_strain(condition, strain, tension, weights / 2))
+        error = extra_strain * catenary.span.unstretched_length * catenary.end_stiffness[..., 0, 0] / mean
         slopes = np.abs(1 / condition.pull(strain)[1] - 1 / condition.elastic(strain))
-        change = change + slopes * np.abs(tension - mean[:, None]).max(axis=-1)
-    return bounded(STUDY.second_order * change)
+        error = error + slopes * np.abs(tension - mean[:, None]).max(axis=-1)
+    return bounded(STUDY.second_order * error)

@@ -74,27 +74,27 @@ def unstable(closed_loop):
 
 
 def resonances(closed_loop):
-    """Poles that show in what is measured by forces there, the winches at rest and with the loop. [rad/s]
+    """Poles that show in the response of the measured coordinates to forces along them, without the loop and with it.
 
-    Those of the upper half plane. What a pole adds to the response at its frequency is small where a zero is beside it.
+    Those in the upper half plane [rad/s]. A pole with a zero beside it adds little to the response at its frequency.
 
     Parameters
     ----------
     closed_loop : ClosedLoop
         With a loop.
     """
-    rows, found = [closed_loop.outputs[name] for name in closed_loop.measured_outputs], []
+    rows, resonant = [closed_loop.outputs[name] for name in closed_loop.measured_outputs], []
     forces = closed_loop.motion.c[0][rows].real.T
     for loop in (None, closed_loop.loop):
         system = residues((loop or closed_loop.motion).eigen, *by_forces(closed_loop.motion, forces, loop))
         system = replace(system, outputs=system.outputs[rows], direct=system.direct[rows])
-        poles, own = system.poles, np.abs(system.outputs.T * system.inputs)
+        poles, residue = system.poles, np.abs(system.outputs.T * system.inputs)
         above = poles.imag > 0
         with np.errstate(divide="ignore", invalid="ignore"):  # on an undamped pole
-            whole = np.abs(np.diagonal(system.response(1j * np.abs(poles[above])), axis1=1, axis2=2))
-            seen = own[above] > STUDY.cancelled_pole * np.abs(poles[above].real)[:, None] * whole
-        found.append(poles[above][seen.any(axis=1)])
-    return np.concatenate(found)
+            response = np.abs(np.diagonal(system.response(1j * np.abs(poles[above])), axis1=1, axis2=2))
+            shows = residue[above] > STUDY.cancelled_pole * np.abs(poles[above].real)[:, None] * response
+        resonant.append(poles[above][shows.any(axis=1)])
+    return np.concatenate(resonant)
 
 
 def frequencies_of(closed_loop, span):

@@ -71,13 +71,14 @@ class CableAirflow(Airflow):
 
 
 class InCableWind:
-    """The gondola, or the bare cable, in the wind across or along the cable's vertical plane: what moves it more.
+    """The gondola, or the bare cable, in the wind across and in that along the cable's vertical plane: the larger RMS.
 
     Parameters
     ----------
     sides : list of DynamicAnalysis
+        One for each direction of the wind.
     moved : list of str
-        Names of the outputs that are its displacements.
+        Outputs whose RMS tells which of them displaces it more.
     """
 
     def __init__(self, sides, moved):
@@ -96,9 +97,9 @@ class InCableWind:
 
     @staticmethod
     def _largest(winds, names, variance, open_loop):
-        """RMS and error of the largest of some outputs, and the one of some winds in which it is largest."""
+        """The largest RMS of some outputs in some winds and its error, a pair, and the `DynamicAnalysis` of it."""
         largest = [(wind.largest_rms(names, variance, open_loop), wind) for wind in winds]
-        return max(largest, key=lambda rms_error_wind: rms_error_wind[0][0])
+        return max(largest, key=lambda pair: pair[0][0])
 
     def side(self, open_loop=False):
         """The `DynamicAnalysis` that displaces it more; raises as `DynamicAnalysis.rms`."""
@@ -128,7 +129,7 @@ def in_wind_of(case, damping=0.0, kind=DynamicAnalysis):
 
 
 def in_cable_wind_of(case, kind=DynamicAnalysis):
-    """`InCableWind` of a case, whose cable is damped by the wind too.
+    """`InCableWind` of a case: in winds across and along the vertical plane of its cable that also damp the cable.
 
     Parameters
     ----------
@@ -142,7 +143,7 @@ def in_cable_wind_of(case, kind=DynamicAnalysis):
     NoSolutionError, ConvergenceError
         There is no equilibrium.
     """
-    sides = {"across": case.span.frame[2], "along": case.span.level}
+    sides = {"across": case.span.frame[2], "along": case.span.level}  # horizontal
     winds = [in_wind_from(case, direction, side, kind) for side, direction in sides.items()]
     if case.scene.gondola is None:
         return InCableWind([wind.with_midspans for wind in winds], MIDSPAN)
@@ -150,28 +151,28 @@ def in_cable_wind_of(case, kind=DynamicAnalysis):
 
 
 def in_wind_from(case, direction, side, kind=DynamicAnalysis):
-    """`DynamicAnalysis` of a case in wind along a horizontal unit vector, shape (3,), that blows on its cable too.
+    """`DynamicAnalysis` of a case in a wind on its cable.
 
     Parameters
     ----------
     case, kind
         As for `in_cable_wind_of`.
-    direction : ndarray
+    direction : ndarray, shape (3,)
+        Of the mean wind: a horizontal unit vector. [-]
     side : str
-        Name of the direction of the wind.
+        Name of the direction.
     """
     wind, bare = case.scene.wind, case.scene.gondola is None
     scene = as_suspension(case.scene, 0.0 if bare else case.cable_air_damping)
-    on_gondola, offered = _on_bodies(scene), np.array([wind.cable_drag_coefficient * case.scene.wind_diameter])
-    on_cable = replace(on_gondola, velocity=wind.speed * direction, cables=offered, bodies=0 * on_gondola.bodies)
+    on_gondola, drag_width = _on_bodies(scene), np.array([wind.cable_drag_coefficient * case.scene.wind_diameter])
+    on_cable = replace(on_gondola, velocity=wind.speed * direction, cables=drag_width, bodies=0 * on_gondola.bodies)
     airflow = CableAirflow(scene, on_cable if bare else on_gondola, wind, on_cable, side)
-    damped_alike = side if bare else case.cable_air_damping
-    known = case.linear_models.setdefault(damped_alike, {})
-    return _in_airflow(case, scene, airflow, known, kind)
+    damping = side if bare else case.cable_air_damping  # winds that damp alike share linear models
+    return _in_airflow(case, scene, airflow, case.linear_models.setdefault(damping, {}), kind)
 
 
 def _on_bodies(scene):
-    """`Drag` of the gondola along x; of nothing without one."""
+    """`Drag` of the gondola along x; without a gondola one without bodies."""
     return drag_of([scene], tuple(scene.bodies), (CABLE,)).take(0)
 
 

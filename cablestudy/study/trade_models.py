@@ -309,7 +309,7 @@ class ModeOfSystem:
 
 
 class OfSystem(DynamicAnalysis):
-    """`DynamicAnalysis` with the RMS of another linear system of gondola and cable in the same gusts, without error.
+    """`DynamicAnalysis` whose RMS are those of another linear system of gondola and cable in the same gusts.
 
     Parameters
     ----------
@@ -324,7 +324,7 @@ class OfSystem(DynamicAnalysis):
         self._system, self._weights = system, OWN | seen_weights(self.scene.exposure, self.scene.correction)
 
     def rms(self, names, variance, open_loop):
-        """RMS of some outputs, as `DynamicAnalysis.rms`; the error is not a number.
+        """RMS of the gondola along x, the only output; the error is not a number. See `DynamicAnalysis.rms`.
 
         Raises
         ------
@@ -334,18 +334,18 @@ class OfSystem(DynamicAnalysis):
         response = self.response_of(open_loop)
         closed_loop, loop = response.closed_loop, response.loop
         if loop is not None:
-            place = np.eye(len(self._system))[[-1]]
-            loop = replace(loop, motion=self._system, allocation=Allocation(place, loop.allocation.shares))
-        moving = (loop or self._system).eigen
-        if unstable_pole(moving.poles) is not None:
+            measured = np.eye(len(self._system))[[-1]]
+            loop = replace(loop, motion=self._system, allocation=Allocation(measured, loop.allocation.shares))
+        eigen = (loop or self._system).eigen
+        if unstable_pole(eigen.poles) is not None:
             raise NoSolutionError("the loop is unstable with these modes")
-        moved = closed_loop.motion.c[0][closed_loop.outputs[GONDOLA_X]].real
-        forces = np.zeros((len(self._system), closed_loop.gusts.into.shape[1]))
-        forces[-1] = moved[: len(closed_loop.gusts.into)] @ closed_loop.gusts.into / (moved @ moved)
-        found = residues(moving, *by_forces(self._system, forces, loop))
-        weights = {variance: self._weights[variance]}
-        ((size,),) = closed_loop.turbulence.variances_of(found, weights)
-        return float(np.sqrt(size)), np.nan
+        # x = row z of the analysis: its forces on z by the gusts are row^T times the force on x
+        row, by_gusts = closed_loop.motion.c[0][closed_loop.outputs[GONDOLA_X]].real, closed_loop.gusts.into
+        forces = np.zeros((len(self._system), by_gusts.shape[1]))
+        forces[-1] = row[: len(by_gusts)] @ by_gusts / (row @ row)
+        system = residues(eigen, *by_forces(self._system, forces, loop))
+        ((squared,),) = closed_loop.turbulence.variances_of(system, {variance: self._weights[variance]})
+        return float(np.sqrt(squared)), np.nan
 
 
 # ---------------------------------------------------------------------------------------------- frequency integration

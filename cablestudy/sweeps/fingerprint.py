@@ -37,7 +37,7 @@ def digest(identity):
 
 
 def origin(command, identity, started, **more):
-    """Where numbers come from: dict of plain values.
+    """Record of the run that computed numbers: dict of plain values.
 
     Parameters
     ----------
@@ -46,9 +46,9 @@ def origin(command, identity, started, **more):
     identity : dict
         What the numbers depend on.
     started : datetime
-        Of a resumed run, of the last part.
+        Start of the run; of a resumed run, that of its last part.
     **more
-        What else belongs there.
+        Further entries.
     """
     return {
         "command": command,

@@ -27,10 +27,10 @@ def find_form(suspension):
 
     Returns
     -------
-    Suspension
-        With its junctions there.
+    SuspendedSystem
+        With its junctions at these places.
     tension : ndarray, shape (..., c)
-        Force density times length; not a number where none is given. [N]
+        Force density times length; not a number for cables without a force density. [N]
 
     Raises
     ------
@@ -58,10 +58,10 @@ def find_form(suspension):
             position[case, moving, axis] = _coordinates(
                 flat, moving, np.flatnonzero(at_free), density[case], load, ends[case, :, :, axis]
             )
-    found = replace(flat, position=position)
-    ends = found.ends(position, flat.rotation)[:, flat.of_cables]
+    form = replace(flat, position=position)
+    ends = form.ends(position, flat.rotation)[:, flat.of_cables]
     length = np.sqrt(((ends[..., 1, :] - ends[..., 0, :]) ** 2).sum(axis=-1))
-    return found.broadcast(shape), (density * length).reshape((*shape, length.shape[-1]))
+    return form.broadcast(shape), (density * length).reshape((*shape, length.shape[-1]))
 
 
 def _coordinates(suspension, moving, cables, density, load, ends):

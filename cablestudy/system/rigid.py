@@ -98,14 +98,14 @@ def turn(vector):
 
 
 def at_attachments(stiffness, first, second):
-    """B_1^T K B_2, what a stiffness between the points at r_1 and r_2 of two bodies is at their reference points.
+    """Stiffness at the reference points of two bodies, B_1^T K B_2, of a stiffness K between points of them.
 
     Parameters
     ----------
     stiffness : ndarray, shape (..., 3, 3)
         K. [N/m]
     first, second : ndarray, shape (..., 3)
-        r_1, r_2 from the reference points, global axes. [m]
+        The points, r_1 and r_2 from the reference points in global axes. [m]
 
     Returns
     -------

@@ -35,12 +35,12 @@ class BodyMode:
 
     @classmethod
     def search(cls, modes_of, name, body, axis):
-        """The mode with the largest share, among as many of the lowest modes as show that no other has a larger one.
+        """The mode with the largest share, computing modes from the lowest until those left out cannot have a larger.
 
         Parameters
         ----------
         modes_of : callable
-            Number of modes -> at least so many of the lowest `CoupledModes`, where there are.
+            Number of modes -> `CoupledModes`, at least so many of the lowest, or all where there are fewer.
         name : str
             Of the body, for messages.
         body, axis : int
@@ -48,7 +48,7 @@ class BodyMode:
         Raises
         ------
         NoSolutionError
-            None of the lowest `most_body_modes` modes has more of the static compliance than what they leave.
+            The lowest `most_body_modes` modes leave more of the static compliance than any of them has.
         """
         count = STUDY.first_body_modes
         while True:
@@ -68,7 +68,7 @@ class BodyMode:
 
     @property
     def frequency(self):
-        """Undamped [Hz], and its estimated relative error, not a number for an exact choice of elements."""
+        """Undamped frequency [Hz] and its estimated relative error, not a number for an exact choice of elements."""
         return float(self.modes.frequency[self.number]), float(self.modes.error[self.number])
 
     @property

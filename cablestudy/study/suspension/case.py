@@ -239,16 +239,17 @@ class SuspensionCase:
         """
         from scipy.linalg import eigvalsh
 
-        place, found = self.body(name), self.equilibrium
-        suspension, mass = found.suspension, Layout(found).mass[place]
-        cable, end = np.nonzero(suspension.owner[suspension.of_cables] == place)
+        body, equilibrium = self.body(name), self.equilibrium
+        suspension, mass = equilibrium.suspension, Layout(equilibrium).mass[body]
+        cable, end = np.nonzero(suspension.owner[suspension.of_cables] == body)
         unit = np.broadcast_to(np.eye(3), (len(cable), 3, 3))
-        moved = np.concatenate([unit, -cross_matrix(found.arms[cable, end])], axis=-1)
-        span = found.catenary.span
-        carried = 0.0 if span.load_masses is None else span.load_masses.sum(axis=-1)
-        third = (span.mass * found.lengths + carried)[cable, None, None] / 3
-        mass = mass + (np.swapaxes(moved, -1, -2) @ moved * third).sum(axis=0)
-        free = np.ix_(suspension.free[place], suspension.free[place])
+        # B of `system.rigid`: movement of each cable end by that of the body
+        ends = np.concatenate([unit, -cross_matrix(equilibrium.arms[cable, end])], axis=-1)
+        span = equilibrium.catenary.span
+        load_mass = 0.0 if span.load_masses is None else span.load_masses.sum(axis=-1)
+        third = (span.mass * equilibrium.lengths + load_mass)[cable, None, None] / 3
+        mass = mass + (np.swapaxes(ends, -1, -2) @ ends * third).sum(axis=0)
+        free = np.ix_(suspension.free[body], suspension.free[body])
         stiffness = self.body_stiffness(name)[free]
         squared = eigvalsh((stiffness + stiffness.T) / 2, mass[free])
         return np.sqrt(np.maximum(squared, 0.0)) / (2 * np.pi)
@@ -266,11 +267,11 @@ class SuspensionCase:
         return modes.frequency[number - 1], self.mode_errors(modes)[number - 1]
 
     def mode_errors(self, modes):
-        """Estimated relative errors of the frequencies of some `CoupledModes`, shape (k,): by them and by the drag."""
+        """Estimated relative errors of the frequencies of `CoupledModes`, with that by the drag, shape (k,). [-]"""
         return modes.error + self.group.drag_error(self.place)
 
     def statics_error(self, column):
-        """Estimated relative error of a column that needs no motion: none of what the scene states. [-]"""
+        """Estimated relative error of a column that needs no motion; zero of one that the scene states. [-]"""
         if column is not None and column.needs == "scene":
             return 0.0
         found = max(STUDY.rounding, self.group.rounding_error(self.place), self.group.drag_error(self.place))
@@ -362,7 +363,13 @@ class SuspensionCase:
             count *= 2
 
     def mode_of(self, body, number):
-        """Modes, and place in them of the mode `number` (from 1) with more than half of its kinetic energy in a body.
+        """The `number`th mode (from 1) of those with more than half of their kinetic energy in a body.
+
+        Returns
+        -------
+        modes : CoupledModes
+        place : int
+            Of the mode among them, from 0.
 
         Raises
         ------
@@ -374,12 +381,12 @@ class SuspensionCase:
         The shares of a body in all modes add up to its free degrees of freedom at most, so that the search ends when
         too little is left for the modes that are missing.
         """
-        place = self.body(body)
-        free = self.equilibrium.suspension.free[place].sum()
+        row = self.body(body)
+        free = self.equilibrium.suspension.free[row].sum()
         count = number + STUDY.modes_beyond
         while True:
             modes = self.modes(count)
-            share = modes.body_energy[place].sum(axis=0)
+            share = modes.body_energy[row].sum(axis=0)
             of_body = np.flatnonzero(share > 0.5)
             if len(of_body) >= number:
                 return modes, int(of_body[number - 1])

@@ -209,7 +209,7 @@ class DrivenCables:
         return closed_loop.given_loop.unit_gain if found.spoilt else found
 
     def _poles(self):
-        """Those of the model, and about where those of modes above it are that the gain could drive. [rad/s]"""
+        """Poles of the model, and estimates of those of modes above it that the gain could drive. [rad/s]"""
         poles = [open_poles(self._closed_loop)]
         if self._spoilt:
             return poles[0]
@@ -226,7 +226,7 @@ class DrivenCables:
         return np.concatenate(poles)
 
     def _resolve(self, models, resolved_to, others):
-        """Take models, and what follows from them; of other `DrivenCables` what is equal is shared."""
+        """Set models and all that follows from them, taken from one of the other `DrivenCables` where it is equal."""
         own = self._own_modes(models, resolved_to)
         others = [one for one in others if one.models.equal(models) and all(map(np.array_equal, one._own, own))]
         self._own, self._resolved_to = own, resolved_to
@@ -239,9 +239,10 @@ class DrivenCables:
         self.gains = StableGains(self.loop_gain, self.poles, notches, law, self._gain)
 
     def with_critical_modes(self, plant, gain):
-        """A `Plant` with modes near the one that would grow first, where a gain [rad/s] is nearly its limit.
+        """Copy of a `Plant` with modes of single cables near the one that would grow first as the gain is raised.
 
-        Those that the gain could drive; all where rounding spoils the response of a cable.
+        Added are those that the gain could drive, or all where rounding spoils the response of a cable. The plant
+        itself where `gain` [rad/s] is not just below the largest, or the plant's own modes reach to that mode.
         """
         limit, base = self.gains.limit, self._base
         if (
@@ -250,14 +251,14 @@ class DrivenCables:
             or not STUDY.nearly_largest_gain * limit.factor < gain < limit.factor
         ):
             return plant
-        near = [np.zeros(len(own), dtype=bool) for own in self._own]
-        chosen = [np.ones(one.modes, dtype=bool) for one in self.kept] if self._spoilt else self._chosen()
-        for place, (own, driven, kept) in enumerate(zip(self._own, chosen, self.kept, strict=True)):
-            near[place][own] = driven[: kept.modes]
-            near[place] &= np.abs(self.models.elements[place].omega / limit.omega - 1) < STUDY.critical_modes
+        critical = [np.zeros(len(in_loop), dtype=bool) for in_loop in self._own]
+        driven = [np.ones(kept.modes, dtype=bool) for kept in self.kept] if self._spoilt else self._chosen()
+        for cable, (in_loop, kept) in enumerate(zip(self._own, self.kept, strict=True)):
+            critical[cable][in_loop] = driven[cable][: kept.modes]
+            critical[cable] &= np.abs(self.models.elements[cable].omega / limit.omega - 1) < STUDY.critical_modes
         search = Search(plant.equilibrium, len(base.omega), plant.accuracy, cables=self.models.cables)
         band = (1 - STUDY.critical_modes) * limit.omega, (1 + STUDY.critical_modes) * limit.omega
-        modes = search.with_chosen(self.models, base.coordinates.limits, near, *band)
+        modes = search.with_chosen(self.models, base.coordinates.limits, critical, *band)
         return plant.with_modes(modes, len(modes) - len(base.omega))
 
     # ------------------------------------------------------------------------------------------------------- errors

@@ -154,37 +154,41 @@ class Effects:
     @cached_property
     def _driving_gain(self):
         """Gain above which waves across and along each cable could be driven, shape (2, c, f). [rad/s]"""
-        omega, place = self.omega, np.arange(len(self.omega))
-        found = np.full((2, self.cables.count, len(omega)), np.inf)
+        omega, every = self.omega, np.arange(len(self.omega))
+        gain = np.full((2, self.cables.count, len(omega)), np.inf)
         for cable in np.flatnonzero(self.cables.heavy).tolist():
             for kind, (coupling, decay) in enumerate(self._waves(cable)):
                 least = np.maximum(STUDY.driven_decay * decay, UNDAMPED * omega) / STUDY.driven_wave_safety
                 with np.errstate(divide="ignore"):  # waves that move no winch
-                    found[kind, cable] = least / self.of(cable, place, coupling).max(axis=0)
-        return found
+                    gain[kind, cable] = least / self.of(cable, every, coupling).max(axis=0)
+        return gain
 
     def _waves(self, cable):
-        """m, shape (w, f, 6), and rate of decay, shape (f,), of waves across and along a cable: two pairs."""
+        """Coupling m, shape (w, f, 6), and rate of decay, shape (f,), of the w waves across a cable; the same along it.
+
+        See the module's docstring. Masses on the cable divide it: the shortest part has the largest forces on its ends.
+        """
         omega, span = self.omega, self.cables.catenary.span
         values = span.axial_stiffness, span.mass, span.unstretched_length, span.gravity
         stiffness, mass, length, gravity = (float(value[cable]) for value in values)
         direction, tension = (part[cable] for part in outward(self.equilibrium))
-        part = np.diff(np.unique([0.0, *(place for place, _ in self.cables.point_masses[cable]), 1.0])).min()
-        damping, tight, time = self.cables.damping[cable], float(tension.max()), part * self.travel_time[:, cable]
-        viscous = damping.viscous / mass / (2 if part == 1 else 4)  # masses take half of it at most, see `stability`
-        across = along = viscous + 0.0 * omega
+        shortest = np.diff(np.unique([0.0, *(place for place, _ in self.cables.point_masses[cable]), 1.0])).min()
+        damping, highest, time = self.cables.damping[cable], float(tension.max()), shortest * self.travel_time[:, cable]
+        # masses take half of it at most, see `stability`
+        viscous = damping.viscous / mass / (2 if shortest == 1 else 4)
         if damping.model == "modal":
-            across = along = viscous + damping.ratio * omega
+            decay_across = decay_along = viscous + damping.ratio * omega
         else:
             loss = damping.loss_factor if damping.model == "hysteretic" else damping.time * omega
-            along = viscous + loss * omega / 2
-        size = np.sqrt(2 * np.sqrt(np.array([tight, stiffness]) * mass) / time)[:, None] / omega
-        stretched = stiffness * mass * gravity / tight * np.sqrt(2 / (mass * length)) * 2 / time[ACROSS] / omega**3
-        signs, ends = np.repeat([[1.0, 1.0], [1.0, -1.0]], 3, axis=1), direction.reshape(6)
-        turned = (_normals(direction)[:, None] * signs).reshape(4, 1, 6)
+            decay_across, decay_along = viscous + 0.0 * omega, viscous + loss * omega / 2
+        across, along = np.sqrt(2 * np.sqrt(np.array([highest, stiffness]) * mass) / time)[:, None] / omega
+        by_sag = stiffness * mass * gravity / highest * np.sqrt(2 / (mass * length)) * 2 / time[ACROSS] / omega**3
+        # forces on both ends, in phase or opposite
+        signs, tangents = np.repeat([[1.0, 1.0], [1.0, -1.0]], 3, axis=1), direction.reshape(6)
+        normals = (_normals(direction)[:, None] * signs).reshape(4, 1, 6)
         return (
-            (size[ACROSS][:, None] * turned + stretched[:, None] * ends, across + self.air[cable]),
-            (size[ALONG][:, None] * (signs * ends)[:, None], along),
+            (across[:, None] * normals + by_sag[:, None] * tangents, decay_across + self.air[cable]),
+            (along[:, None] * (signs * tangents)[:, None], decay_along),
         )
 
     def loop_up_to(self, gain):

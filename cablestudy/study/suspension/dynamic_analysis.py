@@ -199,7 +199,7 @@ class DynamicAnalysis:
         )
 
     def _check(self, closed_loop):
-        """Refuse a `ClosedLoop` that grows: NoSolutionError, in which one with many modes names the motion."""
+        """Refuse an unstable `ClosedLoop`: NoSolutionError that names the growing motion."""
         closed_loop.check_open()
         if not closed_loop.stable:
             self._with(self._many[0]).check_stable()
@@ -207,13 +207,13 @@ class DynamicAnalysis:
 
     @property
     def _modal(self):
-        """Whether the damping of what moves grows with the number of modes: not that of cables between fixed ends."""
-        moved = self._equilibrium.suspension.free.any() or bool(self.scene.winches)
-        return moved and any_grows_with_modes(self.scene.cables.values())
+        """Whether the damping grows with the number of modes, where the ends of some cable move or are reeled in."""
+        ends_move = self._equilibrium.suspension.free.any() or bool(self.scene.winches)
+        return ends_move and any_grows_with_modes(self.scene.cables.values())
 
     @property
     def doubt(self):
-        """Why the error of the RMS of the bodies is not known, or larger than asked for, in words; else empty.
+        """Reason why the error of the RMS of the bodies is not known, or is larger than asked for: str, else empty.
 
         Raises
         ------
@@ -224,8 +224,9 @@ class DynamicAnalysis:
             return ""
         if self._modal:
             return unknown_rms_error(counted(len(self.closed_loop.modes), "mode"))
-        solved = [one for one in (self, self.__dict__.get("_without_control")) if one is not None and one.solved]
-        error = max(one.response.moving_error for one in solved) / 2
+        analyses = self, self.__dict__.get("_without_control")
+        variance_error = max(wind.response.moving_error for wind in analyses if wind is not None and wind.solved)
+        error = variance_error / 2  # of the root
         if error <= self._accuracy:
             return ""
         tried = [str(count) for count in self._tried if count <= len(self.closed_loop.modes)]
@@ -236,15 +237,15 @@ class DynamicAnalysis:
 
     @property
     def _error_known(self):
-        """Whether the errors of RMS are: not those of an exact choice of elements, nor with modal damping."""
+        """Whether errors of RMS are known: not for an exact choice of elements, nor with modal damping."""
         return self._model is None and not self._modal
 
     @property
     def solved(self):
         """True if the motion was computed, that of an unstable loop with its winches at rest too."""
-        known = [self.__dict__[name] for name in ("_outcome", "_judged") if name in self.__dict__]
+        outcomes = [self.__dict__[name] for name in ("_outcome", "_judged") if name in self.__dict__]
         at_rest = self.__dict__.get("_without_control")
-        return any(not isinstance(one, Exception) for one in known) or (at_rest is not None and at_rest.solved)
+        return any(not isinstance(result, Exception) for result in outcomes) or (at_rest is not None and at_rest.solved)
 
     @property
     def _found(self):
@@ -482,26 +483,27 @@ class DynamicAnalysis:
         return np.linalg.norm(self._equilibrium.end_forces[cable], axis=-1)
 
 
-def solve_modes(winds, equilibrium):
-    """Compute the coupled modes of the models that are tried first, of many cases together.
+def solve_modes(analyses, equilibrium):
+    """Compute, of many cases together, the coupled modes that each analysis needs first, and keep them in it.
 
     Parameters
     ----------
-    winds : list of DynamicAnalysis
-        Of equal names and connections, n of them.
+    analyses : list of DynamicAnalysis
+        Of suspensions with equal names and connections, n of them.
     equilibrium : Equilibrium
         Of these, shape (n,).
     """
-    lacking = {}
-    for number, wind in enumerate(winds):
-        if wind.first_model[0] not in wind._modes:
-            lacking.setdefault(wind.first_model, {})[id(wind._modes)] = number
-    for (count, accuracy, planes, elements), numbers in lacking.items():
-        numbers = list(numbers.values())
-        some, model = [winds[number] for number in numbers], elements
-        damping = [cable.damping for wind in some for cable in wind.scene.cables.values()]
+    missing = {}  # first model -> place of one analysis for each dict of modes, which several may share
+    for place, analysis in enumerate(analyses):
+        if analysis.first_model[0] not in analysis._modes:
+            missing.setdefault(analysis.first_model, {})[id(analysis._modes)] = place
+    for (count, accuracy, planes, elements), by_dict in missing.items():
+        places = list(by_dict.values())
+        batch, model = [analyses[place] for place in places], elements
+        damping = [cable.damping for analysis in batch for cable in analysis.scene.cables.values()]
         if elements and elements.drag is not None:
-            model = replace(elements, drag=joined([wind._model.drag for wind in some]))
-        about = equilibrium.take(np.array(numbers)), count, accuracy, damping, planes, True, model
-        for wind, modes in zip(some, coupled_modes_of_cases(*about), strict=True):
-            wind._modes[count] = modes if isinstance(modes, Exception) else outcome_of(lambda modes=modes: modes.damped)
+            model = replace(elements, drag=joined([analysis._model.drag for analysis in batch]))
+        arguments = equilibrium.take(np.array(places)), count, accuracy, damping, planes, True, model
+        for analysis, modes in zip(batch, coupled_modes_of_cases(*arguments), strict=True):
+            result = modes if isinstance(modes, Exception) else outcome_of(lambda modes=modes: modes.damped)
+            analysis._modes[count] = result

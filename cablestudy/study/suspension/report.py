@@ -67,17 +67,17 @@ def static_tables(case, only=None, failures=None):
     return {name: make() for name, make in chosen_tables(makers, only).items()}
 
 
-def chosen_tables(known, only):
-    """All of some tables, or what makes them, by their names, or the one of a name: dict.
+def chosen_tables(tables, only):
+    """The items of a dict of tables, or of functions that make them, whose name is `only`; all where that is None.
 
     Raises
     ------
     SceneError
         There is none of that name.
     """
-    if only not in (None, *known):
-        raise SceneError(f"--table {only}: there are the tables {', '.join(known)}")
-    return {name: one for name, one in known.items() if only in (None, name)}
+    if only not in (None, *tables):
+        raise SceneError(f"--table {only}: there are the tables {', '.join(tables)}")
+    return {name: table for name, table in tables.items() if only in (None, name)}
 
 
 def _first_things(table):
@@ -87,18 +87,21 @@ def _first_things(table):
 
 
 def _with_state(case, table):
-    """The table of the cables with the state of each: where some are lost, lost, slack or taut; of conductors that
-    stretch for good what governs their length."""
+    """The table of the cables with a column of their states, if any has one.
+
+    These are lost, slack or taut where a load case has lost cables; for a conductor that stretches for good, the load
+    or creep that governs its length.
+    """
     conductors = case.group.conductor_states(case.place)
     if not (case.scene.load_case.lost or any(conductors)):
         return table
-    known = {name: state for name, state in zip(case.with_all_cables.cables, conductors, strict=False) if state}
+    states = {name: state for name, state in zip(case.with_all_cables.cables, conductors, strict=False) if state}
     if case.scene.load_case.lost:
-        known = (
-            dict.fromkeys(case.scene.cables, "taut") | known | dict.fromkeys(slack_cables(case.equilibrium), "slack")
+        states = (
+            dict.fromkeys(case.scene.cables, "taut") | states | dict.fromkeys(slack_cables(case.equilibrium), "slack")
         )
-        known |= dict.fromkeys(case.with_all_cables.cables.keys() - case.scene.cables.keys(), "lost")
-    rows = [{"name": row["name"], STATE.name: known.get(row["name"], ""), **row} for row in table.rows]
+        states |= dict.fromkeys(case.with_all_cables.cables.keys() - case.scene.cables.keys(), "lost")
+    rows = [{"name": row["name"], STATE.name: states.get(row["name"], ""), **row} for row in table.rows]
     return replace(table, fields=(table.fields[0], replace(STATE, label=True), *table.fields[1:]), rows=rows)
 
 
@@ -112,7 +115,7 @@ def listed(case, names, columns_of, kinds=(), failures=None):
     columns_of : callable
         Name -> columns that it has: list of Column, whose names begin with it and a dot.
     kinds : sequence of Column
-        Those of the name "" in the order of the table, in which a name may lack some; by default the first name's.
+        Columns of the name "", in the order of the table, of which a name may lack some; by default the first name's.
     failures
         As for `static_tables`.
     """
@@ -121,32 +124,38 @@ def listed(case, names, columns_of, kinds=(), failures=None):
     for name in names:
         columns = {_field(column, name): column for column in columns_of(name)}
         fields |= {field.name: field for field in columns if field.name not in fields}
-        cells, stated = cells_of(case, {field.name: column for field, column in columns.items()}, failures)
+        cells, known_errors = cells_of(case, {field.name: column for field, column in columns.items()}, failures)
         rows.append({"name": name} | cells)
-        errors.append(stated)
+        errors.append(known_errors)
     used = [field for field in fields.values() if not rows or any(field.name in row for row in rows)]
     return Table((Field("name", "name", label=True), *used), rows, errors=lambda: iter(errors))
 
 
 def cells_of(case, columns, failures=None):
-    """Numbers of a case and their errors where these are known: two dicts, by name; `columns` is name -> Column.
+    """Values of some columns of a case, and their errors where known: two dicts, by the keys of `columns`.
 
-    A number that cannot be had is None, and why in the list of failures, if there is one.
+    Parameters
+    ----------
+    case : SuspensionCase
+    columns : dict
+        Name -> Column.
+    failures : list of str, optional
+        Takes the reason of each value that cannot be had, which is then None.
 
     Raises
     ------
     NoSolutionError
-        It cannot be had, and there is no list.
+        A value cannot be had, and there is no list of failures.
     ConvergenceError
     """
     cells, errors = {}, {}
     for name, column in columns.items():
         try:
             cells[name], errors[name] = value(case, column)
-        except NoSolutionError as why:
+        except NoSolutionError as error:
             if failures is None:
                 raise
-            failures.append(str(why))
+            failures.append(str(error))
             cells[name] = errors[name] = None
     return cells, {name: error for name, error in errors.items() if error is not None}
 
@@ -185,7 +194,7 @@ def form_tables(scene):
     Raises
     ------
     NoSolutionError
-        A cable at a free point states no force density, or they do not hold a point.
+        A cable at a free point states no force density, or the force densities do not hold a point.
     """
     form, tension = find_form(numbers_of([scene]))
     name, density = Field("name", "name", label=True), form.force_density[0]
@@ -193,9 +202,9 @@ def form_tables(scene):
     cables = (name, Field("force_density_N_per_m", "force density", "N/m"), Field("tension_N", "tension", "N"),
               Field("length_m", "length", "m"))  # fmt: skip
     places = zip(form.body_names[form.bodies :], form.position[0, form.bodies :].tolist(), strict=True)
-    stated = np.isfinite(density)
-    numbers = np.stack([density, tension[0], tension[0] / density], axis=-1)[stated].tolist()
-    names = [name for name, known in zip(form.cable_names, stated, strict=True) if known]
+    has_density = np.isfinite(density)
+    numbers = np.stack([density, tension[0], tension[0] / density], axis=-1)[has_density].tolist()
+    names = np.array(form.cable_names, dtype=object)[has_density].tolist()
     return {
         "points": Table.of(points, ([name, *place] for name, place in places)),
         "cables": Table.of(cables, ([name, *line] for name, line in zip(names, numbers, strict=True))),

@@ -67,7 +67,7 @@ def _batches(items, size):
 
 
 def _compare(cases, columns):
-    """Let exact elements be held against finer models, whose statics are computed together."""
+    """Give cases with exact elements finer models to be compared with, whose statics are computed together."""
     exact = [case for case in cases if case.model is not None]
     if exact and any(column.needs in DISCRETE for column in columns):
         for case, finer in zip(exact, cases_of([reference_scene(case.with_all_cables) for case in exact]), strict=True):
@@ -109,39 +109,46 @@ def _cells(case, columns):
     return cells, errors, failures
 
 
-def _doubts(case, blown):
-    """An unstable loop, or, where `blown`, limits exceeded in the wind, or why these are not known: of CablestudyError.
+def _doubts(case, in_wind):
+    """Reasons to doubt a row: an unstable loop; where `in_wind`, limits exceeded in the wind, or why none are known.
 
     Returns
     -------
     dict
+        Name -> CablestudyError.
     """
     try:
         if case.scene.control is not None and case.moves:
             case.in_wind.check_stable()
-        return {name: NoSolutionError(text) for name, text in exceeded_limits(case).items()} if blown else {}
+        return {name: NoSolutionError(text) for name, text in exceeded_limits(case).items()} if in_wind else {}
     except CablestudyError as error:
         return {"limits": error}
 
 
 def value(case, column):
-    """One number of a case, None for a limit that it does not have; and its estimated relative error, None where that
-    is not known.
+    """Value of a column of a case, and its estimated relative error.
+
+    Returns
+    -------
+    number : float or None
+        None for a limit that the case does not have.
+    error : float or None
+        None where it is not known. [-]
 
     Raises
     ------
     NoSolutionError, ConvergenceError
-        It cannot be had.
+        There is no value.
     """
     case.refuse_lost(column.name.partition(".")[0])
-    found = column.compute(case)
-    number, error = found if isinstance(found, tuple) else (found, case.statics_error(column))
+    result = column.compute(case)
+    number, error = result if isinstance(result, tuple) else (result, case.statics_error(column))
     if column.needs in ("loop", "wind") and error:
-        # of mean displacements too: what the drag moves bodies by is known to first order, which alone is too small
+        # mean displacements have an error by the drag, to first order: alone it is too small
         error += case.group.drag_error(case.place, in_wind=True)
     if case.estimate and column.needs in DISCRETE:
         error = _difference(case, column, number)
-    if number is None:  # a limit that there is not
+    if number is None:
         return None, None if isnan(error) else float(error)
     number = number if isinstance(number, float) else np.asarray(number).item()
     if not isfinite(number):
@@ -152,15 +159,15 @@ def value(case, column):
 
 
 def _difference(case, column, number):
-    """Relative error of a number against that of the finer model, the error of which is added; NaN if not known."""
+    """Relative difference of a number from that of the finer model, plus the error of that; NaN if not known."""
     case.differences[column.header] = None
     if column.needs != "modes" and case.damped_by_modes:
         case.reason = MODAL.partition(",")[0]
         return np.nan
     try:
-        truth, own = value(case.finer, column)
+        reference, reference_error = value(case.finer, column)
     except CablestudyError as error:
         case.reason = str(error)
         return np.nan
-    case.differences[column.header] = relative(number, truth) + (own or 0.0)
+    case.differences[column.header] = relative(number, reference) + (reference_error or 0.0)
     return case.differences[column.header]
