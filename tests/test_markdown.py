@@ -99,7 +99,7 @@ def test_long_texts_are_wrapped_and_numbers_are_not():
 
 def test_printed_values_are_left_out_first():
     fields = (LENGTHS[0], Field("printed_m", "printed", "m", hidden=True),
-              Field("difference_m", "printed (Δ)", "", beside="printed_m"), *LENGTHS[1:4])  # fmt: skip
+              Field("difference_m", "printed (Δ)", "", printed="printed_m"), *LENGTHS[1:4])  # fmt: skip
     table = Table(fields, [{**row, "printed_m": 1.0, "difference_m": 0.5} for row in ROWS])
     assert fitted(table, 60)[1] == ["printed values"]
     assert fitted(table, 200)[1] == []

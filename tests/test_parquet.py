@@ -11,6 +11,7 @@ from pyarrow import parquet
 
 from cablestudy.study.parquet import write_parquet
 from cablestudy.study.table import Field, Table
+from cablestudy.study.tolerances import STUDY as TOLERANCES
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -41,7 +42,7 @@ def test_a_study_as_parquet_has_the_cells_of_its_csv():
 
 
 def test_rows_are_written_in_parts(monkeypatch):
-    monkeypatch.setattr("cablestudy.study.TOLERANCES.parquet_rows", 10)
+    monkeypatch.setattr(type(TOLERANCES), "parquet_rows", 10)
     rows = [{"x": None if k == 3 else k / 3, "name": f"row {k}"} for k in range(25)]
     file = io.BytesIO()
     write_parquet(Table((Field("x", "x", "m"), Field("name", "name")), rows), file)

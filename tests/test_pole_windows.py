@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from cablestudy.system import pole_windows
 from cablestudy.system.pole_windows import poles_in_windows
+from cablestudy.system.tolerances import SYSTEM
 
 MODES, LOSS, TIME = 240, 0.02, 1e-4
 BEYOND = 5e-3  # coupling over the distance of modes more than ten apart: no window may hold them together
@@ -61,7 +61,7 @@ def test_the_inverse_is_the_sum_over_the_poles(kind):
 def test_poles_that_are_lost_are_noticed(monkeypatch):
     """Windows of two modes, none beside them."""
     omega, matrices = polynomial("hysteretic in air")
-    for name, value in {"CORE": 4, "BESIDE": 0, "LOWEST": 1}.items():
-        monkeypatch.setattr(pole_windows, name, value)
+    for name, value in {"window": 4, "window_margin": 0, "lowest_window": 1}.items():
+        monkeypatch.setattr(type(SYSTEM), name, value)
     with pytest.raises(np.linalg.LinAlgError):
         poles_in_windows(matrices, omega)

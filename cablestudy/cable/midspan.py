@@ -25,9 +25,9 @@ def arc_length_at_midspan(catenary):
     scale = np.maximum(np.abs(kernel.horizontal).max(axis=-1, keepdims=True), CABLE.least_tension)
     rate = kernel.horizontal / scale
     distance = rate * fraction * (1 / stiffness + 2 * (1 + kernel.excess) / kernel.sum_of_tensions)
-    reached = np.cumsum(distance, axis=-1)  # at end 2 of each segment
-    half = reached[..., -1:] / 2
-    middle = np.minimum((reached < half).sum(axis=-1, keepdims=True), reached.shape[-1] - 1)
+    total = np.cumsum(distance, axis=-1)
+    half = total[..., -1:] / 2
+    segment = np.minimum((total < half).sum(axis=-1, keepdims=True), total.shape[-1] - 1)
 
     def in_segment(values):
         return np.take_along_axis(np.broadcast_to(values, total.shape), segment, axis=-1)

@@ -137,11 +137,11 @@ def show(study, sets, vary, out, style, plot, quiet, sensitivity, **selection):
     exclude(click.get_current_context().params, ((("--sensitivity",), SELECTION),))
     from cablestudy.interface.study import Study
 
-    asked = Study(study, sets, vary)
-    with asked.stored(out) as stored:
-        select = asked.selection(style.columns, sensitivity, **selection)
-        if unlisted := asked.asked:
-            names, near = ", ".join(unlisted), asked.varied_alike
+    study = Study(study, sets, vary)
+    with study.stored(out) as stored:
+        select = study.selection(style.columns, sensitivity, **selection)
+        if study.asked:
+            names, near = ", ".join(study.asked), study.varied_alike
             hint = f"did you mean {' or '.join(near)}? else " if near else ""
             raise SceneError(
                 f"{stored.path}: no column {names}: {hint}'cablestudy sweep' with these options computes it"
