@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from picture import undrawn
 
 import cablestudy as cs
+from cablestudy.errors import SceneError
 from cablestudy.pages.given import flat, written
 from cablestudy.pages.pictures import inline_picture
 from cablestudy.pages.tables import END_ROWS, MOST_ROWS, table_html
@@ -461,3 +462,13 @@ def test_wide_tables_are_split_and_long_ones_cut():
 def test_values_are_shown_as_they_may_be_written():
     assert written([1, "2 m", {"a": [True, None]}]) == "[1, 2 m, {a: [true, null]}]"
     assert flat({"a": {"b": 1, "c": {}}, "d": [2]}) == {"a.b": 1, "a.c": {}, "d": [2]}
+
+
+def test_names_of_columns_in_python_stand_once_and_none_is_empty(folder):
+    study = str(CONFIGS / "guy-preload.yaml")
+    with pytest.raises(SceneError, match=r"^columns: expected names joined by commas"):
+        cs.report(study, out="none.html", columns="sag,")
+    assert not (folder / "none.html").exists()
+    done = cs.report(study, out="twice.html", columns=["sag", "sag"])
+    head, *_ = Page((folder / done.path).read_text(encoding="utf-8")).tables["One row for each case"]
+    assert head.count("sag [m]") == 1

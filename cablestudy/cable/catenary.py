@@ -113,7 +113,7 @@ class Catenary(SegmentedCable):
         distance of the singularity bounds the length on which a polynomial series converges.
         """
         vertical, horizontal = self._vertical_and_horizontal
-        weight = np.maximum(np.broadcast_to(self.segments.weight, vertical.shape), CABLE.least_tension)
+        weight = np.maximum(np.broadcast_to(self.segments.weight, vertical.shape), CABLE.least_divisor)
         fraction = self.segments.fraction
         middle = np.cumsum(fraction, axis=-1) - fraction / 2
         real, imaginary = -vertical / weight, horizontal / weight
@@ -255,7 +255,7 @@ def travel_shares(catenary, edges):
     low, high = np.array(edges[:-1]), np.array(edges[1:])
     places = (low[:, None] + high[:, None] + (high - low)[:, None] * nodes) / 2
     force = catenary.at(places.ravel())[1]
-    tension = np.maximum(np.sqrt((force**2).sum(axis=-1)), CABLE.least_tension).reshape(places.shape)
+    tension = np.maximum(np.sqrt((force**2).sum(axis=-1)), CABLE.least_divisor).reshape(places.shape)
     time = (high - low) * ((1 / np.sqrt(tension)) @ weights)
     return (time / time.max()).tolist()
 

@@ -68,9 +68,9 @@ class EquilibriumResidual:
         """
         floors = 1e-3 * self.load, 1e-3 * self.transverse_load
         whole = np.sqrt(sum(d * d for d in step)) / np.maximum(
-            np.sqrt(sum(u * u for u in unknown)) + floors[0], CABLE.least_tension
+            np.sqrt(sum(u * u for u in unknown)) + floors[0], CABLE.least_divisor
         )
-        across = np.hypot(*step[1:]) / np.maximum(np.hypot(*unknown[1:]) + floors[1], CABLE.least_tension)
+        across = np.hypot(*step[1:]) / np.maximum(np.hypot(*unknown[1:]) + floors[1], CABLE.least_divisor)
         return np.maximum(whole, across)
 
     def rounding(self, step):
@@ -116,10 +116,10 @@ class EquilibriumResidual:
         q = q + self.strain
         excess = 2 * own * q + q * q + n * n + y * y  # |own e + (q, n, y)|^2 - own^2
         distance = np.sqrt(np.maximum(own**2 + excess, 0.0))
-        way = np.stack([part / np.maximum(distance, CABLE.least_tension) for part in (own + q, n, y)])
+        way = np.stack([part / np.maximum(distance, CABLE.least_divisor) for part in (own + q, n, y)])
         compliance = own / self.stiffness[..., 0] + qq * way[0] ** 2 + nn * way[1] ** 2 + yy * way[2] ** 2
         compliance = compliance + 2 * (qn * way[0] * way[1] + qy * way[0] * way[2] + ny * way[1] * way[2])
-        force = np.maximum(excess, 0.0) / (distance + own) / np.maximum(compliance, CABLE.least_tension)
+        force = np.maximum(excess, 0.0) / (distance + own) / np.maximum(compliance, CABLE.least_divisor)
         return excess <= 0, place, place + force * way
 
 
@@ -128,7 +128,7 @@ def _first_tension(span):
     down = span.load_forces.sum(axis=-2) - np.asarray(span.weight)[..., None] * span.up
     size = np.sqrt((down**2).sum(axis=-1))
     largest = np.maximum(size, np.sqrt((span.load_forces**2).sum(axis=-1)).max(axis=-1, initial=0.0))
-    up = -down / np.maximum(size, CABLE.least_tension)[..., None]
+    up = -down / np.maximum(size, CABLE.least_divisor)[..., None]
     along = up[..., 0]
     across = np.sqrt(up[..., 1] ** 2 + up[..., 2] ** 2)
     taut = _taut_tension(span, np.where(size > 0, across * size, largest))
@@ -139,7 +139,7 @@ def _first_tension(span):
     ratio_across = np.sqrt(np.maximum(ratio**2 - along**2, 1.0)) / np.maximum(across, 1e-8)
     parameter = _sinhc_inverse(np.where(slack, ratio_across, 1.0))
     horizontal = largest * across / (2 * parameter * np.maximum(ratio, 1.0))
-    vertical = largest * along / np.maximum(2 * ratio * np.tanh(np.minimum(parameter, 300.0)), CABLE.least_tension)
+    vertical = largest * along / np.maximum(2 * ratio * np.tanh(np.minimum(parameter, 300.0)), CABLE.least_divisor)
     unit = 1.0 / np.maximum(across, 1e-8)
     q = np.where(slack, horizontal * across + vertical * along, taut)
     n, y = (np.where(slack, (-horizontal * along * unit + vertical) * up[..., i], 0.0) for i in (1, 2))
@@ -153,7 +153,7 @@ def _taut_tension(span, across):
     tension = np.maximum(np.maximum(strain, 0.0) * stiffness, np.cbrt(load * stiffness))
     slack = strain < 0
     tension = np.where(slack, np.minimum(tension, np.sqrt(load / np.where(slack, -strain, 1.0))), tension)
-    tension = np.maximum(tension, CABLE.least_tension)
+    tension = np.maximum(tension, CABLE.least_divisor)
     for _ in range(8):
         value = tension**2 * (tension / stiffness - strain) - load
         slope = tension * (3 * tension / stiffness - 2 * strain)

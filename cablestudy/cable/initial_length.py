@@ -197,9 +197,8 @@ def _between(function, low, high, index):
 def _least_tension(span, highest, at="mean"):
     """Chord strain and value of the least tension over all lengths."""
     near = np.geomspace(1e-14, 1e-2, 50)  # a steep cable has its least tension just before it is slack
-    long = (
-        np.geomspace(1 + CABLE.loosest_strain, 0.1, 50)[:-1] - 1
-    )  # under loads larger than its weight, where it is long
+    # under loads larger than its weight, where it is long
+    long = np.geomspace(1 + CABLE.loosest_strain, 0.1, 50)[:-1] - 1
     strain = np.concatenate(
         [long, np.linspace(-0.9, -0.011, 100), -near[::-1], [0.0], near, np.geomspace(0.011, CABLE.tautest_strain, 100)]
     )

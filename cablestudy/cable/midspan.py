@@ -22,7 +22,7 @@ def arc_length_at_midspan(catenary):
     """
     span, kernel, fraction = catenary.span, catenary.kernel, catenary.segments.fraction
     stiffness = np.asarray(span.axial_stiffness, dtype=float)[..., None]
-    scale = np.maximum(np.abs(kernel.horizontal).max(axis=-1, keepdims=True), CABLE.least_tension)
+    scale = np.maximum(np.abs(kernel.horizontal).max(axis=-1, keepdims=True), CABLE.least_divisor)
     rate = kernel.horizontal / scale
     distance = rate * fraction * (1 / stiffness + 2 * (1 + kernel.excess) / kernel.sum_of_tensions)
     total = np.cumsum(distance, axis=-1)
@@ -58,8 +58,8 @@ def _arc_length_at(target, rounding, whole, *segment):
         piece = evaluate((q + shift * sine, n + shift * cosine, y), weight * x, cosine, sine)
         gap = target - rate * x * (1 / stiffness + 2 * (1 + piece.excess) / piece.sum_of_tensions)
         low, high = np.where(gap > 0, x, low), np.where(gap > 0, high, x)
-        slope = np.maximum(rate, CABLE.least_tension) * (
-            1 / stiffness + 1 / np.maximum(piece.tensions[1], CABLE.least_tension)
+        slope = np.maximum(rate, CABLE.least_divisor) * (
+            1 / stiffness + 1 / np.maximum(piece.tensions[1], CABLE.least_divisor)
         )
         trial = x + gap / slope
         trial = np.where((trial > low) & (trial < high), trial, (low + high) / 2)

@@ -51,19 +51,19 @@ def evaluate(tension, weight, cosine, sine):
     h2 = horizontal**2 + y**2
     v0, v1 = vertical - weight / 2, vertical + weight / 2
     t0, t1 = np.sqrt(h2 + v0**2), np.sqrt(h2 + v1**2)
-    total = np.maximum(t0 + t1, CABLE.least_tension)
+    total = np.maximum(t0 + t1, CABLE.least_divisor)
     beta = weight / total
     up0, up1 = t0 + np.abs(v0), t1 + np.abs(v1)
-    down0, down1 = h2 / np.maximum(up0, CABLE.least_tension), h2 / np.maximum(up1, CABLE.least_tension)
+    down0, down1 = h2 / np.maximum(up0, CABLE.least_divisor), h2 / np.maximum(up1, CABLE.least_divisor)
     plus = np.where(v1 >= 0, up1, down1) + np.where(v0 >= 0, down0, up0)
-    minus = np.maximum(np.where(v1 >= 0, down1, up1) + np.where(v0 >= 0, up0, down0), CABLE.least_tension)
+    minus = np.maximum(np.where(v1 >= 0, down1, up1) + np.where(v0 >= 0, up0, down0), CABLE.least_divisor)
     small = beta < CABLE.series_below
     square = np.where(small, beta, 0.0) ** 2
     series = np.zeros_like(beta)
     for k in range(10, 0, -1):
         series = square * (1.0 / (2 * k + 1) + series)
     safe = np.where(small, 1.0, beta)
-    excess = np.where(small, series, 0.5 * np.log(np.maximum(plus, CABLE.least_tension) / minus) / safe - 1.0)
+    excess = np.where(small, series, 0.5 * np.log(np.maximum(plus, CABLE.least_divisor) / minus) / safe - 1.0)
     return Kernel(horizontal, beta, total, excess, t0 * t1 * plus * minus, (t0, t1))
 
 
@@ -88,7 +88,7 @@ def extension(tension, weight, axial_stiffness, cosine, sine):
 
 def _beyond(tension, q, n, y):
     """Tension minus its component along the chord, without cancellation."""
-    return np.where(q > 0, (n**2 + y**2) / np.maximum(tension + np.abs(q), CABLE.least_tension), tension - q)
+    return np.where(q > 0, (n**2 + y**2) / np.maximum(tension + np.abs(q), CABLE.least_divisor), tension - q)
 
 
 def flexibility(tension, weight, axial_stiffness, cosine, sine, kernel):
@@ -113,14 +113,14 @@ def _shallow(tension, weight, cosine, sine, kernel):
     i0, i1 and i2 are the means over the segment of tau^k/T^3, with P = P_mid + W g tau; i2 is by quadrature.
     """
     q, n, y = tension
-    total, product = kernel.sum_of_tensions, np.maximum(kernel.product, CABLE.least_tension)
+    total, product = kernel.sum_of_tensions, np.maximum(kernel.product, CABLE.least_divisor)
     i0 = 2 * total / product
-    i1 = -2 * (q * sine + n * cosine) * weight / np.maximum(total * product, CABLE.least_tension)
+    i1 = -2 * (q * sine + n * cosine) * weight / np.maximum(total * product, CABLE.least_divisor)
     wq, wn = weight * sine, weight * cosine
     point, share = (column.reshape(-1, *[1] * np.ndim(i0)) / 2 for column in (GAUSS_POINTS, GAUSS_WEIGHTS))
     square = (q + wq * point) ** 2 + (n + wn * point) ** 2 + y**2
     i2 = sum(
-        share * point**2 / np.maximum(square * np.sqrt(square), CABLE.least_tension)
+        share * point**2 / np.maximum(square * np.sqrt(square), CABLE.least_divisor)
     )  # in this order for any batch
     qq = q * q * i0 + 2 * q * wq * i1 + wq * wq * i2
     nn = n * n * i0 + 2 * n * wn * i1 + wn * wn * i2
@@ -142,9 +142,9 @@ def _deep(tension, cosine, sine, kernel):
     """
     q, n, y = tension
     h, total = kernel.horizontal, kernel.sum_of_tensions
-    i0 = 2 * total / np.maximum(kernel.product, CABLE.least_tension)
+    i0 = 2 * total / np.maximum(kernel.product, CABLE.least_divisor)
     i1 = (
-        2 * (q * sine + n * cosine) / np.maximum(total * (kernel.tensions[0] * kernel.tensions[1]), CABLE.least_tension)
+        2 * (q * sine + n * cosine) / np.maximum(total * (kernel.tensions[0] * kernel.tensions[1]), CABLE.least_divisor)
     )
     i2 = 2 * (1 + kernel.excess) / total - (h * h + y * y) * i0
     hh, vv, hv = i2 + y * y * i0, (h * h + y * y) * i0, -h * i1
@@ -218,7 +218,7 @@ class SegmentedCable:
 def solve_symmetric(matrix, right):
     """Solve symmetric 3x3 systems given as (qq, nn, yy, qn, qy, ny), scaled to a unit diagonal first."""
     qq, nn, yy, qn, qy, ny = matrix
-    a, b, c = (1 / np.sqrt(np.maximum(diagonal, CABLE.least_tension)) for diagonal in (qq, nn, yy))
+    a, b, c = (1 / np.sqrt(np.maximum(diagonal, CABLE.least_divisor)) for diagonal in (qq, nn, yy))
     d, e, f = qn * a * b, qy * a * c, ny * b * c
     x, y, z = right[0] * a, right[1] * b, right[2] * c
     c11, c12, c13 = 1 - f * f, e * f - d, d * f - e

@@ -61,7 +61,7 @@ class CableTolerances:
     whole_correction: float = 1e-12  # corrections below it are taken whole: the slope along them is rounding
     # beta below which the series, above it the closed forms: both are exact to rounding there
     series_below: float = 0.15
-    least_tension: float = 1e-290  # in place of a tension of zero in a denominator
+    least_divisor: float = 1e-290  # in place of zero in a denominator
 
     # ----------------------------------------------------------------------- drag and stress-strain curves
 

@@ -44,10 +44,12 @@ def _names(context, parameter, text):
     """The names in the text of --columns, each once; None without the option."""
     if text is None:
         return None
-    names = [name.strip() for name in text.split(",")]
-    if not all(names):
-        raise click.BadParameter("expected names joined by commas")
-    return tuple(dict.fromkeys(names))
+    from cablestudy.interface.kinds import names_in
+
+    try:
+        return names_in(text)
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from None
 
 
 def _checked(context, parameter, style):

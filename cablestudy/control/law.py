@@ -4,10 +4,9 @@
 
 Stability and margins take exp(-s T) itself, over frequency. As a state space the delay is a chain of equal Padé
 approximants of order [8/8] (Golub and Van Loan, Matrix Computations, 2013, section 9.3.1), as many as make the phase
-right to 8e-9 rad each up to a stated frequency. Their magnitude is one at all frequencies, as that of the
-delay. Where the loop gain is below a third neither it nor its approximant can encircle -1; up to there both agree to
-8e-9, so that by Rouche's theorem both loops have equally many unstable poles, except where |1 + L| is as
-small as that.
+right to 8e-9 rad each up to a stated frequency. Their magnitude is one at all frequencies, as that of the delay. Where
+the loop gain is below a third neither it nor its approximant can encircle -1; up to there both agree to 8e-9, so that
+by Rouche's theorem both loops have equally many unstable poles, except where |1 + L| is as small as that.
 """
 
 from dataclasses import dataclass

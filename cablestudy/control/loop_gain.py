@@ -87,9 +87,8 @@ class LoopGain:
         """Z, shape (f, d, d), and F, shape (f, d, i)."""
         bodies = self.bodies.dynamic_stiffness(s)
         pulled = np.broadcast_to(self.lifted, (len(s), *self.lifted.shape)).astype(complex)
-        few = (
-            len(s) <= SYSTEM.solved_places and self.near is None and "_divided" not in self.__dict__
-        )  # of which poles cost more
+        few = len(s) <= SYSTEM.solved_places  # of which poles cost more
+        few &= self.near is None and "_divided" not in self.__dict__
         together, apart = (None, self._parts) if few else self._divided
         if together:
             stiffness, count = together(s), bodies.shape[-1]
@@ -136,10 +135,8 @@ class LoopGain:
             To first order.
         """
         element = self.elements[cable]
-        omega, decay = (
-            element.omega[modes],
-            np.maximum(element.decay[modes], CONTROL.least_half_width * element.omega[modes]),
-        )
+        omega = element.omega[modes]
+        decay = np.maximum(element.decay[modes], CONTROL.least_half_width * omega)
         every, rate, coupling = 1j * (omega + CONTROL.half_widths_aside * decay), 2 * decay, element.coupling[modes]
         found = []
         for begin in range(0, len(modes), CONTROL.modes_at_once):

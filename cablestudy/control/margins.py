@@ -23,9 +23,8 @@ from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
 
 TURN = 2 * np.pi
-PEAKS = 2 * (
-    1 + 2 * CONTROL.peak_reach
-)  # change by such a loop gain, beside the height of a peak, over which none is overlooked
+# change by a loop gain that is small, over the height of a peak, from which on none is overlooked
+PEAKS = 2 * (1 + 2 * CONTROL.peak_reach)
 
 
 @dataclass(frozen=True)
@@ -201,9 +200,8 @@ class Margins:
 def _sizes(matrices):
     """Logarithm of the sizes of eigenvalues, ascending, within `far_from_one` of 0, shape (f, k, k) -> (f, k)."""
     found = np.full(matrices.shape[:-1], -CONTROL.far_from_one)
-    large = np.sqrt((np.abs(matrices) ** 2).sum(axis=(-2, -1))) > np.exp(
-        -CONTROL.far_from_one
-    )  # no eigenvalue is larger than this
+    bound = np.sqrt((np.abs(matrices) ** 2).sum(axis=(-2, -1)))  # no eigenvalue is larger than this
+    large = bound > np.exp(-CONTROL.far_from_one)
     found[large] = _logarithm(np.sort(np.abs(eigenvalues(matrices[large])), axis=1))
     return found
 

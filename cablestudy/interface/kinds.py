@@ -82,6 +82,14 @@ def read_columns(value: object) -> str:
     return read_text(value) if isinstance(value, str) else read_text(",".join(read_texts(value)))
 
 
+def names_in(text: str) -> tuple[str, ...]:
+    """The names in a text with commas between them, each once; ValueError where one is empty."""
+    names = [name.strip() for name in text.split(",")]
+    if not all(names):
+        raise ValueError("expected names joined by commas")
+    return tuple(dict.fromkeys(names))
+
+
 def read_source(value: object) -> str | dict[str, Any]:
     """The name of a file, or the plain values of a mapping."""
     mapping = mapping_of(value)

@@ -12,7 +12,7 @@ from typing import Any
 from cablestudy.errors import Mistakes, SceneError
 from cablestudy.interface import scene_of
 from cablestudy.interface.arguments import checked
-from cablestudy.interface.kinds import Changes, Columns, File, Processes, Source, Text, Variations, case_text
+from cablestudy.interface.kinds import Changes, Columns, File, Processes, Source, Text, Variations, case_text, names_in
 from cablestudy.pages import given
 from cablestudy.pages.markup import element, paragraph, text
 from cablestudy.pages.page import Page
@@ -100,7 +100,8 @@ def report(
     >>> import cablestudy as cs
     >>> page = cs.report("configs/guy.yaml", out="guy.html")
     """
-    names = [name.strip() for name in columns.split(",")] if isinstance(columns, str) else ()
+    with Mistakes() as mistakes, mistakes.at("--columns"):
+        names = () if columns is None else names_in(columns)
     return write_report(path, out, set, vary, case, title, jobs, quiet=quiet, columns=names, where=where)
 
 

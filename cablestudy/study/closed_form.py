@@ -111,9 +111,7 @@ class ClosedForm:
     numbers: dict  # header -> ndarray of shape (n,)
     failures: dict = field(default_factory=dict)  # case -> {header: CablestudyError} of a column without a value
     over_strength: frozenset = frozenset()  # cases whose stress is above the strength
-    errors: dict = field(
-        default_factory=dict
-    )  # case -> {header: relative error}, where rounding exceeds STUDY.rounding
+    errors: dict = field(default_factory=dict)  # case -> {header: relative error}, where it exceeds `rounding`
     least_errors: dict = field(default_factory=dict)  # header -> estimated relative error of all other cases
 
     def cells(self):

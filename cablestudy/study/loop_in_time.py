@@ -316,10 +316,8 @@ def _responses(closed_loop, motion, space, output, input_, components, times):
     if space is not None:
         loads, allocation = space.T @ loads, replace(allocation, measured=allocation.measured @ space)
     inputs, outputs = labels(closed_loop.layout, closed_loop.winches, closed_loop.markers)
-    winches, size = (
-        inputs[: len(closed_loop.winches)],
-        len(motion) - sum(not one.wheel for one in closed_loop.actuators),
-    )
+    winches = inputs[: len(closed_loop.winches)]
+    size = len(motion) - sum(not one.wheel for one in closed_loop.actuators)
     coordinates = tuple((f"coordinate_{k + 1}", MODAL) for k in range(size))
     measured = tuple((name, unit_of(name)) for name in closed_loop.measured)
     named = Labels(coordinates, winches, ((WIND_INPUT, "m/s"),), outputs, measured)

@@ -179,10 +179,7 @@ def fields_of(study, columns, referenced):
             continue
         fields.append(field_of_key(column) if column.needs == "find" else column.field)
         if column.header in referenced:
-            printed, difference = (
-                reference_header(column.header, "printed"),
-                reference_header(column.header, "difference"),
-            )
+            printed, difference = (reference_header(column.header, word) for word in ("printed", "difference"))
             fields.append(Field(printed, "printed", column.unit, hidden=True))
             fields.append(Field(difference, "printed (Δ)", "", printed=printed))
     return (*fields, replace(STATUS, kept=True))

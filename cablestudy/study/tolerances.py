@@ -150,6 +150,8 @@ class StudyTolerances:
     largest_gain_safety: float = 2.0  # on the change of the largest gain
     # relative distance of frequencies about one that decides a margin, by which it changes with the model
     margin_window: float = 0.2
+    # frequency of a mode over the highest resolved one, from which its pole may lie above that
+    may_be_above: float = 0.5
     nearly_largest_gain: float = 0.5  # gain over the largest,
     # and relative distance of modes from the one that would grow, from which on such modes are in the model of the
     # response

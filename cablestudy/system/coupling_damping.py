@@ -155,9 +155,8 @@ class CouplingDamping:
         """Dynamic stiffness at some of the ends, see `Superelement.dynamic_stiffness`."""
         below = np.imag(s) < 0
         x = self._variable(np.where(below, np.conj(s), s))
-        few = (
-            len(s) <= SYSTEM.solved_places and self._near is None and "_found" not in self.__dict__
-        )  # of which poles cost more
+        few = len(s) <= SYSTEM.solved_places  # of which poles cost more
+        few &= self._near is None and "_found" not in self.__dict__
         by_poles = None if few else self.pole_sum
         value = by_poles(x, rows, columns) if by_poles else _solved(self.matrices, x, rows, columns, len(self.omega))
         if (real := np.imag(s) == 0).any():  # where hysteretic strain loses nothing

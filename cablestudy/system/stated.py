@@ -22,9 +22,7 @@ from cablestudy.cable.span import Span
 from cablestudy.system.rigid import size
 from cablestudy.system.tolerances import SYSTEM
 
-EXACT = (
-    SYSTEM.sum_rounding * SYSTEM.rounding
-)  # relative error of a stated value at which its length is found: rounding of its sum,
+EXACT = SYSTEM.sum_rounding * SYSTEM.rounding  # relative error of a stated value at which its length is found
 FORCES = ["preload", "tension_to", "tension_from", "horizontal_tension", "max_tension"]
 LEVEL = np.array([1.0, 1.0, 0.0])
 
@@ -309,10 +307,8 @@ def least_preload(span):
     """
     stretched = np.log1p(span.weight_per_length * span.chord / span.axial_stiffness)
     span = span.without_loads()
-    low, high = (
-        np.broadcast_to(-np.log(SYSTEM.slackest), stretched.shape),
-        stretched,
-    )  # log of chord over unstretched length
+    # logarithm of chord over unstretched length
+    low, high = np.broadcast_to(-np.log(SYSTEM.slackest), stretched.shape), stretched
     share = np.linspace(0.0, 1.0, SYSTEM.slack_lengths).reshape(-1, *[1] * stretched.ndim)
     for _ in range(2):
         trials = low + share * (high - low)

@@ -62,10 +62,8 @@ def pose(suspension):
     hard = np.flatnonzero(record.reason == UNMET)
     if len(hard):
         again, last = by_softer_cables(flat.take(hard))
-        good, record = (
-            last.converged,
-            copy_record(record),
-        )  # what the first search says of the others is nearer to the scene
+        # what the first search says of the others is nearer to the scene
+        good, record = last.converged, copy_record(record)
         assign_rows(state, hard[good], take_rows(again, good))
         assign_rows(record, hard[good], take_rows(last, good))
     return leave_saddle_points(suspension, flat, state, record)

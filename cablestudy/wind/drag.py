@@ -88,9 +88,5 @@ def shedding_frequencies(wind, diameter):
 
     At the mean speed, and at three standard deviations below (0 at least) and above it; the diameter in m.
     """
-    speeds = (
-        wind.speed - WIND.shedding_deviations * wind.turbulence,
-        wind.speed,
-        wind.speed + WIND.shedding_deviations * wind.turbulence,
-    )
+    speeds = (wind.speed + side * WIND.shedding_deviations * wind.turbulence for side in (-1, 0, 1))
     return tuple(STROUHAL * np.maximum(speed, 0.0) / diameter for speed in speeds)

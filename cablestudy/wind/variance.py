@@ -20,13 +20,10 @@ import numpy as np
 from cablestudy.wind.tolerances import WIND
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(WIND.panel_points)
-LAST = np.polynomial.legendre.legval(
-    NODES, np.eye(WIND.panel_points)[-1]
-)  # Legendre's polynomial of degree n - 1 there
-HIGHEST = np.polynomial.legendre.legvander(NODES, WIND.panel_points - 1)[:, -2:] * np.array(
-    [WIND.panel_points - 1.5, WIND.panel_points - 0.5]
-)
-HIGHEST = HIGHEST * WEIGHTS[:, None]  # coefficients of these two by values at the nodes
+LEGENDRE = np.polynomial.legendre.legvander(NODES, WIND.panel_points - 1)  # polynomials at the nodes, by their degree
+LAST = np.polynomial.legendre.legval(NODES, np.eye(WIND.panel_points)[-1])  # the last one, to the last digit
+# coefficients of the two highest ones by values at the nodes
+HIGHEST = LEGENDRE[:, -2:] * (WIND.panel_points - np.array([1.5, 0.5])) * WEIGHTS[:, None]
 
 
 @dataclass(frozen=True)

@@ -100,8 +100,8 @@ def _lines(form, modes, count, peak):
     for k in range(count):
         shape, kind = shapes[..., k], modes.kind[k]
         if kind == "axial":
-            flat, closed_loop = positions * form.chord, (shape * tangent).sum(axis=1)
-            lines.append((flat, 0 * positions, flat, _peaked(closed_loop, peak)))
+            flat, movement = positions * form.chord, (shape * tangent).sum(axis=1)
+            lines.append((flat, 0 * positions, flat, _peaked(movement, peak)))
         elif kind == "in-plane":
             moved = _peaked(shape[:, :2], peak)
             lines.append((along, across, along + moved[:, 0], across + moved[:, 1]))
@@ -115,10 +115,10 @@ def _at(drawn, share):
     return [(x, y, x + share * (x_mode - x), y + share * (y_mode - y)) for x, y, x_mode, y_mode in drawn]
 
 
-def _peaked(closed_loop, peak):
+def _peaked(movement, peak):
     """The displacement scaled to a given largest value."""
-    size = np.abs(closed_loop) if closed_loop.ndim == 1 else np.linalg.norm(closed_loop, axis=1)
-    return closed_loop * (peak / size.max())
+    size = np.abs(movement) if movement.ndim == 1 else np.linalg.norm(movement, axis=1)
+    return movement * (peak / size.max())
 
 
 def _peak(form):

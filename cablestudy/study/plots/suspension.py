@@ -40,7 +40,7 @@ NAMED = 12  # anchors up to which each is named
 CORNERS = ((1, -1), (1, 1), (-1, 1), (-1, -1))  # of a place where its name may stand, along x and y
 PALE = 0.5  # opacity of lost cables
 KILO = 1e4  # tension from which a scale is in kN [N]
-BESIDE = np.array([0.07, 0.05])  # distance of a name from its place along x and y [in]
+NAME_GAP = np.array([0.07, 0.05])  # distance of a name from its place along x and y [in]
 CLEAR = {"boxstyle": "square,pad=0.05", "fc": "white", "ec": "none", "alpha": 0.7}  # behind a name over cables
 BAR_ROOM = 0.12  # height of the corner with the scale over that of the view; it is twice as wide
 
@@ -390,7 +390,7 @@ class _Room:
     def _box(self, place, corner, extent):
         """Box of a text at a corner of a place."""
         (side, up), (width, height) = corner, extent
-        x, y = place + corner * BESIDE * self.per_inch
+        x, y = place + corner * NAME_GAP * self.per_inch
         left, low = x - (width if side < 0 else 0), y - (height if up < 0 else 0)
         return left, left + width, low, low + height
 

@@ -187,12 +187,8 @@ class DrivenCables:
 
     def _loop_gain(self, kept):
         """`LoopGain` with what is `kept` of the cables; a function, of the coupled modes, where rounding spoils it."""
-        closed_loop, effects, layout, plant = (
-            self._closed_loop,
-            self._effects,
-            self._closed_loop.layout,
-            self._closed_loop.plant,
-        )
+        closed_loop, effects = self._closed_loop, self._effects
+        layout, plant = closed_loop.layout, closed_loop.plant
         stiffness, mass = (dense(part) for part in layout.own)
         elements = [one.element for one in plant.in_air(self.models, kept)]
         damping = np.zeros_like(mass) + plant.air_on_bodies(np.eye(len(mass))) + dense(layout.damping)
@@ -215,7 +211,7 @@ class DrivenCables:
             return poles[0]
         chosen, highest = self._chosen(), (1 - STUDY.uncertain_pole) * self._highest_resolved
         for cable, own in enumerate(chosen):
-            near = np.flatnonzero(own & (self.loop_gain.elements[cable].omega > STUDY.nearly_largest_gain * highest))
+            near = np.flatnonzero(own & (self.loop_gain.elements[cable].omega > STUDY.may_be_above * highest))
             if len(near):
                 moved, _ = self.loop_gain.poles_of(cable, near)
                 alone = self.loop_gain.elements[cable].omega[near]
@@ -304,10 +300,8 @@ class DrivenCables:
             energy = ends.highest_energy(amplitudes[None], np.zeros((1, 6, len(square))))[0]
             return np.minimum(energy / square / 2, 0.5)
 
-        found, far = (
-            error(shapes, square),
-            ~self._up_to(cable, element, self._resolved_to, STUDY.single_mode_errors, STUDY.single_mode_errors),
-        )
+        alone = STUDY.single_mode_errors
+        found, far = error(shapes, square), ~self._up_to(cable, element, self._resolved_to, alone, alone)
         together = residual_vectors(element.omega[None], element.coupling[None], far[None])[0]
         together = together[:, together.any(axis=0)]
         share = together**2 + np.finfo(float).tiny

@@ -29,9 +29,8 @@ from cablestudy.study.tolerances import STUDY
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import outward
 
-UNDAMPED = (
-    CONTROL.negligible_growth / 4
-)  # growth over frequency by a gain that is no instability, however small the decay
+# growth over frequency by a gain that is no instability, however small the decay
+UNDAMPED = CONTROL.negligible_growth / 4
 RANGE = np.geomspace(1.0, 1e8, 481)  # frequencies at which the bound is computed, over the lowest of the modes
 ACROSS, ALONG = 0, 1
 

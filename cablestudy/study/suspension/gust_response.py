@@ -195,10 +195,10 @@ class GustResponse:
         )
         error = added + self.integration_error * value + late
         values, errors = (dict(zip(weights, parts, strict=True)) for parts in (value, error))
-        waves = (
-            (lambda: self.closed_loop.plant.change_by_waves) if weights is OWN else None
-        )  # a telescope sees no tension
-        return Variances({name: row for row, name in enumerate(self.names)}, values, errors, waves)
+        rows = {name: row for row, name in enumerate(self.names)}
+        if weights is not OWN:  # a telescope sees no tension
+            return Variances(rows, values, errors)
+        return Variances(rows, values, errors, lambda: self.closed_loop.plant.change_by_waves)
 
     @property
     def _by_ends(self):
