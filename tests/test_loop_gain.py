@@ -204,7 +204,7 @@ def test_vectors_for_the_highest_modes_change_the_largest_gain_and_the_margins_b
         wind = in_wind_of(Case(scene))
         winds.append((wind.controlled.driven, wind.largest_gain, [wind.margin(name) for name in names]))
     (few, (gain, error), margins), (every, (truth, _), true_margins) = winds
-    assert few.by_others > 0 == every.by_others
+    assert few.simplification_error > 0 == every.simplification_error
     assert len(few.loop_gain.elements[0].omega) < 0.7 * len(every.loop_gain.elements[0].omega)
     assert abs(gain / truth - 1) <= error <= 1e-5
     for (found, stated), (exact, _) in zip(margins, true_margins, strict=True):

@@ -130,7 +130,7 @@ class DynamicAnalysis:
         for count in (*self._tried, *(STUDY.more_modes if self._model is None else ())):
             closed_loop = self._with(count)
             enough = count >= self._many[0] or closed_loop.plant.lacked < STUDY.lacked_compliance
-            if (enough and closed_loop.knows_notches) or len(closed_loop.modes) < count:
+            if (enough and closed_loop.notch_frequencies_known) or len(closed_loop.modes) < count:
                 break
         return tuple(one for one in self._tried if one >= count) or (count,)
 
@@ -362,7 +362,7 @@ class DynamicAnalysis:
         if not others:
             return found, np.nan
         error = STUDY.margin_safety * sum(relative(found, getattr(other, name)) for other in others)
-        return found, error + self.controlled.driven.by_others
+        return found, error + self.controlled.driven.simplification_error
 
     @property
     def gain(self):
