@@ -25,12 +25,12 @@ from cablestudy.control.motion import actuated
 from cablestudy.control.suspension import load_off_ends
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError
-from cablestudy.study.suspension.driven_waves import ACROSS, dense
+from cablestudy.study.suspension.driven_waves import ACROSS
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cable_coordinates import residual_vectors
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
-from cablestudy.system.linear import LinearSystem
+from cablestudy.system.linear import LinearSystem, dense
 
 MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coincide, over that of one alone
 TURN = 2 * np.pi
