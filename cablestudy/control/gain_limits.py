@@ -123,7 +123,7 @@ class StableGains:
 
     @cached_property
     def limits(self):
-        """`Limit` of the smallest gains at which poles cross to the right: list, ascending; of larger ones some may lack.
+        """`Limit` of the smallest gains at which poles cross to the right: list, ascending.
 
         Notes
         -----
