@@ -163,7 +163,7 @@ def test_poles_in_windows_give_the_loop_gain(seed, monkeypatch):
     assert found(s) == pytest.approx(expected, rel=1e-7, abs=1e-9 * np.abs(expected).max())
     for name, value in {"window": 4, "window_margin": 0, "lowest_window": 1}.items():
         monkeypatch.setattr(type(SYSTEM), name, value)
-    monkeypatch.setattr(pole_windows, "_edge", lambda size, near: near / 2)
+    monkeypatch.setattr(pole_windows, "_gap_near", lambda size, near: near / 2)
     assert lost(s) == pytest.approx(expected, rel=1e-9, abs=1e-11 * np.abs(expected).max())
 
 
