@@ -236,13 +236,12 @@ class StableGains:
             None where every gain has a lower peak.
         """
         gain = most or CONTROL.highest_sensitive_gain * np.abs(self.poles).max()
-        omega = self.curve[0]
-        reached = False  # by the peak, with the first gain
+        omega, lowered = self.curve[0], False
         for _ in range(2):  # on frequencies near the poles of the open loop, then also near those of the closed one
-            gain, frequency_of_peak = gain_of_peak(self.loop_gain, omega, peak, gain)
+            gain, peak_omega = gain_of_peak(self.loop_gain, omega, peak, gain)
             omega = distinct(np.append(omega, self.frequencies(gain)))
-            reached = reached or frequency_of_peak is not None
-        return gain if most or reached else None
+            lowered = lowered or peak_omega is not None  # the gain, to that with this peak
+        return gain if most or lowered else None
 
     def single_limits(self, gain):
         """Factor by which the gain of each measured coordinate alone may grow, shape (k,); infinite without limit. [-]

@@ -261,7 +261,7 @@ def _polished_maximum(function, height, omega, width):
 
 
 def passages(function, omega, value):
-    """Frequencies at which functions of frequency are zero, shape (z,) [rad/s], and which of them, shape (z,).
+    """Zeros of k functions of frequency: their frequencies, shape (z,) [rad/s], and which function each is of, (z,).
 
     Parameters
     ----------

@@ -80,7 +80,7 @@ class ActuatorFeedback:
 
 
 def basis(modes, loads):
-    """Modes of a suspension, and their complement for the static response to some loads.
+    """Modes of a suspension, and Ritz vectors with which they give the static response to some loads.
 
     Parameters
     ----------

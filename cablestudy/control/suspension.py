@@ -230,10 +230,10 @@ def _tensions(layout, kept, imposed, lifted, modal):
     direction, _ = outward(layout.equilibrium)
     ends = dense(layout.moved)
     matrices = [cable.element.matrices() for cable in kept]
-    kinds = [np.result_type(float, *(stiffness for _, _, stiffness in matrices)), float, float]
-    c = [np.zeros((2 * len(kept), modal + ends.shape[1]), kind) for kind in kinds]
-    d = [np.zeros((2 * len(kept), imposed.shape[1]), kind) for kind in kinds]
-    begin = 0
+    dtypes = [np.result_type(float, *(stiffness for _, _, stiffness in matrices)), float, float]
+    c = [np.zeros((2 * len(kept), modal + ends.shape[1]), dtype) for dtype in dtypes]
+    d = [np.zeros((2 * len(kept), imposed.shape[1]), dtype) for dtype in dtypes]
+    first = 0  # coordinate of the modes of a cable
     for cable, (mass, damping, stiffness) in enumerate(matrices):
         modes, rows = len(kept[cable].element.omega), slice(2 * cable, 2 * cable + 2)
         end_rows = slice(6 * cable, 6 * cable + 6)
@@ -241,9 +241,9 @@ def _tensions(layout, kept, imposed, lifted, modal):
         along[0, :3], along[1, 3:] = direction[cable]
         for order, matrix in enumerate((stiffness, damping, mass)):
             tension = along @ matrix[modes:]
-            c[order][rows, begin : begin + modes] = tension[:, :modes]
+            c[order][rows, first : first + modes] = tension[:, :modes]
             c[order][rows, modal:] = tension[:, modes:] @ ends[end_rows]
             d[order][rows] = tension[:, modes:] @ imposed[end_rows]
         d[0][rows] -= along @ lifted[end_rows]
-        begin += modes
+        first += modes
     return list(zip(c, d, strict=True))

@@ -66,7 +66,7 @@ def gust(size, length):
 
 
 def respond(a, b, c, d, components, time):
-    """Outputs for one input that begins at rest.
+    """Response of the outputs of a linear system, from rest, to one input.
 
     Parameters
     ----------
@@ -84,17 +84,17 @@ def respond(a, b, c, d, components, time):
 
     outputs, step = np.zeros((len(time), len(c))), time[1] - time[0]
     for component in components:
-        first = int(np.ceil(component.begin / step - CONTROL.component_begin))
-        if first >= len(time):
+        first_index = int(np.ceil(component.begin / step - CONTROL.component_begin))
+        if first_index >= len(time):
             continue
         n, k = len(a), len(component.start)
         matrix = np.zeros((n + k, n + k))
         matrix[:n, :n], matrix[:n, n:], matrix[n:, n:] = a, np.outer(b, component.output), component.matrix
         output = np.concatenate([c, np.outer(d, component.output)], axis=1)
         state = np.concatenate([np.zeros(n), component.start])
-        state = expm(matrix * max(first * step - component.begin, 0.0)) @ state
+        state = expm(matrix * max(first_index * step - component.begin, 0.0)) @ state
         advance = expm(matrix * step)
-        for index in range(first, len(time)):
+        for index in range(first_index, len(time)):
             outputs[index] += output @ state
             state = advance @ state
     return outputs

@@ -212,7 +212,7 @@ def prepare(cases):
     if not cases:
         return
     equilibrium, winds = equilibria_of(cases), []
-    equilibrium.blocks  # noqa: B018 of all at once: `take` hands each its own
+    equilibrium.blocks  # noqa: B018 computed for all cases at once: `take` then gives each case its own
     for index, case in enumerate(cases):
         case.equilibrium = equilibrium.take(index)
         winds.append(outcome_of(partial(_first_wind, case)))

@@ -231,7 +231,8 @@ class DelayedResponse:
 def delayed_response(response, slow, fast, highest):
     """`DelayedResponse` of a response with the sharp poles of two systems, below and above a frequency.
 
-    The frequency is in the widest gap between poles of `fast` in a band below `highest`.
+    The frequency is in the widest gap between poles of `fast` in a band below `highest`: a pole that both systems have
+    is then taken once.
 
     Parameters
     ----------

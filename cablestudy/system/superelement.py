@@ -328,7 +328,7 @@ class Superelement:
         if self.carried is not None:
             damping = damping - self.viscous * (self.carried.T @ self.carried)
         if self.strain is None:
-            absolute = np.concatenate([np.eye(n), coupling], axis=1)
+            absolute = np.concatenate([np.eye(n), coupling], axis=1)  # q + m u
             damping = damping + absolute.T @ ((2 * self.damping_ratio * self.omega)[:, None] * absolute)
         elif self.strain.law == "kelvin_voigt":
             damping += self.strain.amount * self.strain.matrix
@@ -368,12 +368,12 @@ class Superelement:
             self.strain.check(self.omega)
         if self.coupled:
             return self.coupling_damping.dynamic_stiffness(s, rows, columns)
-        inertial, left, right = s**2 + self.viscous * s, self.participation[:, rows], self.participation[:, columns]
-        value = self.stiffness[rows][:, columns] + inertial[:, None, None] * self.residual_inertia[rows][:, columns]
+        g, p_rows, p_columns = s**2 + self.viscous * s, self.participation[:, rows], self.participation[:, columns]
+        value = self.stiffness[rows][:, columns] + g[:, None, None] * self.residual_inertia[rows][:, columns]
         if np.any(self.residual_damping):
             value = value + s[:, None, None] * self.residual_damping[rows][:, columns]
-        products = left[:, :, None] * (right / self.omega[:, None] ** 2)[:, None, :]
-        products = products.reshape(len(self.omega), left.shape[1] * right.shape[1])
+        products = p_rows[:, :, None] * (p_columns / self.omega[:, None] ** 2)[:, None, :]  # p p^T/W^2
+        products = products.reshape(len(self.omega), p_rows.shape[1] * p_columns.shape[1])
         block = SYSTEM.frequency_block
         modal = [self._modal(s[begin : begin + block], products) for begin in range(0, len(s), block)]
         return value + np.concatenate(modal or [products[:0]]).reshape(value.shape)

@@ -158,11 +158,6 @@ class DrivenCables:
             raise ConvergenceError(message) from None
         return models
 
-    @property
-    def _loop_gain_parts(self):
-        """Models, kept modes and loop gain: equal for all gains with equal models and modes."""
-        return self.models, self.kept, self.loop_gain
-
     def _modes_in_loop(self, models, resolved_to, share=1.0):
         """Which modes of each cable are in the loop gain by themselves: list of ndarray of bool, shape (n,).
 
@@ -253,33 +248,27 @@ class DrivenCables:
 
     def _resolve(self, models, resolved_to, others):
         """Set models, loop gain, poles and gains; models and loop gain of one of the `others` where modes are equal."""
-        in_loop = self._modes_in_loop(models, resolved_to)
-        equal = [
-            other
-            for other in others
-            if other.models.equal(models) and all(map(np.array_equal, other._in_loop, in_loop))
-        ]
-        self._in_loop, self._resolved_to = in_loop, resolved_to
-        if equal:
-            self.models, self.kept, self.loop_gain = equal[0]._loop_gain_parts
+        self._in_loop, self._resolved_to = self._modes_in_loop(models, resolved_to), resolved_to
+        for other in others:
+            if other.models.equal(models) and all(map(np.array_equal, other._in_loop, self._in_loop)):
+                self.models, self.kept, self.loop_gain = other.models, other.kept, other.loop_gain
+                break
         else:
-            self.models, self.kept = models, models.with_modes(in_loop)
+            self.models, self.kept = models, models.with_modes(self._in_loop)
             self.loop_gain = self._loop_gain(self.kept)
         self.poles, notches, law = self._poles(), self._closed_loop.notches, self._closed_loop.given_loop.law
         self.gains = StableGains(self.loop_gain, self.poles, notches, law, self._gain)
 
     def with_critical_modes(self, plant, gain):
-        """Copy of a `Plant` with modes of single cables near the one that would grow first as the gain is raised.
+        """Copy of a `Plant` with the modes of cables, near the one that would grow first, that a gain could drive.
 
-        Added are those that the gain could drive, or all where rounding spoils the response of a cable. The plant
-        itself where `gain` [rad/s] is not just below the largest, or the plant's own modes reach to that mode.
+        [rad/s]. With all near it where rounding spoils the response of a cable. The copy is the plant itself where the
+        gain is not just below the largest one, or the modes of the plant reach up to the mode that would grow.
         """
         limit, base = self.gains.limit, self._base
-        if (
-            limit is None
-            or limit.omega <= base.omega[-1]
-            or not STUDY.nearly_largest_gain * limit.factor < gain < limit.factor
-        ):
+        if limit is None or limit.omega <= base.omega[-1]:
+            return plant
+        if not STUDY.nearly_largest_gain * limit.factor < gain < limit.factor:
             return plant
         critical = [np.zeros(len(in_loop), dtype=bool) for in_loop in self._in_loop]
         driven = [np.ones(kept.modes, dtype=bool) for kept in self.kept] if self._spoilt else self._needed_modes()
@@ -324,6 +313,7 @@ class DrivenCables:
         square = element.omega**2
 
         def error(amplitudes, square):
+            """Relative error of frequencies by the mesh: half of that of twice the strain energy, W^2."""
             energy = ends.highest_energy(amplitudes[None], np.zeros((1, 6, len(square))))[0]
             return np.minimum(energy / square / 2, 0.5)
 
@@ -331,8 +321,9 @@ class DrivenCables:
         far = ~self._modes_below(cable, element, self._resolved_to, multiple, multiple)
         vectors = residual_vectors(element.omega[None], element.coupling[None], far[None])[0]
         vectors = vectors[:, vectors.any(axis=0)]
-        share = vectors**2 + np.finfo(float).tiny
-        joint = share @ error(shapes @ vectors, square @ vectors**2) / share.sum(axis=1)
+        share = vectors**2 + np.finfo(float).tiny  # of each mode in each vector
+        of_vectors = error(shapes @ vectors, square @ vectors**2)
+        joint = share @ of_vectors / share.sum(axis=1)
         single = error(shapes, square)
         return np.where(far, np.minimum(single, joint), single)
 

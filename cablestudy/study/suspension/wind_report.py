@@ -32,7 +32,7 @@ OPEN = "_open_loop"
 
 
 def wind_tables(document, case, only=None):
-    """The tables of a case in the wind.
+    """The tables of `windrms`: motion, rotations, cables and others, of a case in the wind.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def wind_tables(document, case, only=None):
         Of its scene, for the lines of mistakes.
     case : SuspensionCase
     only : str, optional
-        The name of one of them; the others are not made.
+        The name of the one table that is made.
 
     Returns
     -------
@@ -54,7 +54,7 @@ def wind_tables(document, case, only=None):
     SceneError
         The scene has no wind, or nothing for the table that is asked for.
     NoSolutionError, ConvergenceError
-        It has no answer.
+        The motion, or the loop, cannot be computed.
     """
     scene = case.scene
     if scene.wind is None:
@@ -92,11 +92,8 @@ def made(case, makers):
 
 def _bodies_and_markers(scene):
     """Names of the bodies and markers."""
-    return [
-        name
-        for body, table in scene.bodies.items()
-        for name in (body, *(f"{body}.{marker}" for marker in table.markers))
-    ]
+    markers = {body: [f"{body}.{marker}" for marker in table.markers] for body, table in scene.bodies.items()}
+    return [name for body, of_body in markers.items() for name in (body, *of_body)]
 
 
 def _closed_loop(columns_of):
