@@ -51,7 +51,7 @@ class LoopGain:
     near : LoopGain or None
         Of cables that differ little: poles of modes that damping couples follow from those of it to first order.
     windows : bool
-        Whether poles of many such modes may be found in windows, see `Superelement.windowed`.
+        True if poles of many such modes may be found in windows, see `Superelement.windowed`.
     """
 
     bodies: LinearSystem

@@ -37,7 +37,7 @@ class TimeResponse:
 
 
 def responses(closed, alone, output, winches, input_, components, time):
-    """`TimeResponse` without its error.
+    """`TimeResponse` of one displacement and of the winches to one input, without its error.
 
     Parameters
     ----------

@@ -244,7 +244,7 @@ def gain_of_peak(unit_gain, omega, peak, most):
     peak : float
         Above 1. [-]
     most : float
-        [rad/s]
+        Upper bound, with which the search begins. [rad/s]
 
     Returns
     -------
@@ -268,7 +268,7 @@ def gain_of_peak(unit_gain, omega, peak, most):
     def loop_gain_at(omega):
         return _finite(by_parts(unit_gain, omega))
 
-    peak_omega, value = None, loop_gain_at(omega)
+    peak_omega, value = None, loop_gain_at(omega)  # L over the gain, shape (f, k, k)
     for _ in range(CONTROL.gain_steps):
 
         def size(value, gain=most):

@@ -34,10 +34,10 @@ def frequencies(poles, notches=(), law=INTEGRATOR):
     size = np.abs(poles)
     low, high = CONTROL.grid_range[0] * size.min(), CONTROL.grid_range[1] * size.max()
     decades = np.geomspace(low, high, 2 + int(CONTROL.grid_per_decade * np.log10(high / low)))
-    turns = np.zeros(0)
+    delay_steps = np.zeros(0)
     if law.delay:
-        turns = CONTROL.delay_turn / law.delay * np.arange(1, law.reach * law.delay / CONTROL.delay_turn)
-    return distinct(np.concatenate([decades, turns[turns < high], near_poles(poles)]))
+        delay_steps = CONTROL.delay_turn / law.delay * np.arange(1, law.reach * law.delay / CONTROL.delay_turn)
+    return distinct(np.concatenate([decades, delay_steps[delay_steps < high], near_poles(poles)]))
 
 
 def distinct(omega):

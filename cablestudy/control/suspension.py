@@ -200,13 +200,15 @@ def outputs(layout, kept, imposed, lifted, markers, midspans=()):
     by_winches = np.zeros((len(places), imposed.shape[1]))
     midspan_c, midspan_d = _midspans(layout, kept, imposed, midspans, modal)
     places, by_winches = np.concatenate([places, midspan_c]), np.concatenate([by_winches, midspan_d])
-    tensions, shown = _tensions(layout, kept, imposed, lifted, modal), [places * (order == 0) for order in range(3)]
+    c_places = [places * (order == 0) for order in range(3)]
     if suspension.link_names:
         stretch = np.pad(layout.elongation, ((0, 0), (modal, 0)))
         factors = suspension.link_stiffness, suspension.link_damping, np.zeros(len(stretch))
-        shown = [np.concatenate([part, factor[:, None] * stretch]) for part, factor in zip(shown, factors, strict=True)]
+        link_forces = [factor[:, None] * stretch for factor in factors]
+        c_places = [np.concatenate(pair) for pair in zip(c_places, link_forces, strict=True)]
         by_winches = np.pad(by_winches, ((0, len(stretch)), (0, 0)))
-    c = [np.concatenate([rows, of_tensions]) for rows, (of_tensions, _) in zip(shown, tensions, strict=True)]
+    tensions = _tensions(layout, kept, imposed, lifted, modal)
+    c = [np.concatenate([rows, of_tensions]) for rows, (of_tensions, _) in zip(c_places, tensions, strict=True)]
     d = [np.concatenate([by_winches * (order == 0), of_tensions]) for order, (_, of_tensions) in enumerate(tensions)]
     return tuple(c), tuple(d)
 

@@ -234,22 +234,22 @@ def equilibria_of(cases):
     gondolas = [[case.scene.gondola] if case.scene.gondola else [] for case in cases]
     bodies = len(gondolas[0])
     position, rotation = end_2[:, :bodies], np.broadcast_to(np.eye(3), (len(cases), bodies, 3, 3))
-    none = np.zeros(position.shape)
+    zeros = np.zeros(position.shape)
     suspension = SuspendedSystem(
         gravity=np.array([case.scene.gravity for case in cases]),
         body_names=(GONDOLA,) * bodies,
         position=position,
         rotation=rotation,
         mass=np.array([[gondola.mass for gondola in of_case] for of_case in gondolas]),
-        center=none,
+        center=zeros,
         inertia=np.zeros(rotation.shape),
-        force=none,
-        moment=none,
+        force=zeros,
+        moment=zeros,
         free=ALONG_X[:bodies],
         junctions=0,
         cable_names=(CABLE,),
         owner=np.array([[GROUND, 0 if bodies else GROUND]]),
-        place=np.stack([end_1, none if bodies else end_2], axis=2),
+        place=np.stack([end_1, zeros if bodies else end_2], axis=2),
         axial_stiffness=span.axial_stiffness,
         cable_mass=span.mass,
         given=("unstretched_length",),

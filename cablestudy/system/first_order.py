@@ -220,7 +220,7 @@ def rows(system, forces=None, loop=None, actuators=()):
 
     Returns
     -------
-    found : Equations
+    first_order : Equations
     state_rate : ndarray, shape (N, w)
         x'.
     reeled : tuple of 2 ndarray, shape (i, w)
@@ -229,11 +229,12 @@ def rows(system, forces=None, loop=None, actuators=()):
         Outputs of the system, then two of each actuator: stroke and force, or momentum and torque.
     """
     if forces is None:
-        found = (loop or system).equations
+        first_order = (loop or system).equations
     else:
-        found = equations(system, *((loop.allocation, loop.notches, loop.law_space) if loop else ()), forces=forces)
-    state_rate = found.fixed + (loop.gain * found.scaled.sum(axis=0) if loop else 0.0)
-    m, size, (winches, movements) = len(system), len(state_rate), found.winches.shape
+        of_loop = (loop.allocation, loop.notches, loop.law_space) if loop else ()
+        first_order = equations(system, *of_loop, forces=forces)
+    state_rate = first_order.fixed + (loop.gain * first_order.scaled.sum(axis=0) if loop else 0.0)
+    m, size, (winches, movements) = len(system), len(state_rate), first_order.winches.shape
     inputs = (state_rate.shape[1] - size) // 3
 
     def derivative(row):
@@ -243,19 +244,19 @@ def rows(system, forces=None, loop=None, actuators=()):
         return row[:, :size] @ state_rate + shifted
 
     reeled = np.zeros((winches, state_rate.shape[1]))
-    reeled[:, size - movements : size] = found.winches
+    reeled[:, size - movements : size] = first_order.winches
     speed = derivative(reeled)
     lengths = [reeled, speed, derivative(speed)] if loop else np.zeros((3, *reeled.shape))
     if inputs:
         first_length = inputs - forces.shape[1] - winches  # after the references
         for order, part in enumerate(lengths):
             lengths[order] = part + np.eye(*part.shape, size + order * inputs + first_length)
-    motions = found.places, found.speeds, state_rate[m : 2 * m]
+    motions = first_order.places, first_order.speeds, state_rate[m : 2 * m]
     of_system = sum(matrix @ motion for matrix, motion in zip(system.c, motions, strict=True))
     of_system += sum(matrix @ length for matrix, length in zip(system.d, lengths, strict=True))
     outputs = [of_system]
-    strokes = iter(found.places[m - sum(not actuator.wheel for actuator in actuators) :])
-    for actuator, (movement, rate) in zip(actuators, found.feedback, strict=True):
+    strokes = iter(first_order.places[m - sum(not actuator.wheel for actuator in actuators) :])
+    for actuator, (movement, rate) in zip(actuators, first_order.feedback, strict=True):
         force = actuator.velocity_gain * rate + actuator.position_gain * movement
         outputs.append([actuator.velocity_gain * movement, force] if actuator.wheel else [next(strokes), force])
-    return found, state_rate, (reeled, speed), np.concatenate(outputs)
+    return first_order, state_rate, (reeled, speed), np.concatenate(outputs)

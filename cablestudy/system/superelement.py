@@ -150,9 +150,9 @@ class Superelement:
     def moved_by_ends(self):
         """Which modes the ends move, directly or by other modes, array of bool, shape (n,): others have no response."""
         n, size = len(self.omega), np.abs(self.coupling)
-        moved = (size > SYSTEM.uncoupled_entry * size.max(axis=0, initial=0.0)).any(axis=1)
-        if moved.all():
-            return moved
+        is_moved = (size > SYSTEM.uncoupled_entry * size.max(axis=0, initial=0.0)).any(axis=1)
+        if is_moved.all():
+            return is_moved
         return connected(*self.matrices(), np.arange(n + size.shape[1]) >= n)[:n]
 
     def select(self, chosen):

@@ -258,7 +258,7 @@ class ClosedLoop:
         return outcome_of(self._search_driven_cables)
 
     def _search_driven_cables(self):
-        """`DrivenCables` of gains that are raised until the largest stable one is below: `driven`."""
+        """`DrivenCables` of a gain that is raised until the largest stable gain is below it; raises as `driven`."""
         _, driven_cables, first_gains = self._shared_by_gains
         self.check_open()
         gain = self.given_loop.gain or STUDY.little_gain

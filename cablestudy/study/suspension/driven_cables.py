@@ -260,10 +260,10 @@ class DrivenCables:
         self.gains = StableGains(self.loop_gain, self.poles, notches, law, self._gain)
 
     def with_critical_modes(self, plant, gain):
-        """Copy of a `Plant` with the modes of cables, near the one that would grow first, that a gain could drive.
+        """Copy of a `Plant` with modes of cables around the one that would grow first as the gain is raised.
 
-        [rad/s]. With all near it where rounding spoils the response of a cable. The copy is the plant itself where the
-        gain is not just below the largest one, or the modes of the plant reach up to the mode that would grow.
+        They are those that the gain could drive, or all where rounding spoils the response of a cable. The plant itself
+        is returned where `gain` [rad/s] is not just below the largest one, or where its modes reach up to that mode.
         """
         limit, base = self.gains.limit, self._base
         if limit is None or limit.omega <= base.omega[-1]:

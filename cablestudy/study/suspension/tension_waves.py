@@ -24,7 +24,7 @@ def change_by_waves(plant, weights):
     ----------
     plant : Plant
     weights : dict
-        Those of `Turbulence.variances`: powers of frequency, which the panels of the gusts resolve.
+        Name -> function of frequency [Hz], those of `Turbulence.variances`: the panels of the gusts resolve them.
 
     Returns
     -------
@@ -33,8 +33,8 @@ def change_by_waves(plant, weights):
         resonance of the first wave along a cable that sags, which is excited more than that share of the force implies.
         No column shows such a rate; the largest tension depends on its logarithm, see `crossings`.
     """
-    gusts, state, variances = plant.gusts, plant.at_rest, plant.at_rest.variances[0]
-    change, residues = np.zeros(variances.shape), state.residues
+    gusts, turbulence, variances = plant.gusts, plant.at_rest, plant.at_rest.variances[0]
+    change, residues = np.zeros(variances.shape), turbulence.residues
     rows, *poles = _first_waves(plant)
     driven = residues.direct[rows].any(axis=1)  # tensions of cables whose ends some force reaches at once
     if plant.model is not None or not driven.any():
@@ -50,9 +50,9 @@ def change_by_waves(plant, weights):
         outputs=np.concatenate([residues.outputs[rows], outputs, -outputs], axis=1),
         direct=np.zeros_like(inputs),
     )
-    low, high = state.range
+    low, high = turbulence.range
     edges = gusts.edges(low, max(high, STUDY.wave_range * np.abs(poles).max() / TURN))
-    integrals = Integrals.on(edges, gusts, weights, state.least)
+    integrals = Integrals.on(edges, gusts, weights, turbulence.least)
     factor = np.repeat([STUDY.waves_along, STUDY.waves_across], len(rows) // count)
     np.add.at(change.T, rows, (factor * np.abs(integrals.variances(with_waves) - variances[:, rows])).T)
     return change
