@@ -32,7 +32,7 @@ ASIDE = np.geomspace(0.05, 1e4, 80)
 
 @dataclass(frozen=True)
 class Limit:
-    """Where a pole crosses the imaginary axis.
+    """Gain and frequency at which a pole crosses the imaginary axis.
 
     Attributes
     ----------

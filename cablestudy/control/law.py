@@ -81,7 +81,7 @@ class Law:
         return f"gains of {', '.join(gains)}" if len(gains) > 1 else f"a gain of {gains[0]}"
 
     def approximants(self, highest):
-        """How many approximants make the delay right up to a frequency [rad/s]."""
+        """Number of approximants that make the delay right up to a frequency [rad/s]."""
         return max(1, ceil(highest * self.delay / CONTROL.pade_phase)) if self.delay else 0
 
     def state_space(self, highest):

@@ -141,7 +141,7 @@ class Loop:
         return min((-poles.real[growth > 0] / growth[growth > 0]).tolist(), default=None)
 
     def _approximants(self, highest):
-        """How many approximants of the delay make it right up to a frequency [rad/s]; 0 where it is slight."""
+        """Number of approximants that make the delay right up to a frequency [rad/s]; 0 where the delay is slight."""
         highest = min(highest, self.law.reach)
         return self.law.approximants(highest) if highest * self.law.delay > CONTROL.slight_delay else 0
 

@@ -180,7 +180,7 @@ class _CableInLoop:
 
     @classmethod
     def of(cls, element, moved, winches, near, windows):
-        """That of a `Superelement` at the moved ends; `near` is the `_CableInLoop` of nearly the same one, or None."""
+        """`_CableInLoop` of a `Superelement` at the moved ends; `near` is that of nearly the same one, or None."""
         used = element.moved_by_ends if near is None else near.used
         element = element if used.all() else element.select(used)
         return cls(replace(element, near=near and near.element, windowed=windows), used, moved, winches)

@@ -33,7 +33,7 @@ class Crossings:
         return len(self.omega)
 
     def take(self, chosen):
-        """Those that are `chosen` by numbers or bool, with the properties already computed."""
+        """Crossings that are `chosen` by numbers or bool, with the properties already computed."""
         taken = Crossings(self.omega[chosen], self.values[chosen])
         vars(taken).update({name: value[chosen] for name, value in vars(self).items()})
         return taken

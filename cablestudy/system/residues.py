@@ -219,7 +219,7 @@ class DelayedResponse:
     sharp: Residues
 
     def split(self, highest):
-        """Its sharp poles up to a frequency [rad/s], and what is to be added to their response, a function of s."""
+        """Sharp poles up to a frequency [rad/s], and the response that is to be added to theirs, a function of s."""
         sharp = self.sharp.take(np.abs(self.sharp.poles) <= highest)
         return sharp, lambda s: self.response(s) - sharp.response(s)
 

@@ -36,7 +36,7 @@ NAMES = tuple(f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz")
 
 @dataclass(frozen=True)
 class Damping:
-    """How a cable loses energy; by default it does not.
+    """Damping of a cable, by default none.
 
     Attributes
     ----------

@@ -203,17 +203,17 @@ class ClosedLoop:
         if control is None:
             return None
         if isinstance(control.gain, (int, float)):
-            return replace(self.given_loop, gains=self.gains) if self.given_loop.law.delay else self.given_loop
+            return replace(self.untuned_loop, gains=self.gains) if self.untuned_loop.law.delay else self.untuned_loop
         auto, limit = control.gain.auto, self.largest_gain
         gain_with_margin = limit and limit / 10 ** (auto.gain_margin / 20)
         gain = self.gains.gain_of_peak(auto.sensitivity, gain_with_margin)
         if gain is None:
             raise NoSolutionError("no gain follows from a gain margin: the loop is stable for every gain")
-        return replace(self.given_loop, gain=gain, gains=self.gains)
+        return replace(self.untuned_loop, gain=gain, gains=self.gains)
 
     @cached_property
-    def given_loop(self):
-        """The `Loop` with the gain that the scene gives, or with a tiny one where the gain follows from a margin."""
+    def untuned_loop(self):
+        """The `Loop` with the gain of the scene, or with a tiny one where the gain is yet to follow from a margin."""
         law, gain = law_from(self.scene.control)
         if gain is None:
             gain = STUDY.little_gain * self.modes.solution.omega[0]
@@ -231,7 +231,7 @@ class ClosedLoop:
         first_gains : dict
             Gain of a loop -> the gain that is tried first for it, to be filled. [rad/s]
         """
-        control = repr((self.scene.control.model_copy(update={"gain": None}), self.given_loop.law))
+        control = repr((self.scene.control.model_copy(update={"gain": None}), self.untuned_loop.law))
         if control not in self.plant.loops:
             self.plant.loops[control] = Effects(self), {}, {}
         return self.plant.loops[control]
@@ -261,7 +261,7 @@ class ClosedLoop:
         """`DrivenCables` of a gain that is raised until the largest stable gain is below it; raises as `driven`."""
         _, driven_cables, first_gains = self._shared_by_gains
         self.check_open()
-        gain = self.given_loop.gain or STUDY.little_gain
+        gain = self.untuned_loop.gain or STUDY.little_gain
         if gain not in first_gains:
             first_gains[gain] = self._first_gain(gain, driven_cables)
         gain = first_gains[gain]
@@ -288,7 +288,7 @@ class ClosedLoop:
         """
         safety, effects = STUDY.first_gain_safety, self.effects
         for factor in (safety,) if self.plant.model is None else (STUDY.element_gain_safety, safety):
-            near_largest = max(gain, factor * (self.given_loop.limit_by_modes or 0.0))
+            near_largest = max(gain, factor * (self.untuned_loop.limit_by_modes or 0.0))
             waves = effects.driven_up_to(near_largest) * effects.travel_time / np.pi
             if waves.max(initial=0.0) <= STUDY.first_gain_waves:
                 break
@@ -409,7 +409,7 @@ class ClosedLoop:
 
     def _gains_in_words(self, gain):
         """The gains of the law's parts in words, `gain` [rad/s] being the factor of the law."""
-        return self.given_loop.law.described(gain, 4).removeprefix("a gain of ")
+        return self.untuned_loop.law.described(gain, 4).removeprefix("a gain of ")
 
     def mode_name(self, coordinate):
         """Number, moving part and frequency of the mode of a coordinate of `motion`, counted from 0, in words."""

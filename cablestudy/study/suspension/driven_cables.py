@@ -85,7 +85,7 @@ class DrivenCables:
         models = self._models(resolved_to)
         for _ in range(STUDY.resolution_trials):
             self._resolve(models, resolved_to, others)
-            limit = self.gains.limit
+            limit = self.gains.limit  # the pole that crosses first decides how far waves are resolved
             self.resolved = limit is None or self._elements or limit.omega <= resolved_to
             if self.resolved or resolved_to == self._highest_resolvable or limit.factor > gain:
                 break
@@ -100,7 +100,7 @@ class DrivenCables:
     @cached_property
     def all_modes_up_to(self):
         """Frequency up to which all modes are needed for a law that is no integrator; 0 of an integrator. [rad/s]"""
-        return 0.0 if self._closed_loop.given_loop.law.integrates_only else self._effects.loop_up_to(self._gain)
+        return 0.0 if self._closed_loop.untuned_loop.law.integrates_only else self._effects.loop_up_to(self._gain)
 
     @cached_property
     def _highest_driven(self):
@@ -123,7 +123,7 @@ class DrivenCables:
 
     @property
     def _gain_in_words(self):
-        return self._closed_loop.given_loop.law.described(self._gain, 4)
+        return self._closed_loop.untuned_loop.law.described(self._gain, 4)
 
     @property
     def _highest_resolvable(self):
@@ -223,10 +223,10 @@ class DrivenCables:
             lifted=with_strokes(lifted.T).T,
             measured=with_strokes(effects.measured),
             shares=closed_loop.allocation.shares,
-            controller=closed_loop.given_loop.controller,
+            controller=closed_loop.untuned_loop.controller,
             windows=plant.accuracy > STUDY.all_modes_from,
         )
-        return closed_loop.given_loop.unit_gain if loop_gain.spoilt else loop_gain
+        return closed_loop.untuned_loop.unit_gain if loop_gain.spoilt else loop_gain
 
     def _poles(self):
         """Poles of the model, and estimates of those of modes above it that the gain could drive. [rad/s]"""
@@ -256,7 +256,7 @@ class DrivenCables:
         else:
             self.models, self.kept = models, models.with_modes(self._in_loop)
             self.loop_gain = self._loop_gain(self.kept)
-        self.poles, notches, law = self._poles(), self._closed_loop.notches, self._closed_loop.given_loop.law
+        self.poles, notches, law = self._poles(), self._closed_loop.notches, self._closed_loop.untuned_loop.law
         self.gains = StableGains(self.loop_gain, self.poles, notches, law, self._gain)
 
     def with_critical_modes(self, plant, gain):

@@ -138,7 +138,7 @@ class Effects:
     @cached_property
     def _winch_gain(self):
         """|A| |C1 N|: response of winches to what is measured, per gain, at the frequencies, shape (f, i, k). [s]"""
-        controller = self.closed_loop.given_loop.controller(1j * self.omega)
+        controller = self.closed_loop.untuned_loop.controller(1j * self.omega)
         return np.abs(self.closed_loop.allocation.shares) * np.abs(controller)[:, None]
 
     def shift_per_gain(self, cable, index, coupling):
@@ -220,7 +220,7 @@ class Effects:
 
     def loop_up_to(self, gain):
         """Frequency up to which the loop gain is above `broad_loop_gain` where waves do not return. [rad/s]"""
-        controller = self.closed_loop.given_loop.controller(1j * self.omega)[:, None, :]
+        controller = self.closed_loop.untuned_loop.controller(1j * self.omega)[:, None, :]
         unit_gain = self._responses[2] @ self.closed_loop.allocation.shares * controller
         size = gain * np.abs(np.linalg.eigvals(unit_gain)).max(axis=1)
         return float(self.omega[size > STUDY.broad_loop_gain].max(initial=0.0))

@@ -129,8 +129,8 @@ class DynamicAnalysis:
         Fewer than the usual ones only where they have nearly all of the compliance of the bodies.
         """
         for count in (*self._model_sizes, *(STUDY.more_modes if self._model is None else ())):
-            closed_loop = self._closed_loop_tried(count)
-            enough = count >= self._usual_counts[0] or closed_loop.plant.lacked < STUDY.lacked_compliance
+            closed_loop = self._closed_loop_with(count)
+            enough = count >= self._usual_counts[0] or closed_loop.plant.lacked_compliance < STUDY.lacked_compliance
             if (enough and closed_loop.notch_frequencies_known) or len(closed_loop.modes) < count:
                 break
         return tuple(size for size in self._model_sizes if size >= count) or (count,)
@@ -160,7 +160,7 @@ class DynamicAnalysis:
             return (STUDY.element_modes,)
         return STUDY.plane_model_modes if self._cables is not None and self._cables.planes else STUDY.model_modes
 
-    def _closed_loop_tried(self, count):
+    def _closed_loop_with(self, count):
         """`closed_loop_of` a number of modes that is tried; in small models those left out have more responses."""
         responses = count < self._usual_counts[0] or self._models_compared
         return self.closed_loop_of(count, responses, self._computed_modes(count))
@@ -180,7 +180,7 @@ class DynamicAnalysis:
         response = None
         for count in self._sizes_to_try:
             doing(f"motion with {count} modes")
-            closed_loop = self._closed_loop_tried(count)
+            closed_loop = self._closed_loop_with(count)
             self._check(closed_loop)
             # the change from the fewest modes to the next says little of the change after it
             before = response if self._models_compared and count > self._computed_modes(0) else None
@@ -202,7 +202,7 @@ class DynamicAnalysis:
         """Refuse an unstable `ClosedLoop`: NoSolutionError that names the growing motion."""
         closed_loop.check_open()
         if not closed_loop.stable:
-            self._closed_loop_tried(self._usual_counts[0]).check_stable()
+            self._closed_loop_with(self._usual_counts[0]).check_stable()
             closed_loop.check_stable()
 
     @property
@@ -282,7 +282,7 @@ class DynamicAnalysis:
 
     def _stable_without_loop(self):
         """`ClosedLoop` with the fewest modes, which is stable with the winches at rest; raises as `controlled`."""
-        closed_loop = self._closed_loop_tried(self._sizes_to_try[0])
+        closed_loop = self._closed_loop_with(self._sizes_to_try[0])
         closed_loop.check_open()
         return closed_loop
 

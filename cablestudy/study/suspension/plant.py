@@ -283,7 +283,7 @@ class Plant:
         return np.concatenate([unit[:, :lowest], driven, unit[:, replaced] @ static, strokes], axis=1)
 
     @property
-    def lacked(self):
+    def lacked_compliance(self):
         """Largest share in the static compliance of a free displacement that the lowest modes, `fewer_modes`, lack."""
         solution = self.modes.solution
         lowest = slice(int(STUDY.fewer_modes * len(self.modes)))

@@ -41,7 +41,9 @@ def place_columns(name):
     def peak(case):
         return scaled(case.in_wind.peak(outputs, np.sqrt((case.in_wind.mean_displacement(name) ** 2).sum())), MM)
 
-    def imaged(variance, *keys):
+    def seen_motion(variance, *keys):
+        """Function of a case: the RMS that a telescope sees, which needs some keys of the scene."""
+
         def compute(case):
             for key in keys:
                 if getattr(case.scene, key) is None:
@@ -70,12 +72,12 @@ def place_columns(name):
     return [
         *columns,
         Column(f"{name}.peak", "mm", "mean displacement and peak factor times RMS (Davenport)", "wind", peak, "wind"),
-        Column(f"{name}.exposure", "um", "RMS motion within one exposure", "wind", imaged("exposure", "exposure"),
+        Column(f"{name}.exposure", "um", "RMS motion within one exposure", "wind", seen_motion("exposure", "exposure"),
                "wind, exposure"),
         Column(f"{name}.corrected", "um", "RMS motion that the correcting mirror leaves", "wind",
-               imaged("corrected", "correction"), "wind, correction"),
+               seen_motion("corrected", "correction"), "wind, correction"),
         Column(f"{name}.corrected_exposure", "um", "RMS motion within one exposure behind the mirror", "wind",
-               imaged("corrected_exposure", "exposure", "correction"), "wind, exposure, correction"),
+               seen_motion("corrected_exposure", "exposure", "correction"), "wind, exposure, correction"),
     ]  # fmt: skip
 
 
