@@ -319,15 +319,15 @@ def _next_below(value, peak, gain):
         Zero where the sensitivity is not above `peak` with `gain`, or no such g is found. [s]
     """
     size, factor, result = value.shape[-1], 1 - peak**-2, np.zeros(len(value))
-    higher = np.flatnonzero(_least_singular_value(value, gain) * peak < 1)
+    higher = np.flatnonzero(_least_singular_value(value, gain) * peak < 1)  # where the sensitivity is above the peak
     value = value[higher]
     conjugate = np.swapaxes(value.conj(), -1, -2)
     companion = np.zeros((len(value), 2 * size, 2 * size), dtype=complex)
     companion[:, :size, size:] = np.eye(size)
     companion[:, size:, :size] = -conjugate @ value / factor
     companion[:, size:, size:] = -(value + conjugate) / factor
-    inverse = np.linalg.eigvals(companion)
-    below = (np.abs(inverse.imag) <= CONTROL.real_eigenvalue * np.abs(inverse)) & (inverse.real * gain > 1)
-    least = np.where(below, inverse.real, np.inf).min(axis=1, initial=np.inf)
+    m = np.linalg.eigvals(companion)
+    below = (np.abs(m.imag) <= CONTROL.real_eigenvalue * np.abs(m)) & (m.real * gain > 1)  # real, and g < gain
+    least = np.where(below, m.real, np.inf).min(axis=1, initial=np.inf)
     result[higher] = np.where(np.isfinite(least), least, 0.0)
     return result

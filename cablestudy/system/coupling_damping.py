@@ -177,7 +177,8 @@ class CouplingDamping:
     def _pole_sum_and_resolvent(self):
         """`PoleSum`, and the inverse for the modes: (poles, left, right), the sum of left right over x - pole.
 
-        By windows, then by all modes at once, is tried what passes the check; None and None where rounding spoils all.
+        The poles are found in windows, else of all modes at once; the first sum that passes the check is taken. None
+        and None where rounding spoils all of them.
         """
         near = self._near and self._near.coupling_damping._pole_sum_and_resolvent[1]
         if near:

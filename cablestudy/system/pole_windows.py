@@ -47,7 +47,7 @@ def poles_in_windows(matrices, omega):
     mode, size = mode[order], size[order]  # of the uncoupled poles, ascending
     static, *damping, _ = (matrix - np.diag(np.diagonal(matrix)) for matrix in matrices)
     coupling = [(0, 1j, static.imag)] * np.iscomplexobj(static) + [(1, 1.0, matrix) for matrix in damping]
-    windows, begin, low = [], 0, 0.0
+    windows, begin, low = [], 0, 0.0  # of a window: its first uncoupled pole, and sizes of poles at its edges
     while begin < len(size):
         factor = 1 if begin else SYSTEM.lowest_window
         is_last = begin + (factor + 0.5) * SYSTEM.window >= len(size)

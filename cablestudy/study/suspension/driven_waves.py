@@ -72,7 +72,7 @@ class Effects:
 
     @cached_property
     def air(self):
-        """Rate at which the air makes waves across each cable decay at least, shape (c,). [1/s]"""
+        """Lower bound of the rate at which waves across each cable decay by the air, shape (c,). [1/s]"""
         plant, span = self.closed_loop.plant, self.cables.catenary.span
         if not plant.braked:
             return np.zeros(self.cables.count)
@@ -92,7 +92,7 @@ class Effects:
         return squared_force * self.travel_time[ALONG, cable] >= STUDY.axial_share * 2 * impedance
 
     def _decay(self, cable, element):
-        """Rate at which the modes of a cable between fixed ends decay at least, shape (n,). [1/s]"""
+        """Lower bound of the rate at which the modes of a cable between fixed ends decay, shape (n,). [1/s]"""
         return element.decay + np.where(self.along(cable, element), 0.0, self.air[cable])
 
     @cached_property
@@ -182,9 +182,9 @@ class Effects:
         return gain
 
     def _waves(self, cable):
-        """Coupling m, shape (w, f, 6), and rate of decay, shape (f,), of the w waves across a cable; the same along it.
+        """Waves across a cable, then along it: coupling m of w waves, shape (w, f, 6), and rate of decay, shape (f,).
 
-        Forces on the ends as of the module's docstring, over W^2. Masses on the cable divide it: the shortest part has
+        m are the forces on the ends of the module's docstring over W^2. Masses on the cable divide it: the shortest part has
         the largest forces on its ends.
         """
         omega, span = self.omega, self.cables.catenary.span

@@ -38,16 +38,16 @@ def drag_of(scenes, body_names, cable_names):
     winds = [scene.wind for scene in scenes]
     angle = np.array([wind.direction for wind in winds])
     speed = np.array([wind.speed for wind in winds])
-    level = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
-    bodies, centers = np.zeros((2, len(scenes), len(body_names), 3))
-    cables = np.zeros((len(scenes), len(cable_names)))
+    direction = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
+    areas, centers = np.zeros((2, len(scenes), len(body_names), 3))
+    widths = np.zeros((len(scenes), len(cable_names)))
     for case, scene in enumerate(scenes):
         if scene.wind.on != "bodies":
-            cables[case] = scene.wind.cable_drag_coefficient * wind_diameters(scene)
+            widths[case] = scene.wind.cable_drag_coefficient * wind_diameters(scene)
         if scene.wind.on != "cables":
-            bodies[case], centers[case] = offered_by_bodies(scene, body_names)
+            areas[case], centers[case] = drag_areas_of_bodies(scene, body_names)
     density = np.array([wind.air_density for wind in winds])
-    return Drag(speed[:, None] * level, density, cables, bodies, centers)
+    return Drag(speed[:, None] * direction, density, widths, areas, centers)
 
 
 def wind_diameters(scene):
@@ -55,7 +55,7 @@ def wind_diameters(scene):
     return np.array([scene.load_case.of_cable(name).wind_diameter(cable) for name, cable in scene.cables.items()])
 
 
-def offered_by_bodies(scene, body_names):
+def drag_areas_of_bodies(scene, body_names):
     """Areas of bodies and junctions in the wind, and their centres of pressure.
 
     Returns
