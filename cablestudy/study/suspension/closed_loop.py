@@ -221,15 +221,9 @@ class ClosedLoop:
 
     @cached_property
     def _shared_by_gains(self):
-        """Results shared by loops that differ in the gain alone, and by models with other numbers of modes.
+        """Results shared by loops that differ in the gain alone, and by models with other numbers of modes: three.
 
-        Returns
-        -------
-        effects : Effects
-        driven_cables : dict
-            Power of two of a gain -> `DrivenCables`, to be filled.
-        first_gains : dict
-            Gain of a loop -> the gain that is tried first for it, to be filled. [rad/s]
+        `Effects`; power of two of a gain -> `DrivenCables`; gain of a loop -> the gain that is tried first for it.
         """
         control = repr((self.scene.control.model_copy(update={"gain": None}), self.untuned_loop.law))
         if control not in self.plant.loops:
