@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.assembly import OUT_OF_PLANE, System, joined
+from cablestudy.cable.assembly import OUT_OF_PLANE, System, flatten_components
 from cablestudy.cable.element import basis, lagrange
 from cablestudy.cable.tolerances import CABLE
 
@@ -80,7 +80,7 @@ class PlaneModes:
     @cached_property
     def signed(self):
         """The shapes with their first large component positive, shape (..., nodes, d, k)."""
-        flat = joined(self.shapes)
+        flat = flatten_components(self.shapes)
         first = np.argmax(np.abs(flat) > 0.5 * np.abs(flat).max(axis=-2, keepdims=True), axis=-2)
         sign = np.sign(np.take_along_axis(flat, first[..., None, :], axis=-2))
         return self.shapes * sign[..., None, :]
@@ -103,8 +103,8 @@ class PlaneModes:
 
         Craig & Bampton (1968), AIAA Journal 6(7), fixed-interface modes.
         """
-        inertia = joined(self.system.inertia(self.system.end_shapes))
-        return -self.square[..., None, :] * (inertia.swapaxes(-1, -2) @ joined(self.signed))
+        inertia = flatten_components(self.system.inertia(self.system.end_shapes))
+        return -self.square[..., None, :] * (inertia.swapaxes(-1, -2) @ flatten_components(self.signed))
 
 
 def unresolved_share(order):
@@ -138,7 +138,7 @@ def _definite_basis(system, shapes):
     """Orthogonal matrix that separates coincident modes by symmetry and by motion along the cable and out of plane."""
     along = _along(system, shapes)
     out = shapes[:, -1] if 2 in system.axes else 0 * shapes[:, 0]
-    mirror = joined(system.bare_inertia(shapes)).T @ joined(_mirror(system, shapes))
+    mirror = flatten_components(system.bare_inertia(shapes)).T @ flatten_components(_mirror(system, shapes))
     nodal = system.state.mesh.node_masses[:, None]
     slide, leave = (part.T @ (nodal * part) for part in (along, out))
     return np.linalg.eigh(mirror + mirror.T + 4 * slide + 16 * leave)[1]
@@ -172,7 +172,7 @@ def _kinetic_shares(system, shapes):
 
 def _overlap(system, shapes, others):
     """Products of shapes with others by the distributed mass, shape (..., k)."""
-    return joined(shapes * system.bare_inertia(others)).sum(axis=-2)
+    return flatten_components(shapes * system.bare_inertia(others)).sum(axis=-2)
 
 
 def _mirror(system, shapes):

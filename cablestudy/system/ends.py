@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.assembly import joined
+from cablestudy.cable.assembly import flatten_components
 from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.plane_modes import unresolved_share
 from cablestudy.system.coupling_damping import Strain
@@ -96,7 +96,7 @@ class Ends:
         """
         local = self._turn @ ends
         shapes = self._basis[1]
-        moved = (joined(shapes) @ amplitudes).reshape(*shapes.shape[:-1], amplitudes.shape[-1])
+        moved = (flatten_components(shapes) @ amplitudes).reshape(*shapes.shape[:-1], amplitudes.shape[-1])
         for system, places, both in self._static_shapes:
             moved[..., list(system.axes), :] += both @ local[..., None, places, :]
         return moved
@@ -181,10 +181,10 @@ class Ends:
         *lead, _, _, count = inside.shape
         coupling, inertia = np.zeros((*lead, count, 6)), np.zeros(turn.shape)
         for system, places, both in self._static_shapes:
-            weighed = joined(system.inertia(both))
-            shapes = joined(inside[..., system.axes, :])
+            weighed = flatten_components(system.inertia(both))
+            shapes = flatten_components(inside[..., system.axes, :])
             coupling[..., places] = shapes.swapaxes(-1, -2) @ weighed
-            inertia[..., np.array(places)[:, None], places] = joined(both).swapaxes(-1, -2) @ weighed
+            inertia[..., np.array(places)[:, None], places] = flatten_components(both).swapaxes(-1, -2) @ weighed
         mass = np.asarray(dynamics.mass * dynamics.length)[..., None, None]
         static = frame.swapaxes(-1, -2) @ dynamics.end_stiffness @ frame
         return (
@@ -208,7 +208,7 @@ class Ends:
             rows, columns = np.array(system.axes)[:, None], count + np.array(places)
             moved[..., rows, columns] = both[..., nodes, :, :]
         mass = np.asarray(self._dynamics.mass * self._dynamics.length)[..., None] * mesh.carried[nodes]
-        moved = joined(np.sqrt(mass)[..., None, None] * moved)
+        moved = flatten_components(np.sqrt(mass)[..., None, None] * moved)
         return np.concatenate([moved[..., :count], moved[..., count:] @ self._turn], axis=-1)
 
     @_of_batch
