@@ -236,7 +236,8 @@ class Case:
     def frequency(self, number, kind, symmetry=None):
         """Frequency of mode `number` (from 1) of a kind and symmetry; see `Dynamics.frequencies`. [Hz]"""
         part = self.out_of_plane if kind == "out-of-plane" else self.in_plane
-        return part.frequencies(((number, kind, symmetry),), about=self._below(number if kind == "axial" else 0))[0][0]
+        below = self._below(number if kind == "axial" else 0)
+        return part.frequencies(((number, kind, symmetry),), estimated_count=below)[0][0]
 
     def _below(self, axial):
         """Estimated number of modes below an axial one in the same system; 0 without an axial one. [-]"""

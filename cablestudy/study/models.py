@@ -37,8 +37,8 @@ class BatchElements:
     def dynamics(self, planes):
         """`Dynamics` of all cables."""
         if planes not in self._dynamics:
-            few = self.record is None  # other levels follow
-            self._dynamics[planes] = Dynamics(self.state, planes, few)
+            only_requested = self.record is None  # other levels of the error estimate follow
+            self._dynamics[planes] = Dynamics(self.state, planes, only_requested)
         return self._dynamics[planes]
 
     def ends(self, planes):
