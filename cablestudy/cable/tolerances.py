@@ -35,7 +35,7 @@ class CableTolerances:
     tiny: float = 1e-300  # in place of zero in a denominator
     uneven_load_steps: int = 60  # equilibria until a load that depends on them is found
     uneven_load_change: float = 1e-13  # of such a load over the largest tension, from which on it is found
-    distance_rounding: float = 1e-13  # of a distance over the chord
+    distance_rounding: float = 1e-13  # relative to the chord: shorter distances are rounding
     level_chord: float = 1e-12  # component of the direction of a chord: what is less is zero but for rounding
     same_place: float = 1e-9  # share of the length within which point loads are at one place
     chord_midspan_steps: int = 60  # of the search for the place below the middle of the chord
