@@ -108,7 +108,7 @@ def _on_equal_meshes(results, places):
     values = results.values
     _, kind = np.unique(values.words("model.mass"), return_inverse=True)
     alike = [values.given("model.elements"), values.given("model.order"), kind, results.planar,
-             results.mirror_symmetric, results.drag.pressed > 0, *results.catenary.segments.fraction.T]  # fmt: skip
+             results.mirror_symmetric, results.drag.normal_drag > 0, *results.catenary.segments.fraction.T]  # fmt: skip
     rows = np.stack([np.broadcast_to(part, (len(values),)) for part in alike], axis=1)[places]
     group = np.unique(rows, axis=0, return_inverse=True)[1].ravel()
     return [places[group == number] for number in range(group.max() + 1)]

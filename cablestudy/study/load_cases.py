@@ -147,7 +147,7 @@ def loaded_spans(span, values, strain, shift=None, changed=None, drag=None):
     warm = 1.0 + longer
     span = replace(span, mass=span.mass / warm + ice_mass(values) * share)
     drag = steady_drag(values, ends, share) if drag is None else drag
-    if drag.pressed.any():
+    if drag.normal_drag.any():
         span = _in_wind(span, ends, drag.uniform(span.frame[..., 0, :]))
     span = with_loads(span, values, of_case=True)
     span = replace(span, load_positions=span.load_positions * warm[:, None])
@@ -235,7 +235,7 @@ def uneven_drag_errors(drag, catenary, stretched=False):
                 error[chosen], sag[chosen], ends[chosen] = changes(drag.take(chosen), catenary.take(chosen))
     errors = np.stack([error, np.fmax(sag, error)])
     errors = STUDY.second_order * bounded(errors)
-    return *np.where(drag.pressed > 0, errors, 0.0), ends * np.array([1.0, -1.0])[:, None]
+    return *np.where(drag.normal_drag > 0, errors, 0.0), ends * np.array([1.0, -1.0])[:, None]
 
 
 def bounded(error):
@@ -256,7 +256,7 @@ def _first_order(drag, catenary, stretched=False):
     uniform = across(drag.direction, span.frame[..., 0, :])
     if stretched:
         uniform = uniform * (1 + catenary.mean_tension / span.axial_stiffness)[:, None]
-    differs = (drag.pressed * length)[:, None, None] * (there - uniform[:, None])
+    differs = (drag.normal_drag * length)[:, None, None] * (there - uniform[:, None])
     passed = running_integral(nodes) @ differs
     outer = tangent[..., :, None] * tangent[..., None, :]
     compliance = (np.eye(3) - outer) / tension[..., None] + outer / stiffness[..., None]

@@ -39,13 +39,13 @@ def changes(drag, catenary):
     stiffness, length = (np.asarray(part)[:, None, None] for part in (span.axial_stiffness, span.unstretched_length))
     given = span.in_frame(catenary.at(np.concatenate([points, [0.0, 1.0]]))[1], "global")
     first, where = given[:, :-2], places_along(catenary, points)
-    uniform = drag.averaged(across(drag.direction, span.frame[..., 0, :]))[:, None]
+    uniform = drag.times_mean_pressure(across(drag.direction, span.frame[..., 0, :]))[:, None]
     constant, moved = np.zeros((len(first), 1, 3)), np.zeros_like(first)
     start, tension, tangent = _slope(first, stiffness)
     for _ in range(STUDY.profile_steps):
         there = (1 + tension / stiffness) * across(drag.direction[:, None], tangent)
-        there = drag.locally(there, lambda moved=moved: where + length * moved)
-        differs = drag.pressed[:, None, None] * length * (there - uniform)
+        there = drag.times_local_pressure(there, lambda moved=moved: where + length * moved)
+        differs = drag.normal_drag[:, None, None] * length * (there - uniform)
         loaded = first - running @ differs
         slope, tension, tangent = _slope(loaded + constant, stiffness)
         share, gap = weights[:, None] / tension, (weights[:, None] * (slope - start)).sum(axis=1)

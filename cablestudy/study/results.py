@@ -185,7 +185,7 @@ class Results:
     @cached_property
     def _uneven(self):
         """Whether drag changes along a cable: in a steady wind, with a fixed number of elements, shape (n,)."""
-        return (self.drag.pressed > 0) & np.isfinite(self.given("model.elements"))
+        return (self.drag.normal_drag > 0) & np.isfinite(self.given("model.elements"))
 
     @cached_property
     def drag(self):
@@ -233,8 +233,8 @@ class Results:
 
     @cached_property
     def _drag_errors(self):
-        if not self.drag.pressed.any():
-            return self.drag.pressed, self.drag.pressed
+        if not self.drag.normal_drag.any():
+            return self.drag.normal_drag, self.drag.normal_drag
         return load_cases.uneven_drag_errors(self.drag, self.catenary)[:2]
 
     @cached_property

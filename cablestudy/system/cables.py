@@ -110,7 +110,7 @@ class Cables:
     @cached_property
     def blown(self):
         """Which of them are in a steady wind that their elements follow, shape (c,)."""
-        return np.zeros(self.count, dtype=bool) if self._drag is None else self.heavy & (self._drag.pressed > 0)
+        return np.zeros(self.count, dtype=bool) if self._drag is None else self.heavy & (self._drag.normal_drag > 0)
 
     def uneven_drag(self, places):
         """Uneven drag of some cables, see `steady_drag.uneven_drag`; None where none of them is blown."""

@@ -54,7 +54,7 @@ class CablesAtRest(Results):
 
     @property
     def _uneven(self):
-        return (self.drag.pressed > 0) & self._exact
+        return (self.drag.normal_drag > 0) & self._exact
 
 
 class CableModes:

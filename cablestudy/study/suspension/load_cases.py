@@ -106,7 +106,7 @@ def drag_change(found, drag):
     if drag is None:
         return DragChange(error, sag, moved)
     whole = drag_on_cables(drag, found)
-    case, cable = np.nonzero((whole.pressed > 0) & found.record.converged[:, None])
+    case, cable = np.nonzero((whole.normal_drag > 0) & found.record.converged[:, None])
     own, forces = np.zeros(shape), np.zeros((*shape, 2, 3))
     if len(case):
         about = whole.take((case, cable)), found.catenary.take((case, cable)), drag.stretched
