@@ -130,7 +130,7 @@ def test_modes_that_no_output_depends_on_change_nothing(damping):
         motion = closed_loop.motion
         dynamic = s[:, None, None] ** 2 * motion.mass + s[:, None, None] * motion.damping + motion.stiffness
         pulled = sum(s[:, None, None] ** order * part for order, part in enumerate(motion.b))
-        blown = np.broadcast_to(closed_loop.gusts.into, (len(s), *closed_loop.gusts.into.shape))
+        blown = np.broadcast_to(closed_loop.gusts.input_matrix, (len(s), *closed_loop.gusts.input_matrix.shape))
         moved = np.linalg.solve(dynamic, np.concatenate([pulled, blown], axis=-1))
         found.append(sum(s[:, None, None] ** order * (part @ moved) for order, part in enumerate(motion.c)))
     size = np.abs(found[1]).max(axis=0)

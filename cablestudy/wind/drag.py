@@ -1,8 +1,8 @@
 """Drag of the wind on a cable, linear in the turbulence; and vortex shedding frequencies.
 
 Only the wind across the cable counts (the independence principle of a round cylinder). With the part U_n of the mean
-wind that is normal to the cable, a = |U_n| and the tangent t, the drag rho C_d d/2 |u_n| u_n per length is changed by the
-turbulence u' by
+wind that is normal to the cable, a = |U_n| and the tangent t, turbulence u' changes the drag rho C_d d/2 |u_n| u_n per
+length by
 
     rho C_d d/2 [a (I - t t^T) + U_n U_n^T/a] u':
 

@@ -294,7 +294,7 @@ class Plant:
         return self.motion.within(self.coarse_space)
 
     def residues_of(self, motion, loop=None, space=None, speeds=False):
-        """`Residues` of all outputs, of actuators too, by the inputs of `Gusts.into`; a `DelayedResponse` with delay.
+        """`Residues` of all outputs, of actuators too, by the inputs of `Gusts`; a `DelayedResponse` with delay.
 
         Parameters
         ----------
@@ -306,7 +306,7 @@ class Plant:
         speeds : bool
             The speeds of the winches, instead of the outputs.
         """
-        into = self.gusts.into
+        into = self.gusts.input_matrix
         forces = np.zeros((len(self.motion), into.shape[1]))  # strokes are not blown
         forces[: len(into)] = into
         forces = forces if space is None else space.T @ forces
@@ -320,17 +320,17 @@ class Plant:
 
     @property
     def _direct(self):
-        """Change of each output by the inputs of `Gusts.into` where nothing moves, shape (o, i).
+        """Change of each output by the inputs of `Gusts.input_matrix` where nothing moves, shape (o, i).
 
         The tensions are the last outputs, two of each cable: each is less by the force of the gusts that reaches its
         end statically.
         """
         gusts = self.gusts
-        found = np.zeros((len(self.outputs), gusts.into.shape[1]))
+        found = np.zeros((len(self.outputs), gusts.input_matrix.shape[1]))
         tensions = len(found) - 2 * len(self.layout.equilibrium.suspension.cable_names)
         for place, strip in enumerate(gusts.strips):
             for end in range(2):
-                found[tensions + 2 * strip.cable + end, len(gusts.into) + 2 * place + end] = -1.0
+                found[tensions + 2 * strip.cable + end, len(gusts.input_matrix) + 2 * place + end] = -1.0
         return found
 
     @cached_property
