@@ -132,9 +132,9 @@ def minima_between(function, low, middle, high, index, width=TINY, rtol=MINIMUM_
         As of `bracket`.
     low, middle, high : ndarray, shape (n,)
     width, rtol : float
-        Half the distance of arguments that are as good as one, and that over the argument.
+        Half the width of intervals that are not divided again, as a number and over the argument.
     settled : float
-        How much values that are as good as equal differ, relative.
+        Relative difference of values that count as equal.
     steps : int
         At most.
     """

@@ -129,14 +129,11 @@ class Catenary(SegmentedCable):
 
     @property
     def _horizontal_tension_by_quadrature(self):
-        """Mean horizontal part of the tension vector, linear on each segment, for a uniform load of any direction. [N]
-
-        Shape (...).
-        """
+        """Mean horizontal part of the tension vector, for a uniform load of any direction, shape (...). [N]"""
         load = self.segments.weight[..., None] * self.span.up[..., None, :]
         nodes, weights = np.polynomial.legendre.leggauss(CABLE.horizontal_tension_points)
         total = 0.0
-        for node, weight in zip(nodes, weights, strict=True):
+        for node, weight in zip(nodes, weights, strict=True):  # the tension vector is linear on each segment
             force = self.span.in_frame(self.mid_forces + load * node / 2, "global")
             total = total + weight / 2 * np.hypot(force[..., 0], force[..., 1])
         return (total * self.segments.fraction).sum(axis=-1)
@@ -163,8 +160,8 @@ class Catenary(SegmentedCable):
         columns = [np.stack(solve_symmetric(self.flexibility, tuple(np.eye(3)[i])), axis=-1) for i in range(3)]
         folded = (np.abs(self.span.cosine) == 0) & (self.min_tension < 1e-50 * self.max_tension)
         transverse = np.array([[0, 1, 1], [1, 1, 1], [1, 1, 1]], dtype=bool)
-        none = (folded[..., None, None] & transverse) | self.slack[..., None, None]
-        return np.where(none, 0.0, np.stack(columns, axis=-1))
+        no_stiffness = (folded[..., None, None] & transverse) | self.slack[..., None, None]
+        return np.where(no_stiffness, 0.0, np.stack(columns, axis=-1))
 
     @cached_property
     def global_end_stiffness(self):
@@ -298,16 +295,9 @@ def solve(span):
 
 
 def _pass_kinks(problem, unknown, change, record, weightless):
-    """Go on with cables that Newton's method left at a kink of the energy: onto it if it is the minimum, else past it.
+    """Solve weightless cables that Newton's method left at a kink: there if it is the minimum of energy, else beyond.
 
-    Parameters
-    ----------
-    problem : EquilibriumResidual
-    unknown, change, record
-        Tension vectors, their last relative corrections, and the `Record` of the iteration so far; returned as they are
-        at the end.
-    weightless : ndarray of bool, shape (...)
-        Cables whose energy has kinks.
+    Takes and returns the tension vectors, their last relative corrections and the `Record` of the iteration.
     """
     pending = weightless
     for _ in range(problem.segments.fraction.shape[-1]):

@@ -48,8 +48,8 @@ class Dynamics:
     def take(self, index):
         """`Dynamics` of one cable of a batch, or of several; modes are computed together with those of the batch."""
         if self._batch is not None:
-            whole, own_index = self._batch
-            return whole.take(np.arange(len(whole.length))[own_index][index])
+            batch, own_index = self._batch
+            return batch.take(np.arange(len(batch.length))[own_index][index])
         chosen = Dynamics(self._state, self.planes, self._only_requested)
         chosen.length, chosen.mass, chosen._batch = self.length[index], self.mass[index], (self, index)
         return chosen
@@ -63,8 +63,8 @@ class Dynamics:
     def systems(self):
         """`System` of each of the planes."""
         if self._batch is not None:
-            whole, index = self._batch
-            return tuple(system.take(index) for system in whole.systems)
+            batch, index = self._batch
+            return tuple(system.take(index) for system in batch.systems)
         return tuple(System(self.state, axes) for axes in self.planes)
 
     @cached_property
@@ -104,8 +104,8 @@ class Dynamics:
             # exactly as many as requested: the last digits of Lanczos modes depend on their number
             count = min(count, self.dof)
         if count not in self._modes:
-            whole, index = self._batch or (None, None)
-            self._modes[count] = whole.modes(count).take(index) if whole else self.lowest(count)
+            batch, index = self._batch or (None, None)
+            self._modes[count] = batch.modes(count).take(index) if batch else self.lowest(count)
         return self._modes[count]
 
     def up_to(self, frequency):
@@ -141,11 +141,11 @@ class Dynamics:
         NoSolutionError
             The model has no such mode.
         """
-        whole, cable = self._batch or (self, ())
+        batch, cable = self._batch or (self, ())
         largest_count = self.dof if self.dof <= CABLE.all_modes_freedoms else self.dof // 4
         count = max(*(2 * number for number, _, _ in labels), min(ceil(estimated_count), largest_count))
         while True:
-            frequency, error = (array[cable].tolist() for array in whole._frequencies(count, labels, errors))
+            frequency, error = (array[cable].tolist() for array in batch._frequencies(count, labels, errors))
             missing = [label for label, value in zip(labels, frequency, strict=True) if value != value]
             if not missing:
                 return frequency, error, count

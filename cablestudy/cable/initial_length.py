@@ -24,7 +24,7 @@ TENSIONS = {
 }
 
 
-def closer_strain_for_tension(span, tension, at="mean"):
+def shorter_strain_for_tension(span, tension, at="mean"):
     """Chord strain of a taut cable with a stated tension, by a search that also finds the least tension.
 
     Parameters
@@ -58,14 +58,14 @@ def closer_strain_for_tension(span, tension, at="mean"):
         raise NoSolutionError(
             f"{name} of {tension:.6g} N needs a cable that ends before its last load, at {fixed_loads[-1]:.6g} m"
         )
-    lowest, least = _least_tension(span, highest, at)
+    strain_of_least, least = _least_tension(span, highest, at)
     if not np.isfinite(least):
         raise NoSolutionError(f"at no length with {name} of {tension:.6g} N has the cable a definite form")
     if tension > least:
-        return float(_bracketed_zeros(excess, [lowest], [highest], [0])[0])
+        return float(_bracketed_zeros(excess, [strain_of_least], [highest], [0])[0])
     if tension >= least * (1 - CABLE.mean_tension_rounding):
-        return lowest
-    length = span.chord / (1 + lowest)
+        return strain_of_least
+    length = span.chord / (1 + strain_of_least)
     raise NoSolutionError(
         f"{name} of {tension:.6g} N is {BELOW_LEAST}: {least:.6g} N, at an unstretched length of {length:.6g} m"
     )
@@ -75,7 +75,7 @@ def strains_for_tension(span, tension, at="mean"):
     """Chord strains of n taut cables with stated tensions [N] at one of TENSIONS, each of shape (n,). [-]
 
     Not a number where no zero near the guess was found, or only the longer one of two cables with this tension:
-    `closer_strain_for_tension` decides.
+    `shorter_strain_for_tension` decides.
     """
     highest = _highest_strain(span, tension, at)
     # strain of the tension, less what the sag of a parabola adds to the length of its chord
@@ -85,7 +85,7 @@ def strains_for_tension(span, tension, at="mean"):
     def excess(strain, index):
         return _tension(span.take(index), strain, at) / tension[index] - 1
 
-    strain, known_to_rise = _zeros_of_rise(excess, guess, highest)
+    strain, known_to_rise = _rising_zeros(excess, guess, highest)
     unsure = np.flatnonzero(~known_to_rise & np.isfinite(strain))
     if len(unsure):  # where the tension falls with the strain, it is the longer one of two cables
         has_shorter = ~(excess(highest[unsure], unsure) < 0)
@@ -111,7 +111,7 @@ def strains_for_sag(span, sag):
         return 1 - _catenary(span.take(index), strain).sag / sag[index]
 
     highest = _not_beyond_last_load(span, np.full(len(sag), CABLE.tautest_strain))
-    return _zeros_of_rise(excess, guess, highest)[0]
+    return _rising_zeros(excess, guess, highest)[0]
 
 
 def _highest_strain(span, tension, at="mean"):
@@ -127,8 +127,8 @@ def _not_beyond_last_load(span, strain):
     positions = span.load_positions
     if span.load_fractions is not None:  # a load at a share of the length is always on the cable
         positions = np.where(np.isnan(span.load_fractions), positions, 0.0)
-    last = positions.max(axis=-1, initial=0.0)
-    return np.where(last > 0, np.minimum(strain, span.chord / np.where(last > 0, last, 1.0) - 1), strain)
+    last_load = positions.max(axis=-1, initial=0.0)
+    return np.where(last_load > 0, np.minimum(strain, span.chord / np.where(last_load > 0, last_load, 1.0) - 1), strain)
 
 
 def _catenary(span, strain):
@@ -142,21 +142,11 @@ def _tension(span, strain, at="mean"):
     return np.where(catenary.record.converged, TENSIONS[at][1](catenary), np.nan)
 
 
-def _zeros_of_rise(function, guess, highest):
-    """Zeros of n functions that rise there, near guesses if possible; not a number where there is none.
+def _rising_zeros(function, guess, highest):
+    """Zeros of n functions of the chord strain up to `highest`, near guesses if possible, and whether they rise there.
 
-    Parameters
-    ----------
-    function : callable
-        Arguments, shape (k,), and which of the n functions they belong to, shape (k,) -> values, shape (k,).
-    guess, highest : ndarray, shape (n,)
-        First arguments, and the largest ones that are allowed.
-
-    Returns
-    -------
-    zeros : ndarray, shape (n,)
-    known_to_rise : ndarray of bool, shape (n,)
-        Whether the function was seen to rise at its zero.
+    `function` is as of `bracket`; all arrays have the shape (n,). A zero is not a number where there is none, and the
+    function is known to rise where the secant method found it, which settles on a rise alone.
     """
     step = np.minimum(np.maximum(1e-3 * np.abs(guess), 1e-15), (highest - CABLE.loosest_strain) / 8)
     guess = np.clip(guess, CABLE.loosest_strain + 2 * step, highest - 2 * step)
@@ -180,10 +170,7 @@ def _zeros_of_rise(function, guess, highest):
 
 
 def _zeros_by_secant(function, guess, highest):
-    """Zeros of n rising functions by the secant method from good guesses; not a number where it does not settle.
-
-    Parameters as of `_zeros_of_rise`. It settles only where the function was seen to rise.
-    """
+    """Zeros of `_rising_zeros` by the secant method from good guesses; not a number where it settles on no rise."""
     zeros, index = np.full(len(guess), np.nan), np.arange(len(guess))
     previous, x = guess, guess * (1 + CABLE.length_first_secant)
     value, rises = function(previous, index), np.zeros(len(guess), dtype=bool)

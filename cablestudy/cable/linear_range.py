@@ -7,12 +7,12 @@ from cablestudy.cable.span import Span
 from cablestudy.cable.tolerances import CABLE
 
 
-def forces(rest, moves, distances):
+def forces(at_rest, moves, distances):
     """Change of the restoring force of cables on a point that moves their ends, and the linear part of that change.
 
     Parameters
     ----------
-    rest : Catenary
+    at_rest : Catenary
         The cables at rest, of shape (c,).
     moves : ndarray, shape (c, 3)
         Movement of end 2 against end 1 per movement of the point, global axes. [-]
@@ -24,11 +24,11 @@ def forces(rest, moves, distances):
     force, linear : ndarray, shape (...)
         Against the movement; not a number where a cable has no equilibrium. [N]
     """
-    span = rest.span
-    force_at_rest = -rest.end_forces("global")[..., 1, :]
+    span = at_rest.span
+    force_at_rest = -at_rest.end_forces("global")[..., 1, :]
     chord = span.chord[..., None] * span.frame[..., 0, :]
     movement = np.asarray(distances)[..., None, None] * moves
-    moved = catenary.solve(
+    displaced = catenary.solve(
         Span.between(
             np.zeros(3),
             chord + movement,
@@ -41,9 +41,9 @@ def forces(rest, moves, distances):
             vertical=np.broadcast_to(span.vertical, movement.shape),
         )
     )
-    change = -moved.end_forces("global")[..., 1, :] - force_at_rest
-    solved = np.asarray(moved.record.converged).all(axis=-1)
-    stiffness = (moves * (rest.global_end_stiffness @ moves[..., None])[..., 0]).sum()
+    change = -displaced.end_forces("global")[..., 1, :] - force_at_rest
+    solved = np.asarray(displaced.record.converged).all(axis=-1)
+    stiffness = (moves * (at_rest.global_end_stiffness @ moves[..., None])[..., 0]).sum()
     return np.where(solved, (change * moves).sum(axis=(-1, -2)), np.nan), stiffness * np.asarray(distances)
 
 
@@ -67,14 +67,14 @@ def linear_range(span, moves):
     moving = np.abs(moves).max(axis=-1) > 0
     if not moving.any():
         return None
-    rest, moves = catenary.solve(span.take(np.flatnonzero(moving))), moves[moving]
-    chord = float(rest.span.chord.min())
+    at_rest, moves = catenary.solve(span.take(np.flatnonzero(moving))), moves[moving]
+    chord = float(at_rest.span.chord.min())
     shortest, longest = CABLE.least_movement * chord, CABLE.largest_movement * chord
     distances = np.geomspace(shortest, longest, 2 * CABLE.movements_at_once) * [[1.0], [-1.0]]
     limits = []
     for _ in range(CABLE.movement_divisions):
         intervals = []  # of each sign, that in which the force ceases to be linear, divided
-        for movements, force, linear in zip(distances, *forces(rest, moves, distances), strict=True):
+        for movements, force, linear in zip(distances, *forces(at_rest, moves, distances), strict=True):
             if not linear.all() or np.isnan(force[0]):
                 continue
             nonlinear = ~(np.abs(force / linear - 1) <= CABLE.linear_difference)

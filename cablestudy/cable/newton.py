@@ -46,8 +46,8 @@ class Record:
     @property
     def last_correction(self):
         """Size of the last full step, infinite where there was none, shape (...). [-]"""
-        last = np.maximum(self.steps - 1, 0)[None]
-        return np.where(self.steps > 0, np.take_along_axis(self.correction, last, axis=0)[0], np.inf)
+        last_step = np.maximum(self.steps - 1, 0)[None]
+        return np.where(self.steps > 0, np.take_along_axis(self.correction, last_step, axis=0)[0], np.inf)
 
     def of(self, index):
         """`Record` of one cable of a batch, or of several."""

@@ -107,10 +107,7 @@ class PlaneModes:
 
 
 def unresolved_share(order):
-    """Error of a motion's energy over the energy in the two highest polynomials of elements of an order, estimated. [-]
-
-    Both energies are doubled, as of `System.highest_energy`.
-    """
+    """Estimated error of a motion's energy over that in the two highest polynomials of elements of an order. [-]"""
     return next(share for least_order, share in SHARES.items() if order >= least_order)
 
 

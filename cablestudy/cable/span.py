@@ -199,7 +199,7 @@ class Span:
         Returns
         -------
         ndarray, shape (..., k, 3)
-            The digits of a cable do not depend on the batch that it is in.
+            Along the axes of `frame`; the digits of a cable do not depend on its batch.
 
         Raises
         ------

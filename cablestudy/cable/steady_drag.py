@@ -178,7 +178,7 @@ def across(direction, tangent):
 
 
 def uneven_drag(drag):
-    """Difference of the drag of cables made of elements, where they hang, from the uniform one.
+    """Function for the drag on cables made of elements, where they hang, less the uniform drag of their chords.
 
     Parameters
     ----------

@@ -43,7 +43,7 @@ def _searches(values):
     places = values.words("cable.tension.at")
     stated += [(np.where(places == at, values.given("cable.stated_tension"), np.nan), at) for at in set(places) - {""}]
     for tension, at in stated:
-        many, one = initial_length.strains_for_tension, initial_length.closer_strain_for_tension
+        many, one = initial_length.strains_for_tension, initial_length.shorter_strain_for_tension
         found.append((tension, partial(many, at=at), partial(one, at=at)))
     return found
 

@@ -161,12 +161,7 @@ def equilibrium_in_wind(without_wind, drag):
 
 
 def _inputs_in_wind(suspension, equilibrium, drag):
-    """Fields of the `Suspension` for the next search: its loads in the wind where an equilibrium has it, and the start.
-
-    Returns
-    -------
-    dict of ndarray
-    """
+    """Fields of the `Suspension` for the next search, a dict: loads by the wind on an equilibrium, and the start."""
     force, arm = body_forces(drag, equilibrium.rotation)
     if drag.profile is not None:
         force = force * drag.profile.pressure(equilibrium.position + arm)[..., None]
@@ -198,6 +193,6 @@ def _end_uncertainty(equilibrium):
     uncertainty = equilibrium.uncertainty.place
     if not uncertainty.size:
         return np.zeros(np.shape(equilibrium.record.converged))
-    translation, rotation = (part.max(axis=(-1, -2)) for part in (uncertainty[..., :3], uncertainty[..., 3:]))
+    translation, rotation = (sizes.max(axis=(-1, -2)) for sizes in (uncertainty[..., :3], uncertainty[..., 3:]))
     arms = np.where(equilibrium.suspension.owner != GROUND, size(equilibrium.arms), 0.0).max(axis=(-1, -2))
     return np.sqrt(3) * (translation + rotation * arms)

@@ -337,10 +337,7 @@ def _closest_to_wind(middle, half, wind_direction):
 
 
 def _split_at_kinks(points, weights, kinks):
-    """Points and weights on [0, 1] of a rule applied on either side of the kink in each element, shape (e, 2 q) each.
-
-    Without any kink the rule itself, shape (e, q) each.
-    """
+    """Points and weights of a rule on both sides of the kink in each element, (e, 2 q), without kinks (e, q)."""
     if (kinks == 1).all():
         return np.tile(points, (len(kinks), 1)), np.tile(weights, (len(kinks), 1))
     kinks = kinks[:, None]
