@@ -71,7 +71,7 @@ class Catenary(SegmentedCable):
 
     @property
     def segment_weights(self):
-        """Shape (..., k + 1). [N]"""
+        """Weight of each segment, shape (..., k + 1). [N]"""
         return self.segments.weight
 
     @cached_property
@@ -140,7 +140,7 @@ class Catenary(SegmentedCable):
 
     @property
     def stretched_length(self):
-        """Shape (...). [m]"""
+        """Stretched length of the cable, shape (...). [m]"""
         return self.span.unstretched_length * (1 + self.mean_tension / self.span.axial_stiffness)
 
     @cached_property

@@ -136,7 +136,7 @@ class Mesh:
 
     @cached_property
     def node_positions(self):
-        """Shape (nodes,). [-]"""
+        """Arc length of each node over the unstretched length, shape (nodes,). [-]"""
         inner = self.edges[:-1, None] + self.sizes[:, None] * basis(self.order).nodes[:-1]
         return np.append(inner.ravel(), 1.0)
 
@@ -172,7 +172,7 @@ class Mesh:
 
     @cached_property
     def point_positions(self):
-        """Gauss points, shape (n, q). [-]"""
+        """Arc length of each Gauss point over the unstretched length, shape (n, q). [-]"""
         return self.edges[:-1, None] + self.sizes[:, None] * basis(self.order).points
 
 

@@ -60,7 +60,7 @@ def external_forces(span, mesh, force):
 
 
 class ElementResidual:
-    """Residual of elements, for Newton's method: distance of end 2 from its place under a tension vector c.
+    """Residual of elements, for Newton's method: distance of end 2 from its position under a tension vector c.
 
     Parameters
     ----------

@@ -142,6 +142,7 @@ def _first_tension(span):
     # sinh(parameter)/parameter = sqrt(length^2 - rise^2)/run, with rise along and run across the load
     length_over_run = np.sqrt(np.maximum(ratio**2 - along**2, 1.0)) / np.maximum(across, 1e-8)
     parameter = _sinhc_inverse(np.where(slack, length_over_run, 1.0))
+    # tension across the load and along it
     horizontal = largest * across / (2 * parameter * np.maximum(ratio, 1.0))
     vertical = largest * along / np.maximum(2 * ratio * np.tanh(np.minimum(parameter, 300.0)), CABLE.least_divisor)
     inverse_across = 1.0 / np.maximum(across, 1e-8)

@@ -85,7 +85,7 @@ def midspan(cable):
 
 
 def sag_and_swing(cable, position):
-    """How far a cable hangs below the middle of its chord, and how far it leaves its vertical plane there.
+    """Sag of a cable at mid-span, from the middle of its chord, and swing out of its vertical plane there.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def sag_and_swing(cable, position):
     sag : ndarray, shape (...)
         Vertical. [m]
     swing : ndarray, shape (...)
-        Angle between the vertical and the way from chord to cable, seen along the chord; 0 of a vertical chord. [rad]
+        Angle between the vertical and the line from chord to cable, seen along the chord; 0 for a vertical chord. [rad]
     """
     span, length = cable.span, np.asarray(cable.span.chord)
     chord = span.frame[..., 0, :] * length[..., None]

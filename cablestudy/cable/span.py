@@ -75,12 +75,12 @@ class Span:
         cls, end_1, end_2, axial_stiffness, mass, gravity=9.81, unstretched_length=None, load_positions=(),
         load_forces=None, chord=None, vertical=None,
     ):  # fmt: skip
-        """A cable, or a batch of cables, between places in global coordinates, z upwards.
+        """`Span` of a cable, or of a batch of cables, between points in global coordinates, z upwards.
 
         Parameters
         ----------
         end_1, end_2 : ndarray, shape (..., 3)
-            Places of the ends. [m]
+            Positions of the ends. [m]
         axial_stiffness, mass, gravity : float or ndarray, shape (...)
             EA [N], mass per unstretched length [kg/m], [m/s^2].
         unstretched_length : float or ndarray, shape (...), optional

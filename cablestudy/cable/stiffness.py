@@ -22,7 +22,7 @@ from cablestudy.cable.state import State
 
 
 def state_at(span, mesh, positions):
-    """A cable whose nodes are at given places, in equilibrium or not: T = EA (|r'| - 1).
+    """`State` of a cable by the positions of its nodes, in equilibrium or not: T = EA (|r'| - 1).
 
     Parameters
     ----------

@@ -47,6 +47,7 @@ def symmetry_subspaces(mesh, axes, mirror_symmetric):
 
 @lru_cache(maxsize=128)
 def _symmetry_subspaces(mesh, axes, mirror_symmetric):
+    """`symmetry_subspaces` that are computed, and cached by mesh and axes."""
     nodes, d = mesh.nodes - 2, len(axes)
     if not mirror_symmetric:
         return (_subspace(mesh, d, 0, slice(None), slice(0), np.eye(nodes * d)),)

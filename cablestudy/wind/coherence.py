@@ -114,7 +114,7 @@ class Rod:
         return 2 * covariance
 
     def _solve(self, load, ratio):
-        """Terms of which the covariance of loads, shape (i, r), is the sum, for m ratios, shape (m, 1).
+        """Terms of which half of the covariance of loads, shape (i, r), is the sum, for m ratios, shape (m, 1).
 
         With rho = ratio, the rod has the matrix K = diag(square/rho + rho) + v0 v0^T + v1 v1^T, v0 and v1 being the
         functions at its ends, and I = 2 load K^-1 load^T. K is inverted by Woodbury's formula, with the even and the
@@ -129,14 +129,14 @@ class Rod:
         sums : ndarray, shape (m, i, 3)
             Remainder of the constant part of each load, and its products with the even and the odd combination.
         weights : ndarray, shape (m, 3, 3)
-            The covariance is others inverse others^T + sums weights sums^T.
+            Half of the covariance is others inverse others^T + sums weights sums^T.
         """
         constant, others = load[:, :1], load[:, 1:]
         inverse = 1 / (self.square[1:] / ratio + ratio)
         end_1, end_2 = self.ends[1:].T
         even, odd = (end_1 + end_2) / np.sqrt(2), (end_1 - end_2) / np.sqrt(2)
         # the 2 x 2 matrix of Woodbury's formula, [[a, b], [b, c]]
-        a, c, b = 1 + inverse @ even**2, 1 + inverse @ odd**2, inverse @ (even * odd)
+        a, b, c = 1 + inverse @ even**2, inverse @ (even * odd), 1 + inverse @ odd**2
         determinant, constant_at_end = a * c - b**2, self.ends[0, 0]
         by_even, by_odd = others @ (inverse * even).T, others @ (inverse * odd).T
         remainder = constant - constant_at_end * np.sqrt(2) * (c * by_even - b * by_odd) / determinant

@@ -88,7 +88,7 @@ def cable_loads(drag, catenary, end_1=None):
     catenary : Catenary
         Of shape (..., c).
     end_1 : ndarray, shape (..., c, 3), optional
-        Places of their ends 1, where the wind has a profile. [m]
+        Positions of their ends 1, where the wind has a profile. [m]
     """
     chord = catenary.span.frame[..., 0, :]
     wind = np.broadcast_to(drag.velocity[..., None, :], chord.shape)

@@ -69,7 +69,7 @@ def smooth_on(edges, functions):
     low, high = edges[:-1], edges[1:]
     for _ in range(WIND.panel_halvings):
         middle = np.sqrt(low * high)
-        frequency = middle[:, None] * (high / middle)[:, None] ** NODES
+        frequency = middle[:, None] * (high / middle)[:, None] ** NODES  # Gauss points in log frequency
         rough = np.zeros(len(low), dtype=bool)
         for function in functions:
             value = function(frequency.ravel()).reshape(frequency.shape)
@@ -147,7 +147,7 @@ def _legendre_q(z):
 
 
 def variances(residues, panels, noise, weights):
-    """Variances of the outputs.
+    """Variances of the outputs y of a system driven by noise, their spectra multiplied by each of some weights.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def variances(residues, panels, noise, weights):
     if not residues.one_sided:
         outputs = outputs * np.where(poles.imag > 0, 2.0, 1.0)
     by_pole, spectra = _spectral_integrals(inputs, panels, noise, weights, panels.resolvents(poles, residues.one_sided))
-    pole_sums = poles[:, None] + residues.poles.conj()
+    pole_sums = poles[:, None] + residues.poles.conj()  # l_a + conj(l_b)
     covariance = by_pole @ residues.inputs.conj().T / -pole_sums  # X is this plus its conjugate transpose
     with_outputs = covariance @ residues.outputs.conj().T + by_pole @ residues.direct.conj().T
     by_direct = ((residues.direct @ spectra) * residues.direct.conj()).sum(axis=-1).real
