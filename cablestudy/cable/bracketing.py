@@ -109,10 +109,7 @@ def zeros_between(function, low, high, index, rtol=ROUNDING, smallest=TINY, step
 
 
 def _next_fraction(x1, x2, x3, f1, f2, f3, margin):
-    """Next argument as a fraction of the way from x1 to x2, at least `margin` from either, shape (n,).
-
-    By inverse quadratic interpolation where that is safe (Chandrupatla 1997), else the middle.
-    """
+    """Next argument as a fraction of the way from x1 to x2: by inverse quadratic interpolation where safe, else 1/2."""
     with np.errstate(divide="ignore", invalid="ignore"):
         xi, phi = (x1 - x2) / (x3 - x2), (f1 - f2) / (f3 - f2)
         alpha = (x3 - x1) / (x2 - x1)

@@ -148,8 +148,7 @@ class SteadyDrag:
     def times_local_pressure(self, values, points):
         """Values at points along cables, shape (..., k, 3), times the pressures there.
 
-        `points` is a function without arguments that returns the points from ends 1, shape (..., k, 3) [m]; it is
-        called only if the wind has a profile.
+        `points()` returns the points from ends 1, shape (..., k, 3) [m]; it is called only if there is a profile.
         """
         if self.profile is None:
             return values
