@@ -75,13 +75,14 @@ def zeros_between(function, low, high, index, rtol=ROUNDING, smallest=TINY, step
         As of `bracket`.
     low, high : ndarray, shape (n,)
     rtol : float
-        Width of the last bracket over the zero.
+        Width of a bracket that is not divided further, over the zero.
     smallest : float
-        A value of the function that is as good as zero.
+        Value of the function that counts as zero.
     steps : int
         At most.
     """
     index = np.asarray(index)
+    # the bracket is from x1, the newest point, to x2; x3 is the point left out last: names as in Chandrupatla (1997)
     x1, x2 = np.array(low, dtype=float), np.array(high, dtype=float)
     f1, f2 = function(x1, index), function(x2, index)
     zeros, active, fraction = np.full(x1.shape, np.nan), np.arange(len(x1)), 0.5

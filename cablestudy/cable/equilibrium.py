@@ -185,7 +185,7 @@ def _solve_loads(catenary, mesh, nodal=None):
     span, reference = catenary.span, np.asarray(catenary.max_tension)
     problem = ElementResidual(span, mesh, reference, nodal)
     at_end_1 = catenary.at(np.zeros(1))[1][..., 0, : problem.axes]
-    start = at_end_1 / reference[..., None] - problem.loads[..., 0, :]
+    start = at_end_1 / reference[..., None] - problem.loads[..., 0, :]  # c, the tension vector beyond the load on end 1
     active = np.ones(start.shape[:-1], dtype=bool)
     _, point, record = newton(problem, np.moveaxis(start, -1, 0), active)
     if not record.converged.all():

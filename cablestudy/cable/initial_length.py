@@ -170,7 +170,10 @@ def _rising_zeros(function, guess, highest):
 
 
 def _zeros_by_secant(function, guess, highest):
-    """Zeros of `_rising_zeros` by the secant method from good guesses; not a number where it settles on no rise."""
+    """Zeros near good guesses by the secant method, arrays as of `_rising_zeros`.
+
+    Not a number where the method does not settle, or the function was not seen to rise.
+    """
     zeros, index = np.full(len(guess), np.nan), np.arange(len(guess))
     previous, x = guess, guess * (1 + CABLE.length_first_secant)
     value, rises = function(previous, index), np.zeros(len(guess), dtype=bool)

@@ -25,7 +25,7 @@ def arc_length_at_midspan(catenary):
     scale = np.maximum(np.abs(kernel.horizontal).max(axis=-1, keepdims=True), CABLE.least_divisor)
     rate = kernel.horizontal / scale
     distance = rate * fraction * (1 / stiffness + 2 * (1 + kernel.excess) / kernel.sum_of_tensions)
-    segment_ends = np.cumsum(distance, axis=-1)
+    segment_ends = np.cumsum(distance, axis=-1)  # horizontal distances from end 1, to a common factor
     half = segment_ends[..., -1:] / 2
     segment = np.minimum((segment_ends < half).sum(axis=-1, keepdims=True), segment_ends.shape[-1] - 1)
 

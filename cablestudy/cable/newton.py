@@ -86,8 +86,8 @@ def newton(problem, unknown, active):
     Returns
     -------
     unknown, point, record
-        The solution, each cable's to the last digit as if it were alone; what `residual` returned beside the residual
-        there; and the `Record`.
+        The solution, no digit of which depends on other cables; what `residual` returned there beside the residual; and
+        the `Record`.
     """
     gap, point = problem.residual(unknown)
     change, settled = np.full(active.shape, np.inf), np.zeros(active.shape, dtype=bool)

@@ -50,13 +50,13 @@ class Profile:
         if not exponent.any():
             return None
         if any(isinstance(ground, tuple) for ground in grounds):
-            lines = np.empty(len(exponent), dtype=object)
+            ground_of_rows = np.empty(len(exponent), dtype=object)
             for row, ground in enumerate(grounds):
                 points = ground if isinstance(ground, tuple) else [(0.0, ground or 0.0)]
-                lines[row] = tuple(np.array(points, dtype=float).T)
+                ground_of_rows[row] = tuple(np.array(points, dtype=float).T)
         else:
-            lines = np.array([level or 0.0 for level in grounds])
-        return cls(exponent, np.where(exponent > 0, height, 1.0), lines)
+            ground_of_rows = np.array([level or 0.0 for level in grounds])
+        return cls(exponent, np.where(exponent > 0, height, 1.0), ground_of_rows)
 
     def take(self, index):
         """`Profile` of some rows or cables, or of one."""

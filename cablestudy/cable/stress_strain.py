@@ -160,7 +160,7 @@ class Condition:
         start : ndarray, shape (...)
             [-]
         alone : bool
-            Whether the tension of a conductor depends on its strain only, so that each step narrows a bracket.
+            Whether `tension_at` of a conductor depends on its own strain only, so that each step narrows a bracket.
         accuracy : float
             Largest difference of the tensions, relative.
         """

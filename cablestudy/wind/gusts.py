@@ -143,17 +143,7 @@ class Gusts:
         return speed, [np.ones_like(frequency), *roots] if self._cable_inputs else roots
 
     def _interpolated_covariance(self, kappa):
-        """Covariance of the inputs, see `input_matrix`, interpolated in `_table`.
-
-        Parameters
-        ----------
-        kappa : ndarray, shape (f,)
-            [1/m]
-
-        Returns
-        -------
-        ndarray, shape (f, i, i)
-        """
+        """Covariance of the inputs for kappa [1/m], shape (f,), interpolated in `_table`: shape (f, i, i)."""
         for_cables, for_bodies = self._table_weights(kappa)
         table, bodies = self._table[1], slice(self._cable_inputs, None)
         covariance = np.tensordot(for_cables, table, axes=(0, 0))
