@@ -143,7 +143,8 @@ def _shallow(tension, weight, cosine, sine, kernel):
 def _deep(tension, cosine, sine, kernel):
     """`flexibility` without the axial part for large beta, in horizontal and vertical components h, y and v.
 
-    i0, i1 and i2 are the means over the segment of V^k/T^3. The components are rotated into the chord frame at the end.
+    i0, i1 and i2 are the means over the segment of V^k/T^3; the entries hh, vv, hv, hy and vy (yy is the third one that
+    is returned) are rotated into the chord frame.
     """
     q, n, y = tension
     h, total, (t0, t1) = kernel.horizontal, kernel.sum_of_tensions, kernel.tensions

@@ -240,7 +240,9 @@ def linear_cable(strain, tension, slope):
 
 
 def uneven_strain(condition, strain, tensions, weights):
-    """Mean strain of conductors beyond the strain at their mean tension, since their curve is no line, shape (n,). [-]
+    """Mean strain along conductors of varying tension, less that by the tangent of their curve, shape (n,). [-]
+
+    The tangent is that at the mean tension.
 
     Parameters
     ----------

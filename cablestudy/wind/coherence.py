@@ -106,14 +106,14 @@ class Rod:
         ratio = np.maximum(ratio, WIND.least_length_ratio)[:, None]
         covariance = np.zeros((len(ratio), loads.shape[1], loads.shape[1]))
         for load in loads:
-            inverse, others, sums, weights = self._solve(load, ratio)
+            inverse, others, sums, weights = self._covariance_terms(load, ratio)
             covariance += sums @ weights @ sums.swapaxes(-1, -2)
             for index, root in enumerate(np.sqrt(inverse)):  # one by one: all at once they are more than caches hold
                 scaled = others * root
                 covariance[index] += scaled @ scaled.T
         return 2 * covariance
 
-    def _solve(self, load, ratio):
+    def _covariance_terms(self, load, ratio):
         """Terms of which half of the covariance of loads, shape (i, r), is the sum, for m ratios, shape (m, 1).
 
         With rho = ratio, the rod has the matrix K = diag(square/rho + rho) + v0 v0^T + v1 v1^T, v0 and v1 being the
@@ -184,9 +184,9 @@ def galerkin(mesh, stretch):
     Returns
     -------
     length : float
-        Stretched over unstretched.
+        Stretched over unstretched length. [-]
     stiffness, mass : sparse array, shape (nodes, nodes)
-        The stretched length counted as 1.
+        Integrals of products of slopes, and of values, of the functions over the stretched length, counted as 1. [-]
     """
     element, (points, weights) = basis(mesh.order), gauss(mesh.order)
     values, interpolation = lagrange(element.nodes, points), lagrange(element.points, points)

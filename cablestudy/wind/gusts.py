@@ -151,7 +151,7 @@ class Gusts:
         return covariance
 
     def _table_weights(self, kappa):
-        """Weight of each entry of `_table` in the covariance for other kappa, of cables with all, and between bodies.
+        """Weights of the k covariances of `_table` whose sum is that for other kappa: with cables, and between bodies.
 
         Parameters
         ----------
