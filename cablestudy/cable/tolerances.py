@@ -52,8 +52,8 @@ class CableTolerances:
     loosest_strain: float = 1 / 1000 - 1  # chord strain of a cable a thousand chords long,
     tautest_strain: float = 1e3  # and of one that is stretched to a thousand times its length
     linear_difference: float = 0.05  # relative difference of the restoring force from its linear part
-    least_movement: float = 1e-7  # the least and the largest movement that are looked at, over the shortest chord,
-    largest_movement: float = 0.9
+    least_movement: float = 1e-7  # least movement that is looked at, over the shortest chord,
+    largest_movement: float = 0.9  # and the largest one
     movements_at_once: int = 40  # movements in an interval, twice as many in the first one
     movement_divisions: int = 6  # times that the interval in which the force ceases to be linear is divided again
     midspan_steps: int = 80  # bisection alone needs 53
