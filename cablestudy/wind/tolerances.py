@@ -13,9 +13,8 @@ class WindTolerances:
     fine_coherence: tuple = (24, 3e-8)  # and those of a finer one
     coherence_degree: int = 7  # of the splines between them
     least_length_ratio: float = 1e-200  # cable's length over coherence length, whose square must not be zero
-    strip_points: int = (
-        4  # Gauss points of an element beyond its order: an error of 1e-6 of the RMS on six cables that meet
-    )
+    # Gauss points of an element beyond its order: an error of 1e-6 of the RMS on six cables that meet
+    strip_points: int = 4
     # Gauss points of an element, at most, between which the coherence with other cables is interpolated: an error of
     # 2e-8 of the RMS, for elements of order 44
     interpolated_points: int = 30
