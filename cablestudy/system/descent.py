@@ -24,7 +24,7 @@ from cablestudy.cable.span import Span
 from cablestudy.system import tangent
 from cablestudy.system.links import Links, joined
 from cablestudy.system.rigid import size, turn
-from cablestudy.system.rounding import bounds, over
+from cablestudy.system.rounding import bounds, largest_ratio
 from cablestudy.system.tangent import GROUND
 from cablestudy.system.tolerances import SYSTEM
 
@@ -473,14 +473,14 @@ def descend(suspension, state, most_steps=SYSTEM.descent_steps, small_net_force=
         change = np.maximum(size(step[..., :3]).max(axis=-1) / longest(state), size(step[..., 3:]).max(axis=-1))
         state, evaluation, share = line_search(subset, state, evaluation, step)
         relative_force = imbalance(subset, evaluation)
-        rounding_ratio = over(subset, evaluation.net, evaluation.least)
+        rounding_ratio = largest_ratio(subset, evaluation.net, evaluation.least)
         slow = rounding_ratio > SYSTEM.descent_progress * best_ratio[active]
         slow_steps[active] = np.where(slow, slow_steps[active] + 1, 0)
         best_ratio[active] = np.minimum(best_ratio[active], rounding_ratio)
         converged = (rounding_ratio <= 1) | (relative_force < small_net_force)
         patience_over = slow_steps[active] >= SYSTEM.descent_patience
         stuck = (share == 0) | patience_over | (number == SYSTEM.descent_steps - 1)
-        rounded = stuck & (over(subset, evaluation.net, evaluation.most) <= 1)
+        rounded = stuck & (largest_ratio(subset, evaluation.net, evaluation.most) <= 1)
         steps[active] += 1
         residual[active], correction[active] = relative_force, change
         failure = np.where(share == 0, NO_DESCENT, TOO_MANY)
