@@ -88,7 +88,7 @@ class Trial:
         row = coordinates.cable // (models.cables.count // self.rows)
         self._begin = np.searchsorted(row, np.arange(self.rows + 1))
         self._ends = layout.without_modes(*(part.reshape(*layout.shape, -1, 6, 6) for part in models.ends))
-        self._driven = layout.driven(coordinates.coupling, coordinates.cable)
+        self._driven = layout.momentum(coordinates.coupling, coordinates.cable)
         self.omega = np.full((self.rows, count), np.inf)
         self._modal, self._bodies = np.zeros((len(row), count)), np.zeros((self.rows, len(layout.free), count))
         for rows, index, system in self._systems(row):

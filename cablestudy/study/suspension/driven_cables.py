@@ -189,7 +189,7 @@ class DrivenCables:
         """`LoopGain` with what is `kept` of the cables; a function, of the coupled modes, where rounding spoils it."""
         closed_loop, effects = self._closed_loop, self._effects
         layout, plant = closed_loop.layout, closed_loop.plant
-        stiffness, mass = (dense(part) for part in layout.own)
+        stiffness, mass = (dense(part) for part in layout.body_matrices)
         elements = [one.element for one in plant.in_air(self.models, kept)]
         damping = np.zeros_like(mass) + plant.air_on_bodies(np.eye(len(mass))) + dense(layout.damping)
         *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, closed_loop.actuators)
@@ -198,7 +198,7 @@ class DrivenCables:
         def widened(part):
             return np.concatenate([part, np.zeros((*part.shape[:-1], len(bodies) - len(mass)))], axis=-1)
 
-        off = dense(layout.moved).T @ load_off_ends(closed_loop.equilibrium, closed_loop.winches)
+        off = dense(layout.connection).T @ load_off_ends(closed_loop.equilibrium, closed_loop.winches)
         places = widened(effects.moved), effects.reeled, widened(off.T).T, widened(effects.measured)
         shares, controller = closed_loop.allocation.shares, closed_loop.given_loop.controller
         found = LoopGain(bodies, elements, *places, shares, controller, windows=plant.accuracy > STUDY.all_modes_from)
