@@ -167,7 +167,7 @@ class Search:
         models, limits = Models(cables, meshes, fixed=True, most=SYSTEM.modally_damped_modes), np.zeros(cables.count)
         for group in models.groups:
             omega = np.sort(group.ends.omega, axis=-1)
-            limits[group.places] = omega[:, kept] if omega.shape[-1] > kept else np.inf
+            limits[group.cable_indices] = omega[:, kept] if omega.shape[-1] > kept else np.inf
         count = self.count + SYSTEM.modes_beyond
         return finished(self._trial(models, limits, rows, count), 0, np.full(count, np.nan))
 

@@ -238,7 +238,7 @@ def linearised(suspension, state, which, moving):
     of_values = rounding.of_values(ends[:, suspension.of_cables], strain, cables, given, suspension.value)
     return Linear(
         tangent.free_values(suspension, net) / sizes, by_tension, by_motion, imbalance.max(axis=-1, initial=0.0),
-        rounding.largest_ratio(suspension, net, bounds.least), rounding.over(suspension, net, bounds.most),
+        rounding.largest_ratio(suspension, net, bounds.least), rounding.largest_ratio(suspension, net, bounds.most),
         of_values.most[:, which].max(axis=-1),
     )  # fmt: skip
 

@@ -366,5 +366,5 @@ def _states(models):
     return {
         cable: group.ends.state.take(place)
         for group in models.groups
-        for place, cable in enumerate(group.places.tolist())
+        for place, cable in enumerate(group.cable_indices.tolist())
     }

@@ -269,7 +269,7 @@ class DrivenCables:
         elements, found = self.loop_gain.elements, []
         wrong = [np.zeros(len(element.omega)) for element in elements]
         for group in self.models.groups:
-            for cable in group.places.tolist():
+            for cable in group.cable_indices.tolist():
                 wrong[cable] = self._by_mesh(cable, group.take(np.array([cable])).ends)
         found.append([
             replace(one, omega=one.omega * (1 - own), participation=one.participation * (1 - own)[:, None] ** 2)
