@@ -382,7 +382,8 @@ class Models:
 
         Notes
         -----
-        A mode left out adds the mass |m u|^2 w^2/(W^2 - w^2) at the ends.
+        A mode left out adds the mass |m u|^2 w^2/(W^2 - w^2) at the ends: over that of the motion, which is 1, it is
+        the relative error of w^2.
         """
         error = np.zeros(square.shape)
         for of_group in coordinates.of_groups:

@@ -102,5 +102,5 @@ def observed(system):
     with np.errstate(divide="ignore", invalid="ignore"):  # coordinates without mass
         amplitudes = 1 / root_k, 1 / root_m, root_k / root_m**2  # of z, z' and z''
         change = sum(np.nan_to_num(np.abs(c) * amplitude) for c, amplitude in zip(system.c, amplitudes, strict=True))
-    direct = (change > SYSTEM.uncoupled_entry * change.max(axis=1, keepdims=True, initial=0.0)).any(axis=0)
-    return connected(system.mass, system.damping, system.stiffness, direct)
+    in_outputs = (change > SYSTEM.uncoupled_entry * change.max(axis=1, keepdims=True, initial=0.0)).any(axis=0)
+    return connected(system.mass, system.damping, system.stiffness, in_outputs)

@@ -18,11 +18,12 @@ class Equilibria:
         self._searches = []
 
     def pose(self, suspension):
-        """`statics.pose` of cases with axes of any number; of one axis each row of numbers is solved once.
+        """Equilibrium of each case, as of `statics.pose`; equal cases, and those that are remembered, are not repeated.
 
         Parameters
         ----------
         suspension : SuspendedSystem
+            With cases of shape (n,). Those of another shape are solved without a look at what is remembered.
 
         Returns
         -------

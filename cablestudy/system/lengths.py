@@ -90,14 +90,14 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, mo
     bounds = [np.broadcast_to(b, (*shape, count)).reshape(n, count)[:, unstated] for b in (low, high, reference)]
     flat = suspension.broadcast((n,))
     which = np.flatnonzero(unstated)
-    state, record, problems = search(flat, which, moving, method, *bounds, LEAST_RATIOS[0])
+    answers = search(flat, which, moving, method, *bounds, LEAST_RATIOS[0])
     for least_ratio in LEAST_RATIOS[1:]:
+        state, record, _ = answers
         failed = np.flatnonzero(~record.converged & near_least(flat, state, which, bounds[1]))
         if not len(failed):
             break
         repeated = search(flat.take(failed), which, moving, method, *(bound[failed] for bound in bounds), least_ratio)
-        state, record, problems = with_converged((state, record, problems), failed, repeated)
-    answers = state, record, problems
+        answers = with_converged(answers, failed, repeated)
     if moving[: suspension.bodies, 3:].any():
         answers = with_stable_attitudes(suspension, flat, answers, which, moving, method, bounds)
     state, record, problems = answers

@@ -96,7 +96,7 @@ def rates(cables, given):
         return _rates_with_loads(cables, given)
     length, stiffness = span.unstretched_length, cables.global_end_stiffness
     middle_tension, half_difference, *_ = _end_tensions(cables)
-    middle_by_length = -(stiffness @ _end_movement_by_length(cables)[..., None])[..., 0]
+    middle_by_length = -(stiffness @ _end_movement_by_length(cables)[..., None])[..., 0]  # L dN/dL
     end_forces = np.stack([middle_by_length - half_difference, -middle_by_length - half_difference], axis=-2)
     gradients = _gradients(cables, kinds) if np.isin(kinds, FORCES).any() else {}
     by_length = np.where(kinds == "unstretched_length", length, np.nan)
