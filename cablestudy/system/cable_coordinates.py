@@ -103,14 +103,14 @@ class MeshGroup:
         return list(zip(positions, displacements, strict=True))
 
     def coordinates(self, kept, vectors):
-        """The coordinates of these cables: `GroupCoordinates`.
+        """Some modes of these cables, and residual vectors for the others, as coordinates: `GroupCoordinates`.
 
         Parameters
         ----------
         kept : ndarray of bool, shape (g, n)
-            Which modes are coordinates.
+            True for modes that are coordinates.
         vectors : ndarray of bool, shape (g,)
-            Of which cables vectors stand for the other modes.
+            True for cables of which vectors stand for the other modes.
         """
         omega, coupling = self.ends.omega, self.ends.coupling
         shapes = residual_vectors(omega, coupling, ~kept & vectors[:, None])

@@ -215,39 +215,39 @@ class Models:
     meshes : list of (Mesh or None)
     fixed : bool
         True if the elements are in their own equilibrium, not on the closed form.
-    most : int
+    most_modes : int
         Modes of each cable that are computed at most; six vectors stand for the others.
     """
 
-    def __init__(self, cables, meshes, fixed=False, most=SYSTEM.modes_of_cable):
-        self.cables, self.meshes, self._fixed, self._most = cables, meshes, fixed, most
+    def __init__(self, cables, meshes, fixed=False, most_modes=SYSTEM.modes_of_cable):
+        self.cables, self.meshes, self._fixed, self._most_modes = cables, meshes, fixed, most_modes
         self._batch = None  # Models of which these were taken, and indices of these cables among theirs
         self._on_other_meshes = {}
 
     def equal(self, other):
         """True if these are superelements of the same cables on the same meshes."""
-        settings = self.cables, self.meshes, self._fixed, self._most
-        return settings == (other.cables, other.meshes, other._fixed, other._most)
+        settings = self.cables, self.meshes, self._fixed, self._most_modes
+        return settings == (other.cables, other.meshes, other._fixed, other._most_modes)
 
     def take(self, indices):
         """`Models` of some cables, by their indices, ascending."""
         meshes = [self.meshes[cable] for cable in indices]
-        taken = Models(self.cables.take(indices), meshes, self._fixed, self._most)
+        taken = Models(self.cables.take(indices), meshes, self._fixed, self._most_modes)
         groups = [group.take(indices) for group in self.groups]
         taken.__dict__["groups"] = [group for group in groups if group is not None]
         batch, indices_in_batch = self._batch or (self, np.arange(self.cables.count))
         taken._batch = batch, indices_in_batch[indices]
         return taken
 
-    def with_all_modes(self, most, coarser=0):
+    def with_all_modes(self, most_displacements, coarser=0):
         """Models of the same cables all of whose modes are computed: themselves, or on other meshes.
 
         Of some of a batch they are computed for all of the batch at once.
 
         Parameters
         ----------
-        most : int
-            Displacements of a cable at most.
+        most_displacements : int
+            Of a cable.
         coarser : int
             By so much the order of the meshes is less.
         """
@@ -255,12 +255,13 @@ class Models:
             return self
         if self._batch is not None:
             batch, indices = self._batch
-            return batch.with_all_modes(most, coarser).take(indices)
-        if (most, coarser) not in self._on_other_meshes:
-            other = {mesh: mesh and _with_at_most(mesh, most, coarser) for mesh in set(self.meshes)}
+            return batch.with_all_modes(most_displacements, coarser).take(indices)
+        key = most_displacements, coarser
+        if key not in self._on_other_meshes:
+            other = {mesh: mesh and _with_at_most(mesh, most_displacements, coarser) for mesh in set(self.meshes)}
             meshes = [other[mesh] for mesh in self.meshes]
-            self._on_other_meshes[most, coarser] = Models(self.cables, meshes, most=most)
-        return self._on_other_meshes[most, coarser]
+            self._on_other_meshes[key] = Models(self.cables, meshes, most_modes=most_displacements)
+        return self._on_other_meshes[key]
 
     @cached_property
     def groups(self):
@@ -286,7 +287,7 @@ class Models:
             state = equilibrium.from_catenary(catenary, mesh)
         dynamics = Dynamics(state, (SPATIAL,) if blown else self.cables.planes)
         if self._large(mesh):
-            ends = EndsOfLarge(dynamics, catenary.span.frame, self._most)
+            ends = EndsOfLarge(dynamics, catenary.span.frame, self._most_modes)
         else:
             ends = Ends(dynamics, catenary.span.frame, dynamics.dof)
         return MeshGroup(np.array(indices), ends)
@@ -298,7 +299,7 @@ class Models:
 
     def _large(self, mesh):
         """True if a cable has more modes than are computed, and more than cost little."""
-        return has_more_modes(mesh, self._most)
+        return has_more_modes(mesh, self._most_modes)
 
     @cached_property
     def elements(self):
@@ -425,7 +426,7 @@ class Models:
             Positions from end 1, shape (nodes, 3), and displacements, shape (nodes, 3, r), global axes; the two ends of
             a cable without mass. [m]
         """
-        nodes = [(chord, moved.reshape(2, 3, -1)) for chord, moved in zip(self._chords, ends, strict=True)]
+        nodes = [(chord, of_ends.reshape(2, 3, -1)) for chord, of_ends in zip(self._chords, ends, strict=True)]
         for group, of_group in zip(self.groups, amplitudes, strict=True):
             cables = group.cable_indices
             for cable, of_cable in zip(cables.tolist(), group.nodes(of_group, ends[cables]), strict=True):
@@ -487,9 +488,9 @@ def _with_at_most(mesh, displacements, coarser):
     return replace(mesh, order=max(min(mesh.order, highest_order) - coarser, 1))
 
 
-def has_more_modes(mesh, most=0):
-    """True if a cable on a mesh has more modes than `most`, and more than cost little."""
-    return 3 * (mesh.nodes - 2) > max(most, CABLE.cheap_freedoms)
+def has_more_modes(mesh, most_modes=0):
+    """True if a cable on a mesh has more modes than `most_modes`, and more than cost little."""
+    return 3 * (mesh.nodes - 2) > max(most_modes, CABLE.cheap_freedoms)
 
 
 def fixed_meshes(cables, model):

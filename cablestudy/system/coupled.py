@@ -201,7 +201,7 @@ class Layout:
         return csr_array((coupling.ravel(), columns.ravel(), row_ends), shape) @ self.connection
 
     def bodies(self, shapes):
-        """The free displacements in the coordinates of the system, shape (d, r)."""
+        """Free displacements of the bodies from shapes in all coordinates of the system, shape (d, r)."""
         return shapes[len(shapes) - len(self.free) :]
 
     def ends(self, displacements):

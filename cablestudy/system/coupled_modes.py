@@ -145,8 +145,8 @@ class Search:
     def _modes_of_elements(self, rows, alone, meshes):
         """`of_elements` of some rows: list; where those of one have no equilibrium, of one after the other."""
         cables, meshes_of_rows = self._cables_of(rows), [meshes[cable] for cable in self._cable_indices(rows)]
-        most = min(self._modes_needed(rows), SYSTEM.modes_of_cable) if alone else SYSTEM.modes_of_cable
-        models = Models(cables, meshes_of_rows, fixed=True, most=most)
+        most_modes = min(self._modes_needed(rows), SYSTEM.modes_of_cable) if alone else SYSTEM.modes_of_cable
+        models = Models(cables, meshes_of_rows, fixed=True, most_modes=most_modes)
         try:
             trial = self._trial(models, np.where(cables.heavy, np.inf, 0.0), rows)
         except (NoSolutionError, ConvergenceError) as error:
@@ -164,7 +164,8 @@ class Search:
         That of the others is what it does to slow movements of the ends: see `Superelement.combine`.
         """
         cables, kept = self._cables_of(rows), SYSTEM.modes_of_cable
-        models, limits = Models(cables, meshes, fixed=True, most=SYSTEM.modally_damped_modes), np.zeros(cables.count)
+        models = Models(cables, meshes, fixed=True, most_modes=SYSTEM.modally_damped_modes)
+        limits = np.zeros(cables.count)
         for group in models.groups:
             omega = np.sort(group.ends.omega, axis=-1)
             limits[group.cable_indices] = omega[:, kept] if omega.shape[-1] > kept else np.inf
@@ -239,8 +240,8 @@ class Search:
         layout, cables, harmonics = self._layout_of(rows), self.cables, np.arange(1, self.count + 1)
         time = -np.sort(-np.where(self._heavy, self._travel_time, 0.0)[rows], axis=1)
         time = time[:, : self.count]  # no more cables have one of the lowest modes
-        first = np.divide(np.pi, time, out=np.full(time.shape, np.inf), where=time > 0)
-        strings = np.repeat((first[..., None] * harmonics).reshape(len(rows), -1), cables.across, axis=1)
+        first_omega = np.divide(np.pi, time, out=np.full(time.shape, np.inf), where=time > 0)
+        strings = np.repeat((first_omega[..., None] * harmonics).reshape(len(rows), -1), cables.across, axis=1)
         index = self._cable_indices(rows)
         of_ends = (matrix[index].reshape(*layout.shape, -1, 6, 6) for matrix in (cables.end_stiffness, cables.straight))
         bodies = layout.without_modes(*of_ends).lowest(self.count)[0].reshape(len(rows), -1)
@@ -268,13 +269,14 @@ class Search:
         """Angular frequency up to which each cable of some rows keeps its modes: zero where all lie far above."""
         # Dunkerley: masses on a string lower its first mode at most by this
         lowering = np.sqrt(1 + (np.pi / 2) ** 2 * self.cables.carried).reshape(self._rows, -1)[rows]
-        first, highest = np.pi / np.maximum(self._travel_time[rows], 1e-300) / lowering, highest[:, None]
+        first_omega = np.pi / np.maximum(self._travel_time[rows], 1e-300) / lowering
+        highest = highest[:, None]
         body_mass = np.asarray(self.layout.equilibrium.suspension.mass)
         body_mass = np.broadcast_to(body_mass, (*self.layout.shape, body_mass.shape[-1])).reshape(self._rows, -1)[rows]
         cable_mass = self.cables.mass.reshape(self._rows, -1)[rows].sum(axis=1, keepdims=True)
         mass_share = cable_mass / (cable_mass + body_mass.sum(axis=1, keepdims=True))
-        error, allowed = mass_share * (highest / first) ** 2, SYSTEM.no_modes_error * SYSTEM.coordinates_share
-        far_above = (error <= allowed * self.accuracy) & (SYSTEM.near_highest * highest < first)
+        error, allowed = mass_share * (highest / first_omega) ** 2, SYSTEM.no_modes_error * SYSTEM.coordinates_share
+        far_above = (error <= allowed * self.accuracy) & (SYSTEM.near_highest * highest < first_omega)
         return np.where(far_above | ~self._heavy[rows], 0.0, self._margin * highest)
 
     def _with_enough_coordinates(self, rows, models, highest, limits):

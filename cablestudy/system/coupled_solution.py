@@ -238,7 +238,7 @@ class Solution:
         Mass-normalised.
     omitted : ndarray, shape (c, k)
         See `Trial`. [-]
-    more : Solution or None
+    all_modes : Solution or None
         With all modes that were computed, of which these are the lowest; None where these are all.
     """
 
@@ -246,12 +246,12 @@ class Solution:
     omega: np.ndarray
     shapes: np.ndarray
     omitted: np.ndarray
-    more: "Solution | None" = None
+    all_modes: "Solution | None" = None
 
     @property
-    def every(self):
+    def with_all_modes(self):
         """The `Solution` with all modes that were computed."""
-        return self.more or self
+        return self.all_modes or self
 
     @property
     def layout(self):
@@ -330,7 +330,8 @@ class CoupledModes:
         if count >= len(self):
             return self
         lowest, runs = self.take(np.arange(count)), tuple(run for run in self.coincident if run[1] <= count)
-        return replace(lowest, coincident=runs, solution=replace(lowest.solution, more=self.solution.every), finer=None)
+        solution = replace(lowest.solution, all_modes=self.solution.with_all_modes)
+        return replace(lowest, coincident=runs, solution=solution, finer=None)
 
     @cached_property
     def damping_ratio(self):

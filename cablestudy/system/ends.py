@@ -136,7 +136,7 @@ class Ends:
 
     @property
     def omega(self):
-        """Of the modes of all cables, shape (..., n). [rad/s]"""
+        """Angular frequencies of the modes, shape (..., n). [rad/s]"""
         return self._undamped[0]
 
     @property

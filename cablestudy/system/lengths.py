@@ -131,8 +131,8 @@ def with_stable_attitudes(suspension, flat, answers, which, moving, method, boun
         with_lengths = replace(subset, given=("unstretched_length",) * len(flat.given), value=state.length[falling])
         beside = perturbed(with_lengths, take_rows(state, falling), motion, size_of_step)
         descended, _ = descent.descend(with_lengths, beside)
-        turned = replace(subset, rotation=descended.rotation)
-        repeated = search(turned, which, moving, method, *(bound[falling] for bound in bounds), LEAST_RATIOS[0])
+        with_attitudes = replace(subset, rotation=descended.rotation)
+        repeated = search(with_attitudes, which, moving, method, *(bound[falling] for bound in bounds), LEAST_RATIOS[0])
         answers = with_converged(answers, falling, repeated)
     return answers
 

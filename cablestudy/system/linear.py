@@ -733,9 +733,9 @@ def _lanczos(size, solve, weigh, count):
     from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
     inverse, mass = (LinearOperator((size, size), matvec=product, dtype=float) for product in (solve, weigh))
-    begin = 1 + np.modf(np.arange(1, size + 1) * (np.sqrt(5) - 1) / 2)[0]  # without symmetry, reproducible
+    start = 1 + np.modf(np.arange(1, size + 1) * (np.sqrt(5) - 1) / 2)[0]  # without symmetry, reproducible
     try:
-        return eigsh(inverse, count, M=mass, sigma=0.0, OPinv=inverse, v0=begin, ncv=2 * count + 10)[1]
+        return eigsh(inverse, count, M=mass, sigma=0.0, OPinv=inverse, v0=start, ncv=2 * count + 10)[1]
     except ArpackNoConvergence as error:
         raise ConvergenceError(f"modes: {error}") from None
 

@@ -44,12 +44,12 @@ class Links:
 
     @classmethod
     def of(cls, suspension, vector, extension):
-        """Those of a `SuspendedSystem` in a state; None where it has none."""
+        """`Links` of a `SuspendedSystem` in a state; None where it has none."""
         if not suspension.link_names:
             return None
         length, damping = np.nan_to_num(suspension.link_length), suspension.link_damping
         has_length = ~np.isnan(suspension.link_length)  # the others carry nothing yet
-        stiffness, extension = (np.where(has_length, part, 0.0) for part in (suspension.link_stiffness, extension))
+        stiffness, extension = (np.where(has_length, value, 0.0) for value in (suspension.link_stiffness, extension))
         extension = np.where(has_length & (length == 0), size(vector), extension)
         return cls(vector, extension, stiffness, damping, length)
 

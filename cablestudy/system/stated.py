@@ -50,7 +50,7 @@ class Rates:
 
 
 def values(cables, given):
-    """Of what each cable states.
+    """Values of what each cable states, such as its sag or a tension.
 
     Parameters
     ----------
@@ -184,20 +184,20 @@ def end_forces_at_stated_values(cables, given):
     movement by dL/L at a given tension vector N, and g and c the derivatives of what is stated.
     """
     derivatives, value = rates(cables, given), values(cables, given)
-    first, last = (derivatives.end_forces[..., end, :] for end in (0, 1))
+    force_1, force_2 = (derivatives.end_forces[..., end, :] for end in (0, 1))  # by dL/L
     by_length = derivatives.by_length
     by_length = np.where(np.abs(by_length) > SYSTEM.tiny, by_length, SYSTEM.tiny)
     # dL/L, and then dN, by the three movements of end 2 and by the stated value
     lengthening = np.concatenate([-derivatives.by_end, value[..., None]], axis=-1) / by_length[..., None]
     at_given_length = np.zeros((*value.shape, 3, 4))
     at_given_length[..., :3] = derivatives.stiffness
-    middle = at_given_length + ((first - last) / 2)[..., None] * lengthening[..., None, :]
+    middle = at_given_length + ((force_1 - force_2) / 2)[..., None] * lengthening[..., None, :]
     exact = np.isin(np.asarray(given, dtype=object), FORCES) & ~cables.slack & ~cables.folded
     if exact.any() and not cables.span.load_positions.shape[-1]:
         changes = _changes_at_stated_tension(cables, given, value, exact)
         middle = np.where(exact[..., None, None], changes[..., :3, :], middle)
         lengthening = np.where(exact[..., None], changes[..., 3, :], lengthening)
-    half_weight = ((first + last) / 2)[..., None] * lengthening[..., None, :]  # what is added on each end
+    half_weight = ((force_1 + force_2) / 2)[..., None] * lengthening[..., None, :]  # what is added on each end
     return np.stack([half_weight + middle, half_weight - middle], axis=-3)
 
 
