@@ -77,8 +77,8 @@ class Search:
                     finer = partial(self._finer_modes, row, orders[k], limits[k], highest[k])
                     finer = None if serves_for_damping else finer
                     outcomes[row] = outcome_of(partial(finished, trial, row_of_trial, error, finer))
-            digits_gained = np.ceil(np.log10(mesh_error) / SYSTEM.finer_digits)
-            added = SYSTEM.finer_orders * digits_gained * np.ceil(orders / SYSTEM.highest_order)
+            refinements = np.ceil(np.log10(mesh_error) / SYSTEM.finer_digits)
+            added = SYSTEM.finer_orders * refinements * np.ceil(orders / SYSTEM.highest_order)
             finer_orders = np.maximum(orders + added, self._orders(rows, highest))
             orders = np.where(mesh_error > 1, finer_orders, orders)[unresolved_rows]
             rows, highest, limits = rows[unresolved_rows], highest[unresolved_rows], limits[unresolved_rows]
