@@ -53,7 +53,7 @@ def damped_poles(system, omega, shapes, coupled=SYSTEM.coupled_modes):
     share = (share / share.sum(axis=0))[:count]
     mode, pole = assigned(share)
     ratio = (np.diagonal(damping) / (2 * omega) + np.diagonal(loss) / (2 * omega**2))[:count]
-    oscillates = (share[mode, pole] >= SYSTEM.own_part) | (ratio[mode] <= 1)
+    oscillates = (share[mode, pole] >= SYSTEM.oscillating_share) | (ratio[mode] <= 1)
     mode, pole = mode[oscillates], pole[oscillates]
     ratio[mode] = np.maximum(-poles.real[pole], 0.0) / np.abs(poles[pole])  # what is below zero is rounding
     pole_of_mode = np.full(count, complex(np.nan, np.nan))

@@ -106,10 +106,11 @@ def _objective(method, count, unknowns):
 
 
 def _least_distance(particular, null_space, count, objective, objective_value, low, high, unit):
-    """Coordinates z in the null space Z of the solution t_0 + Z z, or None where the bounds leave none.
+    """Coordinates z of the best solution t_0 + Z z of the equations, or None where the bounds leave none.
 
-    It minimises |S (t_0 + Z z) - f|^2 with S the `objective` and f its value at the target: with the singular value
-    decomposition S Z = U s V^T, z = V (w + U^T (f - S t_0))/s, the w of least size within the bounds.
+    t_0 is a `particular` solution and Z the null space. The best one has the least |S (t_0 + Z z) - f|^2, with S the
+    `objective` and f its value at the target. By the singular value decomposition S Z = U s V^T that is
+    z = V (w + U^T (f - S t_0))/s with the w of least size within the bounds: a least-distance problem.
     """
     left_vectors, values, right_vectors = np.linalg.svd(objective @ null_space, full_matrices=False)
     kept = values > SYSTEM.rank * values.max(initial=0.0)  # motions that change no tension are left out

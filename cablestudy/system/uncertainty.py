@@ -185,8 +185,7 @@ def _residuals(equilibrium, given, length_known):
     suspension, cables, arms, ends = equilibrium.suspension, equilibrium.catenary, equilibrium.arms, equilibrium.ends
     strain, tension = np.asarray(cables.span.chord_strain), cables.max_tension
     net, _ = tangent.net_forces(suspension, equilibrium.rotation, arms, equilibrium.end_forces, tension)
-    of_cables = strain, cables, tension
-    bounds = rounding.bounds(suspension, equilibrium.rotation, arms, ends, *of_cables, equilibrium.links)
+    bounds = rounding.bounds(suspension, equilibrium.rotation, arms, ends, strain, cables, tension, equilibrium.links)
     ends = ends[..., suspension.of_cables, :, :]
     of_values = rounding.of_values(ends, strain, cables, given, suspension.value).least
     of_lengths = LENGTH * (1 + np.abs(ends).max(axis=(-1, -2)) / cables.span.chord)
