@@ -649,16 +649,16 @@ def _assemble_sparse(cables, matrices, connection, bodies, imposed, stiffness):
 
     sizes = np.array([len(cable.omega) for cable in cables])
     modal, ends = int(sizes.sum()), 6 * len(cables)
-    first = np.cumsum(sizes) - sizes
+    first_mode = np.cumsum(sizes) - sizes
     rows, columns, values = [], [], ([], [], [])  # of the entries of M, C and K of all cables
     for size in np.unique(sizes):  # cables with equal numbers of modes together
         alike = np.flatnonzero(sizes == size)
-        modes, ends_of_alike = first[alike, None] + np.arange(size), modal + 6 * alike[:, None] + np.arange(6)
-        index = np.concatenate([modes, ends_of_alike], axis=1)
+        modes, ends_of_alike = first_mode[alike, None] + np.arange(size), modal + 6 * alike[:, None] + np.arange(6)
+        index = np.concatenate([modes, ends_of_alike], axis=1)  # of each cable among all modes, then all ends
         rows.append(np.repeat(index, size + 6, axis=1).ravel())
         columns.append(np.tile(index, (1, size + 6)).ravel())
-        for power, entries in enumerate(values):
-            entries.append(np.stack([matrices[cable][power] for cable in alike.tolist()]).ravel())
+        for which, entries in enumerate(values):  # M, C or K
+            entries.append(np.stack([matrices[cable][which] for cable in alike.tolist()]).ravel())
     rows, columns = np.concatenate(rows), np.concatenate(columns)
     bodies, stiffness = csc_array(bodies), csc_array(stiffness) if np.ndim(stiffness) else 0 * csc_array(bodies)
     # modes and ends by the coordinates of the system, and by the movements of the winches
