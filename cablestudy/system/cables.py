@@ -455,7 +455,7 @@ class Models:
         return (span.chord[:, None] * span.frame[:, 0])[:, None, :] * np.array([[0.0], [1.0]])
 
     def kinetic(self, amplitudes, ends):
-        """Mass that moves in the plane of each cable, out of it, and along the cable.
+        """Moving mass of each cable by direction: in its plane, out of it, and along the cable.
 
         Parameters
         ----------
@@ -465,9 +465,9 @@ class Models:
         Returns
         -------
         ndarray, shape (c, 3, r)
-            Twice the kinetic energy over w^2, for mass-normalised motions a share. [-]
+            Twice the kinetic energy over w^2: for mass-normalised motions, whose total is 1, a share of it. [-]
         """
-        energy = np.zeros((len(ends), 3, ends.shape[-1]))
+        moving_mass = np.zeros((len(ends), 3, ends.shape[-1]))
         for group, of_group in zip(self.groups, amplitudes, strict=True):
             span, state = group.ends.state.span, group.ends.state
             displacements = group.ends.motion(of_group, ends[group.cable_indices])
@@ -478,8 +478,8 @@ class Models:
             axial = (node_masses * along**2).sum(axis=-2)
             total = (node_masses[..., None] * displacements**2).sum(axis=(-3, -2))
             in_plane = total - (out_of_plane + axial)
-            energy[group.cable_indices] = mass * np.stack([in_plane, out_of_plane, axial], axis=1)
-        return energy
+            moving_mass[group.cable_indices] = mass * np.stack([in_plane, out_of_plane, axial], axis=1)
+        return moving_mass
 
 
 def _with_at_most(mesh, displacements, coarser):

@@ -76,7 +76,7 @@ class Search:
                     serves_for_damping = self._damped or not self._heavy[row].any()
                     finer = partial(self._finer_modes, row, orders[k], limits[k], highest[k])
                     finer = None if serves_for_damping else finer
-                    outcomes[row] = outcome_of(partial(finished, trial, row_of_trial, error, finer))
+                    outcomes[row] = outcome_of(partial(modes_of_row, trial, row_of_trial, error, finer))
             refinements = np.ceil(np.log10(mesh_error) / SYSTEM.finer_digits)
             added = SYSTEM.finer_orders * refinements * np.ceil(orders / SYSTEM.highest_order)
             finer_orders = np.maximum(orders + added, self._orders(rows, highest))
@@ -112,7 +112,7 @@ class Search:
         trial = Trial(self.layout, coordinates, len(coordinates.omega) + len(self.layout.free))
         omega = trial.omega[0]
         trial = trial.take_modes((np.arange(len(omega)) < self.count) | ((omega > lowest) & (omega < highest)))
-        return finished(trial, 0, np.maximum(trial.unresolved[0].sum(axis=0) / 2, SYSTEM.frequency_rounding))
+        return modes_of_row(trial, 0, np.maximum(trial.unresolved[0].sum(axis=0) / 2, SYSTEM.frequency_rounding))
 
     def of_elements(self, model):
         """`CoupledModes` of each row with an exact choice of elements, with some modes of each cable.
@@ -156,7 +156,7 @@ class Search:
         modal = any(grows_with_modes(damping) for damping in cables.damping)
         finer = partial(self._damped_by_all, rows, meshes_of_rows) if modal and not models.complete else None
         unknown = np.full(self.count, np.nan)
-        return [outcome_of(partial(finished, trial, row, unknown, finer)) for row in range(len(rows))]
+        return [outcome_of(partial(modes_of_row, trial, row, unknown, finer)) for row in range(len(rows))]
 
     def _damped_by_all(self, rows, meshes):
         """`CoupledModes` of elements of one row with `modes_of_cable` of each cable, and the modal damping of all.
@@ -170,7 +170,7 @@ class Search:
             omega = np.sort(group.ends.omega, axis=-1)
             limits[group.cable_indices] = omega[:, kept] if omega.shape[-1] > kept else np.inf
         count = self.count + SYSTEM.modes_beyond
-        return finished(self._trial(models, limits, rows, count), 0, np.full(count, np.nan))
+        return modes_of_row(self._trial(models, limits, rows, count), 0, np.full(count, np.nan))
 
     def _finer_modes(self, row, orders, limits, highest):
         """`CoupledModes` of one row, of a finer model with more modes of cables, some beyond those asked for."""
@@ -178,7 +178,7 @@ class Search:
         cables = self._cables_of(rows)
         limits = np.where(limits > 0, np.maximum(SYSTEM.wider * limits, SYSTEM.damping_limit * highest), 0.0)
         trial = self._trial(Models(cables, cables.meshes(orders + SYSTEM.finer_orders)), limits, rows, count)
-        return finished(trial, 0, trial.error[0])
+        return modes_of_row(trial, 0, trial.error[0])
 
     @property
     def refused(self):
@@ -356,7 +356,7 @@ class Search:
         return Trial(self._layout_of(rows), models.coordinates(limits), count or self.count)
 
 
-def finished(trial, row, error, finer=None):
+def modes_of_row(trial, row, error, finer=None):
     """`CoupledModes` of one row of a `Trial`.
 
     Parameters

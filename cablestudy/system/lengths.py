@@ -342,7 +342,8 @@ def search(suspension, which, moving, method, low, high, reference, least_ratio)
         active, iterates = with_tensions(active, state, iterates, which, tension, *bounds)
         state = with_stated(active, state)
     problems = [
-        describe(suspension, which, *case) for case in zip(answers, record.converged, low, possible, high, strict=True)
+        describe_failure(suspension, which, *case)
+        for case in zip(answers, record.converged, low, possible, high, strict=True)
     ]
     return states, record, np.array(problems, dtype=object)
 
@@ -510,7 +511,7 @@ def with_stated(suspension, state):
     return replace(state, strain=strain, length=size(state.chord) / (1 + strain))
 
 
-def describe(suspension, which, answer, converged, low, possible, high):
+def describe_failure(suspension, which, answer, converged, low, possible, high):
     """Reason why a case has no answer; an empty string where it has one.
 
     Parameters

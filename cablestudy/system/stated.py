@@ -140,9 +140,10 @@ def _end_movement_by_length(cables):
 
 
 def _gradients(cables, kinds):
-    """Kind of tension -> its derivatives by the tension vector at mid-length, and by dL/L at given such vector.
+    """Derivatives of each kind of tension that occurs, of cables without point loads: dict, kind -> two arrays.
 
-    Those of the kinds that occur; without point loads. Shapes (..., c, 3) and (..., c). [-], [N]
+    By the tension vector N at mid-length, shape (..., c, 3) [-], and by dL/L at a given N, shape (..., c) [N]: for the
+    mean tension d/L - N/EA and (T_1 + T_2)/2 - T_m, as in the module's docstring.
     """
     span, mean = cables.span, cables.mean_tension
     axial_stiffness = np.asarray(span.axial_stiffness)[..., None]
@@ -202,9 +203,9 @@ def end_forces_at_stated_values(cables, given):
 
 
 def _changes_at_stated_tension(cables, given, value, chosen):
-    """Changes of tension vector and dL/L of cables that keep a tension, shape (..., c, 4, 4).
+    """Changes of tension vector and dL/L of the `chosen` cables, which keep a tension, shape (..., c, 4, 4).
 
-    The solution of the equations of `end_forces_at_stated_values`, in forces over the tension and places over L.
+    They solve the equations of `end_forces_at_stated_values`, with forces over the tension and lengths over L.
     """
     span, kinds = cables.span, np.asarray(given, dtype=object)
     length, tension = span.unstretched_length[..., None], np.where(chosen, cables.max_tension, 1.0)[..., None]

@@ -75,7 +75,7 @@ def _assign_converged(state, record, index, new_state, new_record):
 
 
 def leave_saddle_points(suspension, flat, state, record):
-    """Equilibria, where those found are unstable others that the suspension falls to from there: `Equilibrium`.
+    """`Equilibrium` of all cases, unstable ones replaced by those to which the suspension falls from there.
 
     Parameters
     ----------
