@@ -242,7 +242,7 @@ class Models:
     def with_all_modes(self, most_displacements, coarser=0):
         """Models of the same cables all of whose modes are computed: themselves, or on other meshes.
 
-        Of some of a batch they are computed for all of the batch at once.
+        Of cables that were taken from a batch they are computed for the whole batch at once.
 
         Parameters
         ----------

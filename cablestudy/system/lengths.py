@@ -129,8 +129,8 @@ def with_stable_attitudes(suspension, flat, answers, which, moving, method, boun
             break
         subset, motion = flat.take(falling), stability.motion.reshape(len(state.length), -1, 6)[falling]
         with_lengths = replace(subset, given=("unstretched_length",) * len(flat.given), value=state.length[falling])
-        beside = perturbed(with_lengths, take_rows(state, falling), motion, size_of_step)
-        descended, _ = descent.descend(with_lengths, beside)
+        off_saddle = perturbed(with_lengths, take_rows(state, falling), motion, size_of_step)
+        descended, _ = descent.descend(with_lengths, off_saddle)
         with_attitudes = replace(subset, rotation=descended.rotation)
         repeated = search(with_attitudes, which, moving, method, *(bound[falling] for bound in bounds), LEAST_RATIOS[0])
         answers = with_converged(answers, falling, repeated)
@@ -206,9 +206,9 @@ def linearised(suspension, state, which, moving):
         With cases of shape (n,); what each cable states is kept while the bodies move.
     state : PoseState
     which : ndarray of int, shape (m,)
-        Cables by whose tensions forces are derived.
+        Cables by whose tensions the forces are differentiated.
     moving : ndarray of bool, shape (b, 6)
-        Degrees of freedom by which they are derived, f of them.
+        Degrees of freedom by which they are differentiated, f of them.
 
     Notes
     -----
