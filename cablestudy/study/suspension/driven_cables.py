@@ -115,7 +115,7 @@ class DrivenCables:
     @property
     def _highest_resolved(self):
         """Highest frequency that the models of the modes resolve, those beyond the modes of the model too. [rad/s]"""
-        return self._base.every.omega[-1]
+        return self._base.with_all_modes.omega[-1]
 
     @property
     def _in_words(self):
