@@ -583,7 +583,7 @@ def test_a_cable_whose_modes_are_not_all_computed_has_its_masses():
     cables, slow = cables_of(span), np.array([0.2j])
     exact = Models(cables, cables.meshes(np.full(1, 30))).elements[0].dynamic_stiffness(slow)
     mesh = mesh_segments(cables.catenary.segments.fraction[0], 200, point_masses=span.point_masses)
-    models = Models(cables, [mesh], most=20)
+    models = Models(cables, [mesh], most_modes=20)
     assert not models.complete
     found = models.elements[0].dynamic_stiffness(slow)
     assert found == pytest.approx(exact, rel=1e-3, abs=1e-3 * np.abs(exact).max())
