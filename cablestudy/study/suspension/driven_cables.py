@@ -140,9 +140,8 @@ class DrivenCables:
             raise too_many(self._in_words, int(min(waves[kind, cable], 1e9)), highest[kind, cable])
         plant, cables = self._closed_loop.plant, base.models.cables
         search = Search(plant.equilibrium, len(base.omega), plant.accuracy, cables=cables)
-        models = Models(
-            cables, cables.meshes(search.orders_of(waves.max(axis=0))), most_modes=STUDY.driven_modes_of_cable
-        )
+        meshes = cables.meshes(search.orders_of(waves.max(axis=0)))
+        models = Models(cables, meshes, most_modes=STUDY.driven_modes_of_cable)
         try:
             models.first  # noqa: B018 all modes are computed
         except ConvergenceError as error:
