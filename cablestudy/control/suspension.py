@@ -148,7 +148,7 @@ def second_order(layout, kept, winches=(), markers=(), midspans=()):
 def _winch_forces(layout, system, modal, lifted):
     static, *moving = (dense(part) for part in system.b)
     static = static.copy()
-    static[modal:] += layout.moved.T @ lifted
+    static[modal:] += layout.connection.T @ lifted
     return [static, *(part.real for part in moving)]
 
 
@@ -221,7 +221,7 @@ def outputs(layout, kept, imposed, lifted, markers, midspans=()):
 
 def _midspans(layout, kept, imposed, midspans, modal):
     """Displacements at mid-span by the coordinates and by the winches: two ndarray, shapes (3 c, n) and (3 c, i)."""
-    ends, count = dense(layout.moved), 3 * len(midspans)
+    ends, count = dense(layout.connection), 3 * len(midspans)
     moved, follow, begin = np.zeros((count, modal + ends.shape[1])), np.zeros((count, imposed.shape[1])), 0
     for cable, shapes in enumerate(midspans):
         n, rows, own = len(kept[cable].element.omega), slice(3 * cable, 3 * cable + 3), slice(6 * cable, 6 * cable + 6)
@@ -235,7 +235,7 @@ def _midspans(layout, kept, imposed, midspans, modal):
 def _tensions(layout, kept, imposed, lifted, modal):
     """Changes of tension at the ends: parts by z, z' and z'', each with that by v, v' and v''."""
     direction, _ = outward(layout.equilibrium)
-    ends = dense(layout.moved)
+    ends = dense(layout.connection)
     matrices = [one.element.matrices() for one in kept]
     kinds = [np.result_type(float, *(parts[2] for parts in matrices)), float, float]
     moved = [np.zeros((2 * len(kept), modal + ends.shape[1]), kind) for kind in kinds]

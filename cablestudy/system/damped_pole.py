@@ -67,7 +67,7 @@ def damped_pole(layout, elements, near, moved, damping, far):
 
 def _dynamic(layout, cables, s, damping):
     """D(s) and its derivative, shape (d, d), sparse where the layout's are."""
-    own_stiffness, own_mass = layout.own
+    own_stiffness, own_mass = layout.body_matrices
     condensed = [_condensed(matrices, s) for matrices in cables]
     ends, slopes = (np.array([one[part] for one in condensed]).reshape(-1, 6, 6) for part in (0, 1))
     stiffness = layout.of_cables(ends) + own_stiffness + s * damping + s**2 * own_mass
@@ -85,7 +85,7 @@ def _condensed(matrices, s):
 
 def _with_its_losses(layout, cables, pole, vector, damping):
     """The pole with the real part that its losses have: the equation of the module's docstring."""
-    omega, inertia = pole.imag, _quadratic(layout.own[1], vector)
+    omega, inertia = pole.imag, _quadratic(layout.body_matrices[1], vector)
     viscous, lost = _quadratic(damping, vector) if np.ndim(damping) else 0j, 0j
     for matrices, ends in zip(cables, layout.ends(vector[:, None]), strict=True):
         moved = (_condensed(matrices, pole)[2] @ ends)[:, 0]

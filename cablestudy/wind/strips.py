@@ -378,5 +378,5 @@ def _states_by_cable(models):
     return {
         cable: group.ends.state.take(index)
         for group in models.groups
-        for index, cable in enumerate(group.places.tolist())
+        for index, cable in enumerate(group.cable_indices.tolist())
     }

@@ -115,7 +115,7 @@ class DrivenCables:
     @property
     def _highest_resolved(self):
         """Highest frequency that the models of the modes resolve, those beyond the modes of the model too. [rad/s]"""
-        return self._base.every.omega[-1]
+        return self._base.with_all_modes.omega[-1]
 
     @property
     def _in_words(self):
@@ -140,7 +140,8 @@ class DrivenCables:
             raise too_many(self._in_words, int(min(waves[kind, cable], 1e9)), highest[kind, cable])
         plant, cables = self._closed_loop.plant, base.models.cables
         search = Search(plant.equilibrium, len(base.omega), plant.accuracy, cables=cables)
-        models = Models(cables, cables.meshes(search.orders_of(waves.max(axis=0))), most=STUDY.driven_modes_of_cable)
+        meshes = cables.meshes(search.orders_of(waves.max(axis=0)))
+        models = Models(cables, meshes, most_modes=STUDY.driven_modes_of_cable)
         try:
             models.first  # noqa: B018 all modes are computed
         except ConvergenceError as error:
@@ -189,7 +190,7 @@ class DrivenCables:
         """`LoopGain` with what is `kept` of the cables; a function, of the coupled modes, where rounding spoils it."""
         closed_loop, effects = self._closed_loop, self._effects
         layout, plant = closed_loop.layout, closed_loop.plant
-        stiffness, mass = (dense(part) for part in layout.own)
+        stiffness, mass = (dense(part) for part in layout.body_matrices)
         elements = [one.element for one in plant.in_air(self.models, kept)]
         damping = np.zeros_like(mass) + plant.air_on_bodies(np.eye(len(mass))) + dense(layout.damping)
         *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, closed_loop.actuators)
@@ -198,7 +199,7 @@ class DrivenCables:
         def widened(part):
             return np.concatenate([part, np.zeros((*part.shape[:-1], len(bodies) - len(mass)))], axis=-1)
 
-        off = dense(layout.moved).T @ load_off_ends(closed_loop.equilibrium, closed_loop.winches)
+        off = dense(layout.connection).T @ load_off_ends(closed_loop.equilibrium, closed_loop.winches)
         places = widened(effects.moved), effects.reeled, widened(off.T).T, widened(effects.measured)
         shares, controller = closed_loop.allocation.shares, closed_loop.given_loop.controller
         found = LoopGain(bodies, elements, *places, shares, controller, windows=plant.accuracy > STUDY.all_modes_from)
@@ -269,7 +270,7 @@ class DrivenCables:
         elements, found = self.loop_gain.elements, []
         wrong = [np.zeros(len(element.omega)) for element in elements]
         for group in self.models.groups:
-            for cable in group.places.tolist():
+            for cable in group.cable_indices.tolist():
                 wrong[cable] = self._by_mesh(cable, group.take(np.array([cable])).ends)
         found.append([
             replace(one, omega=one.omega * (1 - own), participation=one.participation * (1 - own)[:, None] ** 2)

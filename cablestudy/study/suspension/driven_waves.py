@@ -48,7 +48,7 @@ class Effects:
         self.closed_loop, self.equilibrium = closed_loop, closed_loop.equilibrium
         self.cables = closed_loop.modes.solution.models.cables
         self.omega = RANGE * closed_loop.modes.solution.omega[0]
-        self.moved = dense(closed_loop.layout.moved).reshape(self.cables.count, 6, -1)
+        self.moved = dense(closed_loop.layout.connection).reshape(self.cables.count, 6, -1)
         self.reeled = reeled(self.equilibrium, closed_loop.winches).reshape(self.cables.count, 6, -1)
 
     @cached_property
@@ -105,7 +105,7 @@ class Effects:
         """P Z^-1, shape (f, k, d), F^T Z^-1, shape (f, i, d), and P Z^-1 F, shape (f, k, i), at the frequencies."""
         layout, moved = self.closed_loop.layout, self.moved
         backwards, stiffness = np.swapaxes(moved, 1, 2), self.cables.end_stiffness
-        own, mass = (dense(part) for part in layout.own)
+        own, mass = (dense(part) for part in layout.body_matrices)
         static, passed = ((backwards @ part @ moved).sum(axis=0) for part in (stiffness, self._impedance))
         pulled, waves = ((backwards @ part @ self.reeled).sum(axis=0) for part in (stiffness, self._impedance))
         measured = self.measured

@@ -209,7 +209,8 @@ def assumed_damping(scene):
 def _of_modal_damping(models):
     """Why damping ratios depend on the models of cables with modal damping."""
     damped = {place for place, one in enumerate(models.cables.damping) if grows_with_modes(one)}
-    counts = [group.ends.omega.shape[-1] for group in models.groups if not damped.isdisjoint(group.places.tolist())]
+    with_damped = (group for group in models.groups if not damped.isdisjoint(group.cable_indices.tolist()))
+    counts = [group.ends.omega.shape[-1] for group in with_damped]
     if counts:
         number = f"{min(counts)} to {max(counts)}" if min(counts) < max(counts) else f"{counts[0]}"
         yield (

@@ -194,7 +194,7 @@ def distribution_of(scenes):
     Returns
     -------
     dict
-        `method`; `low`, `high`, `reference`: ndarrays, shape (n, c) [N]; `found`: ndarray of bool, shape (b, 6).
+        `method`; `low`, `high`, `reference`: ndarrays, shape (n, c) [N]; `moving`: ndarray of bool, shape (b, 6).
     """
     chosen = [scene.tensions or Tensions() for scene in scenes]
     names = list(scenes[0].cables)
@@ -207,7 +207,7 @@ def distribution_of(scenes):
         "low": np.array([[tensions.min] * len(names) for tensions in chosen]),
         "high": np.array([[limit] * len(names) for limit in high]),
         "reference": np.array([[_reference(tensions, name) for name in names] for tensions in chosen]),
-        "found": np.array([*found, *[OF_JUNCTION] * junctions], dtype=bool).reshape(-1, len(MOTIONS)),
+        "moving": np.array([*found, *[OF_JUNCTION] * junctions], dtype=bool).reshape(-1, len(MOTIONS)),
     }
 
 

@@ -246,7 +246,7 @@ class Plant:
 
         By what their undamped shapes lose.
         """
-        every, count, whole = self.modes.solution.every, len(self.modes), self._whole
+        every, count, whole = self.modes.solution.with_all_modes, len(self.modes), self._whole
         if len(every.omega) <= count:
             return np.zeros(0, dtype=complex)
         omega, shapes = every.omega[count:], every.shapes[:, count:]
