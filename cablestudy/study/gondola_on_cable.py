@@ -61,6 +61,6 @@ class GondolaOnCable(SuspensionCase):
 
 def gondola_on_cable(case):
     """The `GondolaOnCable` of a case, made once."""
-    if "gondola_on_cable" not in case.known:
-        case.known["gondola_on_cable"] = GondolaOnCable(case)
-    return case.known["gondola_on_cable"]
+    if "gondola_on_cable" not in case.computed:
+        case.computed["gondola_on_cable"] = GondolaOnCable(case)
+    return case.computed["gondola_on_cable"]

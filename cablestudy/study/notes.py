@@ -24,7 +24,7 @@ def of_refined(case, error, tried):
         f"motion: {mesh.elements} element(s) of order {mesh.order} about the closed form, {case.dof} unknowns;"
         f" estimated error {error:.1e}, asked for {case.scene.model.accuracy:g}"
     )
-    planes = [name for name in ("in_plane", "out_of_plane", "dynamics") if name in case.known]
+    planes = [name for name in ("in_plane", "out_of_plane", "dynamics") if name in case.computed]
     if case.planar and planes in (["in_plane"], ["out_of_plane"]):
         there, excluded = ("in", "across") if planes == ["in_plane"] else ("across", "in")
         yield f"left out: motion {excluded} the cable's plane, since all that is asked for moves {there} it"
