@@ -111,9 +111,9 @@ def modes_as_rows(case, modes, chosen, more):
 
 def _errors_of_modes(case, modes, chosen):
     """Yield the estimated error of each chosen frequency, where it is known: header -> number."""
-    from cablestudy.study.case_modes import errors_of
+    from cablestudy.study.case_modes import frequency_errors
 
-    errors, _ = errors_of(case, modes.first(int(max(chosen, default=-1)) + 1))
+    errors, _ = frequency_errors(case, modes.first(int(max(chosen, default=-1)) + 1))
     for k in chosen:
         yield {} if errors[k] is None else {"frequency_Hz": errors[k]}
 

@@ -11,9 +11,8 @@ from cablestudy.cable.newton import UNDETERMINED
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study import load_cases
+from cablestudy.study import load_cases, one_cable_conductors
 from cablestudy.study.columns import LIMP
-from cablestudy.study.one_cable_conductors import hanging_alike, uneven_stretch_errors
 from cablestudy.study.push import pushed_ends
 from cablestudy.study.reference_length import chord_strain
 from cablestudy.study.statics import ClosedStatics
@@ -27,11 +26,11 @@ class Results:
     """Closed-form results of a batch of n cases, each computed when it is first needed.
 
     A single case is a batch of one. `values` are `SceneValues` or a `CaseTable`. Numbers of a case in `failures` mean
-    nothing. `alike` are `HangingAlike` where they are known.
+    nothing. `equivalent_cables` are `EquivalentCables` where they are known.
     """
 
-    def __init__(self, values, alike=None):
-        self.values, self._along, self._alike = values, {}, alike
+    def __init__(self, values, equivalent_cables=None):
+        self.values, self._along, self._equivalent_cables = values, {}, equivalent_cables
 
     def given(self, path):
         """A number that each scene states, shape (n,); see `SceneValues.given`."""
@@ -41,9 +40,11 @@ class Results:
     def _span_and_reasons(self):
         """The cables, case -> why its cable does not exist, the lengths, and the drag; a taut one takes its place."""
         span, changed = load_cases.bare_spans(self.values), None
-        strain, reasons = (np.zeros(len(self.values)), {}) if self._alike else chord_strain(span, self.values)
-        if self.alike is not None:
-            span, changed = self.alike.in_place_of(span, self.values, strain, reasons)
+        # equivalent cables that are given have chord strains
+        known = np.zeros(len(self.values)), {}
+        strain, reasons = known if self._equivalent_cables else chord_strain(span, self.values)
+        if self.equivalent_cables is not None:
+            span, changed = self.equivalent_cables.replace_in(span, self.values, strain, reasons)
         for case in np.flatnonzero(load_cases.shrunk(self.values)).tolist():
             reasons[case] = "at the temperature of the case next to nothing is left of the cable's length"
         length = span.with_chord_strain(strain).unstretched_length
@@ -70,14 +71,15 @@ class Results:
         return found, reasons, length, drag
 
     @cached_property
-    def alike(self):
-        """`HangingAlike` of the conductors that stretch for good; None where there is none."""
-        return self._alike or hanging_alike(self.values, Results)
+    def equivalent_cables(self):
+        """`EquivalentCables` of the conductors that stretch for good; None where there is none."""
+        return self._equivalent_cables or one_cable_conductors.equivalent_cables(self.values, Results)
 
     @cached_property
     def state(self):
         """In which state each conductor is, see `LinearCables.labels`; empty of linear cables: ndarray, shape (n,)."""
-        return np.full(len(self.values), "") if self.alike is None else self.alike.labels_of(len(self.values))
+        count, cables = len(self.values), self.equivalent_cables
+        return np.full(count, "") if cables is None else cables.labels_of(count)
 
     @property
     def span(self):
@@ -240,7 +242,8 @@ class Results:
     @cached_property
     def model_error(self):
         """Relative error of all results: by the drag, and by conductors that are no linear cables, shape (n,). [-]"""
-        return self.drag_error if self.alike is None else self.drag_error + uneven_stretch_errors(self)
+        stretched = self.equivalent_cables is not None
+        return self.drag_error + one_cable_conductors.uneven_stretch_errors(self) if stretched else self.drag_error
 
     @cached_property
     def sag_rounding(self):
