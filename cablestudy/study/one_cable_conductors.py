@@ -115,7 +115,7 @@ def _reference_state(values, stiffness, elongation):
     with_loads = values.given("cable.reference.loads") > 0
     tension = solve(span.with_chord_strain(strain)).mean_tension
     if with_loads.any():
-        loaded_span = load_cases.with_loads(span, values, of_case=False, warm=stretch).with_chord_strain(strain)
+        loaded_span = load_cases.with_loads(span, values, of_case=False, length_ratio=stretch).with_chord_strain(strain)
         tension = np.where(with_loads, solve(loaded_span).mean_tension, tension)
     tension = np.where(np.isin(np.arange(len(values)), list(reasons)), np.nan, tension)
     return tension, strain * stretch + elongation, reasons

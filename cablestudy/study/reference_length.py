@@ -11,7 +11,7 @@ from cablestudy.study import load_cases
 from cablestudy.study.tolerances import STUDY
 
 
-def chord_strain(span, values, warm=None):
+def chord_strain(span, values, length_ratio=None):
     """Chord strain of each cable in its reference state, and reasons where there is none.
 
     Parameters
@@ -19,18 +19,18 @@ def chord_strain(span, values, warm=None):
     span : Span
         Without point loads, fields of shape (n,).
     values : SceneValues or CaseTable
-    warm : ndarray, shape (n,), optional
+    length_ratio : ndarray, shape (n,), optional
         Unstretched lengths of the spans over those that the scenes mean. [-]
     """
     strain, reasons = np.zeros(len(values)), {}
     length = values.given("cable.unstretched_length")
-    length = length if warm is None else length * warm
+    length = length if length_ratio is None else length * length_ratio
     given = np.isfinite(length)
     strain[given] = (span.chord[given] - length[given]) / length[given]
     loaded = values.given("cable.reference.loads") > 0
     states = [(~loaded, span)]
     if loaded.any():
-        states.append((loaded, load_cases.with_loads(span, values, of_case=False, warm=warm)))
+        states.append((loaded, load_cases.with_loads(span, values, of_case=False, length_ratio=length_ratio)))
     for (chosen, state), search in product(states, _searches(values)):
         _search_strain(state, chosen, search, strain, reasons)
     return strain, reasons
