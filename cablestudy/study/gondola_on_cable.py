@@ -25,7 +25,7 @@ class OneCableGroup(Group):
     def __init__(self, case):
         self._case, self.reference, self._loaded, self._coordinates = case, equilibria_of([case]), None, {}
         self._conductors = None  # what they add to errors is in those of the case
-        self.cable_places, self.body_places = {CABLE: 0}, {GONDOLA: 0}
+        self.cable_indices, self.body_indices = {CABLE: 0}, {GONDOLA: 0}
         results, index = case.results, case.index
         self._rounding_errors = [float(max(results.statics_rounding[index], results.model_error[index]))]
         self._rounding_movement = np.zeros((1, 1, 6))

@@ -89,7 +89,7 @@ def of_one_cable(case):
 
 def of_suspension(case):
     """The cables of a `SuspensionCase` that carry loads: list of LoadedCable; raises as `of_one_cable`."""
-    equilibrium, lengths, cables = case.equilibrium, case.group.cables.reference_length[case.place], []
+    equilibrium, lengths, cables = case.equilibrium, case.group.cables.reference_length[case.index], []
     for index, name in enumerate(case.scene.cables):
         if not (loads := case.scene.loads_on(name)):
             continue

@@ -19,12 +19,12 @@ from cablestudy.study.scene_values import SceneValues
 
 
 class CablesAtRest(Results):
-    """`Results` of all cables of a suspension in their equilibrium, which is given.
+    """`Results` of all cables of a suspension, with the catenaries of its equilibrium.
 
     Parameters
     ----------
     scene : SuspensionScene
-        An exact choice of elements follows the drag of a steady wind.
+        With fixed elements these follow the drag of a steady wind.
     catenary : Catenary
         Of shape (c,).
     drag : SteadyDrag or None
@@ -54,6 +54,7 @@ class CablesAtRest(Results):
 
     @property
     def _uneven(self):
+        """True for cables along which the drag changes, shape (c,); see `Results`."""
         return (self.drag.pressed > 0) & self._exact
 
 
@@ -80,7 +81,7 @@ class CableModes:
         return self._cases[name]
 
     def modes(self, name, count, upto):
-        """`Case` of a cable with the discretisation that was used, and its modes: `case_modes.solved_modes`."""
+        """`Case` of a cable at the level of refinement used, and its `Modes`; see `case_modes.solved_modes`."""
         return solved_modes(self._case(name), None if upto else count, upto)[:2]
 
     def frequency(self, name, column):

@@ -59,11 +59,11 @@ def warnings_of(case):
     `strength_warning`, `averaged_wind`, `lost_notes`, `moved_note`, and where cables state what only a much longer
     cable has `notes.long_cables`.
     """
-    reference, place = case.group.reference, case.place
+    reference, place = case.group.reference, case.index
     chord = np.asarray(reference.catenary.span.chord)[place]
     names, given = reference.suspension.cable_names, reference.suspension.given
     long = long_cables(names, np.asarray(reference.lengths)[place].tolist(), chord.tolist(), given)
-    averaged = averaged_wind(case.scene.load_case, case.group.drag_error(case.place))
+    averaged = averaged_wind(case.scene.load_case, case.group.drag_error(case.index))
     return (*strength_warning(case), *averaged, *lost_notes(case), *moved_note(case), *long)
 
 
@@ -81,7 +81,7 @@ def moved_note(case):
     stating = np.array([kind != "unstretched_length" for kind in suspension.given])
     if suspension.force_density is not None:
         return ()
-    catenary, place = reference.catenary, case.place
+    catenary, place = reference.catenary, case.index
     stretch = np.asarray(catenary.stretched_length - catenary.span.unstretched_length)[place]
     holders = {**scene.bodies, **{name: point for name, point in scene.points.items() if point.free}}
     told = []
@@ -105,7 +105,7 @@ def _of_load_case(case):
     scene = case.scene
     if scene.case is None:
         return
-    error = case.group.drag_error(case.place)
+    error = case.group.drag_error(case.index)
     drag = f"; drag is uniform along each cable: estimated error {error:.1e}" if error else ""
     yield f"load case {scene.case}: on the unstretched lengths of the reference state{drag}"
 

@@ -92,7 +92,7 @@ def _with_state(case, table):
     These are lost, slack or taut where a load case has lost cables; for a conductor that stretches for good, the load
     or creep that governs its length.
     """
-    conductors = case.group.conductor_states(case.place)
+    conductors = case.group.conductor_states(case.index)
     if not (case.scene.load_case.lost or any(conductors)):
         return table
     states = {name: state for name, state in zip(case.with_all_cables.cables, conductors, strict=False) if state}
@@ -275,7 +275,7 @@ def _errors_of_cable_modes(case, name, modes):
     for kind, frequency, error in zip(modes.kind, modes.frequency.tolist(), modes.errors.tolist(), strict=True):
         seen[kind] += 1
         if case.model is None:
-            yield {"frequency_Hz": error + case.group.drag_error(case.place)}
+            yield {"frequency_Hz": error + case.group.drag_error(case.index)}
             continue
         try:
             column = find(f"{kind.replace('-', '')}_frequency_{seen[kind]}")
