@@ -94,10 +94,9 @@ def moved_note(case):
     if not moved_bodies:
         return ()
     return (
-        f"note: the stated tensions or sags move {first_of(moved_bodies, STUDY.listed_parts)} from its place in the file (at), "
-        "more than its cables stretch: their lengths follow with all forces on; "
-        "a force in a load case (cases.NAME.forces) keeps "
-        "them",
+        f"note: the stated tensions or sags move {first_of(moved_bodies, STUDY.listed_parts)} from its place in the "
+        "file (at), more than its cables stretch: their lengths follow with all forces on; a force in a load case "
+        "(cases.NAME.forces) keeps them",
     )
 
 
