@@ -56,13 +56,7 @@ class Case:
         return _ClosedForm(self.scene, self.results, self.index)
 
     def refined(self, elements, order):
-        """Copy of the case with spectral elements about the closed form.
-
-        Parameters
-        ----------
-        elements, order : int
-            Number of elements along the piece with most waves, and the order of each.
-        """
+        """Copy of the case with spectral elements of an order about the closed form, so many along the longest piece."""
         finer = Case(self.scene, self.results, self.index, (elements, order), self.cache)
         finer._closed_form = self._closed_form
         return finer
@@ -268,10 +262,7 @@ class Case:
         modes : tuple of tuple
             (number, kind, symmetry) of the modes in the cable's plane, and of those out of plane.
 
-        Returns
-        -------
-        frequencies, errors : list of float
-            Those in the plane first.
+        Lists of float, of modes in the plane first.
         """
         inside, outside = modes
         highest_axial = max((number for number, kind, _ in inside if kind == "axial"), default=0)
@@ -359,7 +350,7 @@ class Case:
         return in_cable_wind_of(self)
 
     def winds_on(self, what, open_loop=False):
-        """Analyses of the winds on gondola and cable, which are independent of each other, so that variances add.
+        """Analyses of the winds on gondola and cable: list of DynamicAnalysis. They are independent: variances add.
 
         Parameters
         ----------
@@ -368,15 +359,6 @@ class Case:
         open_loop : bool
             Of the directions of the wind on the cable, take the one that moves the gondola more with the winch at rest,
             not with its loop.
-
-        Returns
-        -------
-        list of DynamicAnalysis
-
-        Raises
-        ------
-        NoSolutionError, ConvergenceError
-            As of `rms`.
         """
         if what == "gondola":
             return [self.in_wind]

@@ -85,11 +85,9 @@ def _frequencies(case, columns):
     """
     if not columns:
         return {}, {}, {}
-    in_plane, across = _by_plane(columns)
+    planes = _by_plane(columns)
     try:
-        frequencies, errors = case.frequencies(
-            (tuple([column.mode for column in in_plane]), tuple([column.mode for column in across]))
-        )
+        frequencies, errors = case.frequencies(tuple(tuple([column.mode for column in plane]) for plane in planes))
     except CablestudyError as error:
         if len(columns) == 1:
             return {}, {}, {columns[0].header: error}
@@ -98,7 +96,7 @@ def _frequencies(case, columns):
             value, relative_error, failure = _frequencies(case, [column])
             values, errors, failures = values | value, errors | relative_error, failures | failure
         return values, errors, failures
-    headers = [column.header for column in in_plane + across]
+    headers = [column.header for plane in planes for column in plane]
     return dict(zip(headers, frequencies, strict=True)), dict(zip(headers, errors, strict=True)), {}
 
 
@@ -166,14 +164,7 @@ def closed_form(results, required):
 
 
 def by_elements(results, required, closed):
-    """Statics by the fixed elements of each case, with errors against the closed form.
-
-    Parameters
-    ----------
-    results : Results
-    required : ColumnRequirements
-    closed : ClosedForm
-        Of these cases.
+    """Statics by the fixed elements of each case, with errors against the closed form `closed` of these cases.
 
     Returns
     -------
@@ -242,18 +233,9 @@ def _compute(column, results):
 
 
 def _refuse_infinite(failures, column, number, unsolved, cases=None):
-    """Add to the failures the cases in which the number of a column is not finite.
+    """Add failures of a column where its number is not finite, with the reason of `unsolved` (case -> error) if any.
 
-    Parameters
-    ----------
-    failures : dict
-        Case -> {header: CablestudyError}.
-    column : Column
-    number : ndarray, shape (n,)
-    unsolved : dict
-        Case -> CablestudyError that is the reason.
-    cases : ndarray of int, shape (n,), optional
-        Of the numbers; by default 0 to n - 1.
+    The numbers, shape (n,), are of `cases`, by default 0 to n - 1.
     """
     for index in np.flatnonzero(~np.isfinite(number)).tolist():
         case = index if cases is None else int(cases[index])

@@ -8,7 +8,7 @@ import difflib
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from math import hypot, isfinite
 from types import SimpleNamespace
 
@@ -288,14 +288,9 @@ def _shedding(name, meaning, index):
 
 
 def loop_columns(keys):
-    """The columns of the winch loop, of one cable or of a suspension: list of Column.
+    """The columns of the winch loop, of one cable or of a suspension, with `Column.key` of `keys`: list of Column.
 
     Their functions take a case with `in_wind`, and return a number and its estimated relative error.
-
-    Parameters
-    ----------
-    keys : str
-        As `Column.key`.
     """
     properties = {
         "gain": ("rad/s", "integral gain of the loop of the winches, as stated or as it follows from a margin"),
@@ -314,35 +309,27 @@ def loop_columns(keys):
         **SENSITIVITY,
     }  # fmt: skip
 
-    def of_margin(name):
-        return lambda case: case.in_wind.margin(name)
-
-    def of_property(name):
-        return lambda case: getattr(case.in_wind, name)
-
     return [
-        Column(name, unit, meaning, "loop", compute_of(name), keys)
-        for columns, compute_of in ((properties, of_property), (margins, of_margin))
-        for name, (unit, meaning) in columns.items()
-    ]
+        *(Column(name, unit, meaning, "loop", lambda case, name=name: getattr(case.in_wind, name), keys)
+          for name, (unit, meaning) in properties.items()),
+        *(Column(name, unit, meaning, "loop", lambda case, name=name: case.in_wind.margin(name), keys)
+          for name, (unit, meaning) in margins.items()),
+    ]  # fmt: skip
 
 
 def winch_columns(keys):
     """The columns of the speed of the winches in the wind, as `loop_columns`."""
 
-    def speed(index):
-        def compute(case):
-            *speeds, _, error = case.in_wind.winch_speeds
-            return MM * speeds[index], error
-
-        return compute
+    def speed(case, index):
+        *speeds, _, error = case.in_wind.winch_speeds
+        return MM * speeds[index], error
 
     meanings = {
         "winch_rms_speed": "RMS of the speed of the winches in the wind, that of the fastest one",
         "winch_peak_speed": "largest speed of any winch expected within wind.duration",
     }
     return [
-        Column(name, "mm/s", meaning, "wind", speed(index), keys)
+        Column(name, "mm/s", meaning, "wind", partial(speed, index=index), keys)
         for index, (name, meaning) in enumerate(meanings.items())
     ]
 
@@ -356,16 +343,8 @@ def _frequency(name, meaning, number, kind, symmetry=None):
 def _rms(suffix, wind, key, compute):
     """Yield the columns of the gondola's RMS in one wind: of displacement and velocity, with loop and winch at rest.
 
-    Parameters
-    ----------
-    suffix : str
-        Of their names.
-    wind : str
-        Its words in their meanings.
-    key : str
-        As `Column.key`.
-    compute : callable
-        `Case`, "value" or "rate", whether the winch is at rest -> RMS [m] or [m/s], and its relative error.
+    `suffix` and `wind` are the parts of their names and meanings for the wind. `compute` is a function of a `Case`,
+    "value" or "rate", and whether the winch is at rest, for the RMS [m] or [m/s] and its relative error.
     """
     loops = (False, "with the winch loop", f"{key}, winch.controller"), (True, "the winch at rest", key)
     for at_rest, loop, keys in loops:

@@ -188,14 +188,9 @@ class Conductors:
 
     @cached_property
     def _sets(self):
-        """Permanent sets of each conductor in its state, and the load case that leaves most.
+        """Permanent sets of both parts of each conductor in its state, shape (..., 2) [-], and the heaviest load case.
 
-        Returns
-        -------
-        by_creep, in_all, by_load : ndarray, shape (..., 2)
-            Of the two parts: by creep, by creep and the heaviest case, by the heaviest case alone. [-]
-        heaviest : ndarray of str, shape (...)
-            Name of that case.
+        By creep; by creep and the heaviest case; by this case alone. Then the names of these cases, shape (...).
         """
         unset, with_creep, with_load = self.curves.unset, np.isin(self.states, CREPT), np.isin(self.states, LOADED)
         by_creep = np.where(with_creep[..., None], self._sets_by_creep, unset) if with_creep.any() else unset

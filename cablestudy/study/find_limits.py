@@ -56,22 +56,11 @@ def ranges(goal, document, columns):
 
 
 def _range_ends(zeros_found, statuses):
-    """The two ends of each range of the key in which all limits hold, rising.
+    """The two ends of each range of the key in which all limits hold, rising: list of (str, float, str).
 
-    Ranges are runs of values with margins that are not negative, between zeros and jumps of the least margin, values
-    without an answer, and the ends of the search.
-
-    Parameters
-    ----------
-    zeros_found : roots.Zeros
-        Of the least margin.
-    statuses : dict
-        Value of the key -> status of its row.
-
-    Returns
-    -------
-    list of (str, float, str)
-        `from` or `to`, value of the key, and the reason if the range ends there though all limits hold, else empty.
+    `from` or `to`, value of the key, and the reason if the range ends there though all limits hold, else empty. Ranges
+    are runs of values with margins that are not negative, between zeros and jumps of the least margin, values without
+    an answer, and the ends of the search. `statuses` is value of the key -> status of its row.
     """
     limits = {*zeros_found.roots, *zeros_found.jumps}
     margins = {value: nan for value, status in statuses.items() if not has_answer(status)}

@@ -33,16 +33,9 @@ class EquivalentCables:
     reasons: dict
 
     def replace_in(self, span, values, strain, reasons):
-        """Spans with the stiffness of these cables, and `changed` of `load_cases.loaded_spans`, shape (2, n).
+        """Spans with the stiffness of these cables, and `length_changes` of `load_cases.loaded_spans`, shape (2, n).
 
-        Parameters
-        ----------
-        span : Span
-        values : SceneValues
-        strain : ndarray, shape (n,)
-            Chord strains, those of these cables are written into it. [-]
-        reasons : dict
-            Scene -> why its cable does not exist; changed likewise.
+        Their chord strains, and reasons why some do not exist, are written into `strain`, shape (n,), and `reasons`.
         """
         stiffness, elongation = np.array(span.axial_stiffness), np.array(load_cases.elongation(values))
         stiffness[self.rows], elongation[self.rows] = self.linear.stiffness, self.linear.elongation
@@ -98,16 +91,10 @@ def equivalent_cables(values, results):
 
 
 def _reference_state(values, stiffness, elongation):
-    """New conductors of n scenes in the reference state, as linear cables.
+    """Mean tensions [N] and chord strains of n new conductors in the reference state, as linear cables, shape (n,).
 
-    Returns
-    -------
-    tension : ndarray, shape (n,)
-        Mean tensions, not a number where there is no such cable. [N]
-    strain : ndarray, shape (n,)
-        Chord strains, relative to the length of the conductors without tension. [-]
-    reasons : dict
-        Index -> why there is no such cable.
+    Tensions are not a number where there is no such cable, and a dict of index -> reason says why. Strains are relative
+    to the lengths of the conductors without tension.
     """
     span, stretch = load_cases.bare_spans(values), 1.0 + elongation
     span = replace(span, axial_stiffness=stiffness, mass=span.mass / stretch)

@@ -44,13 +44,10 @@ def chord_strain(span, values, length_ratio=None):
 
 
 def _searches(values):
-    """Quantities that cables may state instead of a length, and how the chord strain is found by them.
+    """Quantities that cables may state instead of a length: list of (ndarray, callable, callable).
 
-    Returns
-    -------
-    list of (ndarray, callable, callable)
-        Stated values, shape (n,), not a number where there is none; search for many cables; search for one cable with
-        more effort, which may raise NoSolutionError.
+    Stated values, shape (n,), not a number where there is none; search of the chord strain for many cables; and for one
+    cable with more effort, which may raise NoSolutionError.
     """
     searches = [(values.given("cable.sag"), initial_length.strains_for_sag, initial_length.no_strain_for_sag)]
     tensions = [(values.given("cable.stated_preload"), "mean")]

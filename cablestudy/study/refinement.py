@@ -249,12 +249,7 @@ class Refinement:
     def _judge(self, values, estimated_errors, failures, unresolved):
         """Keep the values that are within the accuracy, and end the search where no others remain.
 
-        Parameters
-        ----------
-        values, estimated_errors, failures : dict
-            Of the sample of this level, as `ColumnRequirements.sample`.
-        unresolved : float
-            Error by transverse waves that are not resolved. [-]
+        Parameters are the results of `_values_where_resolved`.
         """
         self._refuse(failures)
         pending = failures.keys() - self.failures.keys()

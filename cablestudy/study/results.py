@@ -43,17 +43,9 @@ class Results:
 
     @cached_property
     def _span_and_reasons(self):
-        """Cables in their load cases.
+        """Cables in their load cases: `Span`, reasons (case -> why its cable does not exist), lengths, `SteadyDrag`.
 
-        Returns
-        -------
-        span : Span
-            Fields of shape (n,); where a cable does not exist it is a taut one.
-        reasons : dict
-            Case -> why its cable does not exist.
-        length : ndarray, shape (n,)
-            Unstretched, in the reference state. [m]
-        drag : SteadyDrag
+        A taut cable is in the place of one that does not exist. Lengths are unstretched, in the reference state. [m]
         """
         span, changed = load_cases.bare_spans(self.values), None
         none = np.zeros(len(self.values)), {}  # equivalent cables bring theirs

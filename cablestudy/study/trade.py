@@ -149,20 +149,10 @@ def _why_no_reference(scene, column):
 
 
 def _refined_value(levels, column, exact_value):
-    """Value of a column at that level of refinement at which it differs least from the level before.
+    """Estimated relative error of a column, its value, and the name of its model, refined until the value settles.
 
-    Parameters
-    ----------
-    levels : list of (str, case)
-        Name of the model, and its case, finer and finer.
-    column : Column
-    exact_value : callable
-        Column, case -> number, and its relative error by anything but its elements.
-
-    Returns
-    -------
-    error, number, note : float, float, str
-        Estimated relative error [-], value, name of the model.
+    Of the `levels`, (name, case) finer and finer, it is the one whose value differs least from the level before.
+    `exact_value` is a function of column and case for a number and its relative error by anything but its elements.
     """
     candidates, previous, failure = [], None, "no two models have a value"
     for note, case in levels:

@@ -103,20 +103,14 @@ def _refuse_shapeless(case, name):
 
 def _cable_mode(column, name):
     """A mode of single cables for one cable of a suspension, its ends fixed."""
-
-    def compute(case):
-        return case.cable_frequency(name, column)
-
-    return replace(column, name=f"{name}.{column.name}", meaning=f"{column.meaning}, ends fixed", compute=compute)
+    return replace(column, name=f"{name}.{column.name}", meaning=f"{column.meaning}, ends fixed",
+                   compute=lambda case: case.cable_frequency(name, column))  # fmt: skip
 
 
 def _end_tension(name, end, word):
     """Column of the tension at an end (0 or 1) of a cable, `from` or `to`."""
-
-    def compute(case):
-        return case.end_tension(name, end)
-
-    return Column(f"{name}.tension_{word}", "N", f"tension at the end `{word}`", "statics", compute)
+    return Column(f"{name}.tension_{word}", "N", f"tension at the end `{word}`", "statics",
+                  lambda case: case.end_tension(name, end))  # fmt: skip
 
 
 def _clearance(name):
@@ -149,11 +143,8 @@ def all_cable_columns(name):
 
 def _coordinate(name, axis):
     """Column of a coordinate of a body or free point."""
-
-    def compute(case):
-        return case.coordinate(name, axis)
-
-    return Column(f"{name}.{'xyz'[axis]}", "m", f"place of its reference point along {'xyz'[axis]}", "statics", compute)
+    return Column(f"{name}.{'xyz'[axis]}", "m", f"place of its reference point along {'xyz'[axis]}", "statics",
+                  lambda case: case.coordinate(name, axis))  # fmt: skip
 
 
 def _angle(name, axis):
@@ -181,14 +172,10 @@ def _mass(name):
 
 def _stiffness(name, row, column):
     """Column of an entry of the stiffness matrix of a body; row and column are names of AXES."""
-    indices = AXES.index(row), AXES.index(column)
-
-    def compute(case):
-        return case.body_stiffness(name)[indices]
-
-    unit = UNITS[len(row) == 2, len(column) == 2]
+    indices, unit = (AXES.index(row), AXES.index(column)), UNITS[len(row) == 2, len(column) == 2]
     meaning = f"force or moment {row} per movement {column} of its reference point, all loads counted"
-    return Column(f"{name}.stiffness_{row}{column}", unit, meaning, "stiffness", compute)
+    return Column(f"{name}.stiffness_{row}{column}", unit, meaning, "stiffness",
+                  lambda case: case.body_stiffness(name)[indices])  # fmt: skip
 
 
 def _body_frequency(name, number):
@@ -300,24 +287,14 @@ def link_columns(name):
 
 def _frequency(number):
     """Column of a frequency of the whole suspension."""
-
-    def compute(case):
-        return case.frequency(number)
-
-    return Column(f"frequency_{number}", "Hz", "K-th frequency of all", "modes", compute, mode=(number,))
+    return Column(f"frequency_{number}", "Hz", "K-th frequency of all", "modes", lambda case: case.frequency(number),
+                  mode=(number,))  # fmt: skip
 
 
 def _over_all(name, unit, meaning, values, extreme, key=""):
-    """Column of one number of all cables.
+    """Column of the least, largest or sum, by a function `extreme`, of numbers of all cables that have them.
 
-    Parameters
-    ----------
-    name, unit, meaning, key : str
-        As of `Column`.
-    values : callable
-        `CableResults` -> number of each cable, shape (n, c), not a number where there is none.
-    extreme : callable
-        Numbers of the cables of one case -> the least, the largest, or the sum.
+    `values` is a function of `CableResults` for these numbers, shape (n, c), not a number where a cable has none.
     """
     each = Column(name, unit, meaning, "statics", values)
 

@@ -310,17 +310,13 @@ def too_long(reference):
         With point loads, shape (n,).
     """
     kinds, lengths = np.array(reference.suspension.given, dtype=object), reference.lengths
-    # a tension that does not fall with the length
+    # at the longer one the stated tension grows with the length
     longer = ~(stated.rates(reference.catenary, kinds).by_length < 0) & np.isin(kinds, stated.FORCES)
-    names = reference.suspension.cable_names
-    return [
-        "; ".join(
-            f"{name} has its {kind} only at {length:.4g} m, where a longer cable would be tauter"
-            for name, kind, length, is_longer in zip(names, kinds, of_case, longer_of_case, strict=True)
-            if is_longer
-        )
-        for of_case, longer_of_case in zip(lengths.tolist(), longer, strict=True)
-    ]
+    problems, names = [[] for _ in lengths], reference.suspension.cable_names
+    for case, cable in np.argwhere(longer).tolist():
+        length = f"{names[cable]} has its {kinds[cable]} only at {lengths[case, cable]:.4g} m"
+        problems[case].append(f"{length}, where a longer cable would be tauter")
+    return ["; ".join(texts) for texts in problems]
 
 
 def _loads(values, names, lengths, length_ratio):

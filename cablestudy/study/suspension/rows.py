@@ -10,7 +10,7 @@ from cablestudy.scene.words import first_of
 from cablestudy.study.closed_form import DISCRETE, SYSTEM
 from cablestudy.study.columns import most_modes_first, not_finite, relative
 from cablestudy.study.refinement import reference_scene
-from cablestudy.study.row import Row
+from cablestudy.study.row import Row, batched
 from cablestudy.study.status import FALLEN, MODAL, OVER_STRENGTH, SLACK, status_of
 from cablestudy.study.suspension.case import SuspensionCase, cases_of, prepare
 from cablestudy.study.suspension.columns import WHOLE
@@ -42,7 +42,7 @@ def evaluate_suspensions(scenes, columns, estimate=False):
     compared = estimate or any(column.name == "error_estimate" for column in columns)
     rows, most_cables = [], max((len(scene.cables) for scene in scenes), default=1)
     batch_size = max(STUDY.suspensions_at_once, STUDY.suspended_cables_at_once // max(1, most_cables))
-    for batch in _batches(scenes, batch_size):  # equilibria solved together
+    for batch in batched(scenes, batch_size):  # equilibria solved together
         start = time.perf_counter()
         cases = cases_of(batch) if need_statics else [SuspensionCase(scene) for scene in batch]
         if compared:
@@ -51,19 +51,13 @@ def evaluate_suspensions(scenes, columns, estimate=False):
         block_size = len(cases)
         if need_motion:
             block_size = max(1, STUDY.cables_at_once // max(1, *(len(scene.cables) for scene in batch)))
-        for block in _batches(cases, block_size):  # models of cables computed together
+        for block in batched(cases, block_size):  # models of cables computed together
             start = time.perf_counter()
             if need_motion:
                 prepare(block)
             seconds_of_row = seconds + (time.perf_counter() - start) / len(block)
             rows += [_row(case, columns, seconds_of_row, estimate) for case in block]
     return rows
-
-
-def _batches(items, size):
-    """Yield the pieces of a sequence that have at most `size` entries."""
-    for start in range(0, len(items), size):
-        yield items[start : start + size]
 
 
 def _compare(cases, columns):

@@ -41,8 +41,7 @@ def reference_case(scene):
     NoSolutionError, ConvergenceError
         It has no stable equilibrium.
     """
-    case = SuspensionCase(scene)
-    return SuspensionCase(scene, case.group)
+    return SuspensionCase(scene, SuspensionCase(scene).group)
 
 
 def reference_levels(case):
