@@ -56,7 +56,7 @@ class Case:
         return _ClosedForm(self.scene, self.results, self.index)
 
     def refined(self, elements, order):
-        """Copy of the case with spectral elements of an order about the closed form, so many along the longest piece."""
+        """Copy of the case with spectral elements of an order about the closed form, so many on its longest piece."""
         finer = Case(self.scene, self.results, self.index, (elements, order), self.cache)
         finer._closed_form = self._closed_form
         return finer

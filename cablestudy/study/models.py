@@ -254,7 +254,7 @@ def solve_models(cases):
             group_key = mesh, case.level, case.planar, bool(case.results.mirror_symmetric[case.index])
             groups.setdefault(group_key, []).append(case)
     for (mesh, level, *_), members in groups.items():
-        if len(members) == 1:
+        if len(members) == 1:  # which solves its own when asked
             continue
         models = _solve_group(members[0].results, [case.index for case in members], mesh, level)
         for index, case in enumerate(members):
