@@ -245,8 +245,8 @@ class Case:
     def frequency(self, number, kind, symmetry=None):
         """Frequency of mode `number` (from 1) of a kind and symmetry; see `Dynamics.frequencies`. [Hz]"""
         dynamics = self.out_of_plane if kind == "out-of-plane" else self.in_plane
-        about = self._modes_below_axial(number if kind == "axial" else 0)
-        frequencies, *_ = dynamics.frequencies(((number, kind, symmetry),), about=about)
+        modes_below = self._modes_below_axial(number if kind == "axial" else 0)
+        frequencies, *_ = dynamics.frequencies(((number, kind, symmetry),), about=modes_below)
         return frequencies[0]
 
     def _modes_below_axial(self, number):
@@ -267,8 +267,8 @@ class Case:
         inside, outside = modes
         highest_axial = max((number for number, kind, _ in inside if kind == "axial"), default=0)
         searched = self._closed_form.modes_searched
-        about = max(self._modes_below_axial(highest_axial), *searched)
-        frequencies, errors, count = self.in_plane.frequencies(inside, True, about) if inside else ([], [], 0)
+        modes_below = max(self._modes_below_axial(highest_axial), *searched)
+        frequencies, errors, count = self.in_plane.frequencies(inside, True, modes_below) if inside else ([], [], 0)
         if highest_axial and not self.in_plane.small:
             searched.append(count)
         if outside:
@@ -349,20 +349,20 @@ class Case:
 
         return in_cable_wind_of(self)
 
-    def winds_on(self, what, open_loop=False):
+    def winds_on(self, on, open_loop=False):
         """Analyses of the winds on gondola and cable: list of DynamicAnalysis. They are independent: variances add.
 
         Parameters
         ----------
-        what : {"gondola", "cable", "both"}
+        on : {"gondola", "cable", "both"}
             Loaded by the wind. With both the wind on the gondola blows where the air damps the cable too.
         open_loop : bool
             Of the directions of the wind on the cable, take the one that moves the gondola more with the winch at rest,
             not with its loop.
         """
-        if what == "gondola":
+        if on == "gondola":
             return [self.in_wind]
-        on_gondola = [] if what == "cable" else [self.in_wind_that_damps]
+        on_gondola = [] if on == "cable" else [self.in_wind_that_damps]
         return [*on_gondola, self.in_cable_wind.side(open_loop)]
 
     @property

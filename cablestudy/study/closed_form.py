@@ -202,7 +202,7 @@ def _against_closed_form(columns, numbers, failures, closed):
         if column.least_error is None:
             continue
         header = column.header
-        value, reference = (np.asarray(part, dtype=float) for part in (numbers[header], closed.numbers[header]))
+        value, reference = (np.asarray(array, dtype=float) for array in (numbers[header], closed.numbers[header]))
         size = np.abs(reference)
         with np.errstate(invalid="ignore"):  # of cases without a number
             relative = np.abs(value - reference) / np.where(size > 0, size, 1.0)

@@ -167,12 +167,12 @@ def _tension_at(end):
     return lambda r: np.sqrt((r.form.end_forces()[..., end, :] ** 2).sum(axis=-1))
 
 
-def _reaction(end, part):
+def _reaction(end, component):
     """Function of a part of the force of the support on the cable at an end: horizontal, or upwards."""
 
     def compute(results):
         force = -results.form.end_forces("global")[..., end, :]
-        if part == "vertical":
+        if component == "vertical":
             return force[..., 2]
         horizontal = np.hypot(force[..., 0], force[..., 1])
         # what the solver leaves of it in a vertical cable is rounding

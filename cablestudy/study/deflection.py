@@ -37,18 +37,18 @@ def nodal_deflections(case):
     if case.exact_statics:
         fractions = split(span).fraction
         mesh = mesh_segments(fractions, len(fractions), STUDY.spectral_order)
-        before, after = from_catenary(unloaded, mesh), from_catenary(case.catenary, mesh)
+        unloaded_state, loaded_state = from_catenary(unloaded, mesh), from_catenary(case.catenary, mesh)
     else:
-        after = case.state
-        mesh = after.mesh
-        before, _ = solve_elements(unloaded, mesh)
-    full = after.displacement - before.displacement
+        loaded_state = case.state
+        mesh = loaded_state.mesh
+        unloaded_state, _ = solve_elements(unloaded, mesh)
+    full = loaded_state.displacement - unloaded_state.displacement
     loads_only = replace(span, mass=0.0)
-    forces = external_forces(loads_only, mesh, before.force)[1:-1]
+    forces = external_forces(loads_only, mesh, unloaded_state.force)[1:-1]
     linear = np.zeros_like(full)
     for axes in (IN_PLANE, OUT_OF_PLANE):
         if forces[:, axes].any():
-            displacement = System(before, axes).solve(forces[:, axes].reshape(-1, 1))
+            displacement = System(unloaded_state, axes).solve(forces[:, axes].reshape(-1, 1))
             linear[1:-1, axes] = displacement.reshape(-1, len(axes))
     length = float(span.unstretched_length)
     return mesh, full * length, linear * length

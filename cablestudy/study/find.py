@@ -152,10 +152,10 @@ def _margin_function(goal, document, low, high):
         Value of the key -> margin, not a number where one of these limits has none.
     """
     ends = zip(*checks_of(scenes_at(goal, document, [low, high]), limits_by_case), strict=True)
-    chosen = {number for number, checks in enumerate(ends) if any((check.margin or 0.0) <= 0 for check in checks)}
+    failing = {number for number, checks in enumerate(ends) if any((check.margin or 0.0) <= 0 for check in checks)}
 
     def limits_chosen(scene):
-        return [limit for number, limit in enumerate(limits_by_case(scene)) if number in chosen]
+        return [limit for number, limit in enumerate(limits_by_case(scene)) if number in failing]
 
     def margin(value):
         try:

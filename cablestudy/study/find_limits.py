@@ -48,8 +48,8 @@ def ranges(goal, document, columns):
     notes += [f"all limits hold {end} {key} = {goal.of_key(value)}: {reason}" for end, value, reason in ends if reason]
     values = [value for _, value, _ in ends]
     solutions = Solutions(values, scenes_at(goal, document, values), notes)
-    shown = [GOVERNING, *(column for column in columns if column.needs != "limits")]
-    table, rows = find_table(goal, solutions, shown)
+    shown_columns = [GOVERNING, *(column for column in columns if column.needs != "limits")]
+    table, rows = find_table(goal, solutions, shown_columns)
     for (end, _, reason), cells in zip(ends, table.rows, strict=True):
         cells |= {END.name: end} | ({GOVERNING.header: None} if reason else {})
     return solutions, replace(table, fields=(END, *table.fields)), rows

@@ -99,12 +99,12 @@ def goal_of_study(study):
     return read_goal(study.find, locations, study.document)
 
 
-def read_goal(asked, locations, document):
+def read_goal(stated, locations, document):
     """The `Goal` of a `Find`.
 
     Parameters
     ----------
-    asked : Find
+    stated : Find
     locations : dict
         See `Goal`.
     document : Document
@@ -117,17 +117,17 @@ def read_goal(asked, locations, document):
     """
     parts = {}
     steps = {
-        "column": ((), lambda: _number_column(asked.column)),
-        "value": (("column",), lambda column: number_in_unit(asked.value, column, lambda: read_scene(document))),
-        "by": ((), lambda: _quantity_of_key(asked.by, document)),
-        "between": (("by",), lambda quantity: asked.between and _range(asked.between, quantity)),
+        "column": ((), lambda: _number_column(stated.column)),
+        "value": (("column",), lambda column: number_in_unit(stated.value, column, lambda: read_scene(document))),
+        "by": ((), lambda: _quantity_of_key(stated.by, document)),
+        "between": (("by",), lambda quantity: stated.between and _range(stated.between, quantity)),
     }
     with Mistakes() as mistakes:
         for part, (needs, read) in steps.items():
             if parts.keys() >= set(needs):
                 with mistakes.at(*locations[part]):
                     parts[part] = read(*(parts[name] for name in needs))
-    return Goal(parts["column"], parts["value"], key_column(asked.by), parts["by"], parts["between"], locations)
+    return Goal(parts["column"], parts["value"], key_column(stated.by), parts["by"], parts["between"], locations)
 
 
 def _number_column(name):
@@ -199,8 +199,8 @@ def _quantity_of_key(key, document):
     quantity = quantity_of(key)
     items = value_at(document.value, path)
     if quantity is not None and isinstance(items, list):
-        first = ".".join((*path, *(["0", "0"] if items and isinstance(items[0], list) else ["0"])))
-        raise ValueError(f"holds several numbers: give one of them, for example {first}")
+        example = ".".join((*path, *(["0", "0"] if items and isinstance(items[0], list) else ["0"])))
+        raise ValueError(f"holds several numbers: give one of them, for example {example}")
     if quantity is None:
         try:
             read_scene(document.with_sets([(key, 1, "")]))

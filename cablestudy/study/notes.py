@@ -337,17 +337,17 @@ def gondola_notes(case):
     str
     """
     mode = case.gondola_mode.mode
-    frequency, share, chosen = mode.modes.frequency, mode.shares, mode.number
-    if share[chosen] >= STUDY.shared_compliance:
+    frequency, share, gondola_mode = mode.modes.frequency, mode.shares, mode.number
+    if share[gondola_mode] >= STUDY.shared_compliance:
         return
-    others = [k for k in range(len(share)) if k != chosen and share[k] >= STUDY.shown_compliance]
+    others = [k for k in range(len(share)) if k != gondola_mode and share[k] >= STUDY.shown_compliance]
     others.sort(key=lambda k: -share[k])
     listed = ", ".join(f"{frequency[k]:.4g} Hz ({share[k]:.3g})" for k in others[:6])
     yield (
-        f"gondola: the mode of {frequency[chosen]:.4g} Hz has only {share[chosen]:.3g} of its static compliance; "
-        f"others move it too: {listed}"
+        f"gondola: the mode of {frequency[gondola_mode]:.4g} Hz has only {share[gondola_mode]:.3g} of its static "
+        f"compliance; others move it too: {listed}"
     )
-    least_tie = share[chosen] * (1 - 10 * (case.scene.model.accuracy or 0.0))
+    least_tie = share[gondola_mode] * (1 - 10 * (case.scene.model.accuracy or 0.0))
     tie = [k for k in others if share[k] >= least_tie]
     if tie:
         yield f"gondola: a tie, within the error the mode of {frequency[tie[0]]:.4g} Hz has as large a share"

@@ -75,9 +75,9 @@ def equivalent_cables(values, results):
     def solve_reference(stiffness, elongation, _):
         return _reference_state(values_without_case, stiffness, elongation)
 
-    def solve_cases(chosen, cases, reference, *linear):
+    def solve_cases(rows, cases, reference, *linear):
         cables, chord_strains = LinearCables(*linear, None, None, None), reference[1]
-        equivalent = EquivalentCables(np.arange(len(chosen)), cables, chord_strains[chosen], {})
+        equivalent = EquivalentCables(np.arange(len(rows)), cables, chord_strains[rows], {})
         loaded = results(SceneValues(cases), equivalent)
         tension = np.array(loaded.catenary.mean_tension)
         tension[list(loaded.failures)] = np.nan

@@ -63,19 +63,19 @@ def changes(drag, catenary):
     return np.maximum(tension_change, shape_error), sag_error, ends
 
 
-def shares_at_middle(moved, vertical, catenary):
+def shares_at_middle(distance, vertical, catenary):
     """Movement at mid-length over the distance from the chord there, and likewise vertically, each of shape (n,). [-]
 
     Parameters
     ----------
-    moved, vertical : ndarray, shape (n,)
+    distance, vertical : ndarray, shape (n,)
         Over the unstretched length. [-]
     catenary : Catenary
         Of shape (n,).
     """
     offset = catenary.span.in_frame(catenary.at(np.array([0.5]))[0], "global")[:, 0]
     tiny = np.finfo(float).tiny
-    return moved / np.maximum(_size(offset), tiny), vertical / np.maximum(np.abs(offset[..., 2]), tiny)
+    return distance / np.maximum(_size(offset), tiny), vertical / np.maximum(np.abs(offset[..., 2]), tiny)
 
 
 def _slope(force, stiffness):

@@ -38,8 +38,8 @@ def chord_strain(span, values, length_ratio=None):
     states = [(~with_loads, span)]
     if with_loads.any():
         states.append((with_loads, load_cases.with_loads(span, values, of_case=False, length_ratio=length_ratio)))
-    for (chosen, state), search in product(states, _searches(values)):
-        _search_strain(state, chosen, search, strain, reasons)
+    for (of_state, spans), search in product(states, _searches(values)):
+        _search_strain(spans, of_state, search, strain, reasons)
     return strain, reasons
 
 
@@ -60,14 +60,17 @@ def _searches(values):
     return searches
 
 
-def _search_strain(span, chosen, search, strain, reasons):
-    """Find the chord strain of the chosen cables that state a value; `strain` and `reasons` are filled in."""
+def _search_strain(span, of_state, search, strain, reasons):
+    """Find the chord strains, by one entry of `_searches`, of cables in a state; `strain` and `reasons` are filled in.
+
+    `of_state` is true of the cables that are in the state of the spans, with their loads or without, shape (n,).
+    """
     target, search_many, search_one = search
-    chosen = np.flatnonzero(chosen & np.isfinite(target))
-    if not len(chosen):
+    cases = np.flatnonzero(of_state & np.isfinite(target))
+    if not len(cases):
         return
-    strain[chosen] = search_many(span.take(chosen), target[chosen])
-    for case in chosen[~np.isfinite(strain[chosen])].tolist():
+    strain[cases] = search_many(span.take(cases), target[cases])
+    for case in cases[~np.isfinite(strain[cases])].tolist():
         try:
             strain[case] = search_one(span.take(case), target[case])
         except NoSolutionError as error:

@@ -65,15 +65,15 @@ class Settings:
 SETTINGS = Settings()
 
 
-def levels(first):
+def levels(least_sum):
     """Yield levels (elements along the piece with most waves, order), finer and finer.
 
     Parameters
     ----------
-    first : float
+    least_sum : float
         Sum of the orders to begin with.
     """
-    total = min(max(ceil(first), SETTINGS.lowest), SETTINGS.finest)
+    total = min(max(ceil(least_sum), SETTINGS.lowest), SETTINGS.finest)
     while True:
         elements = ceil(total / (SETTINGS.highest - 4))
         order = ceil(total / elements)
@@ -308,11 +308,11 @@ def refine(searches, prepare):
     waiting = [search for search in searches if search.finer is not None]
     while waiting:
         level = min(search.finer.level for search in waiting)
-        chosen = [search for search in waiting if search.finer.level == level]
-        chosen = chosen[: max(1, SETTINGS.numbers // chosen[0].finer.size)]
-        if len(chosen) > 1:
-            prepare([search.finer for search in chosen])
-        for search in chosen:
+        batch = [search for search in waiting if search.finer.level == level]
+        batch = batch[: max(1, SETTINGS.numbers // batch[0].finer.size)]
+        if len(batch) > 1:
+            prepare([search.finer for search in batch])
+        for search in batch:
             search.examine()
         waiting = [search for search in waiting if search.finer is not None]
 

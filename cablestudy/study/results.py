@@ -335,9 +335,10 @@ def _loads_on_cable(span, reasons):
     """
     if not span.load_positions.shape[-1]:
         return span
-    length, last = span.unstretched_length, span.load_positions[:, -1]
-    for case in np.flatnonzero(last >= length).tolist():
-        reasons.setdefault(case, f"the load at {last[case]:.6g} m is beyond the cable's end, at {length[case]:.6g} m")
+    length, last_position = span.unstretched_length, span.load_positions[:, -1]
+    for case in np.flatnonzero(last_position >= length).tolist():
+        position, end = last_position[case], length[case]
+        reasons.setdefault(case, f"the load at {position:.6g} m is beyond the cable's end, at {end:.6g} m")
     if not reasons:
         return span
     return replace(span, load_positions=np.sort(load_cases.placed_on_cable(span.load_positions, length)))

@@ -278,10 +278,10 @@ class _Scan:
 
         Of a costly function that is so where its last change, extrapolated, comes near to zero in this gap.
         """
-        last, before = (k, k - 1) if isnan(tried[k + 1][1]) else (k + 1, k + 2)
-        if not (self._effort.costly and 0 <= before < len(tried)) or isnan(tried[before][1]):
+        nearer, farther = (k, k - 1) if isnan(tried[k + 1][1]) else (k + 1, k + 2)
+        if not (self._effort.costly and 0 <= farther < len(tried)) or isnan(tried[farther][1]):
             return True
-        (x, value), (x_before, value_before) = tried[last], tried[before]
+        (x, value), (x_before, value_before) = tried[nearer], tried[farther]
         extrapolated = (value - value_before) * (tried[k + 1][0] - tried[k][0]) / abs(x - x_before)
         return value * extrapolated <= 0 and abs(value) <= STUDY.bends * abs(extrapolated)
 

@@ -180,8 +180,8 @@ def evaluate_cases(scenes, columns, estimate=False):
     for (_, exact), indices in groups.items():
         rows_at_once = len(indices) if exact else _fixed_rows_at_once([scenes[index] for index in indices])
         for piece in batched(indices, rows_at_once):
-            chosen = [scenes[index] for index in piece]
-            for index, row in zip(piece, _rows_of_batch(chosen, required, exact, cache, estimate), strict=True):
+            rows_of_piece = _rows_of_batch([scenes[index] for index in piece], required, exact, cache, estimate)
+            for index, row in zip(piece, rows_of_piece, strict=True):
                 rows[index] = row
     return rows
 

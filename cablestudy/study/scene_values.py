@@ -249,8 +249,9 @@ def _numbers(entry, steps):
     numbers = {}
     for key, written, _ in entry.columns:
         read = quantity_of(key).read
-        chosen = written.at(unique) if isinstance(written, Sampled) else [written[step] for step in unique.tolist()]
-        numbers[key] = np.array([_number(read, value) for value in chosen])[inverse]
+        sampled = isinstance(written, Sampled)
+        written_values = written.at(unique) if sampled else [written[step] for step in unique.tolist()]
+        numbers[key] = np.array([_number(read, value) for value in written_values])[inverse]
     return numbers
 
 

@@ -359,14 +359,14 @@ def _cells(path):
 
 def _rows(path, names, lines):
     """Yield line and row, a dict; raise SceneError at the end for those with a wrong number of cells."""
-    wrong = []
+    mistakes = []
     for row_number, (line, row) in enumerate(lines, 1):
         if len(row) != len(names):
-            wrong.append(f"{path}:{line}: row {row_number} has {len(row)} cells, and the table {len(names)} columns")
-        elif not wrong:
+            mistakes.append(f"{path}:{line}: row {row_number} has {len(row)} cells, and the table {len(names)} columns")
+        elif not mistakes:
             yield line, dict(zip(names, row, strict=True))
-    if wrong:
-        raise SceneError(*wrong)
+    if mistakes:
+        raise SceneError(*mistakes)
 
 
 def number(text):

@@ -526,8 +526,8 @@ def _different_at_rest(scenes, indices):
 
     Scenes that share the very values of these keys must vary other keys: each of them is a group.
     """
-    first, by_contents = scenes[indices[0]], {}
-    if all(getattr(scenes[index], key) is getattr(first, key) for index in indices for key in IN_MOTION):
+    first_scene, by_contents = scenes[indices[0]], {}
+    if all(getattr(scenes[index], key) is getattr(first_scene, key) for index in indices for key in IN_MOTION):
         return [[index] for index in indices]
     for index in indices:
         by_contents.setdefault(scenes[index].model_dump_json(exclude=IN_MOTION), []).append(index)

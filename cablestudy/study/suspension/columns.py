@@ -328,13 +328,13 @@ def families():
     numbered.insert(1, replace(_static_frequency("BODY", 1), name="BODY.frequency_static_K"))
     stiffness = [*(_stiffness("BODY", axis, axis) for axis in AXES), *linear_ranges("BODY")]
     stiffness += [*force_displacements("BODY"), *mode_columns("BODY")]
-    whole = [column for column in WHOLE if column.needs != "run"]
+    of_whole = [column for column in WHOLE if column.needs != "run"]
     of_owners = [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *all_cable_columns("CABLE"), *numbered]
     in_wind = [*place_columns("BODY"), *turn_columns("BODY"), *place_columns("BODY.MARKER")]
     in_wind += [*tension_columns("CABLE"), midspan_column("CABLE")]
     modes_of_cable = [_cable_mode(family, "CABLE") for family in FAMILIES]
     of_links = [*link_columns("LINK"), link_force_column("LINK")]
-    return [*of_owners, *modes_of_cable, *in_wind, *actuator_columns("ACTUATOR"), *of_links, *whole]
+    return [*of_owners, *modes_of_cable, *in_wind, *actuator_columns("ACTUATOR"), *of_links, *of_whole]
 
 
 def wind_columns_of(scene, name):

@@ -92,11 +92,11 @@ class _ConductorsWithoutCase:
         for index, scene in enumerate(scenes):
             groups.setdefault(kind_of_case(scene), []).append(index)
         for indices in groups.values():
-            chosen = rows[indices]
-            cables = self.cables(chosen, *(array[indices] for array in linear))
+            rows_of_group = rows[indices]
+            cables = self.cables(rows_of_group, *(array[indices] for array in linear))
             loaded_scenes = [scenes[index].without_lost() for index in indices]
             cables_present = cables_left(reference[1], loaded_scenes[0])
-            equilibrium = loaded_state(reference[1].take(chosen), loaded_scenes, cables=cables).equilibrium
+            equilibrium = loaded_state(reference[1].take(rows_of_group), loaded_scenes, cables=cables).equilibrium
             converged = equilibrium.record.converged[:, None]
             of_group = np.where(converged, equilibrium.catenary.mean_tension, np.nan)
             tension[np.ix_(indices, cables_present)] = of_group

@@ -150,8 +150,8 @@ def numbers_of(scenes):
     ValueError
         The scenes differ in more than numbers.
     """
-    topology, *others = each_with(topology_of, scenes)
-    if any(other is not topology and other != topology for other in others):
+    topology, *other_topologies = each_with(topology_of, scenes)
+    if any(other is not topology and other != topology for other in other_topologies):
         raise ValueError("the scenes differ in their names, connections, free motions, or in what their cables state")
     cable_numbers = each_with(_cable_numbers, scenes)
     numbers_of_scenes = [_numbers(scene) | numbers for scene, numbers in zip(scenes, cable_numbers, strict=True)]
