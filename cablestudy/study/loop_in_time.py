@@ -334,11 +334,11 @@ def _response_in_space(closed_loop, motion, space, output, input_, components, t
     measured = tuple((name, unit_of(name)) for name in closed_loop.measured)
     labels_of_space = Labels(coordinates, winches, ((WIND_INPUT, "m/s"),), outputs, measured)
     control = LinearControl(allocation, loop.gain, loop.notches, loop.law_space, loop.law_names)
-    closed = state_space(motion, loads, labels_of_space, control, closed_loop.actuators, added=True)
-    open_loop = state_space(motion, loads, labels_of_space, None, closed_loop.actuators)
-    winch_outputs = [closed.output_names.index(name) for name, _ in winches]
-    indices = closed.output_names.index(output), winch_outputs, closed.input_names.index(input_)
-    return loop_response.responses(closed, open_loop, *indices, components, times)
+    with_loop = state_space(motion, loads, labels_of_space, control, closed_loop.actuators, added=True)
+    without_loop = state_space(motion, loads, labels_of_space, None, closed_loop.actuators)
+    winch_outputs = [with_loop.output_names.index(name) for name, _ in winches]
+    numbers = with_loop.output_names.index(output), winch_outputs, with_loop.input_names.index(input_)
+    return loop_response.responses(with_loop, without_loop, *numbers, components, times)
 
 
 def remarks_of(drive, right_up_to, response, dampings):

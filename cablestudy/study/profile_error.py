@@ -32,23 +32,28 @@ def changes(drag, catenary):
         Vertical movement at mid-length over the vertical distance from the chord there. [-]
     ends : ndarray, shape (n, 2, 3)
         Change of the tension vector at both ends, global axes. [N]
+
+    Notes
+    -----
+    Symbols as at the head of the file: N_0 `at_points`, d `difference`, c `constant`, r' `slope`.
     """
     span = catenary.span
     nodes, weights = np.polynomial.legendre.leggauss(CABLE.drag_points)
     points, weights, running = (1 + nodes) / 2, weights / 2, running_integral(nodes)
     stiffness, length = (np.asarray(array)[:, None, None] for array in (span.axial_stiffness, span.unstretched_length))
-    force = span.in_frame(catenary.at(np.concatenate([points, [0.0, 1.0]]))[1], "global")
-    force_at_points, positions = force[:, :-2], places_along(catenary, points)
-    uniform = drag.averaged(across(drag.direction, span.frame[..., 0, :]))[:, None]
-    constant, displacement = np.zeros((len(force_at_points), 1, 3)), np.zeros_like(force_at_points)
-    start, tension, tangent = _slope(force_at_points, stiffness)
+    uniform_force = span.in_frame(catenary.at(np.concatenate([points, [0.0, 1.0]]))[1], "global")
+    at_points, positions = uniform_force[:, :-2], places_along(catenary, points)
+    uniform_drag = drag.averaged(across(drag.direction, span.frame[..., 0, :]))[:, None]
+    constant, displacement = np.zeros((len(at_points), 1, 3)), np.zeros_like(at_points)
+    start, tension, tangent = _slope(at_points, stiffness)
     for _ in range(STUDY.profile_steps):
-        actual = (1 + tension / stiffness) * across(drag.direction[:, None], tangent)
-        actual = drag.locally(actual, lambda displacement=displacement: positions + length * displacement)
-        difference = drag.pressed[:, None, None] * length * (actual - uniform)
-        without_constant = force_at_points - running @ difference
+        actual_drag = (1 + tension / stiffness) * across(drag.direction[:, None], tangent)
+        actual_drag = drag.locally(actual_drag, lambda displacement=displacement: positions + length * displacement)
+        difference = drag.pressed[:, None, None] * length * (actual_drag - uniform_drag)
+        without_constant = at_points - running @ difference
         slope, tension, tangent = _slope(without_constant + constant, stiffness)
         weight_over_tension, gap = weights[:, None] / tension, (weights[:, None] * (slope - start)).sum(axis=1)
+        # derivative of the integral of r' with c
         jacobian = (weight_over_tension.sum(axis=1, keepdims=True) + 1 / stiffness) * np.eye(3)
         jacobian = jacobian - ((weight_over_tension * tangent)[..., :, None] * tangent[..., None, :]).sum(axis=1)
         step = np.linalg.solve(jacobian, gap[..., None])[:, None, :, 0]
@@ -56,8 +61,9 @@ def changes(drag, catenary):
         slope, tension, tangent = _slope(without_constant + constant, stiffness)
         previous, displacement = displacement, running @ (slope - start)
     ends = constant - np.stack([0 * difference[:, 0], (weights[:, None] * difference).sum(axis=1)], axis=1)
-    change = np.concatenate([without_constant + constant - force_at_points, ends], axis=1)
-    tension_change = ((_size(change) + _size(step)) / np.maximum(_size(force), np.finfo(float).tiny)).max(axis=-1)
+    change = np.concatenate([without_constant + constant - at_points, ends], axis=1)
+    force_size = np.maximum(_size(uniform_force), np.finfo(float).tiny)
+    tension_change = ((_size(change) + _size(step)) / force_size).max(axis=-1)
     middle = np.stack([displacement, displacement - previous])[:, :, CABLE.drag_points // 2]
     shape_error, sag_error = shares_at_middle(_size(middle).sum(axis=0), np.abs(middle[..., 2]).sum(axis=0), catenary)
     return np.maximum(tension_change, shape_error), sag_error, ends

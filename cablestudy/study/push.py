@@ -70,7 +70,7 @@ def pushed_ends(span_at, force):
     low, high = np.where(force > 0, 0.0, -np.inf), np.where(force > 0, np.inf, 0.0)
     holding_force, stiffness, tension, chord = _holding_force(span_at(shift))
     target, steps = holding_force + force, np.zeros(len(force), dtype=int)
-    for _ in range(STUDY.push_steps):
+    for _ in range(STUDY.push_steps):  # of Newton's method; the solution stays between low and high
         imbalance = target - holding_force
         low, high = np.where(imbalance > 0, shift, low), np.where(imbalance < 0, shift, high)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

@@ -297,7 +297,7 @@ class Group:
         return self._coordinates[body, axis]
 
     def _coordinate(self, body, axis):
-        """One entry of `coordinates`, computed."""
+        """A coordinate in all cases and its estimated relative error, as of `coordinates`."""
         rotation, by_drag_change = self.equilibrium.rotation[:, body], self._drag_change.displacement[:, body]
         by_rounding = self._rounding_movement[:, body, axis]
         if axis < 3:

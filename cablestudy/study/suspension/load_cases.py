@@ -120,14 +120,25 @@ def drag_change(equilibrium, drag):
 
 
 def _by_bodies(equilibrium, row, forces):
-    """Movement of the bodies of one case by changed forces of its cables, and tensions changed by it.
+    """Movement of the bodies of one case by changed forces of its cables, and the changes of tension that follow.
+
+    The bodies move by u = K^-1 f, with the tangent stiffness K and the changed forces f on them. A cable of stiffness k
+    whose ends move apart by e pulls with k e more: that is (k e) . t/|t|^2 of its end force t.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+    row : int
+        The case.
+    forces : ndarray, shape (c, 2, 3)
+        Changes of the forces of the cables on what holds their ends. [N]
 
     Returns
     -------
     change : ndarray, shape (c,)
         Of the tension at an end of each cable, relative. [-]
-    displacement : ndarray, shape (b, 6)
-        [m], [rad]
+    movement : ndarray, shape (b, 6)
+        Displacements [m] and rotations [rad].
     """
     suspension, arms = equilibrium.suspension.take(row), equilibrium.arms[row, equilibrium.suspension.of_cables]
     owner = suspension.owner[suspension.of_cables]
@@ -139,11 +150,11 @@ def _by_bodies(equilibrium, row, forces):
         return np.zeros(len(forces)), movement
     wrenches = tangent.wrenches(arms, forces)[None]
     movement[suspension.free] = factors.solve(tangent.by_body(suspension, cables, wrenches)[0].sum(axis=0))
-    ends = np.where((owner == tangent.GROUND)[..., None], 0.0,
-                    movement[owner, :3] + np.cross(movement[owner, 3:], arms))  # fmt: skip
+    of_ends = movement[owner, :3] + np.cross(movement[owner, 3:], arms)
+    of_ends = np.where((owner == tangent.GROUND)[..., None], 0.0, of_ends)
     of_cables = row, suspension.of_cables
     end_stiffness, force = equilibrium.end_stiffness[of_cables], equilibrium.end_forces[of_cables]
-    force_change = (end_stiffness @ (ends[:, 1] - ends[:, 0])[..., None])[:, None, :, 0]
+    force_change = (end_stiffness @ (of_ends[:, 1] - of_ends[:, 0])[..., None])[:, None, :, 0]
     square = np.maximum((force**2).sum(axis=-1), np.finfo(float).tiny)
     return np.abs((force_change * force).sum(axis=-1) / square).max(axis=-1), movement
 
