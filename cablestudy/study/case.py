@@ -255,14 +255,12 @@ class Case:
         return STUDY.spare_modes * number * waves * (1 if self.planar else 2) if number else 0
 
     def frequencies(self, modes):
-        """Frequencies of some modes [Hz], and their estimated relative errors; see `Dynamics.frequencies`.
+        """Frequencies of some modes [Hz], and their estimated relative errors: two lists, as of `Dynamics.frequencies`.
 
         Parameters
         ----------
         modes : tuple of tuple
-            (number, kind, symmetry) of the modes in the cable's plane, and of those out of plane.
-
-        Lists of float, of modes in the plane first.
+            (number, kind, symmetry) of the modes in the cable's plane, which come first, and of those out of plane.
         """
         inside, outside = modes
         highest_axial = max((number for number, kind, _ in inside if kind == "axial"), default=0)

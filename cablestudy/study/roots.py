@@ -368,7 +368,9 @@ class _Scan:
         """Point between two of different sign at which a function changes its sign, by Brent's method."""
         from scipy.optimize import brentq
 
-        point_at, ends, end_values = _interpolation(low, high), {}, {low: self.value(low), high: self.value(high)}
+        point_at, end_values = _interpolation(low, high), {low: self.value(low), high: self.value(high)}
+        change = end_values[high] - end_values[low]
+        ends = {}  # whether the function is positive -> last point where it is so, and its value
 
         def value(fraction):
             x = point_at(fraction)
@@ -382,7 +384,6 @@ class _Scan:
                     raise _JumpFoundError(x)
             return number
 
-        change = end_values[high] - end_values[low]
         return point_at(brentq(value, 0.0, 1.0, xtol=1e-15, rtol=self._effort.rtol, maxiter=500))
 
 

@@ -176,7 +176,7 @@ class Group:
 
     @cached_property
     def _too_long(self):
-        """See `load_cases.too_long`; without loads in the reference state no search has been seen to go astray."""
+        """Texts of `load_cases.too_long`; without loads no search was ever seen to end at the longer length."""
         none = [""] * len(self._scenes)
         return none if self.reference.suspension.load_forces is None else too_long(self.reference)
 
