@@ -1,4 +1,4 @@
-"""Conductors that stretch for good, of scenes of one cable; see `study.conductors`."""
+"""Conductors with permanent elongation, of scenes of one cable; see `study.conductors`."""
 
 from dataclasses import dataclass, replace
 
@@ -55,14 +55,14 @@ class EquivalentCables:
 
 
 def equivalent_cables(values, results):
-    """`EquivalentCables` of scenes with conductors that stretch for good; None where there is none.
+    """`EquivalentCables` of scenes with conductors with permanent elongation; None where there is none.
 
     Parameters
     ----------
     values : SceneValues or CaseTable
         The latter has no such conductors.
     results : type
-        `Results`.
+        The class `Results`, which the module of that name passes here.
     """
     scenes = getattr(values, "scenes", ())
     rows = [row for row, scene in enumerate(scenes) if scene.cable.stress_strain is not None]

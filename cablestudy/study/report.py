@@ -10,7 +10,7 @@ from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
 
 PARTICIPATION = "N/(m sqrt(kg))"  # unit
-STATE = Field("state", "state", text=True)  # of a conductor that stretches for good, see `LinearCables.labels`
+STATE = Field("state", "state", text=True)  # of a conductor with permanent elongation, see `LinearCables.labels`
 
 
 def static_table(scene, estimate=False):
