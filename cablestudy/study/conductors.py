@@ -244,6 +244,7 @@ class Conductors:
         condition = self._condition(rows, scenes, sets)
         strain, _ = self._solve_strains(rows, scenes, condition)
         tension, slope = condition.pull(strain)
+        # about the equilibrium by the final moduli; an end that a force has moved went along the curve
         slope = np.where(self._moved_by_force(scenes), slope, condition.elastic(strain))
         linear = self._linear((strain, tension, slope), condition, rows)
         labels = np.array(states, dtype=object)

@@ -391,7 +391,7 @@ def _compute_motion(answer, required, noted):
     answer.slack = required.in_wind and goes_slack(case)
     for column in columns:
         if column.least_error is not None and column.header in answer.values:
-            answer.errors.setdefault(column.header, None)
+            answer.errors.setdefault(column.header, None)  # not known without a finer model
     unknowns = case.dof if required.modes else (2 if case.planar else 3) * (model.mesh.nodes - 2)
     answer.dof = max(unknowns, case.system_size)
     if noted:
