@@ -40,7 +40,7 @@ class LoadPath:
     failures: list
 
 
-def load_path(document, scene, load_and_count):
+def load_path(document, scene, option):
     """The `LoadPath` of a load of a scene.
 
     Parameters
@@ -48,7 +48,7 @@ def load_path(document, scene, load_and_count):
     document : Document
     scene : CableScene or SuspensionScene
         The same in SI.
-    load_and_count : str
+    option : str
         Name of the load, `load1` or `CABLE.load1`, and after a colon the number of positions: 39 by default.
 
     Raises
@@ -58,7 +58,7 @@ def load_path(document, scene, load_and_count):
     NoSolutionError, ConvergenceError
         There is no reference state.
     """
-    name, count = _load_and_count(load_and_count, scene.load_paths)
+    name, count = _load_and_count(option, scene.load_paths)
     kind, cable = kind_of(scene), name.rpartition(".")[0]
     frozen, path = read_scene(read_document(kind.freeze(document, scene))), scene.load_paths[name]
     load, fractions = frozen.value_at(path), [(k + 1) / (count + 1) for k in range(count)]
@@ -85,15 +85,15 @@ def load_path(document, scene, load_and_count):
     return LoadPath(name, cables, _table(rows), texts)
 
 
-def _load_and_count(load_and_count, names):
+def _load_and_count(option, names):
     """Name of a load and number of positions; SceneError where one of them is wrong."""
-    name, colon, count = load_and_count.partition(":")
+    name, colon, count = option.partition(":")
     if name not in names:
-        raise SceneError(f"--locus {load_and_count}: no such load ({suggestion(name, list(names))})")
+        raise SceneError(f"--locus {option}: no such load ({suggestion(name, list(names))})")
     position_count = int(count) if re.fullmatch(r"[0-9]{1,4}", count) else 0
     if colon and not 0 < position_count <= STUDY.most_load_places:
         raise SceneError(
-            f"--locus {load_and_count}: how many places: expected a whole number from 1 to {STUDY.most_load_places}"
+            f"--locus {option}: how many places: expected a whole number from 1 to {STUDY.most_load_places}"
         )
     return name, position_count or STUDY.load_places
 
