@@ -209,9 +209,9 @@ def wrapped(grid, width, narrowest=STUDY.narrowest_column, heads=False):
         if widths[widest] == least_widths[widest]:
             return None
         widths[widest] -= 1
-    heads, *body = ([head.replace("\xa0", " ") for head in line] for line in _lines_of(whole_units, widths))
+    first_line, *body = ([head.replace("\xa0", " ") for head in line] for line in _lines_of(whole_units, widths))
     body += chain.from_iterable(_lines_of(row, widths) for row in grid.body)
-    return TextGrid(heads, grid.sides, body)
+    return TextGrid(first_line, grid.sides, body)
 
 
 def _least_width(head, cells, narrowest):

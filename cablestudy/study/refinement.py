@@ -252,7 +252,7 @@ class Refinement:
         Parameters are the results of `_values_where_resolved`.
         """
         self._refuse(failures)
-        pending = failures.keys() - self.failures.keys()
+        pending = failures.keys() - self.failures.keys()  # a finer level may have them
         if not values:
             if not pending:
                 self.used, self.finer = self.finer, None
