@@ -14,7 +14,7 @@ class OneCableGroup(Group):
     """A `Group` of one case whose body is held where end 2 of its cable is.
 
     Its errors are those of the cable; that by a drag that changes along the cable is in `rounding_error`, since rows of
-    one cable add it to those of motion. The place of end 2 has none.
+    one cable add it to those of motion. The position of end 2 has none.
 
     Parameters
     ----------

@@ -226,9 +226,9 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
         With a stable loop.
     options : TimeOptions
     names : dict, optional
-        Those of the user for winches, references and outputs of the plant that have others there.
+        Name in the plant -> name for the user, of winches, references and outputs where they differ.
     wind_keys : sequence of str
-        Without which no wind acts on it.
+        Keys of the scene without which no wind acts on it.
 
     Raises
     ------
@@ -236,6 +236,7 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
         An unknown input or output, or the scene has no wind for it.
     """
     names = names or {}
+    # name for the user -> name of the input in the plant
     winches = {names.get(key := f"winch.{name}", key): key for name in closed_loop.scene.winches}
     references = {names.get(key := f"reference.{name}", key): key for name in closed_loop.measured}
     outputs = [names.get(key := f"{closed_loop.body_name}.{name}", key) for name in closed_loop.measured]
