@@ -196,8 +196,8 @@ def distribution_of(scenes):
     Returns
     -------
     dict
-        `method`; `low`, `high`, `reference`: ndarrays, shape (n, c) [N]; `found`: ndarray of bool, shape (b, 6), true of
-        displacements and rotations that are found with the lengths.
+        `method`; `low`, `high`, `reference`: ndarrays, shape (n, c) [N]; `found`: ndarray of bool, shape (b, 6), true
+        of displacements and rotations that are found with the lengths.
     """
     settings = [scene.tensions or Tensions() for scene in scenes]
     names = list(scenes[0].cables)
