@@ -161,12 +161,12 @@ def _refined_value(levels, column, exact_value):
         except CablestudyError as error:
             previous, failure = None, one_line(error)
             continue
-        if previous is not None:
-            difference = max(relative(number, previous), STUDY.rounding)
+        if previous:
+            difference = max(relative(number, *previous), STUDY.rounding)
             candidates.append((difference, max(difference, own_error), number, note))
             if difference <= STUDY.agreed_levels or min(candidates)[0] < min(difference, STUDY.rounded_difference):
                 break
-        previous = number
+        previous = (number,)  # which may be None: a gain without a limit
     if not candidates:
         raise ConvergenceError(f"no reference: {failure}")
     difference, *best = min(candidates)
