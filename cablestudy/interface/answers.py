@@ -202,7 +202,7 @@ def compare_models(
         trade.write(found, place, title)
         notes = [*notes, f"written: {place.csv}, {place.md}"]
     return Answer(
-        tables=only(trade.table_of(found, shown=shown)),
+        tables=only(trade.table_of(found, for_markdown=shown)),
         explain=lambda: tuple(trade.notes_of(found)),
         warnings=(*notes, *found.reference.warnings),
         failures=tuple(f"{name}: {reason}" for name, reason in found.reference.failures.items()),

@@ -253,18 +253,18 @@ def loop_in_time(solved):
     solved : TimeCase
     """
     time = solved.time
-    varies = np.ptp(solved.input.shown) > 0
+    varies = np.ptp(solved.input.values_in_unit) > 0
     heights = (1, 2, 1.5) if varies else (2, 1.5)
     figure = Figure(figsize=(WIDTH, 1.3 + 1.1 * sum(heights)), layout="constrained")
     *first, second, third = grid = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
     for axes in first:
-        axes.plot(time, solved.input.shown, color=GREY)
+        axes.plot(time, solved.input.values_in_unit, color=GREY)
         axes.set_ylabel(f"{'wind' if solved.input.unit == 'm/s' else 'input'} [{solved.input.unit}]")
     _displacement(second, solved)
     several = len(solved.winches) > 1
     # winches that reel alike, as in symmetric suspensions, are seen below each other
     widths = np.linspace(2.8, 1.1, len(solved.winches)) if several else [1.1]
-    for winch, (name, value) in enumerate(zip(solved.winches, MILLI * solved.found.winch.T, strict=True)):
+    for winch, (name, value) in enumerate(zip(solved.winches, MILLI * solved.response.winch.T, strict=True)):
         third.plot(time, value, color=SERIES[(winch + 1) % len(SERIES)], lw=widths[winch],
                    ls=DASHES[winch % len(DASHES)], label=name.removeprefix("winch."))  # fmt: skip
     third.set_ylabel("winches [mm]" if several else "winch [mm]")
@@ -283,7 +283,7 @@ def loop_in_time(solved):
 
 def _displacement(axes, solved):
     """Draw the measured displacement with and without the loop, its largest value, and where that of a step settles."""
-    time, response, unit, step = solved.time, solved.found, solved.unit, solved.step
+    time, response, unit, step = solved.time, solved.response, solved.unit, solved.step
     if response.open_loop is not None:
         axes.plot(time, MILLI * response.open_loop, color=GREY, lw=1.0, ls="--", label="without the loop")
     displacement = MILLI * response.measured
