@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from cablestudy.scene.actuator_tables import LIMITS, Actuator, ReactionWheel, actuator_relations, is_wheel
-from cablestudy.scene.cable_table import CHORD_RANGE, LENGTH_RATIO, NO_CURVES, beyond_the_end, length_ratio
+from cablestudy.scene.cable_table import CHORD_RANGE, LENGTH_RATIO, NO_CURVES, beyond_the_end, length_ratio_message
 from cablestudy.scene.common_tables import Exposure, Ground, MarkerCorrection, ModelTable, ground_relations
 from cablestudy.scene.connections import attachment_of, connection_mistakes, unheld, written_connections
 from cablestudy.scene.control_tables import Control, Drive
@@ -279,7 +279,7 @@ class SuspensionScene(KeyTable):
         length = cable.unstretched_length
         if length is not None and not (self.solve_for == "pose" and any(self.attachment(end)[0] for end in cable.ends)):
             fits = within(length, (LENGTH_RATIO[0] * chord, LENGTH_RATIO[1] * chord))
-            yield (*path, "unstretched_length"), fits, partial(length_ratio, length, chord)
+            yield (*path, "unstretched_length"), fits, partial(length_ratio_message, length, chord)
 
 
 def _distance(first, last):
