@@ -36,9 +36,10 @@ def loop(scene, sets, case, span, duration, input_, output, size, length, name, 
     if span or duration:
         refuse_options({"--table": name}, "--response and --time have one table")
     one_case(case, "a loop is that of one case: give --case NAME")
-    read_scene, options = read(scene, sets, case), {"response": span, "time": duration} | (timed if duration else {})
-    found = read_scene.compute("loop", estimate=explain or style == "json", table=name, **options)
-    return finish(scene, found, style, plot, explain, quiet)
+    options = {"response": span, "time": duration} | (timed if duration else {})
+    options |= {"estimate": explain or style == "json", "table": name}
+    answer = read(scene, sets, case).compute("loop", **options)
+    return finish(scene, answer, style, plot, explain, quiet)
 
 
 def joined(context, parameter, texts):
