@@ -194,9 +194,9 @@ def _bode_plot(plots, curves, numbers, attached):
     Parameters
     ----------
     plots : module
-    curves : list of Curve
-    numbers : tuple
-        Frequencies and responses, from `ssm_tables.drawn`.
+    curves : list of ssm_tables.Curve
+    numbers : list of ndarray
+        From `ssm_tables.drawn`.
     attached : str or None
         What is attached to the state space: see `StateSpaceOptions`.
     """
