@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Set
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from cablestudy.activity import Shown
+from cablestudy.activity import ActivityDisplay
 from cablestudy.errors import NoSolutionError, SceneError, shorten
 from cablestudy.interface.answer import Answer
 from cablestudy.interface.arguments import call, checked
@@ -378,7 +378,7 @@ class Scene:
         -----
         Where it takes long standard error says how far it is, unless CABLESTUDY_PROGRESS is `off`.
         """
-        with Shown("trade"):
+        with ActivityDisplay("trade"):
             return self.compute("trade", columns=columns, repeats=repeats).frame()
 
     @checked

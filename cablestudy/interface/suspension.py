@@ -180,7 +180,7 @@ class Suspension(Scene):
         return self.case if self.model.model.elements is None else SuspensionCase(self.model, estimate=True)
 
     def _compute_case(self, what, **options):
-        """As `_compute`, of one of several cases: the others go on where it has no answer."""
+        """`Answer` of one of several load cases, see `_compute`; a failed one instead of an error: others go on."""
         try:
             return self._compute(what, **options)
         except (NoSolutionError, ConvergenceError) as error:
