@@ -47,7 +47,7 @@ EXCLUSIVE = (
 @click.option("--fail-fast", is_flag=True, help="Stop at the first case without an answer.")
 @EXPLAIN
 def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, out, no_write, check, rtols, style, plot,
-          shard, quiet, **how):  # fmt: skip
+          shard, quiet, **run_options):  # fmt: skip
     """Compute a study: one row for each case, written to DIR/NAME.csv and DIR/NAME.md, and printed.
 
     Rows are kept as they are done: whatever ends a run, --resume goes on with it.
@@ -55,7 +55,7 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
     context = click.get_current_context()
     exclude(context.params, EXCLUSIVE)
     refuse_options({"--rtol": rtols and not check}, "for --check only")
-    keep, words, run = not (check or no_write or how["row"]), context.obj["words"], None
+    keep, words, run = not (check or no_write or run_options["row"]), context.obj["words"], None
 
     def lines_when_interrupted():
         return run.interrupted(words) if run else ["interrupted: nothing is computed yet"]
@@ -76,7 +76,7 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
         if check:
             study.files(out).check_stored()
             tolerance = study.tolerances(rtols)
-        options = {"quiet": quiet, "estimate": style == "json", **how}
+        options = {"quiet": quiet, "estimate": style == "json", **run_options}
         with study.run(out, keep, shard, **options) as run:
             compute(run, study.words)
             if not shard:
@@ -97,22 +97,9 @@ def compute(run, words):
 
 
 def finish(study, run, style, plot, tolerance, command, select=None, indices=False):
-    """Compare the table of a complete run with the stored one, or write and print it; return the exit code.
+    """Write and print the table of a complete run, or compare it with the stored one; return the exit code.
 
-    Parameters
-    ----------
-    study : interface.study.Study
-    run : sweeps.run.Run
-    style, plot
-        Options of the command.
-    tolerance : Tolerance or None
-        Of the comparison; None for no comparison.
-    command : str
-        As typed.
-    select : callable, optional
-        From `Study.selection`.
-    indices : bool
-        Whether Sobol's indices are shown.
+    It is compared where there is a tolerance; `select` is from `Study.selection`, `indices` says that it selects these.
     """
     table, files, quiet = run.table(), run.files, run.options.quiet
     if run.options.keep:

@@ -79,10 +79,7 @@ def frequency_limit(count, upto):
 
 
 def fewer_modes(modes, asked, limit):
-    """Warning where a model has fewer modes than the number asked for: tuple of at most one str.
-
-    `limit`: the frequency up to which all were asked for instead, or None. [Hz]
-    """
+    """Warning, in a tuple, where a model has fewer modes than asked for, and not all up to a frequency limit [Hz]."""
     is_short = limit is None and len(modes) < asked
     return (f"the model has {len(modes)} modes, not {asked}",) if is_short else ()
 
@@ -103,11 +100,11 @@ def loop(
     from cablestudy.study.ssm import read_span
 
     span = read_span(response) if response else None
-    in_time = TimeOptions(time, input=input, size=size, length=length, output=output) if time else None
-    return scene.solve_loop(scene, span, in_time, table, estimate)
+    time_options = TimeOptions(time, input=input, size=size, length=length, output=output) if time else None
+    return scene.solve_loop(scene, span, time_options, table, estimate)
 
 
-def with_loop(answer, scene, in_wind, span, asked, **named):
+def with_loop(answer, scene, in_wind, span, time_options, **named):
     """An `Answer` on a loop with its picture; with its table over frequency, or with table and picture in time instead.
 
     Parameters
@@ -115,7 +112,7 @@ def with_loop(answer, scene, in_wind, span, asked, **named):
     answer : Answer
     scene : Scene
     in_wind : DynamicAnalysis
-    span, asked
+    span, time_options
         As of `solve_loop`.
     **named
         Of `loop_in_time.time_case`.
@@ -123,8 +120,8 @@ def with_loop(answer, scene, in_wind, span, asked, **named):
     from cablestudy.study.loop_in_time import time_case, time_table
     from cablestudy.study.loop_report import response_table
 
-    if asked:
-        solved = time_case(scene.document, scene.model, in_wind.closed_loop, asked, **named)
+    if time_options:
+        solved = time_case(scene.document, scene.model, in_wind.closed_loop, time_options, **named)
         lines, draw = (*answer.warnings, *solved.notes), lambda plots: plots.loop_in_time(solved)
         return replace(answer, tables=only(time_table(solved)), warnings=lines, draw=draw)
     closed_loop = in_wind.controlled
@@ -134,17 +131,9 @@ def with_loop(answer, scene, in_wind, span, asked, **named):
 
 
 def ssm(scene, out: File | None = None, response: Frequencies | None = None, **options):
-    """The state space, its kept modes or its response.
+    """State space of a scene: its kept modes, or its `response` at a range and number of frequencies; its file `out`.
 
-    Parameters
-    ----------
-    scene : Scene
-    out : str, optional
-        File that the state space is written to.
-    response : str, optional
-        Range and number of frequencies of its response.
-    **options
-        Of `ssm.StateSpaceOptions`.
+    Other options are those of `ssm.StateSpaceOptions`.
     """
     from cablestudy.study.notes import reference_without_loads
     from cablestudy.study.ssm import (
@@ -189,17 +178,7 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
 
 
 def _bode_plot(plots, curves, numbers, attached):
-    """The picture of frequency responses; SceneError where they have several units.
-
-    Parameters
-    ----------
-    plots : module
-    curves : list of ssm_tables.Curve
-    numbers : list of ndarray
-        From `ssm_tables.drawn`.
-    attached : str or None
-        What is attached to the state space: see `StateSpaceOptions`.
-    """
+    """The picture of frequency responses, of numbers from `ssm_tables.drawn`; SceneError for several units."""
     units = dict.fromkeys(curve.unit or "-" for curve in curves)
     if len(units) > 1:
         raise SceneError(f"--plot: draws responses of one unit, these have {', '.join(units)}")

@@ -107,14 +107,7 @@ def read_variations(value: object) -> tuple[str, ...]:
 
 
 def texts_of(value: object, text: Callable[[str, Any], str]) -> tuple[str, ...]:
-    """Texts KEY=TEXT of a mapping; or the texts themselves where a list of them is given.
-
-    Parameters
-    ----------
-    value : mapping, list of str or None
-    text : callable
-        Key, plain value -> text of the value.
-    """
+    """Texts KEY=TEXT of a mapping, by a function `text` of each key and its plain value; or the texts of a list."""
     mapping = mapping_of({} if value is None else value)
     if mapping is None:
         return read_texts(value)

@@ -74,7 +74,7 @@ def list_of(value: Any) -> list[Any] | None:
 
 
 def plain(value: Any, path: tuple[str, ...] = ()) -> Any:
-    """Mappings, lists, text, numbers, truth values and None, whatever they were given as.
+    """Convert a value of Python to what a file can hold: mappings, lists, text, numbers, truth values and None.
 
     Parameters
     ----------

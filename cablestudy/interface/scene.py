@@ -404,10 +404,7 @@ class Scene:
 
 
 def lines_with_cases(lines_of_case: Mapping[str, tuple[str, ...]]) -> tuple[str, ...]:
-    """Each line once, after the names of the load cases that have it: `cases cold, ice: LINE`.
-
-    `lines_of_case`: name of a case -> its lines.
-    """
+    """Each line once, after the names of the load cases that have it: `cases cold, ice: LINE`."""
     cases_of_line: dict[str, list[str]] = {}
     for name, lines in lines_of_case.items():
         for line in lines:

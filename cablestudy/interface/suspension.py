@@ -100,7 +100,7 @@ def windrms(scene, table: Text | None = None, estimate: bool = False):
     return _of_case(case, failures, remarks, tables=_named(table, tables), draw=draw)
 
 
-def solve_loop(scene, span, asked, table, estimate):
+def solve_loop(scene, span, time_options, table, estimate):
     """`Answer` of the loop, see `one_cable.solve_loop`."""
     from cablestudy.scene.scene import missing
     from cablestudy.study.loop_report import unstable
@@ -109,10 +109,11 @@ def solve_loop(scene, span, asked, table, estimate):
     if scene.model.control is None:
         raise missing(scene.document, "control", "loop")
     case = scene.estimated if estimate else scene.case
-    tables, failures = ({}, ()) if span or asked else loop_tables(case, table)
+    tables, failures = ({}, ()) if span or time_options else loop_tables(case, table)
     remarks = () if failures else loop_remarks(case, tables)
     failures = unstable(case.in_wind.controlled) if span else failures
-    return with_loop(_of_case(case, failures, remarks, tables=_named(table, tables)), scene, case.in_wind, span, asked)
+    answer = _of_case(case, failures, remarks, tables=_named(table, tables))
+    return with_loop(answer, scene, case.in_wind, span, time_options)
 
 
 def _named(name, tables):

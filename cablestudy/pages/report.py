@@ -222,17 +222,9 @@ def _study_page(source, sets, vary, title, begun, jobs, quiet, columns, where):
 
 
 def _add_provenance(page, begun, identity, documents):
-    """Append the record of the run that computed the numbers of a page, as `NAME.run.yaml` has it of a sweep.
+    """Append the record of the run that computed the numbers of a page, see `fingerprint.origin`.
 
-    Parameters
-    ----------
-    page : Page
-    begun : (str, datetime)
-        The command, and when it began.
-    identity : dict
-        What the numbers depend on: versions, scene.
-    documents : list of Document
-        Whose files are named.
+    `begun`: the command, and when it began; `documents`: whose files are named.
     """
     page.heading("Provenance")
     command, started = begun

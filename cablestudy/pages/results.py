@@ -98,16 +98,9 @@ def limits(page, scene):
 
 
 def _add_answer(page, scene, command, left_out=None, headed=True):
-    """Append tables, picture and notes of a command to a page; returns its `Answer`.
+    """Append tables, picture and notes of a command, for example `modes`, to a page; returns its `Answer`.
 
-    Parameters
-    ----------
-    page, scene : Page, interface.scene.Scene
-    command : {"static", "modes", "loop", "windrms"}
-    left_out : dict, optional
-        Name of a table -> names of its columns that the page has already.
-    headed : bool
-        Whether numbers of it are key figures of the page.
+    `left_out`: name of a table -> columns that are not shown; `headed`: whether numbers of it are key figures.
     """
     answer, tables = scene.compute(command, estimate=True), {}
     _add_messages(page, command, answer)
@@ -172,14 +165,7 @@ def _add_load_cases(page, scene):
 
 
 def _extremes(cables, cases):
-    """Table of the extreme tensions of all cables in each load case.
-
-    Parameters
-    ----------
-    cables : Table
-        One row for each cable in each case.
-    cases : list of str
-    """
+    """Table of the extreme tensions of all cables in each load case; `cables` has a row for each cable in each case."""
     rows, errors = {name: {"case": name} for name in cases}, {name: {} for name in cases}
     for cable, cable_errors in zip(cables.rows, cables.errors(), strict=True):
         extremes, largest_errors = rows[cable["case"]], errors[cable["case"]]

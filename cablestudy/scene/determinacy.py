@@ -8,7 +8,10 @@ LISTED = 8  # names in a message
 
 
 def determinacy_mistakes(scene):
-    """Mistakes where too little is stated, or something to no purpose.
+    """Mistakes where cables state more or less than the statics of their suspension need.
+
+    `solve_for: pose` needs a length of each cable; `lengths` needs at least as many unknowns, lengths and rotations, as
+    there are equations of equilibrium.
 
     Parameters
     ----------

@@ -287,14 +287,9 @@ def _read_fifo(name):
 
 
 def _read_bytes(open_file, place, key="", prefix=""):
-    """The bytes of a file, at most MAX_BYTES + 1, so that a longer one can be told.
+    """The bytes of the stream that `open_file()` returns, at most MAX_BYTES + 1, so that a longer one can be told.
 
-    Parameters
-    ----------
-    open_file : callable
-        Returns a binary stream, a context manager.
-    place, key, prefix : Place, str, str
-        Of the SceneError if it cannot be read: place and key, and what its message begins with.
+    If it cannot be read, SceneError with this place and key, and a message that begins with the prefix.
     """
     try:
         with open_file() as file:

@@ -107,17 +107,10 @@ def entries_of(table, source, cases):
 
 
 def _columns_of(mapping, path, read_values, source, varied):
-    """The fields of one `Entry` from its mapping in the file: columns, alternatives; and path and message of mistakes.
+    """The fields of one `Entry` from its mapping at a path of a study: columns, alternatives; and a list of mistakes.
 
-    Parameters
-    ----------
-    mapping, path : dict, tuple
-        Dotted key -> what is written for its values; and where the mapping is in the file.
-    read_values : callable
-        Dotted key, what is written -> its values.
-    source : Document
-    varied : set of str
-        Keys that vary in entries before it; those of this one are added.
+    `mapping` has what is written for the values of each key, `read_values` is a function of both -> the values;
+    `varied` is the set of keys that vary in entries before it, to which those of this one are added.
     """
     columns, alternatives, mistakes = [], {}, []
     for key, written in mapping.items():

@@ -86,7 +86,7 @@ def _doubt_solid_bar(name, material, table):
     """Key and message where a thick cable is a solid bar of its material, which is likely to be a rope; else None."""
     section_keys = ("area", "fill_factor", "axial_stiffness", "mass_per_length")
     is_solid = material.fill_factor == 1 and material.section_area is None and not name.startswith(PAPER)
-    is_solid = is_solid and all(table.get(key) is None for key in section_keys)
+    is_solid &= all(table.get(key) is None for key in section_keys)
     diameter = _number(table.get("diameter"), "m") if is_solid else None
     if diameter is None or diameter <= THICKEST_WIRE:
         return None

@@ -28,7 +28,7 @@ def as_suspension(scene, damping=0.0):
     Returns
     -------
     SuspensionScene
-        Its equilibrium is known: places, and what the cable states, are not filled in.
+        Without the ends of the cable and its length, since its equilibrium is computed from the scene of one cable.
     """
     winch = scene.winch if scene.gondola is not None else None  # that of a bare cable moves nothing
     return _construct(

@@ -69,19 +69,9 @@ class Sample(KeyTable):
 
 
 class Sampled(Sequence):
-    """The values of one sampled key in all cases, computed one by one.
+    """The values of one key of a sample, by its number from 0, in all cases; computed one by one.
 
-    Parameters
-    ----------
-    sample : Sample
-    key : int
-        Its number among the keys of the sample, from 0.
-    interval : Interval
-
-    Attributes
-    ----------
-    written : dict
-        Sample and key as plain values.
+    `written` are sample and key as plain values.
     """
 
     def __init__(self, sample, key, interval):

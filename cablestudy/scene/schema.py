@@ -45,17 +45,7 @@ def suspension_schema():
 
 
 def _file_schema(kind, tables, controller):
-    """JSON Schema of a scene file.
-
-    Parameters
-    ----------
-    kind : str
-        For its title.
-    tables : list of (tuple, type)
-        From `tables_of` the model of the whole file.
-    controller : str
-        Name of the model that has the key `notch`.
-    """
+    """JSON Schema of a kind of scene file, from its `tables_of`; `controller` is the model that has the key `notch`."""
     models = [(model, "validation") for _, model in tables]
     definitions = models_json_schema(models, schema_generator=_PlainSchema)[1]["$defs"]
     conditions = {}  # path of a table -> what it must have in a file without a base

@@ -97,19 +97,9 @@ class StressStrainTable(KeyTable):
         return sum(map(self.final_modulus, self.parts))
 
     def coefficients(self, name, curve):
-        """A curve of a part in SI: stress = sum_k c_k strain^k.
+        """Coefficients c_k of a curve, "initial" or "creep", of a part: stress = sum_k c_k strain^k.
 
-        Parameters
-        ----------
-        name : {"outer", "core"}
-        curve : {"initial", "creep"}
-
-        Returns
-        -------
-        coefficients : list of float
-            TERMS of them, the constant first; zeros of a part that is not there. [Pa]
-        end : float
-            Strain to which they hold. [-]
+        TERMS of them, zeros of a part that is not there [Pa]; and the strain to which they hold [-].
         """
         part = self.parts.get(name)
         written = (getattr(part, curve) or part.initial) if part else (0.0, 0.0)

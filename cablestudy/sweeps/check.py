@@ -127,18 +127,9 @@ def _tolerance_columns(fields):
 
 
 def _agree(name, stored, row, column, tolerance):
-    """True if a stored cell and the computed one agree.
+    """True if the stored text of a cell, the field `name`, agrees with the computed row.
 
-    Parameters
-    ----------
-    name, stored : str
-        Of the cell: its field and the stored text.
-    row : dict
-        The computed row.
-    column : str
-        Whose tolerance holds; if it is another field, its number is a scale too: that of a difference.
-    tolerance : Tolerance
-        Relative to the largest of both numbers and the scale.
+    The tolerance is that of a column, relative to the larger number; of a difference, also to the number in the column.
     """
     computed = row.get(name)
     if name == "status":

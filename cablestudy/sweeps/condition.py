@@ -145,7 +145,8 @@ class _Translator:
     def operands(self, tokens, may_be_text):
         """List of the operands of tokens: each a Variable, a number (Decimal, unit), or a text.
 
-        A word that is neither a column nor a key is text where it is compared with what may hold text.
+        A word that is neither a column nor a key is text where it is compared with what may hold text, and
+        `may_be_text` says that the signs of the comparison allow it.
         """
         operands, unknown = [], []
         for token in tokens:

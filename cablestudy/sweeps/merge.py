@@ -50,16 +50,9 @@ class MergedRun(Run):
         return store
 
     def _missing_rows(self, merged, count, present):
-        """List of lines, one for each shard without all of its rows, with the command that computes them.
+        """List of lines, one for each of `count` shards without all of its rows, with the command that computes them.
 
-        Parameters
-        ----------
-        merged : RowStore
-            The rows of all shards.
-        count : int
-            Number of shards.
-        present : set of int
-            Numbers, from 1, of those that are there.
+        `merged` has the rows of all shards, `present` is the set of numbers, from 1, of those that are there.
         """
         lines = []
         for number in range(1, count + 1):

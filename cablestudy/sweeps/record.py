@@ -60,15 +60,7 @@ def check_sum(row, key, status, cells, errors, notes):
 
 
 def unpack(stored, headers):
-    """The RowRecord of a stored row; None if it is not as `pack` wrote it, since a file may hold anything.
-
-    Parameters
-    ----------
-    stored : tuple
-        As `pack` returns.
-    headers : list of str
-        Of its cells.
-    """
+    """The RowRecord of a stored row with cells of these headers; None if it is not as `pack` returned it."""
     row, key, status, cells, errors, notes, stored_sum = stored
     if check_sum(*stored[:-1]) != stored_sum:
         return None

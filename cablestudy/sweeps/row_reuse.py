@@ -51,17 +51,9 @@ def reuse_rows(store, study, cases, identity):
 
 
 def _reusable_records(store, study, cases, headers, reusable):
-    """Yield records, from `record.pack`, of the cases of a study that the earlier run has: whole ones, or partial ones.
+    """Yield records, from `record.pack`, of the cases of a study whose scenes the store of an earlier run has.
 
-    Parameters
-    ----------
-    store : RowStore
-        With the rows of the earlier run.
-    study, cases : StudyFile, range
-    headers : list of str
-        Of the cells of the records.
-    reusable : frozenset of str
-        Headers of the cells that are taken over; the others stay empty.
+    They have cells of the headers; those that are not reusable stay empty, and the record is partial.
     """
     old_headers = store.headers
     same_columns, complete = set(old_headers) == set(headers), reusable.issuperset(headers)

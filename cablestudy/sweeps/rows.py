@@ -19,15 +19,7 @@ CACHED_STEPS = 100_000  # of what varies, whose text in the CSV is kept: more th
 
 
 class LazyRows(Sequence):
-    """Rows that are made when they are asked for.
-
-    Parameters
-    ----------
-    places : sequence of int
-        Where each row is in its source, for example cases of a study.
-    row_at : callable
-        Place -> row, a dict.
-    """
+    """Rows that are made when they are asked for, by `row_at`: a function of their places, for example their cases."""
 
     def __init__(self, places, row_at):
         self.places, self._row_at = places, row_at
@@ -81,7 +73,7 @@ class Rows(LazyRows):
         frame["status"] = [status for status, _ in stored]
         steps_of_entries = np.unravel_index(self._cases, [len(entry) for entry in self._study.entries] or [1])
         for entry, steps in zip(self._study.entries, steps_of_entries, strict=False):
-            unique_steps, inverse = np.unique(steps, return_inverse=True)
+            unique_steps, inverse = np.unique(steps, return_inverse=True)  # a cell is made once for each step
             for key, values, _ in entry.columns:
                 varied = self._varied[key]
                 cells = [varied.cell(values[step]) for step in unique_steps.tolist()]
@@ -147,15 +139,7 @@ def cases_table(study):
 
 
 def varied_cells(varied_by_key, overrides):
-    """Header -> cell of the varied keys in one case: dict.
-
-    Parameters
-    ----------
-    varied_by_key : dict
-        Dotted key -> VariedKey.
-    overrides : dict
-        From `StudyFile.overrides`.
-    """
+    """Header -> cell of the varied keys in a case: dict, from key -> VariedKey and from `StudyFile.overrides`."""
     return {varied_by_key[key].header: varied_by_key[key].cell(value) for key, value in overrides.items()}
 
 

@@ -111,13 +111,7 @@ def has_all_rows(path, current, count):
 def _open_rows(study, path, current, problems):
     """The store of the rows that belong to a study, and a list of notes on their age; None and [] where there is none.
 
-    Parameters
-    ----------
-    study, path : StudyFile, str
-    current : dict
-        `fingerprint.identity` of the study as it is now.
-    problems : list of str
-        Lines why there is no store are added to it.
+    `current` is the `fingerprint.identity` of the study; lines why there is none are added to the list `problems`.
     """
     if not os.path.exists(path):
         return None, []
@@ -142,10 +136,7 @@ def _open_rows(study, path, current, problems):
 
 
 def _why_other_study(stored, current):
-    """Lines why stored rows belong to another study than the current one: list of str, empty where they belong to it.
-
-    Both are from `fingerprint.identity`.
-    """
+    """Lines why stored rows are of another study than the current one, a list; both are from `fingerprint.identity`."""
     lines = differences({**stored, "versions": {}}, {**current, "versions": {}})
     changed = [what for part, what in PARTS.items() if stored.get(part) != current.get(part)]
     return [*lines, *(f"of the study before it was edited: {what} changed" for what in changed)]
@@ -157,10 +148,7 @@ def _age(path, stored, current):
 
 
 def _stored_csv(study, fields, files, current, problems):
-    """The `Stored` of the CSV of a study; None where there is none that belongs to it.
-
-    Parameters as of `_open_rows`; `fields` are those of the table.
-    """
+    """The `Stored` of the CSV of a study, None where there is none that belongs to it; parameters as `_open_rows`."""
     if not os.path.isfile(files.csv):
         return None
     stored_names, stored_rows = stream_csv(files.csv)
@@ -183,16 +171,7 @@ def _stored_csv(study, fields, files, current, problems):
 
 
 def _read_rows(study, path, stored_rows, rows):
-    """Read the rows of a CSV: list of lines why they are not those of the study, empty where they are.
-
-    Parameters
-    ----------
-    study, path : StudyFile, str
-    stored_rows : iterable of (int, dict)
-        From `stream_csv`.
-    rows : PlainRows
-        The rows are added to it.
-    """
+    """Read the rows of a CSV, from `stream_csv`, into `rows`: list of lines why they are not those of the study."""
     varied_by_key = {varied.key: varied for varied in varied_keys(study)}
     count, lines = 0, []
     for count, (line, texts) in enumerate(stored_rows, 1):
