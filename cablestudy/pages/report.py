@@ -165,8 +165,8 @@ def _scene_page(source, sets, case, title, begun, columns):
     document = apply_sets(unchanged, sets, case)
     model = read_scene(document)
     scene = scene_of(source.name, sets + case_text(case), document, model)
-    shown = f" in the load case {model.case}" if model.case is not None else ""
-    page = Page(title or _stem(source.name), f"{scene.heading}{shown}. Scene {source.name}.", columns)
+    in_case = f" in the load case {model.case}" if model.case is not None else ""
+    page = Page(title or _stem(source.name), f"{scene.heading}{in_case}. Scene {source.name}.", columns)
     if model.limits:
         with page.section("Limits"):
             limits(page, scene)

@@ -99,7 +99,7 @@ def _extremes(study, table, shown, fields):
     """
     frame, lines = table.rows.frame(), []
     if shown is not table:
-        frame = frame.loc[shown.rows.places]
+        frame = frame.loc[shown.rows.indices]
     left_out = {*TEXTS, *(key.header for key in varied_keys(study))}
     for field in fields:
         if field.hidden or field.printed or field.name not in frame or field.name in left_out:

@@ -43,8 +43,8 @@ class Load(KeyTable):
 
     def relations(self):
         """A force, a mass, or both."""
-        given = self.force is not None or self.mass is not None
-        yield [((), given, lambda: "missing key: force, mass, or both")]
+        has_load = self.force is not None or self.mass is not None
+        yield [((), has_load, lambda: "missing key: force, mass, or both")]
 
 
 def load_name(cable, number):

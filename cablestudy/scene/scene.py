@@ -112,8 +112,8 @@ class CableScene(KeyTable):
 
     def relations(self):
         """The case is one of the cases, what it needs of the cable is there, and its loads are on the cable."""
-        known = self.case is None or self.case in self.cases
-        yield [(("case",), known, lambda: f"unknown case {show(self.case)} ({suggestion(self.case, self.cases)})")]
+        exists = self.case is None or self.case in self.cases
+        yield [(("case",), exists, lambda: f"unknown case {show(self.case)} ({suggestion(self.case, self.cases)})")]
         cable, length = self.cable, self.cable.unstretched_length
         yield [loaded_by_a_case(("cable",), cable, self.cases)]
         yield [relation for name, case in self.cases.items() for relation in case.needs_of(cable, ("cable",), name)]

@@ -182,8 +182,8 @@ class SuspensionScene(KeyTable):
 
     def _case_relations(self):
         """The case is one of the cases, all cables have what the cases need, and the ground is in order."""
-        known = self.case is None or self.case in self.cases
-        yield [(("case",), known, lambda: f"unknown case {show(self.case)} ({suggestion(self.case, self.cases)})")]
+        exists = self.case is None or self.case in self.cases
+        yield [(("case",), exists, lambda: f"unknown case {show(self.case)} ({suggestion(self.case, self.cases)})")]
         yield [loaded_by_a_case(("cables", name), table, self.cases) for name, table in self.cables.items()]
         with_state = [name for name, table in self.cables.items() if table.state]
         has_curves = not with_state or any(table.stress_strain for table in self.cables.values())
@@ -329,8 +329,9 @@ def read_suspension(document):
     SceneError
         All that is wrong with it, sorted by place.
     """
-    written = document.value.get("actuators")
-    wheels = [name for name, value in written.items() if is_wheel(value)] if isinstance(written, dict) else ()
+    actuators = document.value.get("actuators")
+    wheels = [name for name, value in actuators.items() if is_wheel(value)] if isinstance(actuators, dict) else ()
+    # an actuator may have the keys of a reaction mass, unless it is found in this list as a wheel before
     tables = [(("actuators", name), ReactionWheel) for name in wheels] + SUSPENSION_TABLES
     mistakes = [(path, _explain(path, message)) for path, message in empty_keys(document, tables)]
     try:

@@ -318,10 +318,10 @@ class Tensions(KeyTable):
         """Bounds in order; a reference goes with `closest`."""
         if self.max is not None:
             yield [(("max",), self.min <= self.max, lambda: f"{self.max:g} N is below min, {self.min:g} N")]
-        closest, given = self.method == "closest", self.reference is not None
+        is_closest, has_reference = self.method == "closest", self.reference is not None
         message = f"belongs to the method closest; the method is {self.method}"
-        yield [((), given or not closest, lambda: "missing key: reference (the method is closest)")]
-        yield [(("reference",), closest or not given, lambda: message)]
+        yield [((), has_reference or not is_closest, lambda: "missing key: reference (the method is closest)")]
+        yield [(("reference",), is_closest or not has_reference, lambda: message)]
 
 
 class CableWinch(KeyTable):

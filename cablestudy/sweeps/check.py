@@ -28,8 +28,8 @@ class Difference:
 
     def __str__(self):
         stored_number, computed_number = number(self.stored), number(self.computed)
-        known = stored_number and computed_number is not None
-        ratio = f", ratio {computed_number / stored_number:.9g}" if known else ""
+        has_ratio = stored_number and computed_number is not None
+        ratio = f", ratio {computed_number / stored_number:.9g}" if has_ratio else ""
         stored, computed = (shorten(text, LONGEST_CELL) or "empty" for text in (self.stored, self.computed))
         return f"row {self.row}, {self.column}: stored {stored}, computed {computed}{ratio}"
 
@@ -89,32 +89,32 @@ def compare(table, path, tolerance):
         Text for columns and rows that only one of them has.
     """
     stored_names, stored_rows = stream_csv(path)
-    columns = _tolerance_columns(table.fields)
-    yield from _unmatched_columns(table, stored_names, columns)
+    tolerance_columns = _tolerance_columns(table.fields)
+    yield from _unmatched_columns(table, stored_names, list(tolerance_columns))
     never_compared = find(NEVER_COMPARED).header
-    compared_names = [name for name in columns if name in stored_names and name != never_compared]
+    compared_names = [name for name in tolerance_columns if name in stored_names and name != never_compared]
     count = 0
     for count, (row, (_, stored)) in enumerate(zip(table.rows, stored_rows, strict=False), 1):
         for name in compared_names:
-            if not _agree(name, stored[name], row, columns[name], tolerance):
+            if not _agree(name, stored[name], row, tolerance_columns[name], tolerance):
                 yield Difference(count, name, stored[name], exact(row.get(name)))
     count += sum(1 for _ in stored_rows)
     if count != len(table.rows):
         yield f"{count} rows stored, {len(table.rows)} computed"
 
 
-def _unmatched_columns(table, stored_names, columns):
-    """Yield a line for each column that only the computed table has, from `columns`, or only the stored one."""
-    new_name = {field.title: field.name for field in table.fields if field.distinct and field.title not in columns}
+def _unmatched_columns(table, stored_names, names):
+    """Yield a line for each column that only the computed table has, of all its names, or only the stored one."""
+    new_name = {field.title: field.name for field in table.fields if field.distinct and field.title not in names}
     # names of columns that versions of the program wrote which wrote varied keys as text
     renamed = [name for name in stored_names if new_name.get(name) not in (None, *stored_names)]
     for name in renamed:
         now = new_name[name]
         yield f"column {name}: stored as text by an earlier version, now {now}: sweep it anew without --check"
-    matched = {*columns, *renamed}
+    matched = {*names, *renamed}
     yield from (f"column {name}: stored, not computed" for name in stored_names if name not in matched)
     matched = {*stored_names, *(new_name[name] for name in renamed)}
-    yield from (f"column {name}: computed, not stored" for name in columns if name not in matched)
+    yield from (f"column {name}: computed, not stored" for name in names if name not in matched)
 
 
 def _tolerance_columns(fields):

@@ -156,7 +156,7 @@ class _Translator:
                 unknown.append((token, error))
                 operands.append(token.text)
         variables = [operand for operand in operands if isinstance(operand, Variable)]
-        may_hold_text = any(known.is_text or (known.is_varied and known.unit is None) for known in variables)
+        may_hold_text = any(operand.is_text or (operand.is_varied and operand.unit is None) for operand in variables)
         if unknown and not (may_hold_text and may_be_text):
             token, error = unknown[0]
             _refuse(token.column, str(error))
@@ -208,8 +208,8 @@ def check_kinds(operands, tokens):
 def common_unit(operands):
     """The unit in which operands are compared: that of the first column, else of the first varied key."""
     numeric = [operand for operand in operands if isinstance(operand, Variable) and not operand.is_text]
-    columns_first = sorted(numeric, key=lambda known: known.is_varied)
-    return next((known.unit for known in columns_first if known.unit is not None), "")
+    columns_first = sorted(numeric, key=lambda operand: operand.is_varied)
+    return next((operand.unit for operand in columns_first if operand.unit is not None), "")
 
 
 def _numbers_without_unit(operands, tokens, unit):

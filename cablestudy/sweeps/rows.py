@@ -19,18 +19,18 @@ CACHED_STEPS = 100_000  # of what varies, whose text in the CSV is kept: more th
 
 
 class LazyRows(Sequence):
-    """Rows that are made when they are asked for, by `row_at`: a function of their places, for example their cases."""
+    """Rows that are made when they are asked for, each by `row_at` of an index: its case, or its row in a table."""
 
-    def __init__(self, places, row_at):
-        self.places, self._row_at = places, row_at
+    def __init__(self, indices, row_at):
+        self.indices, self._row_at = indices, row_at
 
     def __len__(self):
-        return len(self.places)
+        return len(self.indices)
 
-    def __getitem__(self, index):
-        if isinstance(index, slice):
-            return LazyRows(self.places[index], self._row_at)
-        return self._row_at(self.places[index])
+    def __getitem__(self, number):
+        if isinstance(number, slice):
+            return LazyRows(self.indices[number], self._row_at)
+        return self._row_at(self.indices[number])
 
 
 class Rows(LazyRows):
@@ -52,11 +52,11 @@ class Rows(LazyRows):
         varied = varied_cells(self._varied, self._study.overrides(record.case))
         return {**varied, **cells, **_printed(cells, self._reference, record.case)}
 
-    def errors(self, places=None):
+    def errors(self, indices=None):
         """Yield the estimated error of each cell that has one, of all rows or of some: header -> number."""
         least_errors = {c.header: c.least_error for c in self._columns if c.least_error is not None}
-        chosen = (self._store.row(self._cases[place]) for place in places or ())
-        for record in self._store.read(self._cases) if places is None else chosen:
+        chosen = (self._store.row(self._cases[index]) for index in indices or ())
+        for record in self._store.read(self._cases) if indices is None else chosen:
             errors = {header: record.errors.get(header, error) for header, error in least_errors.items()}
             cells = zip(self._store.headers, record.cells, strict=True)
             yield {name: errors[name] for name, cell in cells if cell is not None and errors.get(name) is not None}
@@ -91,7 +91,7 @@ class Rows(LazyRows):
         """
         stored = [*self._store.headers, "status"]
         varied, others = names[: -len(stored)], names[-len(stored) :]
-        in_order = varied == [known.header for known in self._varied.values() if known.header in varied]
+        in_order = varied == [key.header for key in self._varied.values() if key.header in varied]
         return self._copied_lines(set(varied)) if others == stored and in_order and not self._texts else None
 
     def _copied_lines(self, varied_headers):

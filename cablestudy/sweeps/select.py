@@ -43,10 +43,10 @@ class Selection:
             notes += notes_on_front
         if self.key is not None:
             frame = self._best(frame) if self.best else self._sorted(frame)
-        places = frame.index.tolist()  # of the rows shown, in the whole table
-        errors = partial(table.errors, places) if table.errors else None
-        selected = replace(table, rows=LazyRows(places, table.rows.__getitem__), errors=errors)
-        return selected, [*notes, f"shown: {len(places)} of {len(table.rows)} rows"]
+        indices = frame.index.tolist()  # of the rows shown, in the whole table
+        errors = partial(table.errors, indices) if table.errors else None
+        selected = replace(table, rows=LazyRows(indices, table.rows.__getitem__), errors=errors)
+        return selected, [*notes, f"shown: {len(indices)} of {len(table.rows)} rows"]
 
     def _front(self, frame):
         """The rows that no other beats in the objectives, and a note, in a list, on those without a value of one."""
