@@ -102,7 +102,7 @@ def actuator_relations(scene):
     Yields
     ------
     tuple
-        An item of a list of `Table.relations`.
+        Path, whether the relation holds, message: as in a list of `KeyTable.relations`.
     """
     bare_bodies = {name: _BodyWithoutActuators(body) for name, body in scene.bodies.items()}
     for name, actuator in scene.actuators.items():

@@ -117,10 +117,11 @@ def compose(text, name):
         The text is not well-formed, or not plain YAML.
     """
     text = text.removeprefix("\ufeff")
-    if bad := _UNPRINTABLE.search(text):
-        line, start = text.count("\n", 0, bad.start()) + 1, text.rfind("\n", 0, bad.start()) + 1
-        message = f"character U+{ord(bad[0]):04X} is not text (is this a YAML file?)"
-        raise refuse(Place(name, line, bad.start() - start + 1), message)
+    if match := _UNPRINTABLE.search(text):
+        line = text.count("\n", 0, match.start()) + 1
+        column = match.start() - text.rfind("\n", 0, match.start())
+        message = f"character U+{ord(match[0]):04X} is not text (is this a YAML file?)"
+        raise refuse(Place(name, line, column), message)
     try:
         node = _Composer(text).get_single_node()
     except yaml.YAMLError as error:
@@ -213,8 +214,8 @@ class _Reader:
     def _scalar(self, node, place):
         """Value of text, quoted or not, by its tag or by the rules of `resolve`."""
         tag = node.tag.removeprefix(_CORE)
-        if node.style == '"' and (bad := _UNPRINTABLE.search(node.value)):
-            raise refuse(place, f"character U+{ord(bad[0]):04X} is not text")
+        if node.style == '"' and (match := _UNPRINTABLE.search(node.value)):
+            raise refuse(place, f"character U+{ord(match[0]):04X} is not text")
         start = node.start_mark.index
         if tag == "str" or (tag == _PLAIN and _NO_TYPE.match(self.text, start)):
             return node.value
