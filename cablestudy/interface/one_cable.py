@@ -11,7 +11,7 @@ WIND_ON = {"gondola": "gondola", "cable": "the cable of the gondola", "both": "g
 
 
 def static(scene, estimate: bool = False):
-    """`estimate`: whether the errors of deflections by fixed elements are to be estimated."""
+    """Statics of the cable: an `Answer`; `estimate`: also the errors of deflections by fixed elements."""
     from cablestudy.study.report import static_table
 
     return _of_row(scene, *static_table(scene.model, estimate), lambda case, plots: plots.static_form(case))
@@ -54,7 +54,7 @@ def modes(scene, count: Modes | None = None, upto: Frequency | None = None, esti
 
 
 def windrms(scene, on: WindOn | None = None, estimate: bool = False):
-    """`on`: what the wind acts on, see `Scene.windrms`."""
+    """Motion of the gondola, or of a bare cable, in the wind: an `Answer`; see `Scene.windrms`."""
     from cablestudy.study.wind_report import wind_table
 
     table, row, remarks = wind_table(scene.document, scene.model, on, estimate)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def static(scene, table: Text | None = None, estimate: bool = False):
-    """`table`: the only one that is asked for; `estimate` changes nothing: the errors are known."""
+    """Statics of the suspension: an `Answer` with several tables, or the `table` of a name; errors are always known."""
     from cablestudy.study.suspension.report import static_tables
 
     case, failures = scene.case, []
@@ -90,7 +90,7 @@ def _modes_of_cable(case, name, size, limit):
 
 
 def windrms(scene, table: Text | None = None, estimate: bool = False):
-    """`table`: the only one that is asked for; `estimate`: whether the errors of fixed elements are estimated."""
+    """Motion of the suspension in the wind: an `Answer`; `estimate`: also the errors of fixed elements."""
     from cablestudy.study.suspension.wind_report import remarks_of, wind_tables
 
     case = scene.estimated if estimate else scene.case

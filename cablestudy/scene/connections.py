@@ -8,7 +8,7 @@ ORIGIN = (0.0, 0.0, 0.0)
 
 
 def written_connections(value):
-    """Points, bodies, ends, winches, actuators and links of a file, whatever is wrong in it.
+    """Points, bodies, ends, winches, actuators and links of a file, in which anything may be wrong.
 
     Returns
     -------

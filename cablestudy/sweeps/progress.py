@@ -50,8 +50,8 @@ class Progress:
         self._next = now + (BAR_INTERVAL if self._bar else LINE_INTERVAL)
         text = self.line(done)
         if self._bar:
-            full = WIDTH * done // self._total
-            text = f"\r[{'#' * full}{'.' * (WIDTH - full)}] {text}\x1b[K"
+            filled = WIDTH * done // self._total
+            text = f"\r[{'#' * filled}{'.' * (WIDTH - filled)}] {text}\x1b[K"
             self._shown = True
         self._stream.write(text if self._bar else text + "\n")
         self._stream.flush()
