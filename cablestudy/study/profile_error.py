@@ -47,10 +47,8 @@ def changes(drag, catenary):
     constant, displacement = np.zeros((len(at_points), 1, 3)), np.zeros_like(at_points)
     start, tension, tangent = _slope(at_points, stiffness)
     for _ in range(STUDY.profile_steps):
-        actual_drag = (1 + tension / stiffness) * across(drag.direction[:, None], tangent)
-        actual_drag = drag.times_local_pressure(
-            actual_drag, lambda displacement=displacement: positions + length * displacement
-        )
+        actual_drag, moved = (1 + tension / stiffness) * across(drag.direction[:, None], tangent), length * displacement
+        actual_drag = drag.times_local_pressure(actual_drag, lambda moved=moved: positions + moved)
         difference = drag.normal_drag[:, None, None] * length * (actual_drag - uniform_drag)
         without_constant = at_points - running @ difference
         slope, tension, tangent = _slope(without_constant + constant, stiffness)
