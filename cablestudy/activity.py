@@ -12,17 +12,17 @@ import threading
 DELAY, BAR_INTERVAL = 2.0, 1.0  # before the first line, and between two on a terminal [s]
 OFF = "CABLESTUDY_PROGRESS"
 
-_now, _shown = "", None
+_activity, _display = "", None  # what is computed at present; the display that is open
 
 
 def doing(text):
     """Say what is computed from now on, for example `4 places tried`; an empty text: nothing in particular."""
-    global _now
-    _now = text
+    global _activity
+    _activity = text
 
 
-class Shown:
-    """Context manager: shows that a command is at work, until its end or `end_shown`.
+class ActivityDisplay:
+    """Context manager: shows on a stream that a command is at work, until its end or `end_display`.
 
     Parameters
     ----------
@@ -43,10 +43,10 @@ class Shown:
         self._thread = None
 
     def __enter__(self):
-        global _shown
+        global _display
         doing("")
         if not self._quiet:
-            _shown = self
+            _display = self
             self._thread = threading.Thread(target=self.write, daemon=True)
             self._thread.start()
         return self
@@ -63,19 +63,19 @@ class Shown:
 
     def write(self):
         """Write lines until the end."""
-        terminal, seconds, left = self._stream.isatty(), DELAY, DELAY
-        while not self._wait(left):
-            line = f"{self._command}: {seconds:.0f} s{', ' if _now else ''}{_now}"
-            self._stream.write(f"\r{line}\x1b[K" if terminal else f"{line}\n")
+        is_terminal, seconds, pause = self._stream.isatty(), DELAY, DELAY  # time of the next line, and until it
+        while not self._wait(pause):
+            line = f"{self._command}: {seconds:.0f} s{', ' if _activity else ''}{_activity}"
+            self._stream.write(f"\r{line}\x1b[K" if is_terminal else f"{line}\n")
             self._stream.flush()
-            left = BAR_INTERVAL if terminal else seconds
-            seconds += left
-        if terminal and seconds > DELAY:
+            pause = BAR_INTERVAL if is_terminal else seconds
+            seconds += pause
+        if is_terminal and seconds > DELAY:
             self._stream.write("\r\x1b[K")
             self._stream.flush()
 
 
-def end_shown():
-    """End what is shown, before anything else is written."""
-    if _shown is not None:
-        _shown.end()
+def end_display():
+    """End the display that is open, before anything else is written."""
+    if _display is not None:
+        _display.end()

@@ -76,7 +76,7 @@ class SceneError(CablestudyError):
 
 
 class Mistakes(list[Mistake]):
-    """Mistakes that are found one after the other: the end of a `with` block tells them all, as a SceneError."""
+    """List of mistakes found one after the other; the end of its `with` block raises them as one SceneError."""
 
     def __enter__(self) -> Mistakes:
         return self
@@ -87,7 +87,7 @@ class Mistakes(list[Mistake]):
 
     @contextmanager
     def at(self, where: str = "", key: str = "") -> Iterator[None]:
-        """A block whose SceneError is among them, or its ValueError as a mistake at a place."""
+        """Context manager that adds the mistakes of a SceneError inside, or a ValueError as a mistake at this place."""
         try:
             yield
         except SceneError as error:
@@ -118,21 +118,18 @@ class ConvergenceError(CablestudyError):
 
 
 def outcome_of(compute):
-    """Result of a function without arguments, or the error that says why there is nothing, to be kept for `result_of`.
-
-    The errors are NoSolutionError and ConvergenceError.
-    """
+    """Result of a function without arguments, or its NoSolutionError or ConvergenceError, kept for `result_of`."""
     try:
         return compute()
     except (NoSolutionError, ConvergenceError) as error:
         return error
 
 
-def result_of(found):
-    """Result that `outcome_of` has found; its error is raised."""
-    if isinstance(found, Exception):
-        raise found
-    return found
+def result_of(outcome):
+    """The result itself of an `outcome_of`; if it is an error, that is raised."""
+    if isinstance(outcome, Exception):
+        raise outcome
+    return outcome
 
 
 def refuse_options(options: dict[str, Any], reason: str) -> None:

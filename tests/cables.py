@@ -86,7 +86,7 @@ def span_between(end_1, end_2, unstretched_length, axial_stiffness, mass, gravit
 def chord_strain_for_tension(span, tension):
     """Chord strain of one cable with a mean tension: of a batch of one, or by the closer look that a row has."""
     strain = float(initial_length.strains_for_tension(batch([span]), np.array([tension]))[0])
-    return strain if np.isfinite(strain) else initial_length.closer_strain_for_tension(span, tension)
+    return strain if np.isfinite(strain) else initial_length.shorter_strain_for_tension(span, tension)
 
 
 def chord_strain_for_sag(span, sag):

@@ -24,7 +24,7 @@ def shown(stream, *texts):
         activity.doing(text or "")
         return text is None
 
-    activity.Shown("find", stream=stream, wait=wait).write()
+    activity.ActivityDisplay("find", stream=stream, wait=wait).write()
     return stream.getvalue(), waited
 
 
@@ -53,7 +53,7 @@ def written(monkeypatch):
     """The first line is written at once, and no search goes on before it is."""
     seen, search = threading.Event(), find._numbers
 
-    class AtOnce(activity.Shown):
+    class AtOnce(activity.ActivityDisplay):
         def __init__(self, *arguments):
             super().__init__(*arguments)
             end, waits = self._wait, iter((False,))
@@ -64,7 +64,7 @@ def written(monkeypatch):
         return search(goal, document, values)
 
     monkeypatch.setenv(activity.OFF, "on")
-    monkeypatch.setattr(error_handling, "Shown", AtOnce)
+    monkeypatch.setattr(error_handling, "ActivityDisplay", AtOnce)
     monkeypatch.setattr(find, "_numbers", numbers)
     return seen
 
@@ -73,7 +73,7 @@ def test_a_search_says_what_it_has_tried(written):
     lines = run(*SEARCH).lines
     assert lines[0] in ("find: 2 s", "find: 2 s, 0 values of cable.preload tried for sag = 0.2 m")
     assert lines[1].startswith("searched: cable.preload from")
-    assert activity._now.endswith("values of cable.preload tried for sag = 0.2 m")
+    assert activity._activity.endswith("values of cable.preload tried for sag = 0.2 m")
     assert not [thread for thread in threading.enumerate() if "write" in thread.name]
 
 
@@ -88,12 +88,12 @@ def test_quiet_silences_it_and_so_does_the_variable(written, monkeypatch):
 def test_each_command_of_a_scene_shows_that_it_is_at_work(command, monkeypatch):
     seen = []
 
-    class Recorded(activity.Shown):
+    class Recorded(activity.ActivityDisplay):
         def __init__(self, *arguments):
             seen.append(arguments)
             super().__init__(*arguments)
 
-    monkeypatch.setattr(error_handling, "Shown", Recorded)
+    monkeypatch.setattr(error_handling, "ActivityDisplay", Recorded)
     run(command, CARLINA)
     run(command, CONFIGS / "suspensions" / "trifilar.yaml", "--quiet", code=None)
     assert seen == [(command, False), (command, True)]
@@ -102,12 +102,12 @@ def test_each_command_of_a_scene_shows_that_it_is_at_work(command, monkeypatch):
 def test_a_comparison_of_models_says_how_far_it_is_in_python_too(monkeypatch):
     seen = []
 
-    class Recorded(activity.Shown):
+    class Recorded(activity.ActivityDisplay):
         def __enter__(self):
             seen.append(self._command)
             return super().__enter__()
 
-    monkeypatch.setattr(scene, "Shown", Recorded)
+    monkeypatch.setattr(scene, "ActivityDisplay", Recorded)
     cablestudy.load(CARLINA).trade(columns="sag", repeats=1)
     assert seen == ["trade"]
-    assert activity._now.startswith("run ")
+    assert activity._activity.startswith("run ")

@@ -563,7 +563,7 @@ def test_the_superelements_of_many_cables_have_their_masses():
     own = spans[0].unstretched_length
     assert cables.mass == pytest.approx([own + sum(pair) for pair in masses], rel=1e-12)
     models = Models(cables, cables.meshes(np.full(3, 24)))
-    assert sorted(len(group.places) for group in models.groups) == [1, 2]
+    assert sorted(len(group.cable_indices) for group in models.groups) == [1, 2]
     s = np.array([0.2j, 3j])
     for span, element in zip(spans, models.elements, strict=True):
         alone = Dynamics(spectral(span, 24).state)
@@ -571,7 +571,7 @@ def test_the_superelements_of_many_cables_have_their_masses():
         assert element.inertia == pytest.approx(expected.inertia, rel=1e-9, abs=1e-9)
         assert element.dynamic_stiffness(s) == pytest.approx(expected.dynamic_stiffness(s), rel=1e-6, abs=1e-3)
     kinetic = models.kinetic(
-        [np.zeros((len(group.places), len(group.ends.omega[0]), 1)) for group in models.groups],
+        [np.zeros((len(group.cable_indices), len(group.ends.omega[0]), 1)) for group in models.groups],
         np.broadcast_to(np.tile([[0.0], [1.0], [0.0]], (2, 1)), (3, 6, 1)),
     )
     assert kinetic[:, 1, 0] == pytest.approx(cables.mass, rel=1e-12)  # all moves out of the plane
@@ -583,7 +583,7 @@ def test_a_cable_whose_modes_are_not_all_computed_has_its_masses():
     cables, slow = cables_of(span), np.array([0.2j])
     exact = Models(cables, cables.meshes(np.full(1, 30))).elements[0].dynamic_stiffness(slow)
     mesh = mesh_segments(cables.catenary.segments.fraction[0], 200, point_masses=span.point_masses)
-    models = Models(cables, [mesh], most=20)
+    models = Models(cables, [mesh], most_modes=20)
     assert not models.complete
     found = models.elements[0].dynamic_stiffness(slow)
     assert found == pytest.approx(exact, rel=1e-3, abs=1e-3 * np.abs(exact).max())

@@ -270,7 +270,7 @@ def test_springs_that_only_pull_give_the_same_sags(tmp_path, material, state):
 def test_a_part_that_is_stretched_beyond_its_curve_is_told(tmp_path, ice, told):
     """That of the outer strands of acsr-26/7 is flat from 0.45 %: by ice, which leaves it so for the other cases."""
     path = line(tmp_path / "line.yaml", 700, 6300, {(60, WEIGHT): 0, (60, ice + WEIGHT): 0}, "material: acsr-26/7")
-    initial, loaded = (solved(path, state).alike.cables for state in ("initial", "after_load"))
+    initial, loaded = (solved(path, state).equivalent_cables.linear for state in ("initial", "after_load"))
     strain = own_strain({"expansion": 12.8e-6}, 100 * initial.strain[1], 60)
     assert (strain > 0.45) == bool(told)
     assert initial.labels.tolist() == ["initial", "initial" + (", outer" + told if told else "")]

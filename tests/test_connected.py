@@ -9,7 +9,7 @@ from straight_scenes import case_of, with_changes
 
 from cablestudy.study.suspension.gust_response import GustResponse
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.connected import apart, connected, observed
+from cablestudy.system.connected import connected, coupled_states, observed
 from cablestudy.system.linear import LinearSystem, ReducedSystem
 from cablestudy.system.residues import eigen
 
@@ -28,12 +28,12 @@ def test_states_that_do_not_depend_on_each_other_are_solved_apart(entries):
     order, whole = draw.permutation(9), 1e-18 * draw.normal(size=(9, 9)).astype(entries)
     for block in (order[:5], order[5:]):
         whole[np.ix_(block, block)] = draw.normal(size=(len(block),) * 2) * np.ones(1, dtype=entries)
-    assert sorted(map(set, apart(whole)), key=len) == [set(order[5:].tolist()), set(order[:5].tolist())]
+    assert sorted(map(set, coupled_states(whole)), key=len) == [set(order[5:].tolist()), set(order[:5].tolist())]
     found = eigen(whole)
     assert (found.right * found.values) @ found.left == pytest.approx(whole, abs=1e-13)
     assert found.left @ found.right == pytest.approx(np.eye(9), abs=1e-12)
     assert found.one_sided == (entries is complex)
-    assert len(apart(np.diag([1.0, 1.0], 1) + np.eye(3))) == 1
+    assert len(coupled_states(np.diag([1.0, 1.0], 1) + np.eye(3))) == 1
 
 
 def one_cable(damping, **changes):
@@ -130,7 +130,7 @@ def test_modes_that_no_output_depends_on_change_nothing(damping):
         motion = closed_loop.motion
         dynamic = s[:, None, None] ** 2 * motion.mass + s[:, None, None] * motion.damping + motion.stiffness
         pulled = sum(s[:, None, None] ** order * part for order, part in enumerate(motion.b))
-        blown = np.broadcast_to(closed_loop.gusts.into, (len(s), *closed_loop.gusts.into.shape))
+        blown = np.broadcast_to(closed_loop.gusts.input_matrix, (len(s), *closed_loop.gusts.input_matrix.shape))
         moved = np.linalg.solve(dynamic, np.concatenate([pulled, blown], axis=-1))
         found.append(sum(s[:, None, None] ** order * (part @ moved) for order, part in enumerate(motion.c)))
     size = np.abs(found[1]).max(axis=0)

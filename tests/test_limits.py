@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 import cablestudy as cs
 from cablestudy.scene.scene import load_scene
-from cablestudy.study.find_limits import _ends
+from cablestudy.study.find_limits import _range_ends
 from cablestudy.study.roots import Zeros
 from cablestudy.sweeps.record import pack, unpack
 
@@ -290,7 +290,7 @@ def test_ranges_between_zeros_jumps_and_values_without_an_answer():
     places = np.linspace(0, 4, 21)
     values = (places - 1) * (places - 2) * (places - 3)
     found = Zeros([1.0, 2.0], [3.0], [], [], 0.0, 5.0, (places, values), False)
-    ends = _ends(found, {4.5: "no equilibrium", 5.0: "no equilibrium", 4.0: "ok"})
+    ends = _range_ends(found, {4.5: "no equilibrium", 5.0: "no equilibrium", 4.0: "ok"})
     assert ends == [
         ("from", 1.0, ""), ("to", 2.0, ""), ("from", 3.0, ""), ("to", 4.0, "beyond, no equilibrium"),
     ]  # fmt: skip

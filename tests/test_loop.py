@@ -205,7 +205,7 @@ def test_curves_are_those_of_the_stiffness_of_the_cable_at_its_ends(name):
 def in_time(case, kind, time, size):
     """The response over some uniform points of time."""
     options = TimeOptions(f"{float(time[-1])!r} s:{len(time)}", kind, size)
-    found = time_case(None, case.scene, case.in_wind.closed_loop, options, NAMES, WIND_KEYS).found
+    found = time_case(None, case.scene, case.in_wind.closed_loop, options, NAMES, WIND_KEYS).response
     every = slice(None, None, options.every)
     return replace(
         found,

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablestudy.study.roots import Effort, places_between, ranges_about, zeros
+from cablestudy.study.roots import Effort, points_between, ranges_about, zeros
 
 CHEAP, COSTLY = Effort(40, 40), Effort(8, 10, 1e-7, parts=8, costly=True)
 
@@ -32,12 +32,12 @@ def found(function, start, low, high, effort=CHEAP):
     ],
 )
 def test_zeros(function, start, low, high, places, effort):
-    assert found(function, start, low, high, effort).places == pytest.approx(places, rel=1e-7, abs=1e-9)
+    assert found(function, start, low, high, effort).roots == pytest.approx(places, rel=1e-7, abs=1e-9)
 
 
 def test_all_zeros_of_a_given_range():
-    between = zeros(np.cos, [[places_between(1.0, 12.0, 40)]], CHEAP)
-    assert between.places == pytest.approx(np.pi * (np.arange(4) + 0.5), rel=1e-12)
+    between = zeros(np.cos, [[points_between(1.0, 12.0, 40)]], CHEAP)
+    assert between.roots == pytest.approx(np.pi * (np.arange(4) + 0.5), rel=1e-12)
     assert (between.low, between.high) == (1, 12)
 
 
@@ -53,13 +53,13 @@ def test_all_zeros_of_a_given_range():
 )
 def test_what_is_no_zero(function, jumps):
     nothing = found(function, 1, 1e-3, 1e3)
-    assert nothing.places == []
+    assert nothing.roots == []
     assert nothing.jumps == pytest.approx(jumps, rel=1e-9)
     assert (nothing.low, nothing.high) == (1e-3, 1e3)
 
 
 def test_the_least_distance_is_found_though_it_is_none():
-    places, values = found(lambda x: (x - 1.1) ** 2 + 1e-3, 1, 1e-3, 1e3).known
+    places, values = found(lambda x: (x - 1.1) ** 2 + 1e-3, 1, 1e-3, 1e3).evaluated
     least = np.argmin(values)
     assert (places[least], values[least]) == pytest.approx((1.1, 1e-3), rel=1e-5)
 
@@ -67,7 +67,7 @@ def test_the_least_distance_is_found_though_it_is_none():
 @pytest.mark.parametrize("value", [0.0, 1.0])
 def test_a_constant_has_no_zeros(value):
     constant = found(lambda x: np.full(len(x), value) + 1e-15 * np.sin(x), 1, 1e-3, 1e3, Effort(40, 40, scale=1.0))
-    assert (constant.places, constant.constant) == ([], True)
+    assert (constant.roots, constant.constant) == ([], True)
 
 
 def test_a_side_without_values_is_left():
@@ -96,7 +96,7 @@ def test_a_function_that_stays_at_zero_has_one_zero_there():
     found = zeros(
         lambda x: np.minimum(x - 3.0, 0.0) * (1 + 1e-17), [[np.linspace(0.0, 8.0, 33)]], Effort(16, 20, scale=1.0)
     )
-    assert found.places == [3.0]
+    assert found.roots == [3.0]
     assert found.plateaus == [(3.0, 8.0)]
 
 
@@ -108,10 +108,10 @@ def test_the_ends_of_what_a_costly_function_has_values_for_are_sought_where_a_ze
         calls.append(len(x))
         return np.where(x > 2.05, np.nan, x - 1.1)
 
-    assert found(function, 1, 1e-3, 1e3, COSTLY).places == pytest.approx([1.1])
+    assert found(function, 1, 1e-3, 1e3, COSTLY).roots == pytest.approx([1.1])
     assert len(calls) < 10
     near = found(lambda x: np.where(x > 2.05, np.nan, 2.049 - x), 1, 1e-3, 1e3, COSTLY)
-    assert near.places == pytest.approx([2.049], rel=1e-6)
+    assert near.roots == pytest.approx([2.049], rel=1e-6)
 
 
 @pytest.mark.parametrize("steep", [False, True])
@@ -124,9 +124,9 @@ def test_a_jump_of_a_costly_function_is_found_as_finely_as_the_end_of_its_values
 
     result = found(function, 1.0, 1e-2, 1e2, replace(COSTLY, rtol=1e-12))
     if steep:  # but continuous
-        assert (result.places, result.jumps) == (pytest.approx([np.pi - (np.pi - 3) / 20 / 1e5], rel=1e-10), [])
+        assert (result.roots, result.jumps) == (pytest.approx([np.pi - (np.pi - 3) / 20 / 1e5], rel=1e-10), [])
     else:
-        assert (result.places, result.jumps) == ([], [pytest.approx(np.pi, rel=1e-6)])
+        assert (result.roots, result.jumps) == ([], [pytest.approx(np.pi, rel=1e-6)])
         assert len(tried) < 80
 
 
@@ -135,7 +135,7 @@ def test_what_a_costly_search_leaves_alone_is_listed():
         return np.where((x < 0.6) | (x > 40.0), np.nan, (x - 1.5) * (1 + x))
 
     result = found(function, 1.0, 1e-2, 1e2, COSTLY)
-    assert result.places == pytest.approx([1.5])
+    assert result.roots == pytest.approx([1.5])
     ((low, high),) = result.gaps
     assert low < 0.6 < high
     assert not found(function, 1.0, 1e-2, 1e2).gaps
@@ -148,7 +148,7 @@ def test_no_value_about_the_place_nearest_to_zero():
         return np.where(abs(x - 1.3) < 0.1, np.nan, (x - 1.3) ** 2 + 0.02 + 0.01 * x)
 
     with np.errstate(all="raise"):
-        assert zeros(dip, [[places_between(0.5, 3.0, 12)]], CHEAP).places == []
+        assert zeros(dip, [[points_between(0.5, 3.0, 12)]], CHEAP).roots == []
 
 
 @pytest.mark.parametrize(
@@ -167,8 +167,8 @@ def test_a_cheaper_function_between_two_places_is_held_against_the_whole(part, c
         whole.append(len(x))
         return np.minimum(8.0 - x**3, np.minimum(9 - x**2, x + 5))
 
-    places = [[places_between(0.1, 2.9, 4)]]
-    expected = zeros(least, places, CHEAP).places
+    places = [[points_between(0.1, 2.9, 4)]]
+    expected = zeros(least, places, CHEAP).roots
     without, whole[:] = len(whole), []
-    assert zeros(least, places, CHEAP, cheaper=lambda low, high: part).places == expected == pytest.approx([2.0])
+    assert zeros(least, places, CHEAP, cheaper=lambda low, high: part).roots == expected == pytest.approx([2.0])
     assert (len(whole) < without) == (calls == 1)

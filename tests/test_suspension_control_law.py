@@ -349,7 +349,7 @@ def test_a_step_of_a_reference_in_time_is_that_of_small_steps():
     times = np.arange(len(seen)) * law["delay"] / 60
     expected = np.interp(found.time[:: found.options.every], times, seen[:, 1])
     # a corner in time has no end in frequency
-    assert found.found.measured[:: found.options.every] == pytest.approx(expected, abs=5e-3 * np.abs(expected).max())
+    assert found.response.measured[:: found.options.every] == pytest.approx(expected, abs=5e-3 * np.abs(expected).max())
     assert "delay: Padé approximants, whose phase is right up to" in " ".join(found.remarks)
 
 

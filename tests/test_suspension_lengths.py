@@ -165,7 +165,7 @@ def test_a_free_attitude_follows_from_balanced_tensions():
     scene = robot(line=0.02)
     attitude = np.zeros((1, 6), dtype=bool)
     attitude[0, 3:] = True
-    best, problems = lengths.solve(scene, "balanced", low=50.0, found=attitude)
+    best, problems = lengths.solve(scene, "balanced", low=50.0, moving=attitude)
     assert problems == ""
     variance = best.catenary.mean_tension.var()
     from cablestudy.system.rigid import turn

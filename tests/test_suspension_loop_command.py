@@ -34,7 +34,7 @@ def in_time(document, case, options):
 
 def test_a_step_of_a_reference_is_that_of_scipy():
     document, case = solved()
-    found = in_time(document, case, TimeOptions("10s:21", "reference.y", "2 mm")).found.measured
+    found = in_time(document, case, TimeOptions("10s:21", "reference.y", "2 mm")).response.measured
     system = ssm.choose(document, case.scene, StateSpaceOptions(attached="loop")).system()
     output, input_ = system.output_names.index("gondola.y"), system.input_names.index("reference.y")
     siso = system.a, system.b[:, [input_]], system.c[[output]], system.d[[output], [input_]][None]
@@ -46,7 +46,7 @@ def test_a_step_of_a_reference_is_that_of_scipy():
 def test_a_step_of_a_winch_is_taken_back_as_far_as_the_pose_is_measured():
     document, case = solved("control.gain=0.5")
     for name in ("gondola.x", "gondola.z"):
-        found = in_time(document, case, TimeOptions("200s:11", "winch.u1", output=name)).found
+        found = in_time(document, case, TimeOptions("200s:11", "winch.u1", output=name)).response
         assert abs(found.measured[-1]) < 1e-3 * np.abs(found.measured).max()
         assert abs(found.open_loop[-1]) > 0.1 * np.abs(found.open_loop).max()
         assert abs(found.final) < 1e-9 * np.abs(found.measured).max()
@@ -55,8 +55,8 @@ def test_a_step_of_a_winch_is_taken_back_as_far_as_the_pose_is_measured():
 def test_a_reference_is_reached_in_the_end_and_the_settling_time_is_that_of_the_table():
     document, case = solved("control.gain=0.5")
     found = in_time(document, case, TimeOptions("60s:4001", "reference.y"))
-    assert found.found.final == pytest.approx(1e-3, rel=1e-9)
-    outside = np.abs(found.found.measured - 1e-3) > 0.02e-3
+    assert found.response.final == pytest.approx(1e-3, rel=1e-9)
+    outside = np.abs(found.response.measured - 1e-3) > 0.02e-3
     assert found.step.settling_time == pytest.approx(found.time[outside].max(), abs=found.time[1])
     assert "overshoot" in found.notes[2]
 

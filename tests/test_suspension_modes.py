@@ -447,7 +447,7 @@ def test_the_error_by_the_mesh_is_estimated_from_one_model(order):
 def test_a_large_model_keeps_its_modes_and_not_what_their_computation_leaves():
     """The eigen-solution takes ten times the memory of the modes."""
     own = Cables(platform(strain=-3e-3).catenary, Damping())
-    models = Models(own, own.meshes(np.full(8, 200.0)), most=300)
+    models = Models(own, own.meshes(np.full(8, 200.0)), most_modes=300)
     tracemalloc.start()
     try:
         assert (models.first > 0).all()

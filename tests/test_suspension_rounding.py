@@ -120,7 +120,7 @@ def test_a_search_for_lengths_ends_where_rounding_ends_it():
     strain = np.asarray(cables.span.chord_strain)
     limit = rounding.bounds(where, found.rotation, found.arms, found.ends, strain, cables, tension).least
     net, _ = tangent.net_forces(where, found.rotation, found.arms, found.end_forces, tension)
-    assert (rounding.over(where, net, limit) <= 1.5).all()
+    assert (rounding.largest_ratio(where, net, limit) <= 1.5).all()
 
 
 def test_a_search_for_lengths_that_comes_no_closer_to_its_bounds_ends():

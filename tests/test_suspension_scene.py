@@ -634,7 +634,7 @@ def test_lengths_to_be_found_and_tensions_that_are_wanted():
     np.testing.assert_array_equal(wanted["low"], [[1] * 4, [3] * 4])
     np.testing.assert_array_equal(wanted["high"], np.full((2, 4), 2000))
     np.testing.assert_array_equal(wanted["reference"], [[1000, 6, 7, 8], [2000] * 4])
-    np.testing.assert_array_equal(wanted["found"], [[0, 0, 0, 1, 1, 1], [1, 1, 1, 0, 0, 0]])
+    np.testing.assert_array_equal(wanted["moving"], [[0, 0, 0, 1, 1, 1], [1, 1, 1, 0, 0, 0]])
 
 
 def test_tensions_by_default_are_balanced_without_bounds():
@@ -643,10 +643,10 @@ def test_tensions_by_default_are_balanced_without_bounds():
     np.testing.assert_array_equal(wanted["low"], np.zeros((1, 4)))
     np.testing.assert_array_equal(wanted["high"], np.full((1, 4), np.inf))
     # four lengths for six equations: the rotations come from equilibrium
-    np.testing.assert_array_equal(wanted["found"], [[0, 0, 0, 1, 1, 1], [1, 1, 1, 0, 0, 0]])
+    np.testing.assert_array_equal(wanted["moving"], [[0, 0, 0, 1, 1, 1], [1, 1, 1, 0, 0, 0]])
     held = [("mass: 50", "mass: 50\n    free: [x, y, z, yaw]"), ("cables:", "solve_for: lengths\ncables:")]
     wanted = distribution_of([scene_of(changed(*held, *ALL_SILENT))])
-    np.testing.assert_array_equal(wanted["found"], [[0] * 6, [1, 1, 1, 0, 0, 0]])  # as many as equations
+    np.testing.assert_array_equal(wanted["moving"], [[0] * 6, [1, 1, 1, 0, 0, 0]])  # as many as equations
 
 
 # -------------------------------------------------------------------------------------------------- files and commands

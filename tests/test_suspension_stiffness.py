@@ -159,7 +159,7 @@ def test_least_eigenvalue_dense_and_sparse():
     found = statics.pose(sagging())
     own = found.suspension
     scales = np.sqrt(tangent.magnitudes(found.blocks, own))
-    value, vector = stability._lowest(tangent.scaled_sparse(found.blocks, own, scales))
+    value, vector = stability._least_eigenvalue(tangent.scaled_sparse(found.blocks, own, scales))
     assert value == pytest.approx(found.stability.least, rel=1e-9)
     assert np.linalg.norm(vector) == pytest.approx(1)
 

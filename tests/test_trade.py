@@ -326,7 +326,7 @@ def test_a_stress_above_the_strength_is_told():
 
 def test_small_errors_drown_in_the_reference():
     found = trade.compare(scene(), columns("end_stiffness"), 1, named("catenary", "40 lumped bars"))
-    plain, shown = trade.table_of(found), trade.table_of(found, shown=True)
+    plain, shown = trade.table_of(found), trade.table_of(found, for_markdown=True)
     assert [row["end_stiffness_error"] for row in plain.rows[:2]] == [1e-12, 1e-12]
     assert [row["end_stiffness_error"] for row in shown.rows[:2]] == ["< 1e-12", "< 1e-12"]
     assert re.fullmatch(r"\d\.\de-07", shown.rows[2]["end_stiffness_error"])

@@ -138,9 +138,9 @@ def test_covariances_between_known_ones_are_within_the_stated_error():
     case = case_of(INCLINED)
     gusts = case.in_cable_wind.sides[0].closed_loop.gusts
     frequency = np.geomspace(1e-4, 20, 43)
-    direct = gusts._at(gusts.coherence.kappa(frequency))
+    direct = gusts._computed_covariance(gusts.coherence.kappa(frequency))
     weights = np.random.default_rng(3).normal(size=direct.shape[1])
-    found = gusts._covariance(gusts.coherence.kappa(frequency))
+    found = gusts._interpolated_covariance(gusts.coherence.kappa(frequency))
     assert weights @ found @ weights == pytest.approx(weights @ direct @ weights, rel=gusts.error)
     assert case_of(INCLINED, SMOOTH).in_cable_wind.sides[0].closed_loop.gusts.error == 0
 

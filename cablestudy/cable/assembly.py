@@ -34,8 +34,8 @@ IN_PLANE, OUT_OF_PLANE, SPATIAL = (0, 1), (2,), (0, 1, 2)
 def element_force_transfer(order):
     """Block of S of one element: for unit forces on its inner nodes, end 1 free, shape (q, order - 1). [-]"""
     element = basis(order)
-    rows = (element.weights[:, None] * element.derivative[:, :-1]).T
-    return -np.linalg.solve(rows, np.eye(order)[:, 1:])
+    equilibrium_rows = (element.weights[:, None] * element.derivative[:, :-1]).T  # one for each node but the last
+    return -np.linalg.solve(equilibrium_rows, np.eye(order)[:, 1:])
 
 
 def static_force_transfer(mesh, forces):
@@ -44,20 +44,20 @@ def static_force_transfer(mesh, forces):
     Forces have the shape (..., nodes - 2, r), the result (..., n q, r).
     """
     n, p, shape = mesh.elements, mesh.order, forces.shape
-    padded = np.zeros((*shape[:-2], n * p, shape[-1]))
-    padded[..., 1:, :] = forces
-    padded = padded.reshape(*shape[:-2], n, p, shape[-1])
-    passed = np.cumsum(padded.sum(axis=-2), axis=-2)
-    passed = np.concatenate([np.zeros_like(passed[..., :1, :]), passed[..., :-1, :]], axis=-2) + padded[..., 0, :]
-    points = passed[..., None, :] + element_force_transfer(p) @ padded[..., 1:, :]
-    return points.reshape(*shape[:-2], n * p, shape[-1])
+    nodal = np.zeros((*shape[:-2], n * p, shape[-1]))  # of all nodes but that of end 2
+    nodal[..., 1:, :] = forces
+    nodal = nodal.reshape(*shape[:-2], n, p, shape[-1])
+    sums = np.cumsum(nodal.sum(axis=-2), axis=-2)  # from end 1 to the end of each element, then to its first node
+    sums = np.concatenate([np.zeros_like(sums[..., :1, :]), sums[..., :-1, :]], axis=-2) + nodal[..., 0, :]
+    at_points = sums[..., None, :] + element_force_transfer(p) @ nodal[..., 1:, :]
+    return at_points.reshape(*shape[:-2], n * p, shape[-1])
 
 
 def static_force_transfer_of_axes(mesh, axes, forces):
     """S f for forces whose columns hold all components, shape (..., dof, r); the result has shape (..., n q, d, r)."""
     *lead, _, count = forces.shape
-    points = static_force_transfer(mesh, forces.reshape(*lead, mesh.nodes - 2, axes * count))
-    return points.reshape(*points.shape[:-1], axes, count)
+    at_points = static_force_transfer(mesh, forces.reshape(*lead, mesh.nodes - 2, axes * count))
+    return at_points.reshape(*at_points.shape[:-1], axes, count)
 
 
 def transposed_force_transfer(mesh, weighted):
@@ -66,13 +66,13 @@ def transposed_force_transfer(mesh, weighted):
     Weighted gradients have the shape (..., n q, r), the result (..., nodes - 2, r).
     """
     n, p, shape = mesh.elements, mesh.order, weighted.shape
-    parts = weighted.reshape(*shape[:-2], n, p, shape[-1])
-    whole = parts.sum(axis=-2)
-    ahead = np.cumsum(whole[..., ::-1, :], axis=-2)[..., ::-1, :]  # from the element's end 1 to end 2 of the cable
-    behind = np.concatenate([ahead[..., 1:, :], np.zeros_like(ahead[..., :1, :])], axis=-2)
-    inner = behind[..., None, :] + element_force_transfer(p).T @ parts
-    nodes = np.concatenate([ahead[..., None, :], inner], axis=-2)
-    return nodes.reshape(*shape[:-2], n * p, shape[-1])[..., 1:, :]
+    weighted = weighted.reshape(*shape[:-2], n, p, shape[-1])
+    elongations = weighted.sum(axis=-2)  # of the elements
+    from_first_node = np.cumsum(elongations[..., ::-1, :], axis=-2)[..., ::-1, :]  # to end 2 of the cable
+    from_last_node = np.concatenate([from_first_node[..., 1:, :], np.zeros_like(from_first_node[..., :1, :])], axis=-2)
+    from_inner_nodes = from_last_node[..., None, :] + element_force_transfer(p).T @ weighted
+    nodal = np.concatenate([from_first_node[..., None, :], from_inner_nodes], axis=-2)
+    return nodal.reshape(*shape[:-2], n * p, shape[-1])[..., 1:, :]
 
 
 def local_compliance(t, along, across):
@@ -85,8 +85,8 @@ def local_compliance(t, along, across):
     return matrix
 
 
-def joined(field):
-    """The second and third last axes as one."""
+def flatten_components(field):
+    """Field of vectors at points or nodes, shape (..., n, d, r), with their components in a row, (..., n d, r)."""
     return field.reshape(*field.shape[:-3], field.shape[-3] * field.shape[-2], field.shape[-1])
 
 
@@ -99,24 +99,24 @@ def inverse(matrix):
 
 @dataclass(frozen=True)
 class System:
-    """The tangent of a cable about a state, in some of the three directions.
+    """Cable linearised about a state, in one, two or all three directions.
 
     Attributes
     ----------
     state : State
     axes : tuple of int
-        Which components of the chord frame: IN_PLANE, OUT_OF_PLANE or SPATIAL.
+        Components of the chord frame, d of them: IN_PLANE, OUT_OF_PLANE or SPATIAL.
     """
 
     state: State
     axes: tuple
 
     def take(self, index):
-        """That of one cable of a batch, or of some; what all need is computed for the whole batch at once."""
-        one = System(self.state.take(index), self.axes)
+        """`System` of one cable of a batch, or of several; its arrays are computed once for the whole batch."""
+        system = System(self.state.take(index), self.axes)
         for name in ("tangent", "frame", "weighted_flexibility", "compliance", "end_stiffness", "end_shapes"):
-            one.__dict__[name] = getattr(self, name)[index]
-        return one
+            system.__dict__[name] = getattr(self, name)[index]
+        return system
 
     @property
     def dof(self):
@@ -144,7 +144,7 @@ class System:
     @cached_property
     def frame(self):
         """Orthonormal directions at the Gauss points, the tangent first where d > 1, shape (..., n q, d, d). [-]"""
-        return _frame(self.tangent)
+        return _orthonormal_frame(self.tangent)
 
     @cached_property
     def weighted_flexibility(self):
@@ -171,38 +171,38 @@ class System:
     @cached_property
     def end_shapes(self):
         """Static displacements for unit displacements of end 2, end 1 fixed, shape (..., nodes, d, d). [-]"""
-        axes, mesh = len(self.axes), self.state.mesh
-        strained = _times(self.compliance, self.end_stiffness[..., None, :, :])
-        difference = transposed_force_transfer(mesh, strained.reshape(*strained.shape[:-2], -1))
-        shapes = np.zeros((*strained.shape[:-3], mesh.nodes, axes, axes))
-        shapes[..., 1:-1, :, :] = np.eye(axes) - difference.reshape(*difference.shape[:-1], axes, axes)
-        shapes[..., -1, :, :] = np.eye(axes)
+        d, mesh = len(self.axes), self.state.mesh
+        gradient = _small_products(self.compliance, self.end_stiffness[..., None, :, :])  # times the weights
+        to_end_2 = transposed_force_transfer(mesh, gradient.reshape(*gradient.shape[:-2], -1))
+        shapes = np.zeros((*gradient.shape[:-3], mesh.nodes, d, d))
+        shapes[..., 1:-1, :, :] = np.eye(d) - to_end_2.reshape(*to_end_2.shape[:-1], d, d)
+        shapes[..., -1, :, :] = np.eye(d)
         return shapes
 
     def solve(self, forces):
-        """Interior displacements under nodal forces, ends held; both of shape (..., dof, r)."""
+        """Interior displacements K^-1 f under nodal forces f, ends held; both of shape (..., dof, r)."""
         mesh, count, compliance = self.state.mesh, forces.shape[-1], self.compliance
-        transferred = static_force_transfer_of_axes(mesh, len(self.axes), forces)
-        mean = self.end_stiffness @ _times(compliance, transferred).sum(axis=-3)
-        strained = _times(compliance, mean[..., None, :, :] - transferred)
-        moved = -transposed_force_transfer(mesh, strained.reshape(*strained.shape[:-2], -1))
-        return moved.reshape(*moved.shape[:-2], self.dof, count)
+        accumulated = static_force_transfer_of_axes(mesh, len(self.axes), forces)  # S f
+        redundant = self.end_stiffness @ _small_products(compliance, accumulated).sum(axis=-3)  # c = m f
+        gradient = _small_products(compliance, redundant[..., None, :, :] - accumulated)  # times the weights
+        displacement = -transposed_force_transfer(mesh, gradient.reshape(*gradient.shape[:-2], -1))
+        return displacement.reshape(*displacement.shape[:-2], self.dof, count)
 
-    def root(self, transferred, points=slice(None)):
-        """B f at some Gauss points, shape (..., points d, r), with K^-1 = B^T B.
+    def root(self, accumulated, points=slice(None)):
+        """B f at a slice of the Gauss points, shape (..., points d, r): B is a root of the compliance, K^-1 = B^T B.
 
         Parameters
         ----------
-        transferred : ndarray, shape (n q, d, r)
+        accumulated : ndarray, shape (n q, d, r)
             S f, for the same forces f on each cable.
         points : slice
         """
         *lead, count, d, _ = self.compliance.shape
-        each = self.compliance.swapaxes(-3, -2).reshape(*lead, d, count * d)
-        mean = self.end_stiffness @ (each @ joined(transferred))
-        root = self.frame[..., points, :, :] @ (transferred[points] - mean[..., None, :, :])
+        compliance_rows = self.compliance.swapaxes(-3, -2).reshape(*lead, d, count * d)
+        redundant = self.end_stiffness @ (compliance_rows @ flatten_components(accumulated))  # c = m f
+        root = self.frame[..., points, :, :] @ (accumulated[points] - redundant[..., None, :, :])
         root *= np.sqrt(self.weighted_flexibility[..., points, :])[..., None]
-        return joined(root)
+        return flatten_components(root)
 
     def modal_energies(self, shapes):
         """Twice the elastic and the geometric energy of displacement shapes.
@@ -211,18 +211,18 @@ class System:
         """
         squares = self.frame @ self._gradient(shapes)
         squares *= squares
-        stiff = self.weights[:, None] ** 2 / self.weighted_flexibility
+        stiffness = self.weights[:, None] ** 2 / self.weighted_flexibility
         if len(self.axes) == 1:
-            geometric = _weighed(stiff, squares)
+            geometric = _weighted_sum(stiffness, squares)
             return 0.0 * geometric, geometric
         along = np.arange(len(self.axes)) == 0
-        return _weighed(along * stiff, squares), _weighed(~along * stiff, squares)
+        return _weighted_sum(along * stiffness, squares), _weighted_sum(~along * stiffness, squares)
 
     def principal(self, shapes):
         """Orthogonal combinations of displacement shapes, shape (r, r), whose energies do not couple, lowest first."""
-        strained = joined(self.frame @ self._gradient(shapes))
-        stiff = joined((self.weights[:, None] ** 2 / self.weighted_flexibility)[..., None])
-        return np.linalg.eigh(strained.swapaxes(-1, -2) @ (stiff * strained))[1]
+        gradient = flatten_components(self.frame @ self._gradient(shapes))
+        stiffness = flatten_components((self.weights[:, None] ** 2 / self.weighted_flexibility)[..., None])
+        return np.linalg.eigh(gradient.swapaxes(-1, -2) @ (stiffness * gradient))[1]
 
     def highest_energy(self, shapes):
         """Energy of the two highest polynomials of each element in displacement shapes, for error estimates.
@@ -233,31 +233,33 @@ class System:
         gradient, frame = self._gradient(shapes), self.frame
         stiffness = (self.weights[:, None] / self.weighted_flexibility)[..., None]
         force = frame.swapaxes(-1, -2) @ (stiffness * (frame @ gradient))
-        strained, rotated = frame @ self._highest(force), self._highest(gradient)
+        highest_force, highest_gradient = frame @ self._project_highest(force), self._project_highest(gradient)
         across = self.weights / np.sqrt(self.weighted_flexibility[..., -1])
-        parts = np.sqrt(self.weighted_flexibility)[..., None] * strained, across[..., None, None] * rotated
-        return np.maximum(*((joined(part) ** 2).sum(axis=-2) for part in parts))
+        complementary_root = np.sqrt(self.weighted_flexibility)[..., None] * highest_force
+        geometric_root = across[..., None, None] * highest_gradient
+        roots = complementary_root, geometric_root
+        return np.maximum(*((flatten_components(root) ** 2).sum(axis=-2) for root in roots))
 
-    def _highest(self, field):
+    def _project_highest(self, field):
         """Part of a field at the Gauss points in the two highest polynomials of each element."""
         mesh, (*lead, _, d, r) = self.state.mesh, field.shape
-        parts = field.reshape(*lead, mesh.elements, mesh.order, d * r)
-        return (highest(mesh.order) @ parts).reshape(field.shape)
+        by_element = field.reshape(*lead, mesh.elements, mesh.order, d * r)
+        return (highest(mesh.order) @ by_element).reshape(field.shape)
 
     def elastic_energy(self, shapes):
         """Psi^T K_E Psi of displacement shapes, shape (..., r, r)."""
         along = (self.tangent[..., None] * self._gradient(shapes)).sum(axis=-2)
-        weighted = self.weights[:, None] / self.local_flexibility[0][..., None] * along
-        return weighted.swapaxes(-1, -2) @ along
+        tension = self.weights[:, None] / self.local_flexibility[0][..., None] * along  # times the weights
+        return tension.swapaxes(-1, -2) @ along
 
     def _gradient(self, shapes):
         """Gradient of shapes at the Gauss points, shape (..., n q, d, r)."""
-        mesh, lead, rest = self.state.mesh, shapes.shape[:-3], shapes.shape[-2:]
-        flat = shapes.reshape(*lead, mesh.nodes, rest[0] * rest[1])
+        mesh, (*lead, nodes, d, r) = self.state.mesh, shapes.shape
+        flat = shapes.reshape(*lead, nodes, d * r)
         # the nodes of each element; neighbours share one
-        parts = sliding_window_view(flat, mesh.order + 1, axis=-2)[..., :: mesh.order, :, :].swapaxes(-1, -2)
-        gradient = basis(mesh.order).derivative / mesh.sizes[:, None, None] @ parts
-        return gradient.reshape(*lead, len(self.weights), *rest)
+        by_element = sliding_window_view(flat, mesh.order + 1, axis=-2)[..., :: mesh.order, :, :].swapaxes(-1, -2)
+        gradient = basis(mesh.order).derivative / mesh.sizes[:, None, None] @ by_element
+        return gradient.reshape(*lead, len(self.weights), d, r)
 
     @property
     def mass(self):
@@ -269,13 +271,13 @@ class System:
         return masses(self.state.mesh, len(self.axes))[0]
 
     def inertia(self, movements):
-        """M u of movements of all nodes of a cable of unit mass, shape (..., nodes, d, r)."""
-        return sparse_product(self.full_mass(), joined(movements)).reshape(movements.shape)
+        """M u for movements u of all nodes of a cable of unit mass, both of shape (..., nodes, d, r)."""
+        return sparse_product(self.full_mass(), flatten_components(movements)).reshape(movements.shape)
 
     def bare_inertia(self, movements):
-        """Inertia without point masses."""
-        bare = masses(self.state.mesh.bare, len(self.axes))[0]
-        return sparse_product(bare, joined(movements)).reshape(movements.shape)
+        """M u as of `inertia`, without the point masses on the cable."""
+        bare_mass = masses(self.state.mesh.bare, len(self.axes))[0]
+        return sparse_product(bare_mass, flatten_components(movements)).reshape(movements.shape)
 
 
 def sparse_product(matrix, dense):
@@ -285,42 +287,42 @@ def sparse_product(matrix, dense):
     return np.ascontiguousarray(np.moveaxis(product.reshape(columns.shape), 0, -2))
 
 
-def _times(matrices, vectors):
+def _small_products(matrices, vectors):
     """Products of many small matrices, shape (..., d, d), with (..., d, r): faster than matmul."""
     return (matrices[..., None] * vectors[..., None, :, :]).sum(axis=-2)
 
 
-def _weighed(weights, field):
-    """Sum of weights, shape (..., n q, d), times a field, shape (..., n q, d, r)."""
-    return (weights.reshape(*weights.shape[:-2], 1, -1) @ joined(field))[..., 0, :]
+def _weighted_sum(weights, field):
+    """Sum over points and components of weights, shape (..., n q, d), times a field, shape (..., n q, d, r)."""
+    return (weights.reshape(*weights.shape[:-2], 1, -1) @ flatten_components(field))[..., 0, :]
 
 
-def _frame(tangent):
+def _orthonormal_frame(tangent):
     """Orthonormal directions at each point, the tangent first, shape (..., d, d)."""
     d = tangent.shape[-1]
     if d == 1:
         return np.ones((*tangent.shape, 1))
     if d == 2:
         return np.stack([tangent, np.stack([-tangent[..., 1], tangent[..., 0]], axis=-1)], axis=-2)
-    least = np.eye(3)[np.argmin(np.abs(tangent), axis=-1)]
-    first = np.cross(tangent, least)
-    first /= np.sqrt((first**2).sum(axis=-1, keepdims=True))
-    return np.stack([tangent, first, np.cross(tangent, first)], axis=-2)
+    steepest_axis = np.eye(3)[np.argmin(np.abs(tangent), axis=-1)]  # of x, y, z that nearest to a right angle
+    normal = np.cross(tangent, steepest_axis)
+    normal /= np.sqrt((normal**2).sum(axis=-1, keepdims=True))
+    return np.stack([tangent, normal, np.cross(tangent, normal)], axis=-2)
 
 
 @lru_cache(maxsize=32)
 def masses(mesh, axes):
     """Sparse mass matrices of all nodes, with `axes` components each, and of the interior; of a cable of unit mass.
 
-    Point masses come on top.
+    Point masses are added to that.
     """
-    per_node = mass_matrix(mesh.order, mesh.mass)
-    whole = add_elements(mesh, axes, mesh.sizes[:, None, None] * np.kron(per_node, np.eye(axes)))
+    element_mass = np.kron(mass_matrix(mesh.order, mesh.mass), np.eye(axes))
+    mass = add_elements(mesh, axes, mesh.sizes[:, None, None] * element_mass)
     if mesh.point_masses:
         from scipy.sparse import diags_array
 
-        whole = (whole + diags_array(np.repeat(mesh.carried, axes))).tocsr()
-    return whole, whole[axes:-axes, axes:-axes]
+        mass = (mass + diags_array(np.repeat(mesh.carried, axes))).tocsr()
+    return mass, mass[axes:-axes, axes:-axes]
 
 
 def add_elements(mesh, axes, blocks):
@@ -339,7 +341,7 @@ def add_elements(mesh, axes, blocks):
     index = np.arange(mesh.elements)[:, None] * mesh.order * axes + np.arange((mesh.order + 1) * axes)
     rows = np.repeat(index, index.shape[1], axis=1).ravel()
     columns = np.tile(index, (1, index.shape[1])).ravel()
-    total = mesh.nodes * axes
-    matrix = coo_array((blocks.ravel(), (rows, columns)), shape=(total, total)).tocsr()
+    dof = mesh.nodes * axes
+    matrix = coo_array((blocks.ravel(), (rows, columns)), shape=(dof, dof)).tocsr()
     matrix.eliminate_zeros()
     return matrix

@@ -29,23 +29,24 @@ class Segments:
     weight: np.ndarray  # [N]
 
     def take(self, index):
-        """Those of one cable of a batch of shape (n,), or of some."""
-        return Segments(self.fraction[index], tuple(part[index] for part in self.offset), self.weight[index])
+        """`Segments` of one cable of a batch of shape (n,), or of several."""
+        offset = tuple(component[index] for component in self.offset)
+        return Segments(self.fraction[index], offset, self.weight[index])
 
 
 def split(span):
     """The `Segments` into which its point loads divide a cable."""
     length = np.asarray(span.unstretched_length)[..., None]
-    inner = span.load_positions / length
-    end = np.ones((*inner.shape[:-1], 1))
-    edges = np.concatenate([0 * end, inner, end], axis=-1)
+    loads = span.load_positions / length
+    end_2 = np.ones((*loads.shape[:-1], 1))
+    edges = np.concatenate([0 * end_2, loads, end_2], axis=-1)
     fraction = np.diff(edges, axis=-1)
-    middle = (edges[..., 1:] + edges[..., :-1]) / 2 - 0.5
+    from_midlength = (edges[..., 1:] + edges[..., :-1]) / 2 - 0.5
     total = span.load_forces.sum(axis=-2)
-    passed = np.cumsum(np.concatenate([np.zeros_like(total)[..., None, :], span.load_forces], axis=-2), axis=-2)
-    jump = total[..., None, :] / 2 - passed
+    nearer_to_end_1 = np.concatenate([np.zeros_like(total)[..., None, :], span.load_forces], axis=-2)
+    by_loads = total[..., None, :] / 2 - np.cumsum(nearer_to_end_1, axis=-2)
     weight = np.asarray(span.weight)[..., None]
-    offset = tuple(weight * span.up[..., i, None] * middle + jump[..., i] for i in range(3))
+    offset = tuple(weight * span.up[..., i, None] * from_midlength + by_loads[..., i] for i in range(3))
     return Segments(fraction, offset, weight * fraction)
 
 
@@ -60,7 +61,7 @@ class Catenary(SegmentedCable):
 
     def take(self, index):
         """One cable of a batch of shape (n,)."""
-        tension = tuple(part[index] for part in self.tension)
+        tension = tuple(component[index] for component in self.tension)
         return Catenary(self.span.take(index), tension, self.segments.take(index), self.record.of(index))
 
     @cached_property
@@ -70,7 +71,7 @@ class Catenary(SegmentedCable):
 
     @property
     def segment_weights(self):
-        """Shape (..., k + 1). [N]"""
+        """Weight of each segment, shape (..., k + 1). [N]"""
         return self.segments.weight
 
     @cached_property
@@ -82,7 +83,7 @@ class Catenary(SegmentedCable):
 
     @cached_property
     def kernel(self):
-        """The closed-form quantities of each segment."""
+        """Closed-form quantities of each segment: `segment.Kernel`."""
         return evaluate(self.tension, self.segments.weight, *self._angles)
 
     @property
@@ -99,10 +100,9 @@ class Catenary(SegmentedCable):
     def mean_tension(self):
         """Mean over the unstretched length, shape (...). [N]"""
         vertical, horizontal = self._vertical_and_horizontal
-        h2 = horizontal**2
         total = self.kernel.sum_of_tensions
         # as H goes to 0 with a change of sign of V, H^2 times the logarithm goes to 0
-        mean = vertical**2 / total + total / 4 + h2 * (1 + self.kernel.excess) / total
+        mean = vertical**2 / total + total / 4 + horizontal**2 * (1 + self.kernel.excess) / total
         return (mean * self.segments.fraction).sum(axis=-1)
 
     @property
@@ -124,22 +124,23 @@ class Catenary(SegmentedCable):
     def horizontal_tension(self):
         """Mean horizontal tension, constant where no load acts horizontally, shape (...). [N]"""
         mean = (self._vertical_and_horizontal[1] * self.segments.fraction).sum(axis=-1)
-        return np.where(self._blown, self._mean_horizontal, mean) if self._blown.any() else mean
+        oblique = self._load_is_oblique
+        return np.where(oblique, self._horizontal_tension_by_quadrature, mean) if oblique.any() else mean
 
     @property
-    def _mean_horizontal(self):
-        """That of a uniform load in any direction, by quadrature of the tension vector, linear on each segment. [N]"""
+    def _horizontal_tension_by_quadrature(self):
+        """Mean horizontal part of the tension vector, for a uniform load of any direction, shape (...). [N]"""
         load = self.segments.weight[..., None] * self.span.up[..., None, :]
         nodes, weights = np.polynomial.legendre.leggauss(CABLE.horizontal_tension_points)
         total = 0.0
-        for node, weight in zip(nodes, weights, strict=True):
+        for node, weight in zip(nodes, weights, strict=True):  # the tension vector is linear on each segment
             force = self.span.in_frame(self.mid_forces + load * node / 2, "global")
             total = total + weight / 2 * np.hypot(force[..., 0], force[..., 1])
         return (total * self.segments.fraction).sum(axis=-1)
 
     @property
     def stretched_length(self):
-        """Shape (...). [m]"""
+        """Stretched length of the cable, shape (...). [m]"""
         return self.span.unstretched_length * (1 + self.mean_tension / self.span.axial_stiffness)
 
     @cached_property
@@ -159,8 +160,8 @@ class Catenary(SegmentedCable):
         columns = [np.stack(solve_symmetric(self.flexibility, tuple(np.eye(3)[i])), axis=-1) for i in range(3)]
         folded = (np.abs(self.span.cosine) == 0) & (self.min_tension < 1e-50 * self.max_tension)
         transverse = np.array([[0, 1, 1], [1, 1, 1], [1, 1, 1]], dtype=bool)
-        none = (folded[..., None, None] & transverse) | self.slack[..., None, None]
-        return np.where(none, 0.0, np.stack(columns, axis=-1))
+        no_stiffness = (folded[..., None, None] & transverse) | self.slack[..., None, None]
+        return np.where(no_stiffness, 0.0, np.stack(columns, axis=-1))
 
     @cached_property
     def global_end_stiffness(self):
@@ -185,36 +186,37 @@ class Catenary(SegmentedCable):
         """
         (cosine, sine), stiffness = self._angles, self._axial_stiffness
         position = np.broadcast_to(position, cosine.shape[:-1] + np.shape(position)[-1:]).astype(float)
-        edges = np.cumsum(self.segments.fraction, axis=-1)
-        which = (position[..., None] > edges[..., None, :-1]).sum(axis=-1)
+        segment_ends = np.cumsum(self.segments.fraction, axis=-1)
+        segment = (position[..., None] > segment_ends[..., None, :-1]).sum(axis=-1)
 
-        def pick(values):
-            return np.take_along_axis(np.broadcast_to(values, edges.shape), which, axis=-1)
+        def in_segment(values):
+            return np.take_along_axis(np.broadcast_to(values, segment_ends.shape), segment, axis=-1)
 
-        whole = pick(self.segments.fraction)
-        part = position - pick(edges - self.segments.fraction)
+        # the piece between the segment's end 1 and the position, and the tension vector in its middle
+        piece = position - in_segment(segment_ends - self.segments.fraction)
         weight = np.asarray(self.span.weight)[..., None]
+        shift = weight * (piece - in_segment(self.segments.fraction)) / 2  # from mid-segment to the middle of the piece
         up = (sine, cosine, 0.0)
-        # tension vector in the middle of the piece between the segment's end 1 and the position
-        middle = [pick(p) + weight * (part - whole) / 2 * u for p, u in zip(self.tension, up, strict=True)]
-        pieces, _ = extension(middle, weight * part, stiffness, cosine, sine)
-        wholes, _ = extension(self.tension, self.segments.weight, stiffness, cosine, sine)
-        displacement, straight = [], (np.asarray(self.span.chord_strain)[..., None], 0, 0)
-        for piece, full, stretch in zip(pieces, wholes, straight, strict=True):
-            own = self.segments.fraction * (full - stretch)
-            displacement.append(pick(np.cumsum(own, axis=-1) - own) + part * (piece - stretch))
-        tension = [m + weight * part * u / 2 for m, u in zip(middle, up, strict=True)]
+        middle = [in_segment(p) + shift * u for p, u in zip(self.tension, up, strict=True)]
+        of_piece, _ = extension(middle, weight * piece, stiffness, cosine, sine)
+        of_segments, _ = extension(self.tension, self.segments.weight, stiffness, cosine, sine)
+        displacement, of_chord = [], (np.asarray(self.span.chord_strain)[..., None], 0, 0)
+        for piece_strain, segment_strain, chord_strain in zip(of_piece, of_segments, of_chord, strict=True):
+            changes = self.segments.fraction * (segment_strain - chord_strain)
+            at_end_1 = in_segment(np.cumsum(changes, axis=-1) - changes)
+            displacement.append(at_end_1 + piece * (piece_strain - chord_strain))
+        tension = [m + weight * piece * u / 2 for m, u in zip(middle, up, strict=True)]
         return np.stack(displacement, axis=-1), np.stack(tension, axis=-1)
 
     @cached_property
     def middle(self):
         """Arc length at mid-span over unstretched length (`midspan`), shape (...). [-]"""
-        middle, blown = arc_length_at_midspan(self), self._blown
-        return np.where(blown, midspan(self), middle) if blown.any() else middle
+        middle, oblique = arc_length_at_midspan(self), self._load_is_oblique
+        return np.where(oblique, midspan(self), middle) if oblique.any() else middle
 
     @property
-    def _blown(self):
-        """Whether the uniform load is not vertical, shape (...)."""
+    def _load_is_oblique(self):
+        """True where the uniform load is not vertical, as in a wind, shape (...)."""
         return np.asarray(self.span.vertical)[..., 2] != 1
 
     @cached_property
@@ -231,13 +233,13 @@ class Catenary(SegmentedCable):
         sloping = (np.abs(cosine) > 0.1) | (self.span.transverse_load < np.abs(cosine) * self.mean_tension)
         steep = sine * ((1 + self.span.chord_strain) * (0.5 - position) - along) - cosine * across
         sag = self.span.unstretched_length * np.where(sloping, -across / np.where(sloping, cosine, 1.0), steep)
-        if self._blown.any():
-            sag = np.where(self._blown, sag_and_swing(self, position)[0], sag)
+        if self._load_is_oblique.any():
+            sag = np.where(self._load_is_oblique, sag_and_swing(self, position)[0], sag)
         return np.where(self.slack, np.nan, sag)
 
 
 def travel_shares(catenary, edges):
-    """Travel time of a transverse wave along each piece of one cable, over the longest of these times.
+    """Time that a transverse wave takes along each piece of one cable, over the longest of these times.
 
     Parameters
     ----------
@@ -253,9 +255,9 @@ def travel_shares(catenary, edges):
     """
     nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     low, high = np.array(edges[:-1]), np.array(edges[1:])
-    places = (low[:, None] + high[:, None] + (high - low)[:, None] * nodes) / 2
-    force = catenary.at(places.ravel())[1]
-    tension = np.maximum(np.sqrt((force**2).sum(axis=-1)), CABLE.least_divisor).reshape(places.shape)
+    positions = (low[:, None] + high[:, None] + (high - low)[:, None] * nodes) / 2
+    force = catenary.at(positions.ravel())[1]
+    tension = np.maximum(np.sqrt((force**2).sum(axis=-1)), CABLE.least_divisor).reshape(positions.shape)
     time = (high - low) * ((1 / np.sqrt(tension)) @ weights)
     return (time / time.max()).tolist()
 
@@ -284,21 +286,32 @@ def solve(span):
     loose = (problem.load == 0) & (problem.strain <= 0)  # no tension at all: nothing to solve
     unknown[0] = np.where(loose, problem.stiffness[..., 0], unknown[0])
     unknown, _, record = newton(problem, unknown, np.broadcast_to(~loose, problem.shape))
-    unknown = np.where(loose, 0.0, unknown)
-    change, weightless = record.last_correction, ~loose & (np.asarray(span.weight) == 0)
-    for _ in range(problem.segments.fraction.shape[-1] if weightless.any() else 0):
-        sizes = np.sqrt(sum(part**2 for part in problem.tension(unknown)))
-        unsolved = weightless & ~(
-            (change < CABLE.last_tension_step) & (sizes.min(axis=-1) > CABLE.last_tension_step * sizes.max(axis=-1))
-        )
-        if not unsolved.any():
-            break
-        minimum, place, lower = problem.kink(sizes)
-        slack, again = unsolved & minimum, unsolved & ~minimum & ~(change < CABLE.last_tension_step)
-        unknown = np.where(slack, place, np.where(again, lower, unknown))
-        change, weightless = np.where(slack, 0.0, change), again
-        if again.any():
-            unknown, _, more = newton(problem, unknown, again)
-            record, change = record.then(more), np.where(again, more.last_correction, change)
+    unknown, change = np.where(loose, 0.0, unknown), record.last_correction
+    weightless = ~loose & (np.asarray(span.weight) == 0)
+    if weightless.any():
+        unknown, change, record = _pass_kinks(problem, unknown, change, record, weightless)
     reason = np.where(loose, UNDETERMINED, np.where(change < CABLE.last_tension_step, CONVERGED, STALLED))
     return Catenary(span, problem.tension(unknown), problem.segments, replace(record, reason=reason))
+
+
+def _pass_kinks(problem, unknown, change, record, weightless):
+    """Solve weightless cables that Newton's method left at a kink: there if it is the minimum of energy, else beyond.
+
+    Takes and returns the tension vectors, their last relative corrections and the `Record` of the iteration.
+    """
+    pending = weightless
+    for _ in range(problem.segments.fraction.shape[-1]):
+        sizes = np.sqrt(sum(component**2 for component in problem.tension(unknown)))
+        converged = change < CABLE.last_tension_step
+        taut = sizes.min(axis=-1) > CABLE.last_tension_step * sizes.max(axis=-1)
+        pending = pending & ~(converged & taut)
+        if not pending.any():
+            break
+        is_minimum, kink, beyond_kink = problem.kink(sizes)
+        slack, restarted = pending & is_minimum, pending & ~is_minimum & ~converged
+        unknown = np.where(slack, kink, np.where(restarted, beyond_kink, unknown))
+        change, pending = np.where(slack, 0.0, change), restarted
+        if restarted.any():
+            unknown, _, restart = newton(problem, unknown, restarted)
+            record, change = record.then(restart), np.where(restarted, restart.last_correction, change)
+    return unknown, change, record

@@ -31,39 +31,40 @@ class Dynamics:
     planes : tuple of tuple of int, optional
         Directions of motion, coupled ones together: PLANAR, one of its two, or (SPATIAL,); without it PLANAR unless a
         load couples them.
-    few : bool
+    only_requested : bool
         Whether only the requested modes of a small model are computed: faster, but the last digit of a mode may depend
         on their number.
     """
 
-    def __init__(self, state: State, planes=None, few=False):
+    def __init__(self, state: State, planes=None, only_requested=False):
         span = state.span
         self.length = np.asarray(span.unstretched_length, dtype=float)
         self.mass = np.asarray(span.mass, dtype=float)
-        self._state, self._mesh, self._few = state, state.mesh, few
+        self._state, self._mesh, self._only_requested = state, state.mesh, only_requested
         self.planes = planes or (PLANAR if span.planar else (SPATIAL,))
-        self._found, self._table, self._spectra, self._among = {}, {}, {}, None
+        self._modes, self._frequency_cache, self._eigenvectors = {}, {}, {}
+        self._batch = None  # of some cables of a batch: the `Dynamics` of all, and the index of these
 
     def take(self, index):
-        """One cable of a batch, or some; its modes are computed together with those of the batch."""
-        if self._among is not None:
-            whole, first = self._among
-            return whole.take(np.arange(len(whole.length))[first][index])
-        one = Dynamics(self._state, self.planes, self._few)
-        one.length, one.mass, one._among = self.length[index], self.mass[index], (self, index)
-        return one
+        """`Dynamics` of one cable of a batch, or of several; modes are computed together with those of the batch."""
+        if self._batch is not None:
+            batch, own_index = self._batch
+            return batch.take(np.arange(len(batch.length))[own_index][index])
+        chosen = Dynamics(self._state, self.planes, self._only_requested)
+        chosen.length, chosen.mass, chosen._batch = self.length[index], self.mass[index], (self, index)
+        return chosen
 
     @cached_property
     def state(self):
         """`State` of the equilibrium."""
-        return self._state if self._among is None else self._state.take(self._among[1])
+        return self._state if self._batch is None else self._state.take(self._batch[1])
 
     @cached_property
     def systems(self):
         """`System` of each of the planes."""
-        if self._among is not None:
-            whole, index = self._among
-            return tuple(system.take(index) for system in whole.systems)
+        if self._batch is not None:
+            batch, index = self._batch
+            return tuple(system.take(index) for system in batch.systems)
         return tuple(System(self.state, axes) for axes in self.planes)
 
     @cached_property
@@ -97,15 +98,15 @@ class Dynamics:
         """At least the `count` lowest `Modes`, or all; cached by their number. Raises as `lowest`."""
         if self.small:
             # rounded up: models of a batch then share a call, and a cable's digits do not depend on the others
-            count = min(_step(count), self.dof) if self._few else self.dof
+            count = min(_rounded_up(count), self.dof) if self._only_requested else self.dof
             count = self.dof if 2 * count > self.dof else count
         else:
             # exactly as many as requested: the last digits of Lanczos modes depend on their number
             count = min(count, self.dof)
-        if count not in self._found:
-            whole, index = self._among or (None, None)
-            self._found[count] = whole.modes(count).take(index) if whole else self.lowest(count)
-        return self._found[count]
+        if count not in self._modes:
+            batch, index = self._batch or (None, None)
+            self._modes[count] = batch.modes(count).take(index) if batch else self.lowest(count)
+        return self._modes[count]
 
     def up_to(self, frequency):
         """All modes of one cable up to a frequency [Hz], and at least one above it if the model has one."""
@@ -116,16 +117,16 @@ class Dynamics:
                 return modes
             count *= 2
 
-    def frequencies(self, which, errors=False, about=0):
-        """Frequencies of some modes of one cable, and their estimated relative errors.
+    def frequencies(self, labels, errors=False, estimated_count=0):
+        """Frequencies of modes of one cable that are named by labels, and their estimated relative errors.
 
         Parameters
         ----------
-        which : tuple of tuple
-            Number (from 1), kind and symmetry or None of each.
+        labels : tuple of tuple
+            Number (from 1), kind and symmetry or None of each mode.
         errors : bool
             Whether to estimate the errors (`Modes.errors`).
-        about : float
+        estimated_count : float
             Estimated number of modes below the highest one: as many are computed first.
 
         Returns
@@ -140,14 +141,14 @@ class Dynamics:
         NoSolutionError
             The model has no such mode.
         """
-        whole, cable = self._among or (self, ())
-        most = self.dof if self.dof <= CABLE.all_modes_freedoms else self.dof // 4
-        count = max(*(2 * number for number, _, _ in which), min(ceil(about), most))
+        batch, cable = self._batch or (self, ())
+        largest_count = self.dof if self.dof <= CABLE.all_modes_freedoms else self.dof // 4
+        count = max(*(2 * number for number, _, _ in labels), min(ceil(estimated_count), largest_count))
         while True:
-            found, wrong = (part[cable].tolist() for part in whole._frequencies(count, which, errors))
-            missing = [mode for mode, frequency in zip(which, found, strict=True) if frequency != frequency]
+            frequency, error = (array[cable].tolist() for array in batch._frequencies(count, labels, errors))
+            missing = [label for label, value in zip(labels, frequency, strict=True) if value != value]
             if not missing:
-                return found, wrong, count
+                return frequency, error, count
             modes = self.modes(count)
             if modes.complete:
                 number, kind, symmetry = missing[0]
@@ -155,19 +156,22 @@ class Dynamics:
                 raise NoSolutionError(f"the model has {len(modes.select(kind, symmetry))} {words} modes, not {number}")
             count *= 2
 
-    def _frequencies(self, count, which, errors):
-        """Frequencies of some modes among the lowest `count`, not a number where missing, and errors; of all cables."""
-        key = (count, which, errors)
-        if key not in self._table:
-            modes = self.modes(count)
-            masks = np.stack([modes.numbered(*mode) for mode in which], axis=-2)
+    def _frequencies(self, count, labels, errors):
+        """Frequencies and errors of labelled modes among the lowest `count`, of all cables, shape (..., labels) each.
 
-            def picked(values):
+        Not a number where a mode is not among them.
+        """
+        key = (count, labels, errors)
+        if key not in self._frequency_cache:
+            modes = self.modes(count)
+            masks = np.stack([modes.numbered(*label) for label in labels], axis=-2)
+
+            def labelled(values):
                 return np.where(masks.any(axis=-1), np.where(masks, values[..., None, :], 0.0).sum(axis=-1), np.nan)
 
-            frequency = picked(modes.frequency)
-            self._table[key] = frequency, picked(modes.errors) if errors else frequency[..., :0]
-        return self._table[key]
+            frequency = labelled(modes.frequency)
+            self._frequency_cache[key] = frequency, labelled(modes.errors) if errors else frequency[..., :0]
+        return self._frequency_cache[key]
 
     def lowest(self, count):
         """The `count` lowest `Modes`; all if the model has fewer.
@@ -186,42 +190,40 @@ class Dynamics:
         if count == 0:
             return [PlaneModes(system, np.zeros((*lead, dof, 0)))]
         if dof <= CABLE.dense_freedoms or (count > dof // 4 and dof <= CABLE.all_modes_freedoms):
-            if system.axes not in self._spectra:
-                self._spectra[system.axes] = [
-                    _spectrum(system, part)
-                    for part in symmetry_subspaces(self._mesh, system.axes, self.state.mirror_symmetric)
-                ]
+            if system.axes not in self._eigenvectors:
+                subspaces = symmetry_subspaces(self._mesh, system.axes, self.state.mirror_symmetric)
+                self._eigenvectors[system.axes] = [_eigenvectors(system, subspace) for subspace in subspaces]
             return [
-                PlaneModes(system, part.shapes @ _shapes(root, vector, count), part.sign)
-                for part, root, vector in self._spectra[system.axes]
+                PlaneModes(system, subspace.shapes @ _refined(root, vectors, count), subspace.sign)
+                for subspace, root, vectors in self._eigenvectors[system.axes]
             ]
         if count > dof // 4:
             raise ConvergenceError(
                 f"{count} modes of a model with {dof} unknowns: "
                 f"above {CABLE.all_modes_freedoms} unknowns at most a quarter of the modes can be computed"
             )
-        every = [_lanczos(System(self.state.take(cable), system.axes), count) for cable in np.ndindex(lead)]
-        return [PlaneModes(system, np.stack(every).reshape(*lead, dof, count))]
+        shapes = [_lanczos(System(self.state.take(cable), system.axes), count) for cable in np.ndindex(lead)]
+        return [PlaneModes(system, np.stack(shapes).reshape(*lead, dof, count))]
 
 
-def _step(count):
+def _rounded_up(count):
     """The next of 8, 12, 16, 24, 32, 48 ... modes."""
     power = 1 << max(count - 1, 7).bit_length()
     return 3 * power // 4 if 8 < count <= 3 * power // 4 else power
 
 
-def _spectrum(system, part):
+def _eigenvectors(system, subspace):
     """A subspace, R = B M P, and the eigenvectors of P^T M K^-1 M P = R^T R, lowest frequency first."""
-    root = part.root(system)
-    return part, root, np.linalg.eigh(root.swapaxes(-1, -2) @ root)[1][..., ::-1]
+    root = subspace.root(system)
+    return subspace, root, np.linalg.eigh(root.swapaxes(-1, -2) @ root)[1][..., ::-1]
 
 
-def _shapes(root, vector, count):
-    """The lowest eigenvectors after one step of inverse iteration, orthonormal, shape (..., k, count)."""
-    shapes = root.swapaxes(-1, -2) @ (root @ vector[..., :count])
+def _refined(root, vectors, count):
+    """The `count` lowest eigenvectors after one step of inverse iteration, orthonormal, shape (..., k, count)."""
+    iterated = root.swapaxes(-1, -2) @ (root @ vectors[..., :count])
     # orthogonalised from the lowest on: removes rounding errors of high modes along low ones
-    pure, size = np.linalg.qr(shapes / np.sqrt((shapes**2).sum(axis=-2, keepdims=True)))
-    return pure * np.sign(np.diagonal(size, axis1=-2, axis2=-1))[..., None, :]
+    orthonormal, triangle = np.linalg.qr(iterated / np.sqrt((iterated**2).sum(axis=-2, keepdims=True)))
+    return orthonormal * np.sign(np.diagonal(triangle, axis1=-2, axis2=-1))[..., None, :]
 
 
 def _lanczos(system, count):
@@ -229,16 +231,17 @@ def _lanczos(system, count):
     from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
     dof = system.dof
-    vectors = min(dof, max(2 * count + 10, 30))  # in the basis of the iteration
-    if vectors * dof > CABLE.lanczos_numbers:
+    basis_size = min(dof, max(2 * count + 10, 30))  # vectors in the basis of the iteration
+    if basis_size * dof > CABLE.lanczos_numbers:
+        largest = max(CABLE.lanczos_numbers // basis_size, CABLE.all_modes_freedoms)
         raise ConvergenceError(
             f"{count} modes of a model with {dof} unknowns are too many to compute "
-            f"(at most {max(CABLE.lanczos_numbers // vectors, CABLE.all_modes_freedoms)} unknowns for so many modes): "
+            f"(at most {largest} unknowns for so many modes): "
             f"take fewer elements, fewer of a higher order, or an accuracy instead"
         )
     inverse = LinearOperator((dof, dof), matvec=lambda right: system.solve(right.reshape(-1, 1))[:, 0], dtype=float)
-    begin = 1 + np.modf(np.arange(1, dof + 1) * (np.sqrt(5) - 1) / 2)[0]  # without symmetry, reproducible
+    start = 1 + np.modf(np.arange(1, dof + 1) * (np.sqrt(5) - 1) / 2)[0]  # without symmetry, reproducible
     try:
-        return eigsh(inverse, count, M=system.mass, sigma=0.0, OPinv=inverse, v0=begin, ncv=vectors)[1]
+        return eigsh(inverse, count, M=system.mass, sigma=0.0, OPinv=inverse, v0=start, ncv=basis_size)[1]
     except ArpackNoConvergence as error:
         raise ConvergenceError(f"eigenmodes: {error}") from None

@@ -32,16 +32,16 @@ class Basis:
 def _lobatto(order):
     """Gauss-Lobatto nodes, the ends and the zeros of P_p', and weights on [-1, 1]; by Newton's method."""
     x = -np.cos(np.pi * np.arange(order + 1) / order)
-    this, below = np.eye(order + 1)[order], np.eye(order + 1)[order - 1]
+    p, p_below = np.eye(order + 1)[order], np.eye(order + 1)[order - 1]  # coefficients of P_p and P_(p-1)
     for _ in range(50):
-        value = legendre.legval(x, this)
-        step = (x * value - legendre.legval(x, below)) / ((order + 1) * value)
+        value = legendre.legval(x, p)
+        step = (x * value - legendre.legval(x, p_below)) / ((order + 1) * value)
         x = x - step
         if np.abs(step).max() < 1e-15:
             break
     x = (x - x[::-1]) / 2
     x[0], x[-1] = -1.0, 1.0
-    return x, 2 / (order * (order + 1) * legendre.legval(x, this) ** 2)
+    return x, 2 / (order * (order + 1) * legendre.legval(x, p) ** 2)
 
 
 @lru_cache(maxsize=128)
@@ -49,7 +49,7 @@ def basis(order):
     """The reference element of an order from 1 to 64: `Basis`."""
     x, lobatto_weights = _lobatto(order)
     points, weights = legendre.leggauss(order)
-    slopes = np.stack([legendre.legval(points, legendre.legder(row)) for row in np.eye(order + 1)])
+    slopes = np.stack([legendre.legval(points, legendre.legder(p)) for p in np.eye(order + 1)])  # of P_0 to P_p
     derivative = 2 * np.linalg.solve(legendre.legvander(x, order).T, slopes).T
     derivative -= derivative.mean(axis=1, keepdims=True)  # no strain by translation, to the last digit
     return Basis((x + 1) / 2, (points + 1) / 2, weights / 2, derivative, lobatto_weights / 2)
@@ -60,19 +60,19 @@ def highest(order):
     """Projection of values at the Gauss points of an element on its two highest polynomials, shape (q, q). [-]"""
     element = basis(order)
     values = legendre.legvander(2 * element.points - 1, order - 1)[:, -2:]
-    size = 2 * np.arange(order)[-2:] + 1
-    return (values * size) @ (values.T * element.weights)
+    inverse_norms = 2 * np.arange(order)[-2:] + 1  # on [0, 1]
+    return (values * inverse_norms) @ (values.T * element.weights)
 
 
 def lagrange(nodes, x):
-    """Lagrange polynomials of nodes, shape (k,), at places x, shape (...): barycentric form, shape (..., k). [-]"""
-    difference = nodes[:, None] - nodes[None, :] + np.eye(len(nodes))
-    weights = 1 / difference.prod(axis=1)
-    gap = x[..., None] - nodes
-    hit = gap == 0
-    terms = weights / np.where(hit, 1.0, gap)
-    on_node = hit.any(axis=-1, keepdims=True)
-    return np.where(on_node, hit, terms / np.where(on_node, 1.0, terms.sum(axis=-1, keepdims=True)))
+    """Lagrange polynomials of nodes, shape (k,), at positions x, shape (...): barycentric form, shape (..., k). [-]"""
+    differences = nodes[:, None] - nodes[None, :] + np.eye(len(nodes))
+    weights = 1 / differences.prod(axis=1)
+    distance = x[..., None] - nodes
+    is_node = distance == 0
+    terms = weights / np.where(is_node, 1.0, distance)
+    on_node = is_node.any(axis=-1, keepdims=True)
+    return np.where(on_node, is_node, terms / np.where(on_node, 1.0, terms.sum(axis=-1, keepdims=True)))
 
 
 @lru_cache(maxsize=128)
@@ -130,13 +130,13 @@ class Mesh:
         return np.diff(self.edges)
 
     def located(self, positions):
-        """Element of each position, at an edge the one before it, and the place in it on [0, 1]: two of shape (...)."""
-        which = np.clip(np.searchsorted(self.edges, positions, side="left") - 1, 0, self.elements - 1)
-        return which, (positions - self.edges[which]) / self.sizes[which]
+        """Element of each position, at an edge the one before it, and the position in it on [0, 1]; both (...)."""
+        element = np.clip(np.searchsorted(self.edges, positions, side="left") - 1, 0, self.elements - 1)
+        return element, (positions - self.edges[element]) / self.sizes[element]
 
     @cached_property
     def node_positions(self):
-        """Shape (nodes,). [-]"""
+        """Arc length of each node over the unstretched length, shape (nodes,). [-]"""
         inner = self.edges[:-1, None] + self.sizes[:, None] * basis(self.order).nodes[:-1]
         return np.append(inner.ravel(), 1.0)
 
@@ -172,7 +172,7 @@ class Mesh:
 
     @cached_property
     def point_positions(self):
-        """Gauss points, shape (n, q). [-]"""
+        """Arc length of each Gauss point over the unstretched length, shape (n, q). [-]"""
         return self.edges[:-1, None] + self.sizes[:, None] * basis(self.order).points
 
 
@@ -193,15 +193,16 @@ def mesh_segments(fractions, elements, order=1, mass="lumped", point_masses=()):
     NoSolutionError
         Fewer elements than segments.
     """
-    edges = _apart(_ends(fractions))
-    share = np.diff(edges)
-    if elements < len(share):
-        raise NoSolutionError(f"{len(share) - 1} point loads need at least {len(share)} elements, got {elements}")
-    quota = np.maximum(share * elements - 1, 0.0)
-    quota *= (elements - len(share)) / quota.sum() if quota.sum() > 0 else 0.0
-    whole = np.floor(quota + 1e-9)
-    counts = 1 + whole.astype(int)
-    counts[np.argsort(whole - quota, kind="stable")[: elements - counts.sum()]] += 1  # the largest remainders
+    edges = _without_close(_segment_edges(fractions))
+    lengths = np.diff(edges)
+    segments = len(lengths)
+    if elements < segments:
+        raise NoSolutionError(f"{segments - 1} point loads need at least {segments} elements, got {elements}")
+    quota = np.maximum(lengths * elements - 1, 0.0)  # beyond the first element of each segment
+    quota *= (elements - segments) / quota.sum() if quota.sum() > 0 else 0.0
+    floor = np.floor(quota + 1e-9)
+    counts = 1 + floor.astype(int)
+    counts[np.argsort(floor - quota, kind="stable")[: elements - counts.sum()]] += 1  # the largest remainders
     return mesh_pieces(tuple(edges), tuple(counts.tolist()), order, mass, point_masses)
 
 
@@ -223,20 +224,24 @@ def pieces(fractions, singularities):
         Their edges, from 0 to 1.
     """
     edges = [0.0]
-    for (left, right), singularity in zip(itertools.pairwise(_ends(fractions)), singularities.tolist(), strict=True):
-        stack = [(left, right)]
-        while stack:
-            low, high = stack.pop()
+    segments = itertools.pairwise(_segment_edges(fractions))
+    for segment, singularity in zip(segments, singularities.tolist(), strict=True):
+        undecided = [segment]  # intervals, the next one last
+        while undecided:
+            low, high = undecided.pop()
             middle = (low + high) / 2
             if high - low > max(abs(middle - singularity), CABLE.shortest_piece):
-                stack += [(middle, high), (low, middle)]
+                undecided += [(middle, high), (low, middle)]
             else:
                 edges.append(high)
     return tuple(edges)
 
 
 def counts_of_pieces(elements, shares):
-    """Elements of each piece, a tuple: so many on the piece with most waves, on each other its share of them."""
+    """Number of elements of each piece, a tuple: `elements` times its share, rounded up, and one at least.
+
+    The shares are those of `catenary.travel_shares`: 1 for the piece that a wave takes longest to pass.
+    """
     return tuple(ceil(elements * share - 1e-9) or 1 for share in shares)
 
 
@@ -251,22 +256,20 @@ def mesh_pieces(edges, counts, order, mass="lumped", point_masses=()):
     point_masses : tuple
         See `Mesh`; each is put on the nearest edge.
     """
-    parts = [
-        low + (high - low) * np.arange(count) / count
-        for (low, high), count in zip(itertools.pairwise(edges), counts, strict=True)
-    ]
-    return Mesh(np.array(_apart([*np.concatenate(parts), 1.0])), order, mass, point_masses)
+    pieces = zip(itertools.pairwise(edges), counts, strict=True)
+    element_edges = [low + (high - low) * np.arange(count) / count for (low, high), count in pieces]
+    return Mesh(np.array(_without_close([*np.concatenate(element_edges), 1.0])), order, mass, point_masses)
 
 
-def _ends(fractions):
-    """Ends of segments on [0, 1], a list of k + 2 numbers."""
+def _segment_edges(fractions):
+    """Edges of segments on [0, 1], from the fractions of the k + 1 segments: a list of k + 2 numbers."""
     return [0.0, *np.cumsum(fractions)[:-1].tolist(), 1.0]
 
 
-def _apart(places):
-    """Ascending places on [0, 1], those closer than `merged_loads` to the one before or to the end left out."""
+def _without_close(edges):
+    """Ascending edges on [0, 1] without those closer than `merged_loads` to the one before or to the last one."""
     kept = [0.0]
-    for place in places[1:-1]:
-        if kept[-1] + CABLE.merged_loads < place < 1 - CABLE.merged_loads:
-            kept.append(place)
+    for edge in edges[1:-1]:
+        if kept[-1] + CABLE.merged_loads < edge < 1 - CABLE.merged_loads:
+            kept.append(edge)
     return [*kept, 1.0]

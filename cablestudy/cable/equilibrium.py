@@ -30,15 +30,15 @@ def from_catenary(catenary, mesh):
 
 
 def _state(catenary, mesh, force, displacement):
-    """From the tension vectors at the Gauss points in units of the largest of the catenary, shape (..., n q, 3)."""
+    """`State` with tension vectors at the Gauss points in units of the catenary's largest tension, (..., n q, 3)."""
     reference = np.asarray(catenary.max_tension)
-    size = np.sqrt((force**2).sum(axis=-1))
-    shape = (*size.shape[:-1], mesh.elements, mesh.order)
+    tension = np.sqrt((force**2).sum(axis=-1))
+    shape = (*tension.shape[:-1], mesh.elements, mesh.order)
     return State(
         mesh=mesh,
         span=catenary.span,
-        direction=(force / np.maximum(size, CABLE.tiny)[..., None]).reshape(*shape, 3),
-        tension=size.reshape(shape),
+        direction=(force / np.maximum(tension, CABLE.tiny)[..., None]).reshape(*shape, 3),
+        tension=tension.reshape(shape),
         displacement=displacement,
         force=reference,
         mirror_symmetric=mesh.mirror_symmetric and bool(np.all(catenary.span.mirror_symmetric)),
@@ -49,18 +49,18 @@ def external_forces(span, mesh, force):
     """Weight and point loads on the nodes, shape (..., nodes, 3), in units of `force`. [-]"""
     force = np.asarray(force)[..., None, None]
     weight = np.asarray(span.weight)[..., None, None] / force
-    total = -weight * mesh.node_weights[:, None] * np.asarray(span.up)[..., None, :]
+    nodal = -weight * mesh.node_weights[:, None] * np.asarray(span.up)[..., None, :]
     positions = span.load_positions / np.asarray(span.unstretched_length)[..., None]
     loads = span.load_forces / force
-    for place in range(positions.shape[-1]):
-        edge = np.argmin(np.abs(mesh.edges - positions[..., place, None]), axis=-1)
-        hit = np.arange(mesh.nodes) == edge[..., None] * mesh.order
-        total = total + hit[..., None] * loads[..., place, None, :]
-    return total
+    for load in range(positions.shape[-1]):
+        edge = np.argmin(np.abs(mesh.edges - positions[..., load, None]), axis=-1)
+        loaded = np.arange(mesh.nodes) == edge[..., None] * mesh.order
+        nodal = nodal + loaded[..., None] * loads[..., load, None, :]
+    return nodal
 
 
 class ElementResidual:
-    """Residual of elements, for Newton's method: distance of end 2 from its place under a tension vector c.
+    """Residual of elements, for Newton's method: distance of end 2 from its position under a tension vector c.
 
     Parameters
     ----------
@@ -84,39 +84,40 @@ class ElementResidual:
         self.loads = external_forces(span, mesh, force)[..., : self.axes]
         if nodal is not None:
             self.loads = self.loads + nodal / np.asarray(force)[..., None, None]
-        self.transferred = static_force_transfer(mesh, self.loads[..., 1:-1, :])
+        self.accumulated_loads = static_force_transfer(mesh, self.loads[..., 1:-1, :])  # S f
         self.weights = mesh.point_weights.ravel()
-        self.axial = (force / np.asarray(span.axial_stiffness, dtype=float))[..., None]
+        self.axial = (force / np.asarray(span.axial_stiffness, dtype=float))[..., None]  # 1/EA
         self.chord = np.zeros((*np.shape(force), self.axes))
         self.chord[..., 0] = span.chord_strain
 
     def residual(self, unknown):
-        """g, shape (d, ...); at the points tension vectors, tensions, tangents and r' minus the chord's direction."""
-        force = np.ascontiguousarray(np.moveaxis(unknown, 0, -1))[..., None, :] - self.transferred
-        size = np.maximum(np.sqrt((force**2).sum(axis=-1)), CABLE.tiny)
-        t = force / size[..., None]
-        aside = (t[..., 1:] ** 2).sum(axis=-1)
-        ahead = t[..., 0] > 0
-        back = np.where(ahead, -aside / np.where(ahead, 1 + t[..., 0], 1.0), t[..., 0] - 1)
-        slope = (self.axial * size)[..., None] * t
-        slope[..., 0] += back
+        """g, shape (d, ...); at the points tension vectors, tensions, tangents t, and r' minus that of the chord."""
+        force = np.ascontiguousarray(np.moveaxis(unknown, 0, -1))[..., None, :] - self.accumulated_loads
+        tension = np.maximum(np.sqrt((force**2).sum(axis=-1)), CABLE.tiny)
+        t = force / tension[..., None]
+        sine_squared = (t[..., 1:] ** 2).sum(axis=-1)  # of the angle between tangent and chord
+        forward = t[..., 0] > 0
+        # component of t along the chord, less 1: without cancellation where it is nearly 1
+        shortening = np.where(forward, -sine_squared / np.where(forward, 1 + t[..., 0], 1.0), t[..., 0] - 1)
+        slope = (self.axial * tension)[..., None] * t
+        slope[..., 0] += shortening
         slope[..., 1:] += t[..., 1:]
-        return np.moveaxis(self.chord - self.weights @ slope, -1, 0), (force, size, t, slope)
+        return np.moveaxis(self.chord - self.weights @ slope, -1, 0), (force, tension, t, slope)
 
     def step(self, gap, point):
         """Newton step of c, shape (d, ...): sum of w (t t^T/EA + |r'|/T (I - t t^T)) inverted, times g."""
-        _, size, t, _ = point
+        _, tension, t, _ = point
         axial, weights = self.axial, self.weights
-        flexibility = local_compliance(t, weights * axial, weights * (1 / size + axial)).sum(axis=-3)
+        flexibility = local_compliance(t, weights * axial, weights * (1 / tension + axial)).sum(axis=-3)
         return np.moveaxis((inverse(flexibility) @ np.moveaxis(gap, 0, -1)[..., None])[..., 0], -1, 0)
 
     def relative(self, step, _, point):
         """Size of a step over the largest tension and the largest transverse one, shape (...). [-]"""
-        force, size, _, _ = point
-        largest = size.max(axis=-1)
-        aside = np.sqrt((force[..., 1:] ** 2).sum(axis=-1)).max(axis=-1)
-        across = np.sqrt((step[1:] ** 2).sum(axis=0)) / np.maximum(aside, 1e-16 * largest)
-        return np.maximum(np.sqrt((step**2).sum(axis=0)) / largest, across)
+        force, tension, _, _ = point
+        largest = tension.max(axis=-1)
+        largest_transverse = np.sqrt((force[..., 1:] ** 2).sum(axis=-1)).max(axis=-1)
+        transverse = np.sqrt((step[1:] ** 2).sum(axis=0)) / np.maximum(largest_transverse, 1e-16 * largest)
+        return np.maximum(np.sqrt((step**2).sum(axis=0)) / largest, transverse)
 
     def rounding(self, step):
         """Error of the slope along a step by rounding of the residual, shape (...)."""
@@ -124,11 +125,11 @@ class ElementResidual:
 
     def slack(self, point):
         """True where the complementary energy is least at its kink where the smallest tension vanishes, shape (...)."""
-        force, size, _, _ = point
-        least = np.argmin(size, axis=-1)
-        there = np.take_along_axis(np.broadcast_to(self.transferred, force.shape), least[..., None, None], axis=-2)
-        gap, _ = self.residual(np.moveaxis(there[..., 0, :], -1, 0))
-        return np.sqrt((gap**2).sum(axis=0)) <= self.weights[least]
+        force, tension, _, _ = point
+        loosest, accumulated = np.argmin(tension, axis=-1), np.broadcast_to(self.accumulated_loads, force.shape)
+        kink = np.take_along_axis(accumulated, loosest[..., None, None], axis=-2)  # c - S f = 0 at the loosest point
+        gap, _ = self.residual(np.moveaxis(kink[..., 0, :], -1, 0))
+        return np.sqrt((gap**2).sum(axis=0)) <= self.weights[loosest]
 
 
 def solve_many(catenary, mesh, uneven=None):
@@ -151,54 +152,58 @@ def solve_many(catenary, mesh, uneven=None):
     if uneven is None:
         return _solve_loads(catenary, mesh)
     length = np.asarray(catenary.span.unstretched_length)[..., None, None]
-    before = np.zeros((*np.shape(catenary.max_tension), mesh.nodes, 3))
-    state, record = _solve_loads(catenary, mesh, before)
+    previous = np.zeros((*np.shape(catenary.max_tension), mesh.nodes, 3))
+    state, record = _solve_loads(catenary, mesh, previous)
     for _ in range(CABLE.uneven_load_steps):
-        field = uneven(state)
-        nodal = _on_nodes(mesh, field) * length
+        force_per_length = uneven(state)
+        nodal = _nodal_forces(mesh, force_per_length) * length
         state, record = _solve_loads(catenary, mesh, nodal)
-        state = replace(state, uneven=(mesh.point_weights[..., None] * field).sum(axis=-2) * length)
-        change, before = np.abs(nodal - before).sum(axis=(-1, -2)), nodal
+        state = replace(state, uneven=(mesh.point_weights[..., None] * force_per_length).sum(axis=-2) * length)
+        change, previous = np.abs(nodal - previous).sum(axis=(-1, -2)), nodal
         settled = change <= CABLE.uneven_load_change * np.asarray(catenary.max_tension)
         if (settled | ~record.converged).all():
             return state, record
     return state, replace(record, reason=np.where(settled, record.reason, STALLED))
 
 
-def _on_nodes(mesh, field):
-    """Nodal forces of a force per length at the Gauss points, shape (..., n, q, 3), over the unstretched length."""
+def _nodal_forces(mesh, force_per_length):
+    """Nodal forces over the unstretched length, shape (..., nodes, 3), of a force per length at the Gauss points.
+
+    The force per length has the shape (..., n, q, 3).
+    """
     element = basis(mesh.order)
     values = lagrange(element.nodes, element.points)  # shape (q, p + 1)
-    shared = values.T @ (mesh.point_weights[..., None] * field)
-    nodal = np.zeros((*field.shape[:-3], mesh.nodes, 3))
-    for place in range(mesh.order + 1):
-        nodal[..., mesh.element_nodes[:, place], :] += shared[..., place, :]
+    on_element = values.T @ (mesh.point_weights[..., None] * force_per_length)
+    nodal = np.zeros((*force_per_length.shape[:-3], mesh.nodes, 3))
+    for node in range(mesh.order + 1):
+        nodal[..., mesh.element_nodes[:, node], :] += on_element[..., node, :]
     return nodal
 
 
 def _solve_loads(catenary, mesh, nodal=None):
-    """As `solve_many`, with dead loads on the nodes beside weight and point loads, shape (..., nodes, 3). [N]"""
+    """`State` and `Record` under weight, point loads and dead loads on the nodes, shape (..., nodes, 3) [N]."""
     span, reference = catenary.span, np.asarray(catenary.max_tension)
     problem = ElementResidual(span, mesh, reference, nodal)
-    start = catenary.at(np.zeros(1))[1][..., 0, : problem.axes] / reference[..., None] - problem.loads[..., 0, :]
+    at_end_1 = catenary.at(np.zeros(1))[1][..., 0, : problem.axes]
+    start = at_end_1 / reference[..., None] - problem.loads[..., 0, :]  # c, the tension vector beyond the load on end 1
     active = np.ones(start.shape[:-1], dtype=bool)
     _, point, record = newton(problem, np.moveaxis(start, -1, 0), active)
     if not record.converged.all():
         slack = ~record.converged & problem.slack(point)
         record = replace(record, reason=np.where(slack, SLACK, record.reason))
     force, _, _, slope = point
-    excess = slope - problem.chord[..., None, :]
-    displacement = np.zeros((*excess.shape[:-2], mesh.nodes, 3))
-    moved = transposed_force_transfer(mesh, problem.weights[:, None] * excess)
-    displacement[..., 1:-1, : problem.axes] = -moved
-    whole = np.zeros((*force.shape[:-1], 3))
-    whole[..., : problem.axes] = force
-    state = _state(catenary, mesh, whole, displacement)
+    gradient = slope - problem.chord[..., None, :]  # of the displacement from the straight chord
+    displacement = np.zeros((*gradient.shape[:-2], mesh.nodes, 3))
+    to_end_2 = transposed_force_transfer(mesh, problem.weights[:, None] * gradient)
+    displacement[..., 1:-1, : problem.axes] = -to_end_2
+    force_3d = np.zeros((*force.shape[:-1], 3))
+    force_3d[..., : problem.axes] = force
+    state = _state(catenary, mesh, force_3d, displacement)
     return (state if nodal is None else replace(state, mirror_symmetric=False)), record
 
 
 def solve(catenary, mesh):
-    """Equilibrium of one discrete cable; as `solve_many`, but without an equilibrium it raises.
+    """`State` and `Record` of one discrete cable in equilibrium, from its `Catenary` as the start.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Where a cable in equilibrium is, in global axes: lowest point, sag, swing, angles of the chord, clearance.
+"""Geometry of a cable in equilibrium, in global axes: lowest point, sag, swing, angles of the chord, clearance.
 
 Functions take a `Catenary`, of one cable or of a batch, or the `State` of the elements of one cable. Places are
 measured from end 1. The tension vector is linear along each segment, so that a cable is parallel to a given slope where
@@ -34,58 +34,58 @@ def places(cable, positions):
 
 def lowest_point(cable):
     """Height of the lowest point of a cable above end 1, an end where that is lower, shape (...). [m]"""
-    return places(cable, _candidates(cable, np.array([0.0, 0.0, 1.0])))[..., 2].min(axis=-1)
+    return places(cable, _extreme_candidates(cable, np.array([0.0, 0.0, 1.0])))[..., 2].min(axis=-1)
 
 
-def _candidates(cable, normal):
-    """Where a cable may be farthest along a normal: edges of segments, and where it is at right angles to the normal.
+def _extreme_candidates(cable, normal):
+    """Arc lengths at which a cable may be farthest along a normal: edges of segments, and zeros of T . normal on them.
 
     Shape (..., 2 k + 1), shares of the unstretched length.
     """
     span, edges = cable.span, cable.edges
-    middle = (span.in_frame(cable.mid_forces, "global") * normal).sum(axis=-1)
+    at_middle = (span.in_frame(cable.mid_forces, "global") * normal).sum(axis=-1)
     change = cable.segment_weights * (span.vertical * normal).sum(axis=-1)[..., None]
-    share = 0.5 - np.divide(middle, change, out=np.zeros_like(middle), where=change != 0)
-    inner = edges[..., :-1] + np.clip(share, 0.0, 1.0) * np.diff(edges, axis=-1)
+    zero = 0.5 - np.divide(at_middle, change, out=np.zeros_like(at_middle), where=change != 0)
+    inner = edges[..., :-1] + np.clip(zero, 0.0, 1.0) * np.diff(edges, axis=-1)
     return np.concatenate([np.broadcast_to(edges, (*inner.shape[:-1], edges.shape[-1])), inner], axis=-1)
 
 
 def midspan(cable):
-    """Arc length where a cable passes halfway along the horizontal between its ends, shape (...).
+    """Arc length at which a cable is halfway along the horizontal between its ends, over unstretched length, (...). [-]
 
-    Over unstretched length; 1/2 where the chord is vertical. Of a `Catenary` whose uniform load is vertical,
+    1/2 where the chord is vertical. Of a `Catenary` whose uniform load is vertical,
     `midspan.arc_length_at_midspan` gives it to more digits. By the method of Ridders (1979), IEEE Transactions on
     Circuits and Systems 26, 979.
     """
     chord = cable.span.frame[..., 0, :2] * np.asarray(cable.span.chord)[..., None]
-    length = np.hypot(chord[..., 0], chord[..., 1])
-    level = chord / np.where(length > 0, length, 1.0)[..., None]
+    run = np.hypot(chord[..., 0], chord[..., 1])  # horizontal distance of the ends
+    level = chord / np.where(run > 0, run, 1.0)[..., None]
 
-    def beyond(position):
-        return (places(cable, position[..., None])[..., 0, :2] * level).sum(axis=-1) - length / 2
+    def beyond_half(position):
+        return (places(cable, position[..., None])[..., 0, :2] * level).sum(axis=-1) - run / 2
 
-    upright = length <= 1e-9 * np.asarray(cable.span.chord)
-    found, done = np.full(length.shape, 0.5), upright
-    low, high, below, above = 0.0 * found, 0.0 * found + 1.0, -length / 2, length / 2
+    upright = run <= 1e-9 * np.asarray(cable.span.chord)
+    position, done = np.full(run.shape, 0.5), upright
+    low, high, at_low, at_high = 0.0 * position, 0.0 * position + 1.0, -run / 2, run / 2
     for _ in range(CABLE.chord_midspan_steps):
         middle = (low + high) / 2
-        at_middle = beyond(middle)
-        root = np.sqrt(at_middle**2 - below * above)
-        place = middle - (middle - low) * np.divide(at_middle, root, out=np.zeros_like(root), where=root > 0)
-        there = beyond(place)
-        fresh = np.where(done, found, place)  # no digit depends on the other cables
-        done, found = done | (np.abs(fresh - found) <= CABLE.chord_midspan_last_step), fresh
-        for trial, value in ((middle, at_middle), (place, there)):
-            first, last = (value < 0) & (trial > low), (value >= 0) & (trial < high)
-            low, below = np.where(first, trial, low), np.where(first, value, below)
-            high, above = np.where(last, trial, high), np.where(last, value, above)
+        at_middle = beyond_half(middle)
+        root = np.sqrt(at_middle**2 - at_low * at_high)
+        trial = middle - (middle - low) * np.divide(at_middle, root, out=np.zeros_like(root), where=root > 0)
+        at_trial = beyond_half(trial)
+        updated = np.where(done, position, trial)  # no digit depends on the other cables
+        done, position = done | (np.abs(updated - position) <= CABLE.chord_midspan_last_step), updated
+        for x, value in ((middle, at_middle), (trial, at_trial)):
+            raises_low, lowers_high = (value < 0) & (x > low), (value >= 0) & (x < high)
+            low, at_low = np.where(raises_low, x, low), np.where(raises_low, value, at_low)
+            high, at_high = np.where(lowers_high, x, high), np.where(lowers_high, value, at_high)
         if done.all():
             break
-    return found
+    return position
 
 
 def sag_and_swing(cable, position):
-    """How far a cable hangs below the middle of its chord, and how far it leaves its vertical plane there.
+    """Sag of a cable at mid-span, from the middle of its chord, and swing out of its vertical plane there.
 
     Parameters
     ----------
@@ -98,18 +98,17 @@ def sag_and_swing(cable, position):
     sag : ndarray, shape (...)
         Vertical. [m]
     swing : ndarray, shape (...)
-        Angle between the vertical and the way from chord to cable, seen along the chord; 0 of a vertical chord. [rad]
+        Angle between the vertical and the line from chord to cable, seen along the chord; 0 for a vertical chord. [rad]
     """
-    span = cable.span
-    chord = span.frame[..., 0, :] * np.asarray(span.chord)[..., None]
-    moved = places(cable, np.asarray(position)[..., None])[..., 0, :] - chord / 2
-    length = np.hypot(chord[..., 0], chord[..., 1])
-    across = np.stack([-chord[..., 1], chord[..., 0]], axis=-1) / np.where(length > 0, length, 1.0)[..., None]
-    aside, whole = (moved[..., :2] * across).sum(axis=-1), np.asarray(span.chord)
-    aside = np.where(
-        (length > CABLE.distance_rounding * whole) & (np.abs(aside) > CABLE.distance_rounding * whole), aside, 0.0
-    )
-    return -moved[..., 2], np.arctan2(np.abs(aside), np.abs(moved[..., 2]))
+    span, length = cable.span, np.asarray(cable.span.chord)
+    chord = span.frame[..., 0, :] * length[..., None]
+    from_chord = places(cable, np.asarray(position)[..., None])[..., 0, :] - chord / 2
+    run = np.hypot(chord[..., 0], chord[..., 1])  # horizontal distance of the ends
+    across = np.stack([-chord[..., 1], chord[..., 0]], axis=-1) / np.where(run > 0, run, 1.0)[..., None]
+    sideways = (from_chord[..., :2] * across).sum(axis=-1)
+    rounding = CABLE.distance_rounding * length
+    sideways = np.where((run > rounding) & (np.abs(sideways) > rounding), sideways, 0.0)
+    return -from_chord[..., 2], np.arctan2(np.abs(sideways), np.abs(from_chord[..., 2]))
 
 
 def chord_angles(span):
@@ -124,7 +123,7 @@ def chord_angles(span):
     """
     chord = span.frame[..., 0, :]
     level, rise = np.hypot(chord[..., 0], chord[..., 1]), chord[..., 2]
-    level, rise = (np.where(np.abs(part) > CABLE.level_chord, part, 0.0) for part in (level, rise))
+    level, rise = (np.where(np.abs(x) > CABLE.level_chord, x, 0.0) for x in (level, rise))  # rounding is no angle
     return np.arctan2(rise, level), np.arctan2(level, np.abs(rise))
 
 
@@ -147,23 +146,23 @@ def load_sag(cable):
     return float(below_chord(cable, shares, places(cable, shares)).max())
 
 
-def below_chord(cable, shares, there):
-    """Vertical distance from the chord of one cable down to places on it, shape (k,). [m]
+def below_chord(cable, shares, points):
+    """Vertical distance from the chord of one cable down to points on it, shape (k,). [m]
 
     Parameters
     ----------
     cable : Catenary or State
     shares : ndarray, shape (k,)
         Of the unstretched length. [-]
-    there : ndarray, shape (k, 3)
-        The places, from end 1. [m]
+    points : ndarray, shape (k, 3)
+        Their coordinates from end 1. [m]
     """
     span = cable.span
     chord = span.frame[0] * float(span.chord)
     level = np.hypot(*chord[:2])
     if level > 1e-9 * float(span.chord):  # of an upright chord: the point at the same share of the length, as for `sag`
-        shares = there[:, :2] @ chord[:2] / level**2
-    return shares * chord[2] - there[:, 2]
+        shares = points[:, :2] @ chord[:2] / level**2
+    return shares * chord[2] - points[:, 2]
 
 
 def tensions_at_point_loads(cable, shares):
@@ -181,27 +180,27 @@ def tensions_at_point_loads(cable, shares):
         On the side of end 1 and on that of end 2, global axes. [N]
     """
     edges = np.asarray(cable.edges)[1:-1]  # between segments, a point load at each
-    before = np.searchsorted(edges, shares - CABLE.same_place)  # segment that ends at the load
-    after = np.searchsorted(edges, shares + CABLE.same_place)  # segment that begins there
-    half = cable.half_changes
-    on_both_sides = np.stack([(cable.mid_forces + half)[before], (cable.mid_forces - half)[after]], axis=-2)
-    return cable.span.in_frame(on_both_sides, "global")
+    segment_before = np.searchsorted(edges, shares - CABLE.same_place)  # that which ends at the load
+    segment_after = np.searchsorted(edges, shares + CABLE.same_place)  # that which begins there
+    begin_forces, end_forces = cable.mid_forces - cable.half_changes, cable.mid_forces + cable.half_changes
+    both_sides = np.stack([end_forces[segment_before], begin_forces[segment_after]], axis=-2)
+    return cable.span.in_frame(both_sides, "global")
 
 
-def heights_above(there, ground):
-    """Vertical distance from places down to the ground, not a number where it is not known, shape (k,). [m]
+def heights_above(points, ground):
+    """Vertical distance from points down to the ground, not a number where it is not known, shape (k,). [m]
 
     Parameters
     ----------
-    there : ndarray, shape (k, 3)
+    points : ndarray, shape (k, 3)
         Global coordinates. [m]
     ground : float or sequence of (float, float)
         As of `clearance`.
     """
     if isinstance(ground, float):
-        return there[:, 2] - ground
+        return points[:, 2] - ground
     x, z = np.array(ground, dtype=float).T
-    return there[:, 2] - np.interp(there[:, 0], x, z, left=np.nan, right=np.nan)
+    return points[:, 2] - np.interp(points[:, 0], x, z, left=np.nan, right=np.nan)
 
 
 def clearance(cable, end_1, ground):
@@ -224,25 +223,26 @@ def clearance(cable, end_1, ground):
     if isinstance(ground, float):
         return float(end_1[2] + lowest_point(cable) - ground)
     x, z = np.array(ground, dtype=float).T
+    # the distance is least above a corner of the ground, or where the cable is parallel to it, or ends
     normals = [np.array([-slope, 0.0, 1.0]) for slope in np.diff(z) / np.diff(x)]
-    found = [_candidates(cable, normal) for normal in normals]
-    found.append(_crossings(cable, x - end_1[0]))
-    there = places(cable, np.concatenate(found)) + np.asarray(end_1)
-    low, high = there[:, 0].min(), there[:, 0].max()
+    candidates = [_extreme_candidates(cable, normal) for normal in normals]
+    candidates.append(_crossings(cable, x - end_1[0]))
+    points = places(cable, np.concatenate(candidates)) + np.asarray(end_1)
+    low, high = points[:, 0].min(), points[:, 0].max()
     if low < x[0] - 1e-9 * (high - low) or high > x[-1] + 1e-9 * (high - low):
         raise NoSolutionError(
             f"the ground is known from x = {x[0]:.6g} m to {x[-1]:.6g} m, the cable is from {low:.6g} m to {high:.6g} m"
         )
-    return float((there[:, 2] - np.interp(there[:, 0], x, z)).min())
+    return float((points[:, 2] - np.interp(points[:, 0], x, z)).min())
 
 
 def _crossings(cable, x):
-    """Where one cable passes coordinates x, shape (k,), from end 1, as shares of the unstretched length, shape (j,)."""
+    """Arc lengths at which one cable passes coordinates x from end 1, shape (k,) [m]: shares of its length, (j,)."""
     edges = np.asarray(cable.edges)
-    beyond = places(cable, edges)[:, 0] - x[:, None]
-    number, between = np.nonzero(beyond[:, :-1] * beyond[:, 1:] < 0)
+    distance = places(cable, edges)[:, 0] - x[:, None]
+    coordinate, segment = np.nonzero(distance[:, :-1] * distance[:, 1:] < 0)
 
-    def passed(at, own):
-        return places(cable, at)[:, 0] - x[own]
+    def distance_at(share, index):
+        return places(cable, share)[:, 0] - x[index]
 
-    return zeros_between(passed, edges[between], edges[between + 1], number)
+    return zeros_between(distance_at, edges[segment], edges[segment + 1], coordinate)

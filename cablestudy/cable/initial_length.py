@@ -10,22 +10,22 @@ from cablestudy.errors import NoSolutionError
 BELOW_LEAST = "below the least that this cable can have"  # of a tension, in messages
 
 
-def _end(end):
+def _tension_at_end(end):
     return lambda catenary: np.sqrt((catenary.end_forces()[..., end, :] ** 2).sum(axis=-1))
 
 
-# Where a tension may be stated -> how messages name it, and its value. [N]
+# place at which a tension may be stated -> its name in messages, and a function of a `Catenary` [N]
 TENSIONS = {
     "mean": ("a mean tension", lambda catenary: catenary.mean_tension),
     "horizontal": ("a horizontal tension", lambda catenary: catenary.horizontal_tension),
     "max": ("a largest tension", lambda catenary: catenary.max_tension),
-    "end_1": ("a tension at end 1", _end(0)),
-    "end_2": ("a tension at end 2", _end(1)),
+    "end_1": ("a tension at end 1", _tension_at_end(0)),
+    "end_2": ("a tension at end 2", _tension_at_end(1)),
 }
 
 
-def closer_strain_for_tension(span, tension, at="mean"):
-    """Chord strain of a taut cable with a given tension, by a search that also finds the least tension.
+def shorter_strain_for_tension(span, tension, at="mean"):
+    """Chord strain of a taut cable with a stated tension, by a search that also finds the least tension.
 
     Parameters
     ----------
@@ -34,50 +34,50 @@ def closer_strain_for_tension(span, tension, at="mean"):
     tension : float
         > 0. [N]
     at : str
-        A key of TENSIONS: the tension where it is.
+        A key of TENSIONS, the place of that tension.
 
     Returns
     -------
     float
-        Of the shorter one of the two cables with this tension. [-]
+        That of the shorter one of the two cables with this tension. [-]
 
     Raises
     ------
     NoSolutionError
         The tension is below the least of all lengths, or the cable would end before its last load.
     """
-    highest, name = float(_tightest(span, tension, at)), TENSIONS[at][0]
+    highest, name = float(_highest_strain(span, tension, at)), TENSIONS[at][0]
 
     def excess(strain, _):
         return _tension(span, strain, at) / tension - 1
 
-    placed = span.load_positions[np.isfinite(span.load_positions)]  # the others move along with the length
-    if excess(highest, 0) < 0 and not len(placed):
+    fixed_loads = span.load_positions[np.isfinite(span.load_positions)]  # the others move along with the length
+    if excess(highest, 0) < 0 and not len(fixed_loads):
         raise NoSolutionError(f"no unstretched length gives {name} of {tension:.6g} N")
     if excess(highest, 0) < 0:  # too long to be taut: its last load needs the length
         raise NoSolutionError(
-            f"{name} of {tension:.6g} N needs a cable that ends before its last load, at {placed[-1]:.6g} m"
+            f"{name} of {tension:.6g} N needs a cable that ends before its last load, at {fixed_loads[-1]:.6g} m"
         )
-    lowest, least = _least_tension(span, highest, at)
+    strain_of_least, least = _least_tension(span, highest, at)
     if not np.isfinite(least):
         raise NoSolutionError(f"at no length with {name} of {tension:.6g} N has the cable a definite form")
     if tension > least:
-        return float(_between(excess, [lowest], [highest], [0])[0])
+        return float(_bracketed_zeros(excess, [strain_of_least], [highest], [0])[0])
     if tension >= least * (1 - CABLE.mean_tension_rounding):
-        return lowest
-    length = span.chord / (1 + lowest)
+        return strain_of_least
+    length = span.chord / (1 + strain_of_least)
     raise NoSolutionError(
         f"{name} of {tension:.6g} N is {BELOW_LEAST}: {least:.6g} N, at an unstretched length of {length:.6g} m"
     )
 
 
 def strains_for_tension(span, tension, at="mean"):
-    """Chord strains of n taut cables with given tensions [N] at one of TENSIONS, each of shape (n,). [-]
+    """Chord strains of n taut cables with stated tensions [N] at one of TENSIONS, each of shape (n,). [-]
 
     Not a number where no zero near the guess was found, or only the longer one of two cables with this tension:
-    `closer_strain_for_tension` decides.
+    `shorter_strain_for_tension` decides.
     """
-    highest = _tightest(span, tension, at)
+    highest = _highest_strain(span, tension, at)
     # strain of the tension, less what the sag of a parabola adds to the length of its chord
     by_sag = -((span.weight_per_length * span.chord * span.cosine) ** 2) / (24 * tension**2)
     guess = tension / span.axial_stiffness + np.maximum(by_sag, -0.05)
@@ -85,129 +85,133 @@ def strains_for_tension(span, tension, at="mean"):
     def excess(strain, index):
         return _tension(span.take(index), strain, at) / tension[index] - 1
 
-    strain, rises = _root(excess, guess, highest)
-    unsure = np.flatnonzero(~rises & np.isfinite(strain))
+    strain, known_to_rise = _rising_zeros(excess, guess, highest)
+    unsure = np.flatnonzero(~known_to_rise & np.isfinite(strain))
     if len(unsure):  # where the tension falls with the strain, it is the longer one of two cables
-        no_shorter = excess(highest[unsure], unsure) < 0
+        has_shorter = ~(excess(highest[unsure], unsure) < 0)
         step = np.maximum(1e-6 * np.abs(strain[unsure]), 1e-14)
         falls = excess(strain[unsure] - step, unsure) >= excess(strain[unsure] + step, unsure)
-        strain[unsure[falls & ~no_shorter]] = np.nan
+        strain[unsure[falls & has_shorter]] = np.nan
     return strain
 
 
 def no_strain_for_sag(_, sag):
-    """Raise NoSolutionError for a sag that `strains_for_sag` found no length for, as of a weightless cable."""
+    """Raise NoSolutionError for a sag that no length of a cable gives, as of a weightless one."""
     raise NoSolutionError(f"no unstretched length gives a sag of {sag:.6g} m")
 
 
 def strains_for_sag(span, sag):
-    """Chord strains of n cables with given sags [m], each of shape (n,); not a number where there is none. [-]"""
+    """Chord strains of n cables with stated sags [m], each of shape (n,); not a number where there is none. [-]"""
     depth = sag * span.cosine / span.chord
     horizontal = span.weight_per_length * span.chord**2 / (8 * sag)
     guess = horizontal / span.axial_stiffness - 8 / 3 * depth**2
     guess = np.where((depth > 0.2) | (guess < -0.5), 1 / np.hypot(1.0, 2 * depth) - 1, guess)
 
     def excess(strain, index):
-        return 1 - _solved(span.take(index), strain).sag / sag[index]
+        return 1 - _catenary(span.take(index), strain).sag / sag[index]
 
-    return _root(excess, guess, _shortest(span, np.full(len(sag), CABLE.tautest_strain)))[0]
+    highest = _not_beyond_last_load(span, np.full(len(sag), CABLE.tautest_strain))
+    return _rising_zeros(excess, guess, highest)[0]
 
 
-def _tightest(span, tension, at="mean"):
-    """Chord strain at which the tension is at least `tension`, or the cable ends at its last load."""
+def _highest_strain(span, tension, at="mean"):
+    """Upper bound of the chord strain: the tension is at least `tension` there, or the cable ends at its last load."""
     if at != "mean":  # the tension of an end is less by the weight at most, its horizontal part by the inclination
         load = np.asarray(span.weight) + np.sqrt((span.load_forces**2).sum(axis=-1)).sum(axis=-1)
         tension = (tension + 2 * load) / (np.maximum(np.abs(span.cosine), 1e-6) if at == "horizontal" else 1.0)
-    return _shortest(span, tension / span.axial_stiffness * (1 + 1e-9) + 1e-300)
+    return _not_beyond_last_load(span, tension / span.axial_stiffness * (1 + 1e-9) + 1e-300)
 
 
-def _shortest(span, strain):
+def _not_beyond_last_load(span, strain):
     """The smaller of `strain` and the chord strain at which the cable ends at its last load."""
-    places = span.load_positions
+    positions = span.load_positions
     if span.load_fractions is not None:  # a load at a share of the length is always on the cable
-        places = np.where(np.isnan(span.load_fractions), places, 0.0)
-    last = places.max(axis=-1, initial=0.0)
-    return np.where(last > 0, np.minimum(strain, span.chord / np.where(last > 0, last, 1.0) - 1), strain)
+        positions = np.where(np.isnan(span.load_fractions), positions, 0.0)
+    last_load = positions.max(axis=-1, initial=0.0)
+    return np.where(last_load > 0, np.minimum(strain, span.chord / np.where(last_load > 0, last_load, 1.0) - 1), strain)
 
 
-def _solved(span, strain):
+def _catenary(span, strain):
     """`Catenary` of a span with each chord strain of an array."""
     return solve(span.with_chord_strain(np.asarray(strain, dtype=float)))
 
 
 def _tension(span, strain, at="mean"):
     """Tension at each chord strain; not a number where the cable has no definite form."""
-    solved = _solved(span, strain)
-    return np.where(solved.record.converged, TENSIONS[at][1](solved), np.nan)
+    catenary = _catenary(span, strain)
+    return np.where(catenary.record.converged, TENSIONS[at][1](catenary), np.nan)
 
 
-def _root(function, guess, highest):
-    """Zeros of rising functions near guesses, each of shape (n,); not a number where there is none.
+def _rising_zeros(function, guess, highest):
+    """Zeros of n functions of the chord strain up to `highest`, near guesses if possible, and whether they rise there.
 
-    The function takes places and which of the n they belong to. The second array says where the function is known to
-    rise at its zero.
+    `function` is as of `bracket`; all arrays have the shape (n,). A zero is not a number where there is none, and the
+    function is known to rise where the secant method found it, which settles on a rise alone.
     """
     step = np.minimum(np.maximum(1e-3 * np.abs(guess), 1e-15), (highest - CABLE.loosest_strain) / 8)
     guess = np.clip(guess, CABLE.loosest_strain + 2 * step, highest - 2 * step)
-    root = _by_secant(function, guess, highest)
-    rises = np.isfinite(root)
-    rest = np.flatnonzero(~rises)
-    near = (
-        np.maximum(guess - CABLE.near_guess_steps * step, CABLE.loosest_strain),
-        np.minimum(guess + CABLE.near_guess_steps * step, highest),
-    )
-    for right, (least, most) in ((guess + step, near), (highest, (np.full(len(guess), CABLE.loosest_strain), highest))):
-        if not len(rest):
+    zeros = _zeros_by_secant(function, guess, highest)
+    known_to_rise = np.isfinite(zeros)
+    unsolved = np.flatnonzero(~known_to_rise)
+    loosest = np.full(len(guess), CABLE.loosest_strain)
+    near_low = np.maximum(guess - CABLE.near_guess_steps * step, CABLE.loosest_strain)
+    near_high = np.minimum(guess + CABLE.near_guess_steps * step, highest)
+    # near the guess, and then in all of the range: upper end of the first interval, and the limits
+    for first_high, low_limit, high_limit in ((guess + step, near_low, near_high), (highest, loosest, highest)):
+        if not len(unsolved):
             break
-        limits = least[rest], most[rest]
-        found, low, high = bracket(function, (guess - step)[rest], right[rest], *limits, rest, CABLE.length_brackets)
-        if found.any():
-            root[rest[found]] = _between(function, low[found], high[found], rest[found])
-        rest = rest[~found]
-    return root, rises
+        interval, limits = ((guess - step)[unsolved], first_high[unsolved]), (low_limit[unsolved], high_limit[unsolved])
+        bracketed, low, high = bracket(function, *interval, *limits, unsolved, CABLE.length_brackets)
+        if bracketed.any():
+            index = unsolved[bracketed]
+            zeros[index] = _bracketed_zeros(function, low[bracketed], high[bracketed], index)
+        unsolved = unsolved[~bracketed]
+    return zeros, known_to_rise
 
 
-def _by_secant(function, guess, highest):
-    """Zeros of `_root` by the secant method from good guesses; not a number where it does not settle on a rise."""
-    root, index = np.full(len(guess), np.nan), np.arange(len(guess))
-    before, place = guess, guess * (1 + CABLE.length_first_secant)
-    value, risen = function(before, index), np.zeros(len(guess), dtype=bool)
+def _zeros_by_secant(function, guess, highest):
+    """Zeros near good guesses by the secant method, arrays as of `_rising_zeros`.
+
+    Not a number where the method does not settle, or the function was not seen to rise.
+    """
+    zeros, index = np.full(len(guess), np.nan), np.arange(len(guess))
+    previous, x = guess, guess * (1 + CABLE.length_first_secant)
+    value, rises = function(previous, index), np.zeros(len(guess), dtype=bool)
     for _ in range(CABLE.length_secants):
-        earlier, value = value, function(place, index)
+        previous_value, value = value, function(x, index)
         with np.errstate(divide="ignore", invalid="ignore"):  # of functions that do not change, or have no value
-            change = value * (place - before) / (value - earlier)
-            risen |= (value - earlier) / (place - before) > 0
-        settled = risen & (
-            (np.abs(change) <= CABLE.length_last_step * np.abs(place)) | (np.abs(value) <= CABLE.length_zero)
+            change = value * (x - previous) / (value - previous_value)
+            rises |= (value - previous_value) / (x - previous) > 0
+        settled = rises & (
+            (np.abs(change) <= CABLE.length_last_step * np.abs(x)) | (np.abs(value) <= CABLE.length_zero)
         )
-        root[index[settled]] = place[settled]
-        after = place - change
-        going = ~settled & (after > CABLE.loosest_strain) & (after < highest[index])
-        index, before, place, value, risen = (part[going] for part in (index, place, after, value, risen))
+        zeros[index[settled]] = x[settled]
+        following = x - change
+        unfinished = ~settled & (following > CABLE.loosest_strain) & (following < highest[index])
+        index, previous, x, value, rises = (a[unfinished] for a in (index, x, following, value, rises))
         if not len(index):
             break
-    return root
+    return zeros
 
 
-def _between(function, low, high, index):
-    """Zeros between two places of different sign, shape (k,)."""
+def _bracketed_zeros(function, low, high, index):
+    """Zeros between arguments with values of different sign, shape (k,)."""
     return zeros_between(function, low, high, index, rtol=5e-16, smallest=CABLE.length_zero, steps=CABLE.length_steps)
 
 
 def _least_tension(span, highest, at="mean"):
     """Chord strain and value of the least tension over all lengths."""
-    near = np.geomspace(1e-14, 1e-2, 50)  # a steep cable has its least tension just before it is slack
+    small = np.geomspace(1e-14, 1e-2, 50)  # a steep cable has its least tension just before it is slack
     # under loads larger than its weight, where it is long
     long = np.geomspace(1 + CABLE.loosest_strain, 0.1, 50)[:-1] - 1
-    strain = np.concatenate(
-        [long, np.linspace(-0.9, -0.011, 100), -near[::-1], [0.0], near, np.geomspace(0.011, CABLE.tautest_strain, 100)]
-    )
+    slack, taut = np.linspace(-0.9, -0.011, 100), np.geomspace(0.011, CABLE.tautest_strain, 100)
+    strain = np.concatenate([long, slack, -small[::-1], [0.0], small, taut])
     strain = np.append(strain[strain < highest], highest)
     tension = _tension(span, strain, at)
-    place = int(np.argmin(np.where(np.isnan(tension), np.inf, tension)))
-    if 0 < place < len(strain) - 1:
-        around = strain[place - 1 : place + 2, None]
-        (found,), (value,) = minima_between(lambda x, _: _tension(span, x, at), *around, [0])
-        if value <= tension[place]:
-            return float(found), float(value)
-    return float(strain[place]), float(tension[place])
+    lowest = int(np.argmin(np.where(np.isnan(tension), np.inf, tension)))
+    if 0 < lowest < len(strain) - 1:
+        neighbours = strain[lowest - 1 : lowest + 2, None]
+        (minimum,), (value,) = minima_between(lambda x, _: _tension(span, x, at), *neighbours, [0])
+        if value <= tension[lowest]:
+            return float(minimum), float(value)
+    return float(strain[lowest]), float(tension[lowest])

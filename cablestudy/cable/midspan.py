@@ -1,4 +1,4 @@
-"""Arc length at mid-span of a catenary: where the cable passes halfway along the horizontal between its ends."""
+"""Arc length at mid-span of a catenary, at half of the horizontal distance between its ends."""
 
 import numpy as np
 
@@ -25,36 +25,37 @@ def arc_length_at_midspan(catenary):
     scale = np.maximum(np.abs(kernel.horizontal).max(axis=-1, keepdims=True), CABLE.least_divisor)
     rate = kernel.horizontal / scale
     distance = rate * fraction * (1 / stiffness + 2 * (1 + kernel.excess) / kernel.sum_of_tensions)
-    total = np.cumsum(distance, axis=-1)
-    half = total[..., -1:] / 2
-    segment = np.minimum((total < half).sum(axis=-1, keepdims=True), total.shape[-1] - 1)
+    segment_ends = np.cumsum(distance, axis=-1)  # horizontal distances from end 1, to a common factor
+    half = segment_ends[..., -1:] / 2
+    segment = np.minimum((segment_ends < half).sum(axis=-1, keepdims=True), segment_ends.shape[-1] - 1)
 
     def in_segment(values):
-        return np.take_along_axis(np.broadcast_to(values, total.shape), segment, axis=-1)
+        return np.take_along_axis(np.broadcast_to(values, segment_ends.shape), segment, axis=-1)
 
-    weight, cosine, sine = (np.asarray(part)[..., None] for part in (span.weight, span.cosine, span.sine))
-    target, tension = half - in_segment(total - distance), map(in_segment, catenary.tension)
-    piece = _arc_length_at(
+    weight, cosine, sine = (np.asarray(field)[..., None] for field in (span.weight, span.cosine, span.sine))
+    target, tension = half - in_segment(segment_ends - distance), map(in_segment, catenary.tension)
+    in_piece = _arc_length_at(
         target, EPSILON * half, in_segment(fraction), in_segment(rate), stiffness, weight, cosine, sine, *tension
     )
-    position = (in_segment(np.cumsum(fraction, axis=-1) - fraction) + piece)[..., 0]
+    position = (in_segment(np.cumsum(fraction, axis=-1) - fraction) + in_piece)[..., 0]
     return np.where((np.abs(span.cosine) == 0) & (span.transverse_load > 0), 0.5, position)
 
 
-def _arc_length_at(target, rounding, whole, *segment):
-    """Arc length x on a segment, from 0 to `whole`, at which the horizontal distance from its end 1 is `target`.
+def _arc_length_at(target, rounding, length, *segment):
+    """Arc length x on a segment, from 0 to its length, at which the horizontal distance from its end 1 is `target`.
 
-    By Newton steps kept in a bracket, until the distance is right to `rounding`. `segment` is its H over a scale, its
-    EA, weight, cosine and sine, and the tension vector at its middle.
+    By Newton steps kept in a bracket, until the distance is right to `rounding`. Lengths are shares of the cable's, and
+    distances over a scale of forces; `segment` is H over that scale, the cable's EA, weight, cosine and sine, and the
+    tension vector at the middle of the segment.
     """
-    shape = whole.shape
-    data = [np.broadcast_to(values, shape).ravel() for values in (target, rounding, whole, *segment)]
-    whole = data[2]
-    low, high, x = np.zeros_like(whole), whole.copy(), whole / 2
+    shape = length.shape
+    arguments = [np.broadcast_to(values, shape).ravel() for values in (target, rounding, length, *segment)]
+    length = arguments[2]
+    low, high, x = np.zeros_like(length), length.copy(), length / 2
     solution, active = np.empty_like(x), np.arange(x.size)
     for _ in range(CABLE.midspan_steps):
-        target, rounding, whole, rate, stiffness, weight, cosine, sine, q, n, y = data
-        shift = weight * (x - whole) / 2  # of the tension vector, from mid-segment to the middle of the piece up to x
+        target, rounding, length, rate, stiffness, weight, cosine, sine, q, n, y = arguments
+        shift = weight * (x - length) / 2  # of the tension vector, from mid-segment to the middle of the piece up to x
         piece = evaluate((q + shift * sine, n + shift * cosine, y), weight * x, cosine, sine)
         gap = target - rate * x * (1 / stiffness + 2 * (1 + piece.excess) / piece.sum_of_tensions)
         low, high = np.where(gap > 0, x, low), np.where(gap > 0, high, x)
@@ -69,5 +70,5 @@ def _arc_length_at(target, rounding, whole, *segment):
         if not moving.any():
             break
         if not moving.all():  # nearly vertical cables need more steps than all others
-            active, low, high, x, *data = (values[moving] for values in (active, low, high, x, *data))
+            active, low, high, x, *arguments = (values[moving] for values in (active, low, high, x, *arguments))
     return solution.reshape(shape)

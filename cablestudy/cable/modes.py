@@ -18,44 +18,47 @@ class CombinedModes:
     """
 
     def __init__(self, planes, dynamics):
-        self._planes, self._found, self._order = planes, {}, None
+        self._planes, self._cache, self._order = planes, {}, None
         self.unit_frequency = np.asarray(dynamics.unit_frequency)
         self.root_mass = np.sqrt(np.asarray(dynamics.mass * dynamics.length))
         self.unit_stiffness = np.asarray(dynamics.state.force / dynamics.length)
-        square = self._joined("square")
+        square = self._concatenated("square")
         if not ascends(square) or clusters(square):
-            self._order = self._ascending(square)
+            self._order = self._ascending_order(square)
 
-    def _ascending(self, square):
+    def _ascending_order(self, square):
         """Order of ascending frequency; modes that coincide in the order of kind and symmetry."""
         order = np.argsort(square, axis=-1, kind="stable")
         coinciding = clusters(reordered(square, order))
         if coinciding:
-            kinds, symmetries = self._joined("kinds"), self._joined("symmetries")
-        for cable, first, last in coinciding:
-            chosen = order[cable][first:last].copy()
-            order[cable][first:last] = chosen[np.lexsort((symmetries[cable][chosen], kinds[cable][chosen]))]
+            kinds, symmetries = self._concatenated("kinds"), self._concatenated("symmetries")
+        for cable, begin, end in coinciding:
+            cluster = order[cable][begin:end].copy()
+            order[cable][begin:end] = cluster[np.lexsort((symmetries[cable][cluster], kinds[cable][cluster]))]
         return order
 
     def values(self, name):
-        """A property of `PlaneModes`, with all three components where it has some of them; the modes are last."""
-        if name not in self._found:
-            values = self._joined(name)
-            self._found[name] = values if self._order is None else reordered(values, self._order)
-        return self._found[name]
+        """Values of a property of `PlaneModes` in ascending frequency, shape (..., k) or (..., 3, k).
 
-    def _joined(self, name):
-        parts = [getattr(plane, name) for plane in self._planes]
-        batch = self._planes[0].square.ndim
-        if parts[0].ndim == batch:
-            return np.concatenate(parts, axis=-1)
-        *lead, _, _ = parts[0].shape
-        whole, begin = np.zeros((*lead, 3, sum(part.shape[-1] for part in parts))), 0
-        for plane, part in zip(self._planes, parts, strict=True):
-            end = begin + part.shape[-1]
-            whole[..., list(plane.system.axes), begin:end] = part
+        A property with the components that move has zeros for the others.
+        """
+        if name not in self._cache:
+            values = self._concatenated(name)
+            self._cache[name] = values if self._order is None else reordered(values, self._order)
+        return self._cache[name]
+
+    def _concatenated(self, name):
+        """Values of a property of `PlaneModes`, as `values`, plane after plane."""
+        by_plane = [getattr(plane, name) for plane in self._planes]
+        if by_plane[0].ndim == self._planes[0].square.ndim:  # one number for each mode
+            return np.concatenate(by_plane, axis=-1)
+        *lead, _, _ = by_plane[0].shape
+        combined, begin = np.zeros((*lead, 3, sum(values.shape[-1] for values in by_plane))), 0
+        for plane, values in zip(self._planes, by_plane, strict=True):
+            end = begin + values.shape[-1]
+            combined[..., list(plane.system.axes), begin:end] = values
             begin = end
-        return whole
+        return combined
 
 
 @dataclass(frozen=True)
@@ -75,7 +78,7 @@ class Modes:
 
     @cached_property
     def frequency(self):
-        """Shape (..., k). [Hz]"""
+        """Natural frequencies, shape (..., k). [Hz]"""
         return np.sqrt(self._values("square")) * self.combined.unit_frequency[self.cable][..., None]
 
     @property
@@ -85,17 +88,17 @@ class Modes:
 
     @property
     def kinds(self):
-        """Places in KINDS, shape (..., k)."""
+        """Kind of each mode, an index of KINDS, shape (..., k)."""
         return self._values("kinds")
 
     @property
     def symmetries(self):
-        """Places in SYMMETRIES, shape (..., k)."""
+        """Symmetry of each mode, an index of SYMMETRIES, shape (..., k)."""
         return self._values("symmetries")
 
     @cached_property
     def shapes(self):
-        """Chord frame, mass-normalised, ends included (at rest), shape (..., nodes, 3, k). [1/sqrt(kg)]"""
+        """Mass-normalised shapes, chord frame, ends included (at rest), shape (..., nodes, 3, k). [1/sqrt(kg)]"""
         return self._values("signed") / self.combined.root_mass[self.cable][..., None, None, None]
 
     @property
@@ -109,28 +112,28 @@ class Modes:
 
     @cached_property
     def kind(self):
-        """Of one cable: "in-plane", "out-of-plane" or "axial" for each mode."""
+        """Kind of each mode of one cable: "in-plane", "out-of-plane" or "axial", a tuple."""
         return tuple(KINDS[i] for i in self.kinds.tolist())
 
     @cached_property
     def symmetry(self):
-        """Of one cable: "symmetric", "antisymmetric" or "mixed" for each mode."""
+        """Symmetry of each mode of one cable: "symmetric", "antisymmetric" or "mixed", a tuple."""
         return tuple(SYMMETRIES[i] for i in self.symmetries.tolist())
 
     def take(self, cable):
-        """Those of one cable of a batch."""
+        """`Modes` of one cable of a batch."""
         return replace(self, cable=(cable,))
 
     def first(self, count):
-        """Only the lowest `count` modes."""
+        """`Modes` with the lowest `count` only."""
         return self if count >= self.count else replace(self, count=count, complete=False)
 
     def numbered(self, number, kind, symmetry=None):
-        """Mask of mode `number` (from 1) of a kind and symmetry, shape (..., k): true in one place, or in none."""
-        chosen = self.kinds == KINDS.index(kind)
+        """Mask of mode `number` (from 1) of a kind and symmetry, shape (..., k): true for one mode, or for none."""
+        matches = self.kinds == KINDS.index(kind)
         if symmetry is not None:
-            chosen = chosen & (self.symmetries == SYMMETRIES.index(symmetry))
-        return chosen & (np.cumsum(chosen, axis=-1) == number)
+            matches = matches & (self.symmetries == SYMMETRIES.index(symmetry))
+        return matches & (np.cumsum(matches, axis=-1) == number)
 
     def select(self, kind=None, symmetry=None):
         """Indices of the modes of one cable of a kind and symmetry, ascending in frequency."""

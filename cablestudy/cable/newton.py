@@ -5,7 +5,7 @@ convex. With the residual g = -dU*/dN (distance of the computed end 2 from its p
 
     N <- N + share F^-1 g,
 
-with the share halved until the slope of U* along the step no longer grows. This converges from any start, and the
+with a share of 1, halved until the slope of U* along the step no longer grows. This converges from any start, and the
 solution is unique (Boyd & Vandenberghe 2004, Convex Optimization, section 9.5).
 """
 
@@ -31,7 +31,7 @@ class Record:
     residual: np.ndarray  # largest component before each step, shape (steps, ...) [-]
     correction: np.ndarray  # size of each full step relative to the tension, shape (steps, ...) [-]
     share: np.ndarray  # of the full step that was taken, shape (steps, ...) [-]
-    reason: np.ndarray  # why the iteration stopped, place in REASONS, shape (...)
+    reason: np.ndarray  # why the iteration stopped, an index of REASONS, shape (...)
 
     @property
     def steps(self):
@@ -40,31 +40,30 @@ class Record:
 
     @property
     def converged(self):
-        """Shape (...)."""
+        """True where the iteration converged, shape (...)."""
         return self.reason == CONVERGED
 
     @property
     def last_correction(self):
         """Size of the last full step, infinite where there was none, shape (...). [-]"""
-        last = np.maximum(self.steps - 1, 0)[None]
-        return np.where(self.steps > 0, np.take_along_axis(self.correction, last, axis=0)[0], np.inf)
+        last_step = np.maximum(self.steps - 1, 0)[None]
+        return np.where(self.steps > 0, np.take_along_axis(self.correction, last_step, axis=0)[0], np.inf)
 
     def of(self, index):
-        """That of one cable of a batch, or of some of them."""
-        chosen = (slice(None), *np.index_exp[index])
-        return Record(self.residual[chosen], self.correction[chosen], self.share[chosen], self.reason[index])
+        """`Record` of one cable of a batch, or of several."""
+        all_steps = (slice(None), *np.index_exp[index])
+        return Record(self.residual[all_steps], self.correction[all_steps], self.share[all_steps], self.reason[index])
 
     def then(self, later):
-        """Both iterations, one after the other, with the reason of the later one."""
+        """`Record` of this iteration and a later one, one after the other, with the reason of the later one."""
         pairs = ((self.residual, later.residual), (self.correction, later.correction), (self.share, later.share))
         return Record(*(np.concatenate(pair) for pair in pairs), later.reason)
 
     def __str__(self):
-        """Of one cable: its steps, their corrections, and why it stopped."""
-        own = self.correction[np.isfinite(self.share)]
+        """Number of steps of one cable, their corrections, and why it stopped."""
         trace = ", ".join(
             f"{correction:.1e}" if correction > CABLE.whole_correction else f"below {CABLE.whole_correction:g}"
-            for correction in own
+            for correction in self.correction[np.isfinite(self.share)]
         )
         return f"{self.steps} steps ({trace}); {REASONS[self.reason]}"
 
@@ -87,8 +86,8 @@ def newton(problem, unknown, active):
     Returns
     -------
     unknown, point, record
-        The solution, each cable's to the last digit as if it were alone; what `residual` returned beside the residual
-        there; and the `Record`.
+        The solution, no digit of which depends on other cables; what `residual` returned there beside the residual; and
+        the `Record`.
     """
     gap, point = problem.residual(unknown)
     change, settled = np.full(active.shape, np.inf), np.zeros(active.shape, dtype=bool)
@@ -97,24 +96,25 @@ def newton(problem, unknown, active):
         step = problem.step(gap, point)
         slope = (gap * step).sum(axis=0)
         rounding = problem.rounding(step)
-        last, change = change, np.where(active, problem.relative(step, unknown, point), change)
+        previous_change, change = change, np.where(active, problem.relative(step, unknown, point), change)
         share = active.astype(float)
         for _ in range(CABLE.newton_halvings):
             trial = unknown + share * step
-            new_gap, new_point = problem.residual(trial)
-            along = (new_gap * step).sum(axis=0)
-            grows = active & (along < -0.5 * slope - rounding) & (change > CABLE.whole_correction)
-            if not grows.any():
+            trial_gap, trial_point = problem.residual(trial)
+            trial_slope = (trial_gap * step).sum(axis=0)
+            overshoots = active & (trial_slope < -0.5 * slope - rounding) & (change > CABLE.whole_correction)
+            if not overshoots.any():
                 break
-            share = np.where(grows, share / 2, share)
+            share = np.where(overshoots, share / 2, share)
         trace.append((gap, change, np.where(active, share, np.nan)))
-        unknown, gap, point = trial, new_gap, new_point
-        small = (change < problem.tolerance) | ((change < problem.stalled) & (change >= last / 2))
+        unknown, gap, point = trial, trial_gap, trial_point
+        stalled = (change < problem.stalled) & (change >= previous_change / 2)
+        small = (change < problem.tolerance) | stalled
         settled |= active & small & (share == 1)
-        active = active & ~small & ~grows & np.isfinite(change)
+        active = active & ~small & ~overshoots & np.isfinite(change)
         if not active.any():
             break
-    gaps, changes, shares = (np.array(part) for part in zip(*trace, strict=True))
-    taken = shares == shares
-    residual, changes = np.where(taken, np.abs(gaps).max(axis=1), np.nan), np.where(taken, changes, np.nan)
+    gaps, changes, shares = (np.array(steps) for steps in zip(*trace, strict=True))
+    step_taken = np.isfinite(shares)
+    residual, changes = np.where(step_taken, np.abs(gaps).max(axis=1), np.nan), np.where(step_taken, changes, np.nan)
     return unknown, point, Record(residual, changes, shares, np.where(settled, CONVERGED, STALLED))

@@ -5,14 +5,14 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.assembly import OUT_OF_PLANE, System, joined
+from cablestudy.cable.assembly import OUT_OF_PLANE, System, flatten_components
 from cablestudy.cable.element import basis, lagrange
 from cablestudy.cable.tolerances import CABLE
 
 KINDS = ("out-of-plane", "in-plane", "axial")
 SYMMETRIES = ("symmetric", "antisymmetric", "mixed")
-OUT, IN, AXIAL = range(3)  # places in KINDS
-SYMMETRIC, ANTISYMMETRIC, MIXED = range(3)  # places in SYMMETRIES
+OUT, IN, AXIAL = range(3)  # indices of KINDS
+SYMMETRIC, ANTISYMMETRIC, MIXED = range(3)  # indices of SYMMETRIES
 SHARES = {9: 0.12, 0: 0.3}  # least order -> error over the energy of the two highest orders, by tests/test_extremes.py
 
 
@@ -38,7 +38,7 @@ class PlaneModes:
         if not ascends(square):
             order = np.argsort(square, axis=-1, kind="stable")
             elastic, geometric, square, shapes = (
-                reordered(part, order) for part in (elastic, geometric, square, shapes)
+                reordered(values, order) for values in (elastic, geometric, square, shapes)
             )
         self.system, self.square, self.shapes, self._sign = system, square, shapes, sign
         coinciding = clusters(square)
@@ -48,19 +48,19 @@ class PlaneModes:
 
     @cached_property
     def kinds(self):
-        """Places in KINDS, shape (..., k)."""
+        """Kind of each mode, an index of KINDS, shape (..., k)."""
         if self.system.axes == OUT_OF_PLANE or not self.square.size:
             return np.full(self.square.shape, OUT)
         (along, out), (elastic, geometric) = _kinetic_shares(self.system, self.shapes), self._energies
         return np.where(out > 0.5, OUT, np.where((along > 0.5) & (elastic > geometric), AXIAL, IN))
 
-    def _make_definite(self, cable, first, last):
-        """Choose shapes of coincident modes; their frequencies stay."""
-        one, chosen = System(self.system.state.take(cable), self.system.axes), (*cable, ..., slice(first, last))
-        some = self.shapes[chosen]
-        some = some @ _definite_basis(one, some)
-        ascending = np.argsort(sum(one.modal_energies(some)), kind="stable")
-        self.shapes[chosen] = some[..., ascending]
+    def _make_definite(self, cable, begin, end):
+        """Replace shapes of coincident modes, from index `begin` to `end`, by those of `_definite_basis`."""
+        system, cluster = System(self.system.state.take(cable), self.system.axes), (*cable, ..., slice(begin, end))
+        shapes = self.shapes[cluster]
+        shapes = shapes @ _definite_basis(system, shapes)
+        ascending = np.argsort(sum(system.modal_energies(shapes)), kind="stable")
+        self.shapes[cluster] = shapes[..., ascending]
 
     @cached_property
     def errors(self):
@@ -70,32 +70,31 @@ class PlaneModes:
         random scenes by tests/test_extremes.py.
         """
         share = unresolved_share(self.system.state.mesh.order)
-        left = share * self.system.highest_energy(self.shapes) / (2 * self.square)
-        apart = self.square / self.square[..., :1]
-        rounding = CABLE.lowest_frequency * np.sqrt(apart)
-        if self.system.state.mesh.point_masses:  # which may lie far below all others, and hide them
-            rounding = np.maximum(rounding, (CABLE.lowest_frequency * apart) ** 2)
-        return np.maximum(left, rounding)
+        unresolved = share * self.system.highest_energy(self.shapes) / (2 * self.square)
+        over_lowest = self.square / self.square[..., :1]
+        rounding = CABLE.lowest_frequency * np.sqrt(over_lowest)
+        if self.system.state.mesh.point_masses:  # their mode may lie far below all others, and hide these
+            rounding = np.maximum(rounding, (CABLE.lowest_frequency * over_lowest) ** 2)
+        return np.maximum(unresolved, rounding)
 
     @cached_property
     def signed(self):
-        """The shapes with their first large component positive, shape (..., nodes, d, k)."""
-        flat = joined(self.shapes)
-        first = np.argmax(np.abs(flat) > 0.5 * np.abs(flat).max(axis=-2, keepdims=True), axis=-2)
-        sign = np.sign(np.take_along_axis(flat, first[..., None, :], axis=-2))
+        """Shapes, their first component above half of the largest one positive, shape (..., nodes, d, k)."""
+        flat = flatten_components(self.shapes)
+        first_large = np.argmax(np.abs(flat) > 0.5 * np.abs(flat).max(axis=-2, keepdims=True), axis=-2)
+        sign = np.sign(np.take_along_axis(flat, first_large[..., None, :], axis=-2))
         return self.shapes * sign[..., None, :]
 
     @cached_property
     def symmetries(self):
-        """Places in SYMMETRIES, shape (..., k)."""
-        # of an axial mode the motion along the cable counts, which reflection reverses
-        even = self._sign or _overlap(self.system, self.shapes, _mirror(self.system, self.shapes))
+        """Symmetry of each mode, an index of SYMMETRIES, shape (..., k)."""
+        overlap = self._sign or _overlap(self.system, self.shapes, _mirror(self.system, self.shapes))
         if self.system.state.mesh.point_masses:  # the form of the cable, whatever it carries and where
-            even = even / _overlap(self.system, self.shapes, self.shapes)
-        even = even * np.where(self.kinds == AXIAL, -1, 1)
-        return np.where(
-            even > CABLE.symmetric_overlap, SYMMETRIC, np.where(even < -CABLE.symmetric_overlap, ANTISYMMETRIC, MIXED)
-        )
+            overlap = overlap / _overlap(self.system, self.shapes, self.shapes)
+        # of an axial mode the motion along the cable counts, which reflection reverses
+        overlap = overlap * np.where(self.kinds == AXIAL, -1, 1)
+        antisymmetric = overlap < -CABLE.symmetric_overlap
+        return np.where(overlap > CABLE.symmetric_overlap, SYMMETRIC, np.where(antisymmetric, ANTISYMMETRIC, MIXED))
 
     @cached_property
     def participation(self):
@@ -103,13 +102,13 @@ class PlaneModes:
 
         Craig & Bampton (1968), AIAA Journal 6(7), fixed-interface modes.
         """
-        inertia = joined(self.system.inertia(self.system.end_shapes))
-        return -self.square[..., None, :] * (inertia.swapaxes(-1, -2) @ joined(self.signed))
+        inertia = flatten_components(self.system.inertia(self.system.end_shapes))
+        return -self.square[..., None, :] * (inertia.swapaxes(-1, -2) @ flatten_components(self.signed))
 
 
 def unresolved_share(order):
-    """Error of twice the energy of a motion, over that in the two highest polynomials of elements of an order. [-]"""
-    return next(share for least, share in SHARES.items() if order >= least)
+    """Estimated error of a motion's energy over that in the two highest polynomials of elements of an order. [-]"""
+    return next(share for least_order, share in SHARES.items() if order >= least_order)
 
 
 def ascends(values):
@@ -118,43 +117,44 @@ def ascends(values):
 
 
 def reordered(values, order):
-    """Values in another order along the last axis, which is one of shape (..., k) for each cable."""
+    """Values, shape (..., components, k) or (..., k), with the k modes of each cable in an order, shape (..., k)."""
     between = (1,) * (values.ndim - order.ndim)
     return np.take_along_axis(values, order.reshape(*order.shape[:-1], *between, order.shape[-1]), axis=-1)
 
 
 def clusters(square):
-    """(cable, first, last) of each run of coincident eigenvalues; cable is an index tuple."""
-    near = np.diff(square, axis=-1) <= 2 * CABLE.coincident_modes * square[..., 1:]
-    found = []
-    for cable in {tuple(where[:-1]) for where in np.argwhere(near).tolist()}:
-        breaks = np.flatnonzero(~near[cable]) + 1
+    """(cable, begin, end) of each run of coincident ones among ascending eigenvalues; cable is an index tuple."""
+    coincides = np.diff(square, axis=-1) <= 2 * CABLE.coincident_modes * square[..., 1:]  # with the one before
+    runs = []
+    for cable in {tuple(index[:-1]) for index in np.argwhere(coincides).tolist()}:
+        breaks = np.flatnonzero(~coincides[cable]) + 1
         edges = np.concatenate([[0], breaks, [square.shape[-1]]]).tolist()
-        found += [(cable, a, b) for a, b in itertools.pairwise(edges) if b - a > 1]
-    return found
+        runs += [(cable, begin, end) for begin, end in itertools.pairwise(edges) if end - begin > 1]
+    return runs
 
 
 def _definite_basis(system, shapes):
     """Orthogonal matrix that separates coincident modes by symmetry and by motion along the cable and out of plane."""
-    along = _along(system, shapes)
+    mass = system.state.mesh.node_masses[:, None]
+    along = _motion_along_cable(system, shapes)
     out = shapes[:, -1] if 2 in system.axes else 0 * shapes[:, 0]
-    mirror = joined(system.bare_inertia(shapes)).T @ joined(_mirror(system, shapes))
-    nodal = system.state.mesh.node_masses[:, None]
-    slide, leave = (part.T @ (nodal * part) for part in (along, out))
-    return np.linalg.eigh(mirror + mirror.T + 4 * slide + 16 * leave)[1]
+    along_product, out_product = along.T @ (mass * along), out.T @ (mass * out)
+    mirror_product = flatten_components(system.bare_inertia(shapes)).T @ flatten_components(_mirror(system, shapes))
+    # weights of powers of four: the eigenvalues of the three differ, and so are separated
+    return np.linalg.eigh(mirror_product + mirror_product.T + 4 * along_product + 16 * out_product)[1]
 
 
 def nodal_tangent(state):
-    """Unit tangent at each node, shape (..., nodes, 3): of its element, the mean of both where two meet."""
+    """Unit tangent at each node, shape (..., nodes, 3): that of its element, the mean of two where elements meet."""
     mesh, element = state.mesh, basis(state.mesh.order)
-    parts = lagrange(element.points, element.nodes) @ state.direction
-    tangent = np.zeros((*parts.shape[:-3], mesh.nodes, 3))
-    tangent[..., :-1, :] = parts[..., :-1, :].reshape(*parts.shape[:-3], -1, 3)
-    tangent[..., mesh.order :: mesh.order, :] += parts[..., -1, :]
+    by_element = lagrange(element.points, element.nodes) @ state.direction
+    tangent = np.zeros((*by_element.shape[:-3], mesh.nodes, 3))
+    tangent[..., :-1, :] = by_element[..., :-1, :].reshape(*by_element.shape[:-3], -1, 3)
+    tangent[..., mesh.order :: mesh.order, :] += by_element[..., -1, :]
     return tangent / np.sqrt((tangent**2).sum(axis=-1, keepdims=True))
 
 
-def _along(system, shapes):
+def _motion_along_cable(system, shapes):
     """Motion along the cable, shape (..., nodes, k)."""
     if system.axes == OUT_OF_PLANE:
         return 0 * shapes[..., 0, :]
@@ -163,16 +163,16 @@ def _along(system, shapes):
 
 def _kinetic_shares(system, shapes):
     """Share of the kinetic energy along the cable and out of its plane, each of shape (..., k)."""
-    nodal = system.state.mesh.node_masses
-    squares = (nodal[:, None, None] * shapes**2).sum(axis=-3)
-    total = squares.sum(axis=-2)
-    out = squares[..., 2, :] if 2 in system.axes else 0.0 * total
-    return (nodal @ _along(system, shapes) ** 2) / total, out / total
+    mass = system.state.mesh.node_masses
+    by_component = (mass[:, None, None] * shapes**2).sum(axis=-3)
+    total = by_component.sum(axis=-2)
+    out = by_component[..., 2, :] if 2 in system.axes else 0.0 * total
+    return (mass @ _motion_along_cable(system, shapes) ** 2) / total, out / total
 
 
 def _overlap(system, shapes, others):
-    """Products of shapes with others by the distributed mass, shape (..., k)."""
-    return joined(shapes * system.bare_inertia(others)).sum(axis=-2)
+    """psi^T M phi of each shape psi with one of others phi, by the distributed mass M, shape (..., k)."""
+    return flatten_components(shapes * system.bare_inertia(others)).sum(axis=-2)
 
 
 def _mirror(system, shapes):

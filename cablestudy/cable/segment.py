@@ -27,12 +27,12 @@ GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
 class Kernel:
     """Quantities that extension and flexibility share; all arrays have the shape of the tensions."""
 
-    horizontal: np.ndarray  # the in-plane horizontal component, signed
-    beta: np.ndarray
-    sum_of_tensions: np.ndarray
-    excess: np.ndarray  # atanh(beta)/beta - 1
-    product: np.ndarray  # T0 T1 (S^2 - W^2)
-    tensions: tuple  # at the two ends
+    horizontal: np.ndarray  # horizontal component of P in the plane, signed [N]
+    beta: np.ndarray  # W/S [-]
+    sum_of_tensions: np.ndarray  # S [N]
+    excess: np.ndarray  # atanh(beta)/beta - 1 [-]
+    product: np.ndarray  # T0 T1 (S^2 - W^2) [N^4]
+    tensions: tuple  # T0 and T1, at the two ends [N]
 
 
 def evaluate(tension, weight, cosine, sine):
@@ -53,41 +53,46 @@ def evaluate(tension, weight, cosine, sine):
     t0, t1 = np.sqrt(h2 + v0**2), np.sqrt(h2 + v1**2)
     total = np.maximum(t0 + t1, CABLE.least_divisor)
     beta = weight / total
-    up0, up1 = t0 + np.abs(v0), t1 + np.abs(v1)
-    down0, down1 = h2 / np.maximum(up0, CABLE.least_divisor), h2 / np.maximum(up1, CABLE.least_divisor)
-    plus = np.where(v1 >= 0, up1, down1) + np.where(v0 >= 0, down0, up0)
-    minus = np.maximum(np.where(v1 >= 0, down1, up1) + np.where(v0 >= 0, up0, down0), CABLE.least_divisor)
+    # T + |V| and T - |V| = H^2/(T + |V|) at the ends: S + W and S - W are sums of these, without cancellation
+    larger0, larger1 = t0 + np.abs(v0), t1 + np.abs(v1)
+    smaller0, smaller1 = (h2 / np.maximum(larger, CABLE.least_divisor) for larger in (larger0, larger1))
+    plus = np.where(v1 >= 0, larger1, smaller1) + np.where(v0 >= 0, smaller0, larger0)
+    minus = np.where(v1 >= 0, smaller1, larger1) + np.where(v0 >= 0, larger0, smaller0)
+    minus = np.maximum(minus, CABLE.least_divisor)
     small = beta < CABLE.series_below
+    return Kernel(horizontal, beta, total, _excess(beta, small, plus, minus), t0 * t1 * plus * minus, (t0, t1))
+
+
+def _excess(beta, small, plus, minus):
+    """atanh(beta)/beta - 1, by its power series where beta is small, else by the logarithm of S + W over S - W."""
     square = np.where(small, beta, 0.0) ** 2
     series = np.zeros_like(beta)
     for k in range(10, 0, -1):
         series = square * (1.0 / (2 * k + 1) + series)
-    safe = np.where(small, 1.0, beta)
-    excess = np.where(small, series, 0.5 * np.log(np.maximum(plus, CABLE.least_divisor) / minus) / safe - 1.0)
-    return Kernel(horizontal, beta, total, excess, t0 * t1 * plus * minus, (t0, t1))
+    divisor = np.where(small, 1.0, beta)
+    return np.where(small, series, 0.5 * np.log(np.maximum(plus, CABLE.least_divisor) / minus) / divisor - 1.0)
 
 
 def extension(tension, weight, axial_stiffness, cosine, sine):
-    """End 2 minus end 1 of a segment, minus its own length along the chord, per unstretched length; and its `Kernel`.
+    """End 2 minus end 1 of a segment, less its unstretched length along the chord, per that length; and its `Kernel`.
 
     Arguments as for `evaluate`. The extension is a tuple of 3 ndarrays: along the chord, across it in the plane, out of
     the plane. [-]
     """
     q, n, y = tension
     kernel = evaluate(tension, weight, cosine, sine)
-    total, sag = kernel.sum_of_tensions, 2 * kernel.excess / kernel.sum_of_tensions
-    half_q, half_n = weight * sine / 2, weight * cosine / 2
-    shortfall = _beyond(kernel.tensions[0], q - half_q, n - half_n, y) + _beyond(
-        kernel.tensions[1], q + half_q, n + half_n, y
-    )
-    along = q / axial_stiffness - shortfall / total + sag * kernel.horizontal * cosine
-    across = n / axial_stiffness + 2 * n / total - sag * kernel.horizontal * sine
-    out = y / axial_stiffness + 2 * y / total + sag * y
+    t0, t1 = kernel.tensions
+    total, by_sag = kernel.sum_of_tensions, 2 * kernel.excess / kernel.sum_of_tensions
+    half_q, half_n = weight * sine / 2, weight * cosine / 2  # of the weight along the chord and across it
+    shortfall = _less_component(t0, q - half_q, n - half_n, y) + _less_component(t1, q + half_q, n + half_n, y)
+    along = q / axial_stiffness - shortfall / total + by_sag * kernel.horizontal * cosine
+    across = n / axial_stiffness + 2 * n / total - by_sag * kernel.horizontal * sine
+    out = y / axial_stiffness + 2 * y / total + by_sag * y
     return (along, across, out), kernel
 
 
-def _beyond(tension, q, n, y):
-    """Tension minus its component along the chord, without cancellation."""
+def _less_component(tension, q, n, y):
+    """Tension T = |(q, n, y)| less its component q along the chord, without cancellation."""
     return np.where(q > 0, (n**2 + y**2) / np.maximum(tension + np.abs(q), CABLE.least_divisor), tension - q)
 
 
@@ -99,12 +104,13 @@ def flexibility(tension, weight, axial_stiffness, cosine, sine, kernel):
     The integral of (T^2 I - P P^T)/T^3 over the segment, once in terms of small deviations from the chord and once in
     horizontal and vertical components: each form is free of cancellation where the other is not.
     """
-    small, sag = kernel.beta < CABLE.series_below, _shallow(tension, weight, cosine, sine, kernel)
+    small, by_turning = kernel.beta < CABLE.series_below, _shallow(tension, weight, cosine, sine, kernel)
     if not small.all():
         deep = _deep(tension, cosine, sine, kernel)
-        sag = tuple(np.where(small, *pair) for pair in zip(sag, deep, strict=True))
+        by_turning = tuple(np.where(small, *pair) for pair in zip(by_turning, deep, strict=True))
+    qq, nn, yy, *mixed = by_turning
     axial = 1.0 / axial_stiffness
-    return (axial + sag[0], axial + sag[1], axial + sag[2], *sag[3:])
+    return (axial + qq, axial + nn, axial + yy, *mixed)
 
 
 def _shallow(tension, weight, cosine, sine, kernel):
@@ -117,11 +123,10 @@ def _shallow(tension, weight, cosine, sine, kernel):
     i0 = 2 * total / product
     i1 = -2 * (q * sine + n * cosine) * weight / np.maximum(total * product, CABLE.least_divisor)
     wq, wn = weight * sine, weight * cosine
-    point, share = (column.reshape(-1, *[1] * np.ndim(i0)) / 2 for column in (GAUSS_POINTS, GAUSS_WEIGHTS))
-    square = (q + wq * point) ** 2 + (n + wn * point) ** 2 + y**2
-    i2 = sum(
-        share * point**2 / np.maximum(square * np.sqrt(square), CABLE.least_divisor)
-    )  # in this order for any batch
+    tau, share = (column.reshape(-1, *[1] * np.ndim(i0)) / 2 for column in (GAUSS_POINTS, GAUSS_WEIGHTS))
+    square = (q + wq * tau) ** 2 + (n + wn * tau) ** 2 + y**2  # T^2
+    # summed point by point, so that the digits of a cable do not depend on its batch
+    i2 = sum(share * tau**2 / np.maximum(square * np.sqrt(square), CABLE.least_divisor))
     qq = q * q * i0 + 2 * q * wq * i1 + wq * wq * i2
     nn = n * n * i0 + 2 * n * wn * i1 + wn * wn * i2
     yy = y * y * i0
@@ -138,14 +143,13 @@ def _shallow(tension, weight, cosine, sine, kernel):
 def _deep(tension, cosine, sine, kernel):
     """`flexibility` without the axial part for large beta, in horizontal and vertical components h, y and v.
 
-    i0, i1 and i2 are the means over the segment of V^k/T^3. The components are rotated into the chord frame at the end.
+    i0, i1 and i2 are the means over the segment of V^k/T^3; the entries hh, vv, hv, hy and vy (yy is the third one that
+    is returned) are rotated into the chord frame.
     """
     q, n, y = tension
-    h, total = kernel.horizontal, kernel.sum_of_tensions
+    h, total, (t0, t1) = kernel.horizontal, kernel.sum_of_tensions, kernel.tensions
     i0 = 2 * total / np.maximum(kernel.product, CABLE.least_divisor)
-    i1 = (
-        2 * (q * sine + n * cosine) / np.maximum(total * (kernel.tensions[0] * kernel.tensions[1]), CABLE.least_divisor)
-    )
+    i1 = 2 * (q * sine + n * cosine) / np.maximum(total * (t0 * t1), CABLE.least_divisor)
     i2 = 2 * (1 + kernel.excess) / total - (h * h + y * y) * i0
     hh, vv, hv = i2 + y * y * i0, (h * h + y * y) * i0, -h * i1
     hy, vy = -h * y * i0, -y * i1
@@ -174,7 +178,7 @@ class SegmentedCable:
 
     @cached_property
     def _vertical_and_horizontal(self):
-        """Parts of the tension at mid-segment, the first one signed, each of shape (..., k). [N]"""
+        """Vertical part of the tension at mid-segment, signed, and size of the horizontal one, each (..., k). [N]"""
         cosine, sine = self._angles
         q, n, y = np.moveaxis(self.mid_forces, -1, 0)
         return q * sine + n * cosine, np.hypot(q * cosine - n * sine, y)
@@ -211,12 +215,15 @@ class SegmentedCable:
         frame : {"chord", "global"}
         """
         half = self.half_changes
-        first, last = (self.mid_forces - half)[..., 0, :], (self.mid_forces + half)[..., -1, :]
-        return self.span.in_frame(np.stack([first, -last], axis=-2), frame)
+        at_end_1, at_end_2 = (self.mid_forces - half)[..., 0, :], (self.mid_forces + half)[..., -1, :]
+        return self.span.in_frame(np.stack([at_end_1, -at_end_2], axis=-2), frame)
 
 
 def solve_symmetric(matrix, right):
-    """Solve symmetric 3x3 systems given as (qq, nn, yy, qn, qy, ny), scaled to a unit diagonal first."""
+    """Solve symmetric 3x3 systems with the entries (qq, nn, yy, qn, qy, ny), scaled to a unit diagonal first.
+
+    Solutions are tuples of 3 arrays, by the cofactors of the scaled matrix [[1, d, e], [d, 1, f], [e, f, 1]].
+    """
     qq, nn, yy, qn, qy, ny = matrix
     a, b, c = (1 / np.sqrt(np.maximum(diagonal, CABLE.least_divisor)) for diagonal in (qq, nn, yy))
     d, e, f = qn * a * b, qy * a * c, ny * b * c

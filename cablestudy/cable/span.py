@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-# dimensions that each field of a span has for one cable
+# number of dimensions that each field of a span has for one cable, behind those of the batch
 CORES = dict.fromkeys(("chord", "cosine", "sine", "chord_strain", "axial_stiffness", "mass", "gravity"), 0) | {
     "load_positions": 1,
     "load_forces": 2,
@@ -75,12 +75,12 @@ class Span:
         cls, end_1, end_2, axial_stiffness, mass, gravity=9.81, unstretched_length=None, load_positions=(),
         load_forces=None, chord=None, vertical=None,
     ):  # fmt: skip
-        """A cable, or a batch of cables, between places in global coordinates, z upwards.
+        """`Span` of a cable, or of a batch of cables, between points in global coordinates, z upwards.
 
         Parameters
         ----------
         end_1, end_2 : ndarray, shape (..., 3)
-            Places of the ends. [m]
+            Positions of the ends. [m]
         axial_stiffness, mass, gravity : float or ndarray, shape (...)
             EA [N], mass per unstretched length [kg/m], [m/s^2].
         unstretched_length : float or ndarray, shape (...), optional
@@ -155,9 +155,9 @@ class Span:
         if self.load_masses is None:
             return ()
         length = float(self.unstretched_length)
-        whole = float(self.mass) * length
-        pairs = zip(self.load_positions.tolist(), self.load_masses.tolist(), strict=True)
-        return tuple((place / length, mass / whole) for place, mass in pairs if mass)
+        cable_mass = float(self.mass) * length
+        loads = zip(self.load_positions.tolist(), self.load_masses.tolist(), strict=True)
+        return tuple((position / length, mass / cable_mass) for position, mass in loads if mass)
 
     @property
     def transverse_load(self):
@@ -188,7 +188,7 @@ class Span:
         return np.stack([along, across, out], axis=-2)
 
     def in_frame(self, vectors, frame):
-        """Vectors given along e, n, y in the axes of a frame.
+        """Components of vectors in the axes of a frame, from those along e, n, y.
 
         Parameters
         ----------
@@ -199,7 +199,7 @@ class Span:
         Returns
         -------
         ndarray, shape (..., k, 3)
-            Of a cable in a batch the same to the last digit as of that cable alone.
+            Along the axes of `frame`; the digits of a cable do not depend on its batch.
 
         Raises
         ------
@@ -214,7 +214,7 @@ class Span:
         return along + across + out  # much faster than the sum over an axis of three
 
     def take(self, index):
-        """Some cables of a batch of shape (n,), or one of them.
+        """`Span` of several cables of a batch of shape (n,), or of one.
 
         Parameters
         ----------
@@ -224,33 +224,30 @@ class Span:
 
     @cached_property
     def _arrays(self):
-        """Name -> array of each field that is there."""
-        found = ((name, getattr(self, name)) for name in CORES)
-        return {name: np.asarray(array) for name, array in found if array is not None}
+        """Name -> array of each field that is not None."""
+        fields = ((name, getattr(self, name)) for name in CORES)
+        return {name: np.asarray(array) for name, array in fields if array is not None}
 
     def broadcast(self):
         """Copy of the batch with all fields in its full shape."""
         arrays = self._arrays
-        shape = np.broadcast_shapes(*(array.shape[: array.ndim - CORES[name]] for name, array in arrays.items()))
+        batch_dimensions = {name: array.ndim - CORES[name] for name, array in arrays.items()}
+        shape = np.broadcast_shapes(*(array.shape[: batch_dimensions[name]] for name, array in arrays.items()))
         if not shape:
             return self
-        return replace(
-            self,
-            **{
-                name: np.broadcast_to(array, shape + array.shape[array.ndim - CORES[name] :])
-                for name, array in arrays.items()
-            },
-        )
+        core_shapes = {name: array.shape[batch_dimensions[name] :] for name, array in arrays.items()}
+        full = {name: np.broadcast_to(array, shape + core_shapes[name]) for name, array in arrays.items()}
+        return replace(self, **full)
 
     def with_chord_strain(self, chord_strain):
-        """Copy of the cable with another unstretched length, given as `chord_strain`.
+        """Copy of the cable with another unstretched length, that of a `chord_strain`.
 
         Point loads stay at their arc lengths, those with a load fraction at that share of the new length.
         """
-        other = replace(self, chord_strain=chord_strain)
+        span = replace(self, chord_strain=chord_strain)
         if self.load_fractions is None:
-            return other
-        length = np.asarray(other.unstretched_length)[..., None]
+            return span
+        length = np.asarray(span.unstretched_length)[..., None]
         positions = np.where(np.isnan(self.load_fractions), self.load_positions, self.load_fractions * length)
         order = np.argsort(positions, axis=-1, kind="stable")  # loads of the two kinds may pass each other
 
@@ -259,7 +256,7 @@ class Span:
 
         forces = np.broadcast_to(self.load_forces, (*positions.shape, 3))
         return replace(
-            other,
+            span,
             load_positions=ascending(positions),
             load_forces=np.take_along_axis(forces, order[..., None], axis=-2),
             load_fractions=ascending(self.load_fractions),
@@ -267,22 +264,22 @@ class Span:
         )
 
     def with_some_loads(self, chosen):
-        """Copy of the cable with some of its point loads, a mask of shape (k,)."""
-        parts = {"load_positions": self.load_positions[chosen], "load_forces": self.load_forces[chosen]}
+        """Copy of the cable with those of its point loads that are `chosen`, a mask of shape (k,)."""
+        loads = {"load_positions": self.load_positions[chosen], "load_forces": self.load_forces[chosen]}
         for name in ("load_masses", "load_fractions"):
-            parts[name] = None if getattr(self, name) is None else getattr(self, name)[chosen]
-        return replace(self, **parts)
+            loads[name] = None if getattr(self, name) is None else getattr(self, name)[chosen]
+        return replace(self, **loads)
 
     def without_loads(self):
         """Copy of the cable without its point loads."""
-        nothing = {"load_masses": None, "load_fractions": None}
-        return replace(self, load_positions=np.zeros(0), load_forces=np.zeros((0, 3)), **nothing)
+        no_loads = np.zeros(0), np.zeros((0, 3))
+        return replace(self, load_positions=no_loads[0], load_forces=no_loads[1], load_masses=None, load_fractions=None)
 
 
 def normal_to(vertical):
-    """A unit vector at right angles to each of some unit vectors, in the plane of x where there is one."""
+    """Unit vectors at right angles to `vertical`, shape (..., 3), in the plane of it and the axis x if possible. [-]"""
     if np.ndim(vertical) == 1 and vertical[2] == 1:
         return np.array([1.0, 0.0, 0.0])
     axis = np.where(np.abs(vertical[..., :1]) < 0.9, np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
-    found = axis - (axis * vertical).sum(axis=-1, keepdims=True) * vertical
-    return found / np.sqrt((found**2).sum(axis=-1, keepdims=True))
+    normal = axis - (axis * vertical).sum(axis=-1, keepdims=True) * vertical
+    return normal / np.sqrt((normal**2).sum(axis=-1, keepdims=True))

@@ -1,4 +1,4 @@
-"""A discretised cable: tensions and directions at the Gauss points, places of the nodes."""
+"""A discretised cable: tensions and directions at the Gauss points, displacements of the nodes."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -25,7 +25,7 @@ class State(SegmentedCable):
     uneven: np.ndarray | None = None  # load on each element beside weight and point loads, shape (..., n, 3) [N]
 
     def take(self, index):
-        """One cable of a batch, or some of them."""
+        """`State` of one cable of a batch, or of several."""
         names = ("direction", "tension", "displacement", "force", "uneven")
         arrays = {name: getattr(self, name)[index] for name in names if getattr(self, name) is not None}
         return replace(self, span=self.span.take(index), **arrays)
@@ -74,7 +74,7 @@ class State(SegmentedCable):
         return self.mesh.edges
 
     def at(self, positions):
-        """Displacements and tensions along one cable, as `Catenary.at` has them; see `interpolate`."""
+        """Displacements and tensions along one cable, by `interpolate`; tensions are sizes, not vectors."""
         return interpolate(self, positions)
 
 
@@ -93,19 +93,22 @@ def interpolate(state, positions):
     displacement : ndarray, shape (..., j, 3)
         From the chord, in unstretched lengths, chord frame. [-]
     tension : ndarray, shape (..., j)
-        Of the tension vector, linear along each element. [N]
+        Size of the tension vector, which is linear along each element. [N]
     """
     positions = np.broadcast_to(positions, (*np.shape(state.force), np.shape(positions)[-1]))
-    which, local = state.mesh.located(positions)
-    middle = np.take_along_axis(state.mid_forces, which[..., None], axis=-2)
-    weight = np.take_along_axis(state.segment_weights, which, axis=-1)
+    element, local = state.mesh.located(positions)
+    middle = np.take_along_axis(state.mid_forces, element[..., None], axis=-2)
+    weight = np.take_along_axis(state.segment_weights, element, axis=-1)
     force = middle + ((local - 0.5) * weight)[..., None] * np.asarray(state.span.up)[..., None, :]
-    return _displacement(state.mesh, state.displacement, which, local), np.sqrt((force**2).sum(axis=-1))
+    return _displacement(state.mesh, state.displacement, element, local), np.sqrt((force**2).sum(axis=-1))
 
 
-def _displacement(mesh, displacement, which, local):
-    """Displacements, shape (..., j, 3), from those of the nodes at places in elements as of `Mesh.located`."""
-    nodes = mesh.element_nodes[which]  # shape (..., j, p + 1)
+def _displacement(mesh, displacement, element, local):
+    """Displacements at positions in elements, shape (..., j, 3), interpolated from those of the nodes.
+
+    `element` and the position `local` in it, both of shape (..., j), are as of `Mesh.located`.
+    """
+    nodes = mesh.element_nodes[element]  # shape (..., j, p + 1)
     nodal = np.take_along_axis(displacement, nodes.reshape(*nodes.shape[:-2], -1, 1), axis=-2)
     return (lagrange(basis(mesh.order).nodes, local)[..., None] * nodal.reshape(*nodes.shape, 3)).sum(axis=-2)
 
@@ -128,21 +131,22 @@ def sag(state, start):
     if not np.shape(state.force):
         return sag(state.take(None), np.array([start]))[0]
     span = state.span
-    stretch, cosine, sine = (np.asarray(part) for part in (1 + span.chord_strain, span.cosine, span.sine))
+    stretch, cosine, sine = (np.asarray(field) for field in (1 + span.chord_strain, span.cosine, span.sine))
 
-    def place(position, index):
-        """Displacement from the middle of the chord of the cables of an index, chord frame, shape (m, 3)."""
-        located = state.mesh.located(position[:, None])
-        found = _displacement(state.mesh, state.displacement[index], *located)[:, 0]
-        found[:, 0] += stretch[index] * (position - 0.5)
-        return found
+    def from_mid_chord(position, index):
+        """Vectors from the middle of the chord to m of the cables, chord frame, (m, 3), in unstretched lengths."""
+        element, local = state.mesh.located(position[:, None])
+        vector = _displacement(state.mesh, state.displacement[index], element, local)[:, 0]
+        vector[:, 0] += stretch[index] * (position - 0.5)
+        return vector
 
-    def horizontal(position, index):
-        found = place(position, index)
-        return found[:, 0] * cosine[index] - found[:, 1] * sine[index]
+    def horizontal_distance(position, index):
+        vector = from_mid_chord(position, index)
+        return vector[:, 0] * cosine[index] - vector[:, 1] * sine[index]
 
-    position, every = np.array(start, dtype=float), np.arange(len(stretch))
-    search = np.flatnonzero((cosine > 1e-9) & (np.abs(horizontal(position, every)) > 1e-16))
-    if len(search):
-        position[search] = zeros_between(horizontal, np.zeros(len(search)), np.ones(len(search)), search)
-    return -(place(position, every) * span.up).sum(axis=-1) * span.unstretched_length
+    position, all_cables = np.array(start, dtype=float), np.arange(len(stretch))
+    unsolved = np.flatnonzero((cosine > 1e-9) & (np.abs(horizontal_distance(position, all_cables)) > 1e-16))
+    if len(unsolved):
+        ends = np.zeros(len(unsolved)), np.ones(len(unsolved))
+        position[unsolved] = zeros_between(horizontal_distance, *ends, unsolved)
+    return -(from_mid_chord(position, all_cables) * span.up).sum(axis=-1) * span.unstretched_length

@@ -3,7 +3,7 @@
 With the unit vector u of the wind and the tangent t of the cable, u_n = u - t (t . u), the force per unstretched length
 is C_d q D (1 + strain) |u_n| u_n. As a uniform load it is that of the chord, in the place of the tangent, without
 strain. Over the height h above the ground the dynamic pressure q may grow as (h/h_0)^(2 a), with the exponent a of the
-speed; the uniform load then has its mean along the cable where it hangs.
+speed; the uniform load then has the mean of q along the cable where it hangs.
 """
 
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ ALONG_CHORD = np.array([1.0, 0.0, 0.0])  # chord frame
 
 @dataclass(frozen=True)
 class Profile:
-    """Power law of a wind over the height above the ground, of rows or cables of some shape.
+    """Power law of the wind over the height above the ground; `...` are the axes of rows, or of rows and cables.
 
     Attributes
     ----------
@@ -50,37 +50,37 @@ class Profile:
         if not exponent.any():
             return None
         if any(isinstance(ground, tuple) for ground in grounds):
-            lines = np.empty(len(exponent), dtype=object)
+            ground_of_rows = np.empty(len(exponent), dtype=object)
             for row, ground in enumerate(grounds):
                 points = ground if isinstance(ground, tuple) else [(0.0, ground or 0.0)]
-                lines[row] = tuple(np.array(points, dtype=float).T)
+                ground_of_rows[row] = tuple(np.array(points, dtype=float).T)
         else:
-            lines = np.array([level or 0.0 for level in grounds])
-        return cls(exponent, np.where(exponent > 0, height, 1.0), lines)
+            ground_of_rows = np.array([level or 0.0 for level in grounds])
+        return cls(exponent, np.where(exponent > 0, height, 1.0), ground_of_rows)
 
     def take(self, index):
         """`Profile` of some rows or cables, or of one."""
         return Profile(self.exponent[index], self.height[index], self.ground[index])
 
     def over(self, count):
-        """Profile of the same rows with a last axis of so many cables."""
-        parts = (self.exponent, self.height, self.ground)
-        return Profile(*(np.broadcast_to(part[..., None], (*part.shape, count)) for part in parts))
+        """`Profile` with a last axis of `count` cables, which all have that of their row."""
+        fields = (self.exponent, self.height, self.ground)
+        return Profile(*(np.broadcast_to(field[..., None], (*field.shape, count)) for field in fields))
 
-    def pressure(self, where):
-        """Dynamic pressure over the stated one at places, shape (..., k, 3) [m]: none at and below the ground.
+    def pressure(self, points):
+        """Dynamic pressure over the stated one at points, shape (..., k, 3) [m]: none at and below the ground.
 
         Returns
         -------
         ndarray, shape (..., k)
             Exactly 1 where the wind is uniform. [-]
         """
-        more = (1,) * (where.ndim - 1 - self.exponent.ndim)
-        exponent, height, level = (
-            values.reshape(values.shape + more) for values in (self.exponent, self.height, self.ground)
+        of_points = (1,) * (points.ndim - 1 - self.exponent.ndim)  # further axes
+        exponent, height, ground = (
+            field.reshape(field.shape + of_points) for field in (self.exponent, self.height, self.ground)
         )
-        above = where[..., 2] - (self._ground_under(where[..., 0]) if level.dtype == object else level)
-        return np.where(exponent > 0, (np.maximum(above, 0.0) / height) ** (2 * exponent), 1.0)
+        above_ground = points[..., 2] - (self._ground_under(points[..., 0]) if ground.dtype == object else ground)
+        return np.where(exponent > 0, (np.maximum(above_ground, 0.0) / height) ** (2 * exponent), 1.0)
 
     def mean_pressure(self, cable, end_1):
         """Mean of `pressure` along cables where they hang, by Gauss's rule, shape (...). [-]
@@ -106,12 +106,12 @@ class Profile:
 
 @dataclass(frozen=True)
 class SteadyDrag:
-    """Drag of a steady wind on cables of some shape.
+    """Drag of a steady wind on cables; `...` are their axes.
 
     Attributes
     ----------
-    pressed : ndarray, shape (...)
-        Drag of a length across the wind, C_d q D. [N/m]
+    normal_drag : ndarray, shape (...)
+        Drag per length of a cable at right angles to the wind, C_d q D. [N/m]
     direction : ndarray, shape (..., 3)
         Of the wind, global axes. [-]
     profile : Profile or None
@@ -122,49 +122,52 @@ class SteadyDrag:
         Mean pressure over the stated one in their uniform loads, with a profile. [-]
     """
 
-    pressed: np.ndarray
+    normal_drag: np.ndarray
     direction: np.ndarray
     profile: Profile | None = None
     end_1: np.ndarray | None = None
     mean: np.ndarray | None = None
 
     def take(self, index):
-        """That on some cables, or on one."""
-        own = SteadyDrag(self.pressed[index], self.direction[index])
+        """`SteadyDrag` on several of the cables, or on one."""
+        chosen = SteadyDrag(self.normal_drag[index], self.direction[index])
         if self.profile is None:
-            return own
-        return replace(own, profile=self.profile.take(index), end_1=self.end_1[index], mean=self.mean[index])
+            return chosen
+        return replace(chosen, profile=self.profile.take(index), end_1=self.end_1[index], mean=self.mean[index])
 
     def uniform(self, chord):
-        """Uniform force per unstretched length, by directions of the chord, shape (..., 3). [N/m]"""
-        return self.pressed[..., None] * self.averaged(across(self.direction, chord))
+        """Uniform force per unstretched length, by directions of the chord, both of shape (..., 3). [N/m]"""
+        return self.normal_drag[..., None] * self.times_mean_pressure(across(self.direction, chord))
 
-    def averaged(self, values):
-        """Values along cables, shape (..., k or not, 3), times their mean pressures."""
+    def times_mean_pressure(self, values):
+        """Values of cables, shape (..., 3), or at points along them, (..., k, 3), times their mean pressures."""
         if self.profile is None:
             return values
         return values * self.mean.reshape(self.mean.shape + (1,) * (np.ndim(values) - self.mean.ndim))
 
-    def locally(self, values, where):
-        """Values at places from ends 1, shape (..., k, 3), times the pressures there; `where` gives the places. [m]"""
+    def times_local_pressure(self, values, points):
+        """Values at points along cables, shape (..., k, 3), times the pressures there.
+
+        `points()` returns the points from ends 1, shape (..., k, 3) [m]; it is called only if there is a profile.
+        """
         if self.profile is None:
             return values
         end_1 = self.end_1.reshape(self.mean.shape + (1,) * (np.ndim(values) - self.mean.ndim - 1) + (3,))
-        return values * self.profile.pressure(where() + end_1)[..., None]
+        return values * self.profile.pressure(points() + end_1)[..., None]
 
 
-def joined(drags):
+def concatenate(drags):
     """`SteadyDrag` on the cables of several, one after the other; all of them have a profile, or none."""
 
-    def together(things, name):
-        parts = [getattr(one, name) for one in things]
-        return None if parts[0] is None else np.concatenate(parts)
+    def concatenated(objects, name):
+        arrays = [getattr(item, name) for item in objects]
+        return None if arrays[0] is None else np.concatenate(arrays)
 
-    profiles = [one.profile for one in drags]
+    profiles = [drag.profile for drag in drags]
     names = ("exponent", "height", "ground")
-    profile = None if profiles[0] is None else Profile(*(together(profiles, name) for name in names))
-    first, *others = (together(drags, name) for name in ("pressed", "direction", "end_1", "mean"))
-    return SteadyDrag(first, others[0], profile, *others[1:])
+    profile = None if profiles[0] is None else Profile(*(concatenated(profiles, name) for name in names))
+    names = ("normal_drag", "direction", "end_1", "mean")
+    return SteadyDrag(profile=profile, **{name: concatenated(drags, name) for name in names})
 
 
 def across(direction, tangent):
@@ -174,7 +177,7 @@ def across(direction, tangent):
 
 
 def uneven_drag(drag):
-    """Difference of the drag of cables made of elements, where they hang, from the uniform one.
+    """Function for the drag on cables made of elements, where they hang, less the uniform drag of their chords.
 
     Parameters
     ----------
@@ -187,22 +190,24 @@ def uneven_drag(drag):
         `State` of these cables -> force per unstretched length at the Gauss points, chord frame, shape (n, e, q, 3)
         [N/m]; None where no wind blows.
     """
-    if not drag.pressed.any():
+    if not drag.normal_drag.any():
         return None
 
-    def at_points(state):
-        local = (state.span.frame @ drag.direction[..., None])[:, None, None, :, 0]
-        there = drag.locally(state.stretch[..., None] * across(local, state.direction), lambda: point_places(state))
-        return drag.pressed[:, None, None, None] * (there - drag.averaged(across(local, ALONG_CHORD)))
+    def at_gauss_points(state):
+        wind = (state.span.frame @ drag.direction[..., None])[:, None, None, :, 0]  # unit vector, chord frame
+        by_tangent = state.stretch[..., None] * across(wind, state.direction)
+        by_tangent = drag.times_local_pressure(by_tangent, lambda: gauss_point_coordinates(state))
+        by_chord = drag.times_mean_pressure(across(wind, ALONG_CHORD))
+        return drag.normal_drag[:, None, None, None] * (by_tangent - by_chord)
 
-    return at_points
+    return at_gauss_points
 
 
-def point_places(state):
-    """Places of the Gauss points of elements from end 1, global axes, shape (n, e, q, 3). [m]"""
+def gauss_point_coordinates(state):
+    """Coordinates of the Gauss points of elements from end 1, global axes, shape (n, e, q, 3). [m]"""
     mesh, span = state.mesh, state.span
     element = basis(mesh.order)
     local = lagrange(element.nodes, element.points) @ state.displacement[:, mesh.element_nodes]
     local[..., 0] += (1 + np.asarray(span.chord_strain))[:, None, None] * mesh.point_positions
-    found = span.in_frame((local * span.unstretched_length[:, None, None, None]).reshape(len(local), -1, 3), "global")
-    return found.reshape(local.shape)
+    local *= span.unstretched_length[:, None, None, None]
+    return span.in_frame(local.reshape(len(local), -1, 3), "global").reshape(local.shape)

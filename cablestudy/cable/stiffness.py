@@ -22,7 +22,7 @@ from cablestudy.cable.state import State
 
 
 def state_at(span, mesh, positions):
-    """A cable whose nodes are at given places, in equilibrium or not: T = EA (|r'| - 1).
+    """`State` of a cable by the positions of its nodes, in equilibrium or not: T = EA (|r'| - 1).
 
     Parameters
     ----------
@@ -75,9 +75,9 @@ def internal_forces(state, frame="chord"):
         acts on what holds its nodes with the opposite force. [N]
     """
     mesh, element, t = state.mesh, basis(state.mesh.order), _tangent(state, frame)
-    pull = (element.weights * state.tension)[..., None] * t * state.force
-    nodal = np.zeros((mesh.nodes, 3), dtype=pull.dtype)
-    np.add.at(nodal, mesh.element_nodes, element.derivative.T @ pull)
+    tension = (element.weights * state.tension)[..., None] * t * state.force  # vectors, times the weights
+    nodal = np.zeros((mesh.nodes, 3), dtype=tension.dtype)
+    np.add.at(nodal, mesh.element_nodes, element.derivative.T @ tension)
     return nodal
 
 
@@ -99,16 +99,17 @@ def tangent_stiffness(state, frame="chord"):
     mesh, element, t = state.mesh, basis(state.mesh.order), _tangent(state, frame)
     along = t[..., :, None] * t[..., None, :]
     across = np.eye(3) - along
-    stiffness = np.asarray(state.span.axial_stiffness, dtype=float)
+    elastic = np.asarray(state.span.axial_stiffness, dtype=float) * along
     geometric = (state.tension * state.force / state.stretch)[..., None, None] * across
     products = element.weights[:, None, None] * element.derivative[:, :, None] * element.derivative[:, None, :]
     length, dof = state.span.unstretched_length * mesh.sizes[:, None, None], 3 * (mesh.order + 1)
 
-    def assembled(points):
-        blocks = np.einsum("qij,eqab->eiajb", products, points, optimize=True)
+    def assemble(at_points):
+        """Integral of B^T A B for matrices A at the Gauss points, shape (n, q, 3, 3)."""
+        blocks = np.einsum("qij,eqab->eiajb", products, at_points, optimize=True)
         return add_elements(mesh, 3, blocks.reshape(mesh.elements, dof, dof) / length)
 
-    return assembled(stiffness * along), assembled(geometric)
+    return assemble(elastic), assemble(geometric)
 
 
 def _tangent(state, frame):

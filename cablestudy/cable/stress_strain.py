@@ -31,20 +31,20 @@ TERMS = 5  # coefficients of a curve
 
 @dataclass(frozen=True)
 class Curves:
-    """Curves of n conductors, of the parts outer and core; one without a core has zeros for it.
+    """Stress-strain curves of conductors, of the parts outer and core; a conductor without a core has zeros for it.
 
     Attributes
     ----------
     initial, creep : ndarray, shape (..., 2, TERMS)
         Coefficients of tension by strain, the constant first. [N]
     ends : ndarray, shape (..., 2, 2)
-        Strains to which the curves hold: of both parts the initial one, then the one after creep. [-]
+        Strains up to which the curves are measured: of each part (rows) the initial one and the one after creep. [-]
     final : ndarray, shape (..., 2)
         EA of each part along the line of the final modulus. [N]
     expansion : ndarray, shape (..., 2)
         [1/K]
     temperature : ndarray, shape (...)
-        At which the curves hold. [K]
+        Temperature for which the curves hold. [K]
     """
 
     initial: np.ndarray
@@ -55,7 +55,7 @@ class Curves:
     temperature: np.ndarray
 
     def take(self, index):
-        """Some of the conductors."""
+        """`Curves` of several of the conductors, or of one."""
         return Curves(**{field.name: getattr(self, field.name)[index] for field in fields(self)})
 
     @cached_property
@@ -85,7 +85,7 @@ class Condition:
     creeping: np.ndarray
 
     def take(self, index):
-        """Some of the conductors."""
+        """`Condition` of several of the conductors, or of one."""
         return Condition(self.curves.take(index), self.temperature[index], self.sets[index], self.creeping[index])
 
     @cached_property
@@ -96,57 +96,61 @@ class Condition:
         return chosen, np.where(creeping, creep, initial)
 
     @property
-    def _thermal(self):
+    def _thermal_strain(self):
+        """a_p of each part, shape (..., 2). [-]"""
         warmer = self.temperature - self.curves.temperature
         return self.curves.expansion * warmer[..., None]
 
-    def _own(self, strain):
-        """Strain of each part, shape (..., 2). [-]"""
-        return (strain[..., None] - self._thermal) / (1.0 + self._thermal)
+    def _part_strain(self, strain):
+        """e_p of each part, shape (..., 2), for strains e of the conductors. [-]"""
+        return (strain[..., None] - self._thermal_strain) / (1.0 + self._thermal_strain)
 
     def parts(self, strain):
-        """Tension of each part [N], and its slope with the strain [N], each of shape (..., 2)."""
-        own = self._own(strain)
-        value, slope = curve(*self._curve, own)
-        line = self.curves.final * (own - np.where(np.isfinite(self.sets), self.sets, 0.0))
-        on_line = np.isfinite(self.sets) & (line < value)
-        value, slope = np.where(on_line, line, value), np.where(on_line, self.curves.final, slope)
-        return np.where(value > 0, value, 0.0), np.where(value > 0, slope / (1.0 + self._thermal), 0.0)
+        """Tension N_p of each part [N], and its slope with the strain e [N], each of shape (..., 2)."""
+        part_strain, final = self._part_strain(strain), self.curves.final
+        tension, slope = curve(*self._curve, part_strain)
+        final_line = final * (part_strain - np.where(np.isfinite(self.sets), self.sets, 0.0))
+        on_line = np.isfinite(self.sets) & (final_line < tension)
+        tension, slope = np.where(on_line, final_line, tension), np.where(on_line, final, slope)
+        return np.where(tension > 0, tension, 0.0), np.where(tension > 0, slope / (1.0 + self._thermal_strain), 0.0)
 
     def pull(self, strain):
         """Tension [N] and its slope with the strain [N] of each conductor at a strain, each of shape (...)."""
-        return tuple(part[..., 0] + part[..., 1] for part in self.parts(strain))
+        return tuple(of_parts[..., 0] + of_parts[..., 1] for of_parts in self.parts(strain))
 
     def beyond(self, strain):
-        """True of each part that is stretched beyond what its curve is measured to, shape (..., 2)."""
-        return (self._own(strain) > self._curve[1]) & (self.parts(strain)[0] > 0)
+        """True of each part that is stretched beyond the end of its curve, shape (..., 2)."""
+        return (self._part_strain(strain) > self._curve[1]) & (self.parts(strain)[0] > 0)
 
     def elastic(self, strain):
         """Slope of the tension where it falls, by the final moduli of the parts that are tight, shape (...). [N]"""
         tight = self.parts(strain)[0] > 0
-        slopes = np.where(tight, self.curves.final / (1.0 + self._thermal), 0.0)
+        slopes = np.where(tight, self.curves.final / (1.0 + self._thermal_strain), 0.0)
         return slopes[..., 0] + slopes[..., 1]
 
     def sets_after(self, strain):
-        """Permanent sets, once the conductors were stretched to a strain, shape (..., 2). [-]"""
-        own = self._own(strain)
-        value, final = curve(*self._curve, own)[0], self.curves.final
-        there = (value > 0) & (final > 0)
-        return np.where(there, np.maximum(self.sets, own - value / np.where(there, final, 1.0)), self.sets)
+        """Permanent sets z_p, once the conductors were stretched to a strain, shape (..., 2). [-]"""
+        part_strain = self._part_strain(strain)
+        tension, final = curve(*self._curve, part_strain)[0], self.curves.final
+        stretched = (tension > 0) & (final > 0)
+        new_sets = part_strain - tension / np.where(stretched, final, 1.0)
+        return np.where(stretched, np.maximum(self.sets, new_sets), self.sets)
 
     @cached_property
     def slack_strain(self):
         """Largest strain without tension, shape (...). [-]"""
-        begin, longer = np.maximum(_beginning(*self._curve), self.sets), self._thermal
-        return (begin * (1.0 + longer) + longer).min(axis=-1)
+        part_strain, thermal_strain = np.maximum(_beginning(*self._curve), self.sets), self._thermal_strain
+        return (part_strain * (1.0 + thermal_strain) + thermal_strain).min(axis=-1)
 
     def strain_at(self, tension):
-        """Strains with given tensions > 0, shape (...). [-]"""
+        """Strains at which the conductors have tensions > 0, shape (...). [-]"""
         start = self.slack_strain + tension / self.curves.final.sum(axis=-1)
         return self.settle(lambda strain, value, slope: tension, start)
 
     def settle(self, tension_at, start, alone=True, accuracy=CABLE.curve_tension):
-        """Strains with the tensions that something else has at them, by Newton's method, shape (...). [-]
+        """Strains at which the conductors have the tensions of another function of the strain, shape (...). [-]
+
+        By Newton's method.
 
         Parameters
         ----------
@@ -156,17 +160,17 @@ class Condition:
         start : ndarray, shape (...)
             [-]
         alone : bool
-            Whether it depends on the own strain only, so that each step narrows a bracket.
+            Whether `tension_at` of a conductor depends on its own strain only, so that each step narrows a bracket.
         accuracy : float
-            What may be left of the tension, relative.
+            Largest difference of the tensions, relative.
         """
         low = self.slack_strain
         strain, high = np.maximum(start, low + CABLE.curve_rounding), np.full(np.shape(low), np.inf)
         done = np.zeros(np.shape(low), dtype=bool)
         for _ in range(CABLE.curve_steps):
-            value, slope = self.pull(strain)
-            tension = tension_at(strain, value, slope)
-            gap = tension - value
+            own_tension, slope = self.pull(strain)
+            tension = tension_at(strain, own_tension, slope)
+            gap = tension - own_tension
             done = done | ~(np.abs(gap) > accuracy * tension + CABLE.curve_rounding * np.abs(strain) * slope)
             if done.all():
                 break
@@ -177,14 +181,14 @@ class Condition:
 
 
 def next_strain(strain, gap, slope, low, high):
-    """The strain that Newton's method has next, or the middle of its bracket where it would leave that; shape (...).
+    """Next strain of Newton's method, or the middle of the bracket where that would be outside; shape (...). [-]
 
     Parameters
     ----------
     strain : ndarray
         [-]
     gap, slope : ndarray
-        What the tension lacks, and its slope. [N]
+        Tension that is missing, and slope of the tension that is there. [N]
     low, high : ndarray
         Bracket; `high` may be infinite. [-]
     """
@@ -214,30 +218,31 @@ def curve(coefficients, end, strain):
 
 def _beginning(coefficients, end):
     """Strains from which curves are above zero, shape (...); infinite where a curve is zero throughout. [-]"""
-    zero, first = np.zeros(coefficients.shape[:-1]), coefficients[..., 1]
-    high = end
-    none = ~(curve(coefficients, end, high)[0] > 0)
-    low = zero
+    constant, initial_slope = coefficients[..., 0], coefficients[..., 1]
+    zero_throughout = ~(curve(coefficients, end, end)[0] > 0)
+    low, high = np.zeros(constant.shape), end
     for _ in range(60):
         middle = (low + high) / 2
         above = curve(coefficients, end, middle)[0] > 0
         low, high = np.where(above, low, middle), np.where(above, middle, high)
-    below = -coefficients[..., 0] / np.where(first > 0, first, 1.0)  # along the tangent at zero
-    return np.where(none, np.inf, np.where(coefficients[..., 0] >= 0, below, low))
+    on_tangent = -constant / np.where(initial_slope > 0, initial_slope, 1.0)  # below the strain zero
+    return np.where(zero_throughout, np.inf, np.where(constant >= 0, on_tangent, low))
 
 
 def linear_cable(strain, tension, slope):
-    """The linear cable that is tangent to conductors at a strain: its EA [N], and its unstretched length over that of
-    the curves [-], each of shape (...).
+    """EA [N] and unstretched length [-] of the linear cable that is tangent to a conductor at a strain, (...) each.
 
-    It has the conductor's tension and length at that strain, and its slope: L_e = L (1 + e - T/K), EA = K L_e/L.
+    It has the tension T, the slope K and the length of the conductor at the strain e. Its unstretched length, over that
+    of the conductor, is L_e/L = 1 + e - T/K, and EA = K L_e/L.
     """
     ratio = 1.0 + strain - tension / slope
     return slope * ratio, ratio
 
 
 def uneven_strain(condition, strain, tensions, weights):
-    """Mean strain of conductors beyond the strain at their mean tension, since their curve is no line, shape (n,). [-]
+    """Mean strain along conductors of varying tension, less that by the tangent of their curve, shape (n,). [-]
+
+    The tangent is that at the mean tension.
 
     Parameters
     ----------
@@ -250,9 +255,10 @@ def uneven_strain(condition, strain, tensions, weights):
     weights : ndarray, shape (k,)
         Of the points; their sum is 1.
     """
-    mean, slope = condition.pull(strain)
-    found = np.zeros(len(strain))
-    for place, weight in enumerate(weights.tolist()):
-        tension = np.maximum(tensions[:, place], CABLE.curve_rounding * mean)
-        found = found + weight * (condition.strain_at(tension) - strain - (tension - mean) / slope)
-    return found
+    mean_tension, slope = condition.pull(strain)
+    excess = np.zeros(len(strain))
+    for tension, weight in zip(tensions.T, weights.tolist(), strict=True):
+        tension = np.maximum(tension, CABLE.curve_rounding * mean_tension)
+        along_tangent = (tension - mean_tension) / slope
+        excess = excess + weight * (condition.strain_at(tension) - strain - along_tangent)
+    return excess

@@ -15,17 +15,17 @@ from cablestudy.cable.tolerances import CABLE
 
 @dataclass(frozen=True)
 class SymmetrySubspace:
-    """Basis of all motion of a system, or of that of one symmetry, orthonormal by the mass of a cable of unit mass."""
+    """Basis of the motion of a system, all of it or that of one symmetry; orthonormal by the mass of a unit cable."""
 
     sign: int  # 1 for symmetric motion, -1 for antisymmetric motion, 0 for all motion
     points: slice  # Gauss points that determine the energy: those up to mid-length, or all
     middle: slice  # rows of the gradients there (d for each point) that are at mid-length and count half
     shapes: np.ndarray  # P, shape (dof, k)
-    transferred: np.ndarray  # S M P, tension vectors that balance the inertia forces M P, shape (n q, d, k)
+    accumulated: np.ndarray  # S M P, tension vectors that balance the inertia forces M P, shape (n q, d, k)
 
     def root(self, system):
         """B M P at `points`, shape (..., r, k); its square is P^T M K^-1 M P, to a factor of two for half a cable."""
-        root = system.root(self.transferred, self.points)
+        root = system.root(self.accumulated, self.points)
         root[..., self.middle, :] *= np.sqrt(0.5)
         return root
 
@@ -47,21 +47,22 @@ def symmetry_subspaces(mesh, axes, mirror_symmetric):
 
 @lru_cache(maxsize=128)
 def _symmetry_subspaces(mesh, axes, mirror_symmetric):
+    """`symmetry_subspaces` that are computed, and cached by mesh and axes."""
     nodes, d = mesh.nodes - 2, len(axes)
     if not mirror_symmetric:
         return (_subspace(mesh, d, 0, slice(None), slice(0), np.eye(nodes * d)),)
-    kept, found = (nodes + 1) // 2, []
-    alike = np.where(np.array(axes) == 0, -1.0, 1.0)[:, None, None]  # motion along the chord is reversed
-    one = np.eye(nodes * d).reshape(nodes, d, nodes, d)[:, :, :kept]
+    half, subspaces = (nodes + 1) // 2, []  # nodes up to mid-length
+    reflection = np.where(np.array(axes) == 0, -1.0, 1.0)[:, None, None]  # motion along the chord is reversed
+    unit_motions = np.eye(nodes * d).reshape(nodes, d, nodes, d)[:, :, :half]  # of one node along one axis each
     for sign in (1, -1):
-        both = (one + sign * alike * one[::-1]).reshape(nodes * d, kept * d)
-        both = both[:, both.any(axis=0)]
-        found.append(_subspace(mesh, d, sign, slice(nodes // 2 + 1), slice(kept * d, None), both))
-    return tuple(found)
+        patterns = (unit_motions + sign * reflection * unit_motions[::-1]).reshape(nodes * d, half * d)
+        patterns = patterns[:, patterns.any(axis=0)]  # the node at mid-length has either motion along an axis or none
+        subspaces.append(_subspace(mesh, d, sign, slice(nodes // 2 + 1), slice(half * d, None), patterns))
+    return tuple(subspaces)
 
 
 def _subspace(mesh, d, sign, points, middle, patterns):
-    """`SymmetrySubspace` that some vectors span, shape (dof, k)."""
+    """`SymmetrySubspace` that is spanned by the motions `patterns`, shape (dof, k)."""
     mass = masses(mesh, d)[1]
     weighted = mass @ patterns
     if mass.nnz == len(patterns):

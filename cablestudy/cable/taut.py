@@ -24,11 +24,11 @@ def lambda_squared(span, tension):
     -----
     (rho A g cos(theta))^2 l^3 EA / (F^3 L_e), L_e = l (1 + 8 (sag/l)^2): the paper's gamma^2, Irvine (1981) eq. 2.41.
     """
-    across = span.weight_per_length * span.cosine
-    sag = across * span.chord**2 / (8 * tension)
-    effective = span.chord * (1 + 8 * (sag / span.chord) ** 2)
-    # in ratios: the cube of the tension overflows
-    return (across * span.chord / tension) ** 2 * (span.chord / effective) * (span.axial_stiffness / tension)
+    transverse_weight = span.weight_per_length * span.cosine
+    sag = transverse_weight * span.chord**2 / (8 * tension)
+    effective_length = span.chord * (1 + 8 * (sag / span.chord) ** 2)
+    load_ratio = transverse_weight * span.chord / tension  # ratios: the cube of the tension overflows
+    return load_ratio**2 * (span.chord / effective_length) * (span.axial_stiffness / tension)
 
 
 def per_deformed_length(span):
@@ -57,13 +57,13 @@ def string_frequencies(count, length, tension, mass):
     return base[..., None] * np.arange(1, count + 1)
 
 
-def symmetric_roots(count, squared):
+def symmetric_roots(count, lambda_2):
     """Symmetric in-plane frequencies of a taut cable, normalised: omega l / sqrt(F/m), shape (..., count). [-]
 
     Parameters
     ----------
     count : int
-    squared : float or ndarray, shape (...)
+    lambda_2 : float or ndarray, shape (...)
         lambda^2 >= 0. [-]
 
     Notes
@@ -71,19 +71,18 @@ def symmetric_roots(count, squared):
     Root y = Omega/2 of cos(y) (1 - q) + q sin(y)/y = 0 with q = lambda^2/Omega^2: Irvine's tan(y) = y - 4 y^3/lambda^2
     without its poles. Root k lies between (k - 1/2) pi (no sag) and (k + 1/2) pi.
     """
-    squared = np.asarray(squared, dtype=float)[..., None]
-    begin = (np.arange(1, count + 1) - 0.5) * np.pi
-    squared, begin = np.broadcast_arrays(squared, begin)
-
-    shape, squared, begin = begin.shape, squared.ravel(), begin.ravel()
+    lambda_2 = np.asarray(lambda_2, dtype=float)[..., None]
+    without_sag = (np.arange(1, count + 1) - 0.5) * np.pi
+    lambda_2, without_sag = np.broadcast_arrays(lambda_2, without_sag)
+    shape, lambda_2, without_sag = lambda_2.shape, lambda_2.ravel(), without_sag.ravel()
 
     def equation(y, index):
-        ratio = squared[index] / (4 * y * y)
-        return np.cos(y) * (1 - ratio) + ratio * np.sin(y) / y
+        q = lambda_2[index] / (4 * y * y)
+        return np.cos(y) * (1 - q) + q * np.sin(y) / y
 
     # Without sag both ends of the interval are roots: a little before them, so that it has the first and not the next.
-    low, high = begin * (1 - 1e-12), begin + np.pi * (1 - 1e-12)
-    return 2 * zeros_between(equation, low, high, np.arange(len(begin)), rtol=1e-15).reshape(shape)
+    low, high = without_sag * (1 - 1e-12), without_sag + np.pi * (1 - 1e-12)
+    return 2 * zeros_between(equation, low, high, np.arange(len(low)), rtol=1e-15).reshape(shape)
 
 
 def symmetric_frequencies(count, span, tension, stretched=True):

@@ -17,12 +17,12 @@ class CableTolerances:
 
     dense_freedoms: int = 150  # degrees of freedom up to which a full eigen-solution is cheaper than Lanczos
     all_modes_freedoms: int = 3000  # degrees of freedom up to which all modes can be computed
-    first_modes: int = 16  # modes computed first where their number is unknown
+    first_modes: int = 16  # modes computed first where the number needed is unknown
     lanczos_numbers: int = 10_000_000  # numbers in the basis of a Lanczos iteration: 80 MB, and some 20 s for 600 modes
-    cheap_freedoms: int = 200  # degrees of freedom up to which all modes cost little more than some
-    orders_per_half_wave: float = 1.7  # from which the error falls exponentially: pi/2 and a little more
-    shortest_piece: float = 1e-9  # of the length: shorter pieces are not divided
-    merged_loads: float = 1e-11  # of the length: loads closer than this to each other, or to an end, share a node
+    cheap_freedoms: int = 200  # degrees of freedom up to which all modes cost little more than a few
+    orders_per_half_wave: float = 1.7  # order of an element from which its error falls exponentially: above pi/2
+    shortest_piece: float = 1e-9  # share of the length: shorter pieces are not divided
+    merged_loads: float = 1e-11  # share of the length: loads closer than this to each other, or to an end, share a node
     # overlap with the mirrored shape from which a mode counts as symmetric: nine tenths of its energy
     symmetric_overlap: float = 0.8
     # relative distance of frequencies below which the shapes of an eigen-solution are arbitrary
@@ -33,28 +33,29 @@ class CableTolerances:
     # ------------------------------------------------------------------ equilibrium and unstretched length
 
     tiny: float = 1e-300  # in place of zero in a denominator
-    uneven_load_steps: int = 60  # equilibria until a load that depends on them is found
-    uneven_load_change: float = 1e-13  # of such a load over the largest tension, from which on it is found
-    distance_rounding: float = 1e-13  # of a distance over the chord
+    uneven_load_steps: int = 60  # largest number of equilibria until a load that depends on them agrees with them
+    uneven_load_change: float = 1e-13  # change of such a load, over the largest tension, below which it agrees
+    distance_rounding: float = 1e-13  # relative to the chord: shorter distances are rounding
     level_chord: float = 1e-12  # component of the direction of a chord: what is less is zero but for rounding
-    same_place: float = 1e-9  # share of the length within which point loads are at one place
-    chord_midspan_steps: int = 60  # of the search for the place below the middle of the chord
+    same_place: float = 1e-9  # share of the length within which point loads coincide
+    chord_midspan_steps: int = 60  # of the search for the point below the middle of the chord
     chord_midspan_last_step: float = 1e-15  # of that search, a share of the unstretched length
-    length_steps: int = 120  # of the search for an unstretched length
-    near_guess_steps: int = 100  # steps about a guess in which a zero is looked for first, then in all of the range
-    length_brackets: int = 16  # intervals in which the range is searched
+    # search for the chord strain with which a cable has a tension or a sag
+    length_steps: int = 120  # within a bracket
+    near_guess_steps: int = 100  # first steps of a search on either side of the guess: beyond, all strains are searched
+    length_brackets: int = 16  # halvings of the distance to a limit in the search for a bracket
     length_secants: int = 6  # steps of the secant method,
     length_first_secant: float = 1e-6  # the first one over the guess,
-    length_last_step: float = 4e-16  # and the last one over the place
+    length_last_step: float = 4e-16  # and the last one over the strain
     length_zero: float = 4e-16  # value of the function that is as good as zero
-    mean_tension_rounding: float = 1e-12  # of a mean tension
+    mean_tension_rounding: float = 1e-12  # relative error of a mean tension by rounding
     loosest_strain: float = 1 / 1000 - 1  # chord strain of a cable a thousand chords long,
     tautest_strain: float = 1e3  # and of one that is stretched to a thousand times its length
-    linear_difference: float = 0.05  # difference of the restoring force from its linear part
-    least_movement: float = 1e-7  # of those that are looked at, over the shortest chord
-    largest_movement: float = 0.9  # the same
-    movements_at_once: int = 40  # between those two
-    movement_divisions: int = 6  # how often the interval of two of them is divided again
+    linear_difference: float = 0.05  # relative difference of the restoring force from its linear part
+    least_movement: float = 1e-7  # least movement that is looked at, over the shortest chord,
+    largest_movement: float = 0.9  # and the largest one
+    movements_at_once: int = 40  # movements in an interval, twice as many in the first one
+    movement_divisions: int = 6  # times that the interval in which the force ceases to be linear is divided again
     midspan_steps: int = 80  # bisection alone needs 53
     newton_steps: int = 60  # corrections of a catenary
     newton_halvings: int = 40  # of one of them

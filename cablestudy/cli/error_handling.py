@@ -7,7 +7,7 @@ from functools import wraps
 
 import click
 
-from cablestudy.activity import Shown, end_shown
+from cablestudy.activity import ActivityDisplay, end_display
 from cablestudy.cli.tables import ONE_TABLE, show, show_tables
 from cablestudy.errors import CablestudyError, SceneError
 
@@ -54,7 +54,7 @@ def announced(command):
 
     @wraps(command)
     def run(*arguments, quiet, **options):
-        with Shown(command.__name__, quiet):
+        with ActivityDisplay(command.__name__, quiet):
             return command(*arguments, quiet=quiet, **options)
 
     return run
@@ -90,7 +90,7 @@ def finish(scene, answer, style, plot=None, explain=False, quiet=False):
 
     `scene`: its name in messages.
     """
-    end_shown()
+    end_display()
     if style.top and answer.table is not None and answer.table.single:
         raise SceneError("--top: no effect: the table has one row (--columns A,B,... chooses what is shown of it)")
     several = answer.tables and answer.table is None

@@ -26,7 +26,7 @@ NEXT = {
     "suspension": ("static {} --plot suspension.svg", "modes {} -n 6", "static {} --table cables"),
     "study": ("sweep {} --dry-run", "sweep {} --plot study.svg"),
 }
-TOLD = "comments of the file are lost, base and changes are resolved"  # of freeze
+FREEZE_NOTE = "comments of the file are lost, base and changes are resolved"
 
 
 @click.command()
@@ -147,4 +147,4 @@ def freeze(scene, sets, out, quiet):
         click.echo(text, nl=False)
     else:
         write_whole(out, text)
-    echo_notes([f"{f'written: {out}; ' if out else ''}{TOLD}"], quiet)
+    echo_notes([f"{f'written: {out}; ' if out else ''}{FREEZE_NOTE}"], quiet)

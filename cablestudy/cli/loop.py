@@ -36,9 +36,10 @@ def loop(scene, sets, case, span, duration, input_, output, size, length, name, 
     if span or duration:
         refuse_options({"--table": name}, "--response and --time have one table")
     one_case(case, "a loop is that of one case: give --case NAME")
-    read_scene, options = read(scene, sets, case), {"response": span, "time": duration} | (timed if duration else {})
-    found = read_scene.compute("loop", estimate=explain or style == "json", table=name, **options)
-    return finish(scene, found, style, plot, explain, quiet)
+    options = {"response": span, "time": duration} | (timed if duration else {})
+    options |= {"estimate": explain or style == "json", "table": name}
+    answer = read(scene, sets, case).compute("loop", **options)
+    return finish(scene, answer, style, plot, explain, quiet)
 
 
 def joined(context, parameter, texts):
@@ -84,7 +85,7 @@ def ssm(scene, sets, case, out, count, upto, error, kinds, no_residual, attached
     from cablestudy.interface import read
 
     one_case(case, "a state space is that of one case: give --case NAME")
-    read_scene = read(scene, sets, case)
+    loaded_scene = read(scene, sets, case)
     options = {
         "count": count, "upto": upto, "error": error, "kinds": kinds, "residual": not no_residual,
         "attached": attached, "wind": wind, "input": input_, "output": output, "proper": proper,
@@ -92,4 +93,4 @@ def ssm(scene, sets, case, out, count, upto, error, kinds, no_residual, attached
     if plot and not span and attached != "loop":
         raise SceneError("--plot: needs --response, which it draws")
     refuse_options({"--proper": proper and not out}, "it changes the file of --out")
-    return finish(scene, read_scene.compute("ssm", out=out, response=span, **options), style, plot, explain, quiet)
+    return finish(scene, loaded_scene.compute("ssm", out=out, response=span, **options), style, plot, explain, quiet)

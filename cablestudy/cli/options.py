@@ -70,10 +70,10 @@ def selection_options(command):
     return command
 
 
-def one_case(name, why):
-    """Refuse `--case all` in a command that takes one case, and say why."""
+def one_case(name, reason):
+    """Refuse `--case all` in a command that takes one case, for this reason."""
     if name == ALL:
-        raise SceneError(f"--case {ALL}: {why}")
+        raise SceneError(f"--case {ALL}: {reason}")
 
 
 def check_picture(path, option="--plot", kinds=PICTURES):
@@ -88,16 +88,17 @@ def check_picture(path, option="--plot", kinds=PICTURES):
 
 
 def _command(*shared):
-    """Decorator that makes a function a command with an argument and options that several commands share."""
+    """Decorator that makes a function a command; `shared` are its argument and options that other commands have too."""
 
     def decorate(function):
+        run = announced(function) if SCENE in shared else function  # a study shows its rows itself
+
         @wraps(function)
-        def checked(*, plot, **parameters):
+        def check_and_run(*, plot, **parameters):
             check_picture(plot)
             return run(plot=plot, **parameters)
 
-        run = announced(function) if SCENE in shared else function  # a study shows its rows
-        command = handle_errors(checked)
+        command = handle_errors(check_and_run)
         for option in reversed(shared):
             command = option(command)
         return click.command()(command)
@@ -120,9 +121,9 @@ def exclude(parameters, pairs):
         Names of options; none of the first tuple may be given with one of the second.
     """
     given = {f"--{name.replace('_', '-')}" for name, value in parameters.items() if value not in (None, False)}
-    wrong = {}
-    for one, other in itertools.chain(*(itertools.product(*pair) for pair in pairs)):
-        if {one, other} <= given:
-            wrong.setdefault(frozenset((one, other)), f"{one} and {other} exclude each other")
-    if wrong:
-        raise SceneError(*wrong.values())
+    messages = {}  # two options -> message, each pair once
+    for option, other in itertools.chain(*(itertools.product(*pair) for pair in pairs)):
+        if {option, other} <= given:
+            messages.setdefault(frozenset((option, other)), f"{option} and {other} exclude each other")
+    if messages:
+        raise SceneError(*messages.values())

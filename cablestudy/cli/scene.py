@@ -42,9 +42,9 @@ def read(scene, sets, case):
     return read(scene, sets, None if case == ALL else case)
 
 
-def compute(scene, case, what, **options):
+def compute(scene, case, command, **options):
     """Answer of a command for a scene, or for all its load cases: `Answer`."""
-    return (scene.compute_cases if case == ALL else scene.compute)(what, **options)
+    return (scene.compute_cases if case == ALL else scene.compute)(command, **options)
 
 
 @scene_command
@@ -60,7 +60,7 @@ def compute(scene, case, what, **options):
 @click.option("--form-finding", "form", is_flag=True, help="Of a suspension: the form by force densities instead.")
 def static(scene, sets, case, shape, limits, name, locus, form, style, plot, explain, quiet):
     """Tension, sag, end stiffness and more of one scene; of a suspension bodies, points, cables and stiffness."""
-    what, options = "static", {"estimate": explain or style == "json"}
+    command, options = "static", {"estimate": explain or style == "json"}
     if case == ALL:
         refuse_options(
             {"--shape": shape, "--locus": locus, "--form-finding": form}, f"--case {ALL} has one row for each case"
@@ -68,23 +68,23 @@ def static(scene, sets, case, shape, limits, name, locus, form, style, plot, exp
     if limits:
         others = {"--case": case, "--shape": shape, "--table": name, "--locus": locus, "--form-finding": form}
         refuse_options(others | {"--explain": explain}, "--limits has each limit in the load cases that the scene says")
-        found = read(scene, sets, None).compute("limits")
-        code = finish(scene, found, style, plot, quiet=quiet)
-        return code or FAILED_CHECK * any(row["status"] != "ok" for row in found.table.rows)
+        answer = read(scene, sets, None).compute("limits")
+        code = finish(scene, answer, style, plot, quiet=quiet)
+        return code or FAILED_CHECK * any(row["status"] != "ok" for row in answer.table.rows)
     if shape:
         refuse_options({"--table": name, "--locus": locus, "--form-finding": form}, "--shape has the coordinates alone")
-        what = "shape"
+        command = "shape"
     elif locus is not None:
         refuse_options({"--table": name, "--form-finding": form, "--explain": explain}, "--locus has the path alone")
-        what, options = "locus", {"load": locus}
+        command, options = "locus", {"load": locus}
     elif form:
         refuse_options({"--plot": plot, "--explain": explain}, "--form-finding is no equilibrium of cables with weight")
-        what, options = "form", {"table": name}
+        command, options = "form", {"table": name}
     elif name == LOADS:
-        what = "loads"
+        command = "loads"
     else:
         options["table"] = name
-    return finish(scene, compute(read(scene, sets, case), case, what, **options), style, plot, explain, quiet)
+    return finish(scene, compute(read(scene, sets, case), case, command, **options), style, plot, explain, quiet)
 
 
 @scene_command
@@ -142,12 +142,12 @@ def report(path, sets, vary, case, out, title, columns, where, jobs, quiet):
 
     with interruptible(lambda: ["interrupted: nothing is written"]):
         words = click.get_current_context().obj["words"]
-        found = write_report(path, out, sets, vary, case, title, jobs, words, quiet, columns or (), where)
-    echo_notes(found.warnings, quiet)
-    for reason in found.failures:
+        written = write_report(path, out, sets, vary, case, title, jobs, words, quiet, columns or (), where)
+    echo_notes(written.warnings, quiet)
+    for reason in written.failures:
         click.echo(f"{path}: {reason}", err=True)
-    echo_notes([f"written: {found.path}"], quiet)
-    return NO_ANSWER if found.failures else 0
+    echo_notes([f"written: {written.path}"], quiet)
+    return NO_ANSWER if written.failures else 0
 
 
 @click.command()
@@ -174,8 +174,8 @@ def find(scene, goal, by, between, names, sets, case, style, quiet):
     if goal.strip() == "limits":
         refuse_options({"--case": case}, "limits say themselves in which load cases they hold")
     one_case(case, "a search takes one case: give --case NAME")
-    found = compute_find(scene, sets, case, goal=goal, by=by, between=between, columns=names)
-    return finish(scene, found, style, quiet=quiet)
+    answer = compute_find(scene, sets, case, goal=goal, by=by, between=between, columns=names)
+    return finish(scene, answer, style, quiet=quiet)
 
 
 @scene_command
@@ -190,5 +190,5 @@ def find(scene, goal, by, between, names, sets, case, style, quiet):
 def trade(scene, sets, case, names, repeats, out, style, plot, explain, quiet):
     """Error against time for every model that a user can choose, from closed form to high order."""
     one_case(case, "models are compared for one case: give --case NAME")
-    found = read(scene, sets, case).compute("trade", columns=names, repeats=repeats, out=out, shown=style == "md")
-    return finish(scene, found, style, plot, explain, quiet)
+    answer = read(scene, sets, case).compute("trade", columns=names, repeats=repeats, out=out, shown=style == "md")
+    return finish(scene, answer, style, plot, explain, quiet)

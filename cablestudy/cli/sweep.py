@@ -11,7 +11,7 @@ from cablestudy.errors import SceneError, refuse_options
 
 MOST_DIFFERENCES = 1000  # that a check shows one by one
 WRITES_NOTHING = ("--check", "--no-write", "--row")
-INSTEAD = ("--dry-run", "--check", "--shard", "--sensitivity")  # of the table, all of it
+WITHOUT_ROWS = ("--dry-run", "--check", "--shard", "--sensitivity")  # print something else than the rows
 # No option of the first group goes with one of the second.
 EXCLUSIVE = (
     (("--resume",), ("--restart",)),
@@ -21,8 +21,8 @@ EXCLUSIVE = (
     (("--check",), ("--row",)),
     (("--dry-run",), ("--plot", "--row")),
     (("--check", "--shard"), ("--columns", "--top")),
-    (INSTEAD, SELECTION),
-    *(((one,), (other,)) for one, other in itertools.combinations(INSTEAD, 2)),
+    (WITHOUT_ROWS, SELECTION),
+    *(((option,), (other,)) for option, other in itertools.combinations(WITHOUT_ROWS, 2)),
 )
 
 
@@ -47,7 +47,7 @@ EXCLUSIVE = (
 @click.option("--fail-fast", is_flag=True, help="Stop at the first case without an answer.")
 @EXPLAIN
 def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, out, no_write, check, rtols, style, plot,
-          shard, quiet, **how):  # fmt: skip
+          shard, quiet, **run_options):  # fmt: skip
     """Compute a study: one row for each case, written to DIR/NAME.csv and DIR/NAME.md, and printed.
 
     Rows are kept as they are done: whatever ends a run, --resume goes on with it.
@@ -55,12 +55,12 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
     context = click.get_current_context()
     exclude(context.params, EXCLUSIVE)
     refuse_options({"--rtol": rtols and not check}, "for --check only")
-    keep, typed, work = not (check or no_write or how["row"]), context.obj["words"], None
+    keep, words, run = not (check or no_write or run_options["row"]), context.obj["words"], None
 
-    def interrupted():
-        return work.interrupted(typed) if work else ["interrupted: nothing is computed yet"]
+    def lines_when_interrupted():
+        return run.interrupted(words) if run else ["interrupted: nothing is computed yet"]
 
-    with interruptible(interrupted):
+    with interruptible(lines_when_interrupted):
         from cablestudy.interface.study import Study, command_text
 
         study = Study(study, sets, vary)
@@ -76,31 +76,34 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
         if check:
             study.files(out).check_stored()
             tolerance = study.tolerances(rtols)
-        options = {"quiet": quiet, "estimate": style == "json", **how}
-        with study.run(out, keep, shard, **options) as work:
-            compute(work, study.words)
+        options = {"quiet": quiet, "estimate": style == "json", **run_options}
+        with study.run(out, keep, shard, **options) as run:
+            compute(run, study.words)
             if not shard:
-                return finish(study, work, style, plot, tolerance, command_text(typed), select, sensitivity)
-            echo_notes([f"written: {work.finish_shard(command_text(typed))}"], quiet)
-            return NO_ANSWER if work.failed else 0
+                return finish(study, run, style, plot, tolerance, command_text(words), select, sensitivity)
+            echo_notes([f"written: {run.finish_shard(command_text(words))}"], quiet)
+            return NO_ANSWER if run.failed else 0
 
 
-def compute(work, words):
-    """Compute all rows of a run, and print notes on them."""
-    options = work.options
-    echo_notes(work.reused(), options.quiet)
-    work.compute()
+def compute(run, words):
+    """Compute all rows of a `Run`, and print notes on them; `words` are the command that computes the study alone."""
+    options = run.options
+    echo_notes(run.reused(), options.quiet)
+    run.compute()
     if options.explain:
-        echo_notes(work.notes(), options.quiet)
-    echo_notes([*work.failures(words), *work.warnings()], options.quiet)
-    work.check_complete()
+        echo_notes(run.notes(), options.quiet)
+    echo_notes([*run.failures(words), *run.warnings()], options.quiet)
+    run.check_complete()
 
 
-def finish(study, work, style, plot, tolerance, command, select=None, indices=False):
-    """Compare the table of a complete run with the stored one, or write and print it; return the exit code."""
-    table, files, quiet = work.table(), work.files, work.options.quiet
-    if work.options.keep:
-        work.write(table, command)
+def finish(study, run, style, plot, tolerance, command, select=None, indices=False):
+    """Write and print the table of a complete run, or compare it with the stored one; return the exit code.
+
+    It is compared where there is a tolerance; `select` is from `Study.selection`, `indices` says that it selects these.
+    """
+    table, files, quiet = run.table(), run.files, run.options.quiet
+    if run.options.keep:
+        run.write(table, command)
         echo_notes([f"written: {files.csv}, {files.md}"], quiet)
     shown, notes = select(table) if select else (table, [])
     if plot:
@@ -110,7 +113,7 @@ def finish(study, work, style, plot, tolerance, command, select=None, indices=Fa
         return print_differences(table, files.csv, tolerance, quiet)
     echo_notes(notes, quiet)
     print_table(shown, style)
-    return NO_ANSWER if work.failed else 0
+    return NO_ANSWER if run.failed else 0
 
 
 def print_differences(table, path, tolerance, quiet):
@@ -141,11 +144,10 @@ def show(study, sets, vary, out, style, plot, quiet, sensitivity, **selection):
     with study.stored(out) as stored:
         select = study.selection(style.columns, sensitivity, **selection)
         if study.asked:
-            names, near = ", ".join(study.asked), study.varied_alike
-            hint = f"did you mean {' or '.join(near)}? else " if near else ""
-            raise SceneError(
-                f"{stored.path}: no column {names}: {hint}'cablestudy sweep' with these options computes it"
-            )
+            names, similar = ", ".join(study.asked), study.varied_alike
+            hint = f"did you mean {' or '.join(similar)}? else " if similar else ""
+            how = "'cablestudy sweep' with these options computes it"
+            raise SceneError(f"{stored.path}: no column {names}: {hint}{how}")
         if sensitivity and not stored.complete:
             raise SceneError(*stored.notes, "--sensitivity needs all rows")
         number = len(stored.table.rows)
@@ -165,8 +167,8 @@ def merge(study, sets, vary, out, style, plot, quiet):
     with interruptible(lambda: ["interrupted: the shards are as they were"]):
         from cablestudy.interface.study import Study, command_text
 
-        study, typed = Study(study, sets, vary), click.get_current_context().obj["words"]
+        study, words = Study(study, sets, vary), click.get_current_context().obj["words"]
         echo_notes(study.notes, quiet)
-        with study.merged(out, quiet) as work:
-            echo_notes([*work.failures(study.words), *work.warnings()], quiet)
-            return finish(study, work, style, plot, None, command_text(typed))
+        with study.merged(out, quiet) as run:
+            echo_notes([*run.failures(study.words), *run.warnings()], quiet)
+            return finish(study, run, style, plot, None, command_text(words))

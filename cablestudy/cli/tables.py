@@ -30,9 +30,9 @@ class Style(str):
 
     def __new__(cls, style, columns=(), top=None, digits=None):
         """Make the text of a format that carries which part of the table is shown."""
-        made = super().__new__(cls, style)
-        made.columns, made.top, made.digits = tuple(columns), top, digits
-        return made
+        text = super().__new__(cls, style)
+        text.columns, text.top, text.digits = tuple(columns), top, digits
+        return text
 
     def of(self, table):
         """The part of a `Table` that is shown, with its digits."""
@@ -40,8 +40,8 @@ class Style(str):
         return table if self.digits is None else replace(table, digits=self.digits)
 
 
-def _names(context, parameter, text):
-    """The names in the text of --columns, each once; None without the option."""
+def _split_names(context, parameter, text):
+    """Callback of click: the names in the text of --columns, each once; None without the option."""
     if text is None:
         return None
     from cablestudy.interface.kinds import names_in
@@ -52,8 +52,8 @@ def _names(context, parameter, text):
         raise click.BadParameter(str(error)) from None
 
 
-def _checked(context, parameter, style):
-    """The format, which can be written here."""
+def _check_style(context, parameter, style):
+    """Callback of click: the format itself; one that cannot be written here is refused."""
     if style == "parquet" and find_spec("pyarrow") is None:
         raise click.BadParameter("pyarrow is not installed (pip install 'cablestudy[parquet]')")
     if style == "parquet" and sys.stdout.isatty():
@@ -62,9 +62,11 @@ def _checked(context, parameter, style):
 
 
 FORMAT = click.option(
-    "--format", "style", type=click.Choice(STYLES), default="md", callback=_checked, help="Default: md."
+    "--format", "style", type=click.Choice(STYLES), default="md", callback=_check_style, help="Default: md."
 )
-COLUMNS = click.option("--columns", metavar="A,B,...", callback=_names, help="Show only these columns, in this order.")
+COLUMNS = click.option(
+    "--columns", metavar="A,B,...", callback=_split_names, help="Show only these columns, in this order."
+)
 DIGITS = click.option(
     "--digits", type=click.IntRange(1, 17), metavar="N", help="Significant digits of Markdown. Default: 4."
 )
@@ -73,7 +75,7 @@ TOP = click.option("--top", type=click.IntRange(min=1), metavar="N", help="Show 
 
 def format_options(command):
     """Decorator: --format, --top, --digits and, unless the command has its own, --columns, together as `style`."""
-    own = [name for option in getattr(command, "__click_params__", ()) for name in option.opts]
+    own_options = [name for option in getattr(command, "__click_params__", ()) for name in option.opts]
 
     @wraps(command)
     def styled(*arguments, style, top, digits, columns=None, **parameters):
@@ -81,7 +83,7 @@ def format_options(command):
             raise click.BadParameter(f"no effect: {style} has all digits", param_hint="'--digits'")
         return command(*arguments, style=Style(style, columns or (), top, digits), **parameters)
 
-    for option in (DIGITS, TOP, *(() if "--columns" in own else (COLUMNS,)), FORMAT):
+    for option in (DIGITS, TOP, *(() if "--columns" in own_options else (COLUMNS,)), FORMAT):
         styled = option(styled)
     return styled
 
@@ -137,8 +139,9 @@ def show_tables(answer, style):
         raise SceneError(f"--columns: one table at a time: give --table {', '.join(answer.tables)}")
     answer = replace(answer, tables={name: style.of(table) for name, table in answer.tables.items()})
     if style == "md" and sys.stdout.isatty():
-        for place, (name, table) in enumerate((name, table) for name, table in answer.tables.items() if table.rows):
-            click.echo(f"{'' if place == 0 else chr(10)}## {name}\n")
+        filled = {name: table for name, table in answer.tables.items() if table.rows}
+        for index, (name, table) in enumerate(filled.items()):
+            click.echo(f"{'' if index == 0 else chr(10)}## {name}\n")
             _show_fitted(table)
     else:
         click.echo(answer.render(style), nl=False)

@@ -139,7 +139,7 @@ def _winch_forces(layout, system, modal, lifted):
     """Forces on the coordinates by lengths reeled in, their rates and accelerations: 3 ndarray of shape (n, i)."""
     static, *by_rates = (dense(matrix) for matrix in system.b)
     static = static.copy()
-    static[modal:] += layout.moved.T @ lifted
+    static[modal:] += layout.connection.T @ lifted
     return [static, *(matrix.real for matrix in by_rates)]
 
 
@@ -215,7 +215,7 @@ def outputs(layout, kept, imposed, lifted, markers, midspans=()):
 
 def _midspans(layout, kept, imposed, midspans, modal):
     """Displacements at mid-span by the coordinates and by the winches: two ndarray, shapes (3 c, n) and (3 c, i)."""
-    ends, count = dense(layout.moved), 3 * len(midspans)
+    ends, count = dense(layout.connection), 3 * len(midspans)
     c, d, begin = np.zeros((count, modal + ends.shape[1])), np.zeros((count, imposed.shape[1])), 0
     for cable, shapes in enumerate(midspans):
         modes = len(kept[cable].element.omega)
@@ -230,7 +230,7 @@ def _midspans(layout, kept, imposed, midspans, modal):
 def _tensions(layout, kept, imposed, lifted, modal):
     """Changes of tension at the ends: output matrices of z, z' and z'', each with that of v, v' and v''."""
     direction, _ = outward(layout.equilibrium)
-    ends = dense(layout.moved)
+    ends = dense(layout.connection)
     matrices = [cable.element.matrices() for cable in kept]
     dtypes = [np.result_type(float, *(stiffness for _, _, stiffness in matrices)), float, float]
     c = [np.zeros((2 * len(kept), modal + ends.shape[1]), dtype) for dtype in dtypes]

@@ -61,14 +61,14 @@ class Values(dict[str, Any]):
     def _repr_html_(self) -> str:
         import pandas
 
-        parts = {"value": (self, ".6g"), "unit": (self.units, ""), "estimated relative error": (self.errors, ".1g")}
-        cells = {head: [_cell(part.get(name), digits) for name in self] for head, (part, digits) in parts.items()}
+        columns = {"value": (self, ".6g"), "unit": (self.units, ""), "estimated relative error": (self.errors, ".1g")}
+        cells = {head: [_cell(values.get(name), form) for name in self] for head, (values, form) in columns.items()}
         return _html(pandas.DataFrame(cells, index=list(self), dtype=object))
 
 
-def _cell(value: object, digits: str) -> str:
-    """A number of a table in a notebook; nothing as empty text."""
-    return "" if value is None else f"{value:{digits}}" if isinstance(value, float) else str(value)
+def _cell(value: object, number_format: str) -> str:
+    """Text of a cell of a table in a notebook; None as empty text."""
+    return "" if value is None else f"{value:{number_format}}" if isinstance(value, float) else str(value)
 
 
 def _html(frame: pandas.DataFrame) -> str:
@@ -172,11 +172,10 @@ class Answer:
             Markdown with headings, without empty tables; or one object of the tables by their names.
         """
         if style == "md":
-            parts = (f"## {name}\n\n{table.render(style)}" for name, table in self.tables.items() if table.rows)
-            return "\n".join(parts)
-        return (
-            json.dumps({name: json.loads(table.render(style)) for name, table in self.tables.items()}, indent=1) + "\n"
-        )
+            sections = (f"## {name}\n\n{table.render(style)}" for name, table in self.tables.items() if table.rows)
+            return "\n".join(sections)
+        objects = {name: json.loads(table.render(style)) for name, table in self.tables.items()}
+        return json.dumps(objects, indent=1) + "\n"
 
 
 def only(table: Table | None) -> dict[str, Table]:

@@ -12,13 +12,13 @@ DEFAULT_MODES = 12
 
 
 def loads(scene, estimate: bool = False):
-    """Place, slopes and tensions at each point load; the rest of the `Answer` is that of static."""
+    """Position, slopes and tensions at each point load; notes, warnings and picture of the `Answer` are of static."""
     from cablestudy.study.point_loads import loads_table
     from cablestudy.study.scene_kind import kind_of
 
     answer, failures = scene.answers["static"](scene, estimate=estimate), []
-    if refused := _without_loads(scene, "static --table loads"):
-        return refused
+    if failed := _failure_without_loads(scene, "static --table loads"):
+        return failed
     try:
         table = loads_table(kind_of(scene.model).loaded_cables(answer.case), failures)
     except (NoSolutionError, ConvergenceError) as error:
@@ -31,8 +31,8 @@ def locus(scene, load: Text):
     from cablestudy.study.load_path import load_path
     from cablestudy.study.scene_kind import kind_of
 
-    if refused := _without_loads(scene, "static --locus"):
-        return refused
+    if failed := _failure_without_loads(scene, "static --locus"):
+        return failed
     path = load_path(scene.document, scene.model, load)
     return Answer(
         tables=only(path.table),
@@ -42,8 +42,8 @@ def locus(scene, load: Text):
     )
 
 
-def _without_loads(scene, command):
-    """The `Answer` of a load case without loads, None of one with some; SceneError where no case has any."""
+def _failure_without_loads(scene, command):
+    """The failed `Answer` of a load case without point loads, None of one with some; SceneError if no case has any."""
     from cablestudy.scene.scene import missing
 
     model = scene.model
@@ -63,9 +63,10 @@ def limits(scene):
     if not scene.model.limits:
         raise missing(scene.document, "limits", "static --limits")
     (checks,) = checks_of([scene.model])
-    broken, reason = [check for check in checks if check.status == NOT_MET], unanswered(checks)
-    lines = tuple(f"not met: {check.governing}: {check.limit.that}" for check in broken)
-    return Answer(tables=only(limits_table(checks)), warnings=lines, failures=(reason,) if reason else ())
+    not_met = [check for check in checks if check.status == NOT_MET]
+    warnings = tuple(f"not met: {check.governing}: {check.limit.that}" for check in not_met)
+    reason = unanswered(checks)
+    return Answer(tables=only(limits_table(checks)), warnings=warnings, failures=(reason,) if reason else ())
 
 
 def frequency_limit(count, upto):
@@ -77,10 +78,10 @@ def frequency_limit(count, upto):
     return read_frequency("--upto", str(upto)) if upto is not None else None
 
 
-def fewer_modes(found, asked, limit):
-    """A line where a model has fewer modes than were asked for; at most one."""
-    short = limit is None and len(found) < asked
-    return (f"the model has {len(found)} modes, not {asked}",) if short else ()
+def fewer_modes(modes, asked, limit):
+    """Warning, in a tuple, where a model has fewer modes than asked for, and not all up to a frequency limit [Hz]."""
+    is_short = limit is None and len(modes) < asked
+    return (f"the model has {len(modes)} modes, not {asked}",) if is_short else ()
 
 
 def loop(
@@ -99,19 +100,19 @@ def loop(
     from cablestudy.study.ssm import read_span
 
     span = read_span(response) if response else None
-    asked = TimeOptions(time, input=input, size=size, length=length, output=output) if time else None
-    return scene.solve_loop(scene, span, asked, table, estimate)
+    time_options = TimeOptions(time, input=input, size=size, length=length, output=output) if time else None
+    return scene.solve_loop(scene, span, time_options, table, estimate)
 
 
-def with_loop(answer, scene, in_wind, span, asked, **named):
-    """An `Answer` with the picture of a loop, or with its table over a range of frequencies, or with what it does.
+def with_loop(answer, scene, in_wind, span, time_options, **named):
+    """An `Answer` on a loop with its picture; with its table over frequency, or with table and picture in time instead.
 
     Parameters
     ----------
     answer : Answer
     scene : Scene
     in_wind : DynamicAnalysis
-    span, asked
+    span, time_options
         As of `solve_loop`.
     **named
         Of `loop_in_time.time_case`.
@@ -119,8 +120,8 @@ def with_loop(answer, scene, in_wind, span, asked, **named):
     from cablestudy.study.loop_in_time import time_case, time_table
     from cablestudy.study.loop_report import response_table
 
-    if asked:
-        solved = time_case(scene.document, scene.model, in_wind.closed_loop, asked, **named)
+    if time_options:
+        solved = time_case(scene.document, scene.model, in_wind.closed_loop, time_options, **named)
         lines, draw = (*answer.warnings, *solved.notes), lambda plots: plots.loop_in_time(solved)
         return replace(answer, tables=only(time_table(solved)), warnings=lines, draw=draw)
     closed_loop = in_wind.controlled
@@ -130,7 +131,10 @@ def with_loop(answer, scene, in_wind, span, asked, **named):
 
 
 def ssm(scene, out: File | None = None, response: Frequencies | None = None, **options):
-    """`out`: file for the state space; `response`: range and number of frequencies; others: `ssm.StateSpaceOptions`."""
+    """State space of a scene: its kept modes, or its `response` at a range and number of frequencies; its file `out`.
+
+    Other options are those of `ssm.StateSpaceOptions`.
+    """
     from cablestudy.study.notes import reference_without_loads
     from cablestudy.study.ssm import (
         StateSpaceOptions,
@@ -145,20 +149,21 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
     from cablestudy.study.ssm_tables import drawn, response_table, with_resonances
 
     check_file(out)
-    asked, span = StateSpaceOptions(**options), read_span(response) if response else None
-    if asked.attached in scene.absent:
-        raise SceneError(scene.absent[asked.attached])
-    scene.check_state_space(asked, bool(span), out)
-    choice = scene.kept_modes(asked, span and span[1])
-    lines = [*reference_without_loads(scene.model), *choice.warnings]
+    state_space_options, span = StateSpaceOptions(**options), read_span(response) if response else None
+    attached = state_space_options.attached
+    if attached in scene.absent:
+        raise SceneError(scene.absent[attached])
+    scene.check_state_space(state_space_options, bool(span), out)
+    choice = scene.kept_modes(state_space_options, span and span[1])
+    warnings = [*reference_without_loads(scene.model), *choice.warnings]
     if out:
-        system = exported(choice.system(), asked)
+        system = exported(choice.system(), state_space_options)
         write(system, out)
         notes = [*improper_note(system), *viscous_note([cable.damping for cable in scene.model.cables.values()])]
-        lines += [size_line(choice, system), *notes, f"written: {out}"]
+        warnings += [size_line(choice, system), *notes, f"written: {out}"]
     elif not span:
-        lines.append(size_line(choice, choice.system()))
-    answer = Answer(explain=lambda: tuple(choice.notes), warnings=tuple(lines), case=choice)
+        warnings.append(size_line(choice, choice.system()))
+    answer = Answer(explain=lambda: tuple(choice.notes), warnings=tuple(warnings), case=choice)
     if span:
         curves = choice.curves()
         with suppress(NoSolutionError):  # a state space that overflows: then its poles are not known
@@ -166,14 +171,14 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
         return replace(
             answer,
             tables=only(response_table(span, curves)),
-            draw=lambda plots: _bode(plots, curves, drawn(span, curves), asked.attached),
+            draw=lambda plots: _bode_plot(plots, curves, drawn(span, curves), attached),
         )
-    loop = (lambda plots: plots.loop_margins(choice.whole)) if asked.attached == "loop" else None
-    return replace(answer, tables=only(None if out else choice.mode_table()), draw=loop)
+    draw = (lambda plots: plots.loop_margins(choice.whole)) if attached == "loop" else None
+    return replace(answer, tables=only(None if out else choice.mode_table()), draw=draw)
 
 
-def _bode(plots, curves, numbers, attached):
-    """The picture of responses; SceneError where they have several units."""
+def _bode_plot(plots, curves, numbers, attached):
+    """The picture of frequency responses, of numbers from `ssm_tables.drawn`; SceneError for several units."""
     units = dict.fromkeys(curve.unit or "-" for curve in curves)
     if len(units) > 1:
         raise SceneError(f"--plot: draws responses of one unit, these have {', '.join(units)}")
@@ -188,25 +193,26 @@ def compare_models(
     out: File | None = None,
     shown: bool = False,
 ):
-    """`out`: a folder for its tables."""
+    """Error against time of every model, see `Scene.trade`; `out`: a folder for its tables; `shown`: for Markdown."""
     from cablestudy.study import trade
     from cablestudy.study.table import TableFiles
 
     compared, notes = trade.columns_to_compare(scene.document, scene.model, columns)
-    place = None if out is None else TableFiles(out, trade.file_name(scene.path))
-    if place:
-        place.check_writable()
-    found = trade.compare(scene.model, compared, repeats)
+    files = None if out is None else TableFiles(out, trade.file_name(scene.path))
+    if files:
+        files.check_writable()
+    comparison = trade.compare(scene.model, compared, repeats)
     title = shlex.join([scene.path, *(word for change in scene.changes for word in ("--set", change))])
-    if place:
-        trade.write(found, place, title)
-        notes = [*notes, f"written: {place.csv}, {place.md}"]
+    if files:
+        trade.write(comparison, files, title)
+        notes = [*notes, f"written: {files.csv}, {files.md}"]
+    reference = comparison.reference
     return Answer(
-        tables=only(trade.table_of(found, shown=shown)),
-        explain=lambda: tuple(trade.notes_of(found)),
-        warnings=(*notes, *found.reference.warnings),
-        failures=tuple(f"{name}: {reason}" for name, reason in found.reference.failures.items()),
-        draw=lambda plots: plots.trade_plot(found, f"Error against time: {title}"),
+        tables=only(trade.table_of(comparison, for_markdown=shown)),
+        explain=lambda: tuple(trade.notes_of(comparison)),
+        warnings=(*notes, *reference.warnings),
+        failures=tuple(f"{name}: {reason}" for name, reason in reference.failures.items()),
+        draw=lambda plots: plots.trade_plot(comparison, f"Error against time: {title}"),
     )
 
 
@@ -228,17 +234,17 @@ def find_value(document, goal, by, between=None, columns=None):
     from cablestudy.study.goal import LIMITS, read_find, read_goal
     from cablestudy.study.scene_kind import kind_of
 
-    asked = read_goal(*read_find(goal, by, between), document)
-    shown = find.shown_columns(asked, document, columns)
+    search = read_goal(*read_find(goal, by, between), document)
+    shown_columns = find.shown_columns(search, document, columns)
     if goal.strip() == LIMITS:
-        found, table, rows = find_limits.ranges(asked, document, shown)
+        solutions, table, rows = find_limits.ranges(search, document, shown_columns)
         several = ()
     else:
-        found = find.solve(asked, document)
-        table, rows = find.find_table(asked, found, shown)
-        several = (f"{len(found.values)} values of {by}",) if len(found.values) > 1 else ()
-    notes = kind_of(found.scenes[0]).notes_on_found(rows[0].case)
-    warnings = dict.fromkeys((*found.notes, *(warning for row in rows for warning in row.warnings), *notes))
+        solutions = find.solve(search, document)
+        table, rows = find.find_table(search, solutions, shown_columns)
+        several = (f"{len(solutions.values)} values of {by}",) if len(solutions.values) > 1 else ()
+    notes = kind_of(solutions.scenes[0]).notes_on_found(rows[0].case)
+    warnings = dict.fromkeys((*solutions.notes, *(warning for row in rows for warning in row.warnings), *notes))
     return Answer(
         tables=only(table),
         warnings=(*warnings, *several),

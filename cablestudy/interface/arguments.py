@@ -78,10 +78,11 @@ _READERS: dict[Callable[..., Any], dict[str, Callable[[Any], Any]]] = {}
 def readers(function: Callable[..., Any]) -> dict[str, Callable[[Any], Any]]:
     """Name of each argument of a function that has an annotation -> the function that reads it."""
     if function not in _READERS:
-        notes = {name: note for name, note in function.__annotations__.items() if name != "return"}
-        for name, note in notes.items():
-            notes[name] = reader_of(eval(note, function.__globals__) if isinstance(note, str) else note)
-        _READERS[function] = notes
+        annotations = {name: kind for name, kind in function.__annotations__.items() if name != "return"}
+        _READERS[function] = {
+            name: reader_of(eval(kind, function.__globals__) if isinstance(kind, str) else kind)
+            for name, kind in annotations.items()
+        }
     return _READERS[function]
 
 
@@ -93,13 +94,13 @@ def reader_of(annotation: Any) -> Callable[[Any], Any]:
     if kind is not None:
         return lambda value: _read(kind, value)
     if get_origin(annotation) is Literal:
-        return lambda value: _chosen(parts, value)
+        return lambda value: _read_word(parts, value)
     if optional:
         (inner,) = (reader_of(part) for part in parts if part is not type(None))
         return lambda value: None if value is None else inner(value)
     if isinstance(annotation, type):
         expected = "True or False" if annotation is bool else f"a {annotation.__name__}"
-        return lambda value: _read(Kind(expected, lambda one: _instance(annotation, one)), value)
+        return lambda value: _read(Kind(expected, lambda given: _read_instance(annotation, given)), value)
     return unread
 
 
@@ -109,6 +110,7 @@ def unread(value: Any) -> Any:
 
 
 def _read(kind: Kind, value: Any) -> Any:
+    """The value as its kind reads it; ValueError with a message that says what is expected."""
     try:
         return kind.read(value)
     except NotPlainError:
@@ -117,14 +119,16 @@ def _read(kind: Kind, value: Any) -> Any:
         raise ValueError(f"expected {kind.expected}, got {shown(value)}") from None
 
 
-def _chosen(words: tuple[str, ...], value: Any) -> str:
+def _read_word(words: tuple[str, ...], value: Any) -> str:
+    """One of some words; ValueError for anything else."""
     word = unwrapped(value)
     if not isinstance(word, str) or word not in words:
         raise ValueError(f"unknown {shown(value)} (allowed: {', '.join(words)})")
     return word
 
 
-def _instance(kind: type, value: Any) -> Any:
+def _read_instance(kind: type, value: Any) -> Any:
+    """An instance of a class; ValueError for anything else."""
     value = unwrapped(value) if kind is bool else value
     if not isinstance(value, kind):
         raise ValueError
@@ -137,17 +141,17 @@ def argument_names() -> Iterator[None]:
     try:
         yield
     except SceneError as error:
-        changed = [Mistake(in_python(one.where), one.key, in_python(one.message)) for one in error.mistakes]
-        raise SceneError(*changed) from None
+        mistakes = [Mistake(in_python(found.where), found.key, in_python(found.message)) for found in error.mistakes]
+        raise SceneError(*mistakes) from None
     except NoSolutionError as error:
         raise NoSolutionError(in_python(str(error))) from None
 
 
 def in_python(text: str) -> str:
-    """A message with the names of arguments."""
+    """A message in which options are called by the names of arguments."""
 
-    def named(match: re.Match[str]) -> str:
-        option = match[1]
+    def argument_name(match: re.Match[str]) -> str:
+        option = match[1]  # None of a command in quotes
         return match[0] if option is None else RENAMED.get(option, option.replace("-", "_"))
 
-    return _COMMAND_OR_OPTION.sub(named, text)
+    return _COMMAND_OR_OPTION.sub(argument_name, text)

@@ -71,7 +71,7 @@ def read_texts(value: object) -> tuple[str, ...]:
     texts = list_of(value)
     if texts is None:
         raise ValueError
-    wrong = next((place for place, text in enumerate(texts) if not text or not isinstance(text, str)), None)
+    wrong = next((index for index, text in enumerate(texts) if not text or not isinstance(text, str)), None)
     if wrong is not None:
         raise NotPlainError(f"item {wrong}: expected text, got {shown(texts[wrong])}")
     return tuple(map(unwrapped, texts))
@@ -107,7 +107,7 @@ def read_variations(value: object) -> tuple[str, ...]:
 
 
 def texts_of(value: object, text: Callable[[str, Any], str]) -> tuple[str, ...]:
-    """Texts KEY=TEXT of a mapping, `text` makes that of a key and its plain value; or the texts that a list holds."""
+    """Texts KEY=TEXT of a mapping, by a function `text` of each key and its plain value; or the texts of a list."""
     mapping = mapping_of({} if value is None else value)
     if mapping is None:
         return read_texts(value)

@@ -11,7 +11,7 @@ WIND_ON = {"gondola": "gondola", "cable": "the cable of the gondola", "both": "g
 
 
 def static(scene, estimate: bool = False):
-    """`estimate`: whether the errors of deflections by fixed elements are to be estimated."""
+    """Statics of the cable: an `Answer`; `estimate`: also the errors of deflections by fixed elements."""
     from cablestudy.study.report import static_table
 
     return _of_row(scene, *static_table(scene.model, estimate), lambda case, plots: plots.static_form(case))
@@ -54,7 +54,7 @@ def modes(scene, count: Modes | None = None, upto: Frequency | None = None, esti
 
 
 def windrms(scene, on: WindOn | None = None, estimate: bool = False):
-    """`on`: what the wind acts on, see `Scene.windrms`."""
+    """Motion of the gondola, or of a bare cable, in the wind: an `Answer`; see `Scene.windrms`."""
     from cablestudy.study.wind_report import wind_table
 
     table, row, remarks = wind_table(scene.document, scene.model, on, estimate)
@@ -68,16 +68,16 @@ def windrms(scene, on: WindOn | None = None, estimate: bool = False):
     return _of_row(scene, table, row, draw, remarks)
 
 
-def solve_loop(scene, span, asked, _, estimate):
-    """`Answer` of the loop.
+def solve_loop(scene, span, time_options, table, estimate):
+    """Margins of the loop, or its response over frequency or in time: an `Answer`.
 
     Parameters
     ----------
     scene : Scene
     span : (float, float, int) or None
         From `ssm.read_span`, of its response over frequency.
-    asked : TimeOptions or None
-        For its response in time.
+    time_options : TimeOptions or None
+        Of its response in time.
     table : str or None
         Of a suspension, the only one that is asked for.
     estimate : bool
@@ -85,12 +85,12 @@ def solve_loop(scene, span, asked, _, estimate):
     from cablestudy.scene.one_cable import NAMES, WIND_KEYS
     from cablestudy.study import loop_report
 
-    if asked and asked.output is not None:
+    if time_options and time_options.output is not None:
         raise SceneError("--output: no effect: the scene has one cable")
     answer = _of_row(scene, *loop_report.loop_table(scene.document, scene.model, estimate), None)
-    if (asked and answer.failures) or not loop_report.has_loop(answer.case):
-        return replace(answer, tables={}) if asked or span else answer
-    return with_loop(answer, scene, answer.case.in_wind, span, asked, names=NAMES, wind_keys=WIND_KEYS)
+    if (time_options and answer.failures) or not loop_report.has_loop(answer.case):
+        return replace(answer, tables={}) if time_options or span else answer
+    return with_loop(answer, scene, answer.case.in_wind, span, time_options, names=NAMES, wind_keys=WIND_KEYS)
 
 
 def _of_row(scene, table, row, draw, remarks=()):

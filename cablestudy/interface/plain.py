@@ -74,7 +74,7 @@ def list_of(value: Any) -> list[Any] | None:
 
 
 def plain(value: Any, path: tuple[str, ...] = ()) -> Any:
-    """Mappings, lists, text, numbers, truth values and None, whatever they were given as.
+    """Convert a value of Python to what a file can hold: mappings, lists, text, numbers, truth values and None.
 
     Parameters
     ----------
@@ -98,11 +98,11 @@ def plain(value: Any, path: tuple[str, ...] = ()) -> Any:
         raise NotPlainError(f"{'.'.join(path[:3])}...: nested more than {DEEPEST} deep")
     mapping = mapping_of(value)
     if mapping is not None:
-        return {key_of(key, path): plain(inner, (*path, str(key))) for key, inner in mapping.items()}
+        return {key_of(key, path): plain(item, (*path, str(key))) for key, item in mapping.items()}
     items = list_of(value)
     if items is None:
         raise refusal(value, path)
-    return [plain(inner, (*path, str(place))) for place, inner in enumerate(items)]
+    return [plain(item, (*path, str(index))) for index, item in enumerate(items)]
 
 
 def key_of(key: object, path: tuple[str, ...] = ()) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Set
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from cablestudy.activity import Shown
+from cablestudy.activity import ActivityDisplay
 from cablestudy.errors import NoSolutionError, SceneError, shorten
 from cablestudy.interface.answer import Answer
 from cablestudy.interface.arguments import call, checked
@@ -136,8 +136,8 @@ class Scene:
     @property
     def cases(self) -> dict[str, Self]:
         """The scene in each of its load cases: dict of name -> Scene."""
-        of_each = each_case(self.document, self.model)
-        return {name: type(self)(self.path, self.changes, *of_case) for name, *of_case in of_each}
+        cases = each_case(self.document, self.model)
+        return {name: type(self)(self.path, self.changes, document, model) for name, document, model in cases}
 
     def compute(self, what: str, **options: Any) -> Answer:
         """Answer of a command, with notes, warnings and its picture: `Answer`.
@@ -152,12 +152,12 @@ class Scene:
         return with_likely_mistakes(self._compute(what, **options), self.document)
 
     def _compute(self, what, **options):
-        """As `compute`, without what is to be said about the file."""
+        """`Answer` of a command, see `compute`, without warnings about likely mistakes in the file."""
         if not isinstance(what, str) or what not in self.answers:
-            known = self.absent.get(what) if isinstance(what, str) else None
-            raise SceneError(known or f"compute: what: unknown {shown(what)} (allowed: {', '.join(self.answers)})")
-        if given := [name for name, value in options.items() if value is not None and name in self.absent]:
-            raise SceneError(self.absent[given[0]])
+            reason = self.absent.get(what) if isinstance(what, str) else None
+            raise SceneError(reason or f"compute: what: unknown {shown(what)} (allowed: {', '.join(self.answers)})")
+        if refused := [name for name, value in options.items() if value is not None and name in self.absent]:
+            raise SceneError(self.absent[refused[0]])
         options = {name: value for name, value in options.items() if name not in self.absent}
         try:
             answer = call(self.answers[what], self, **options)
@@ -168,10 +168,11 @@ class Scene:
         return replace(answer, failures=tuple(f"{failure}{self._hint(failure)}" for failure in answer.failures))
 
     def _compute_case(self, what, **options):
-        """As `_compute`, of one of several cases."""
+        """`Answer` of one of several load cases, see `_compute`."""
         return self._compute(what, **options)
 
     def _hint(self, failure):
+        """Text to be added to the reason of a failure; empty for most."""
         from cablestudy.study.notes import share_hint
 
         return share_hint(self.document, self.model, failure)
@@ -190,22 +191,12 @@ class Scene:
         if not cases:
             raise SceneError(f"--case all: {self.path} has no cases")
         answers = {name: scene._compute_case(what, **options) for name, scene in cases.items()}
-
-        def lines(of: Callable[[Answer], tuple[str, ...]]) -> tuple[str, ...]:
-            cases_with: dict[str, list[str]] = {}
-            for name, answer in answers.items():
-                for line in of(answer):
-                    cases_with.setdefault(line, []).append(name)
-            return tuple(
-                f"case{'s' * (len(names) > 1)} {', '.join(names)}: {line}" for line, names in cases_with.items()
-            )
-
         solved = {name: answer.case for name, answer in answers.items() if not answer.failures}
         answer = Answer(
             tables=joined({name: answer.tables for name, answer in answers.items()}),
-            explain=lambda: lines(lambda answer: answer.explain()),
-            warnings=lines(lambda answer: answer.warnings),
-            failures=lines(lambda answer: answer.failures),
+            explain=lambda: lines_with_cases({name: answer.explain() for name, answer in answers.items()}),
+            warnings=lines_with_cases({name: answer.warnings for name, answer in answers.items()}),
+            failures=lines_with_cases({name: answer.failures for name, answer in answers.items()}),
             draw=(lambda plots: getattr(plots, self.picture_of_cases)(solved)) if what == "static" and solved else None,
         )
         return with_likely_mistakes(answer, self.document)
@@ -348,10 +339,9 @@ class Scene:
         names = {"input": input, "output": output, "proper": proper}
         options = StateSpaceOptions(count=modes, upto=upto, error=error, attached=with_, wind=wind, **names)
         choice = self.kept_modes(options)
+        caller = 4  # of the method, past the check of its arguments
         for line in choice.warnings:
-            warnings.warn(
-                line.removeprefix("warning: "), stacklevel=4
-            )  # who called the method, past the check of its arguments
+            warnings.warn(line.removeprefix("warning: "), stacklevel=caller)
         return exported(choice.system(), options)
 
     @checked
@@ -388,7 +378,7 @@ class Scene:
         -----
         Where it takes long standard error says how far it is, unless CABLESTUDY_PROGRESS is `off`.
         """
-        with Shown("trade"):
+        with ActivityDisplay("trade"):
             return self.compute("trade", columns=columns, repeats=repeats).frame()
 
     @checked
@@ -413,6 +403,15 @@ class Scene:
         return self.compute(kind).figure()
 
 
+def lines_with_cases(lines_of_case: Mapping[str, tuple[str, ...]]) -> tuple[str, ...]:
+    """Each line once, after the names of the load cases that have it: `cases cold, ice: LINE`."""
+    cases_of_line: dict[str, list[str]] = {}
+    for name, lines in lines_of_case.items():
+        for line in lines:
+            cases_of_line.setdefault(line, []).append(name)
+    return tuple(f"case{'s' * (len(names) > 1)} {', '.join(names)}: {line}" for line, names in cases_of_line.items())
+
+
 def with_likely_mistakes(answer, document):
-    """An `Answer` with the warnings about lengths in a document that lack a unit."""
+    """An `Answer` with the warnings about likely mistakes in a document, for example a length that lacks a unit."""
     return replace(answer, warnings=(*likely_mistakes(document), *answer.warnings))

@@ -53,13 +53,13 @@ def sweep(
     SceneError
         All that is wrong with the study.
     """
-    asked = Study(study, set, vary)
-    with asked.run("results" if out is None else out, keep=out is not None, jobs=jobs, quiet=True) as work:
-        work.compute()
-        work.check_complete()
-        table = work.table()
-        if out is not None:
-            work.write(table, "cablestudy.sweep")
+    folder, keep = ("results", False) if out is None else (out, True)
+    with Study(study, set, vary).run(folder, keep, jobs=jobs, quiet=True) as run:
+        run.compute()
+        run.check_complete()
+        table = run.table()
+        if keep:
+            run.write(table, "cablestudy.sweep")
         frame = table.rows.frame()[[field.name for field in table.fields]]
     frame.attrs["units"] = {field.name: field.unit for field in table.fields}
     return frame
@@ -85,9 +85,10 @@ class Study:
         from cablestudy.scene.study import read_study
 
         self.request = read_study(path, tuple(set), tuple(vary))
-        options = [(name, text) for name, texts in (("--set", set), ("--vary", vary)) for text in texts]
         name = self.request.name if isinstance(path, Mapping) else str(path)
-        self.words = ["sweep", name, *(word for option in options for word in option)]
+        self.words = ["sweep", name]
+        for option, texts in (("--set", set), ("--vary", vary)):
+            self.words += [word for text in texts for word in (option, text)]
 
     @property
     def notes(self) -> Iterable[str]:
@@ -141,7 +142,7 @@ class Study:
         return read_selection(self.request, **options).table
 
     def tolerances(self, texts: Sequence[str]) -> Any:
-        """Of a comparison with the stored table: those of texts "[COLUMN=]TOL", else of the study, else 1e-6."""
+        """Tolerances of a comparison with the stored table: of texts "[COLUMN=]TOL", else of the study, else 1e-6."""
         from cablestudy.sweeps.check import read_tolerances
 
         return read_tolerances(texts, self.request)

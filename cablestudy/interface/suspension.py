@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def static(scene, table: Text | None = None, estimate: bool = False):
-    """`table`: the only one that is asked for; `estimate` changes nothing: the errors are known."""
+    """Statics of the suspension: an `Answer` with several tables, or the `table` of a name; errors are always known."""
     from cablestudy.study.suspension.report import static_tables
 
     case, failures = scene.case, []
@@ -90,7 +90,7 @@ def _modes_of_cable(case, name, size, limit):
 
 
 def windrms(scene, table: Text | None = None, estimate: bool = False):
-    """`table`: the only one that is asked for; `estimate`: whether the errors of fixed elements are estimated."""
+    """Motion of the suspension in the wind: an `Answer`; `estimate`: also the errors of fixed elements."""
     from cablestudy.study.suspension.wind_report import remarks_of, wind_tables
 
     case = scene.estimated if estimate else scene.case
@@ -100,7 +100,7 @@ def windrms(scene, table: Text | None = None, estimate: bool = False):
     return _of_case(case, failures, remarks, tables=_named(table, tables), draw=draw)
 
 
-def solve_loop(scene, span, asked, table, estimate):
+def solve_loop(scene, span, time_options, table, estimate):
     """`Answer` of the loop, see `one_cable.solve_loop`."""
     from cablestudy.scene.scene import missing
     from cablestudy.study.loop_report import unstable
@@ -109,10 +109,11 @@ def solve_loop(scene, span, asked, table, estimate):
     if scene.model.control is None:
         raise missing(scene.document, "control", "loop")
     case = scene.estimated if estimate else scene.case
-    tables, failures = ({}, ()) if span or asked else loop_tables(case, table)
+    tables, failures = ({}, ()) if span or time_options else loop_tables(case, table)
     remarks = () if failures else loop_remarks(case, tables)
     failures = unstable(case.in_wind.controlled) if span else failures
-    return with_loop(_of_case(case, failures, remarks, tables=_named(table, tables)), scene, case.in_wind, span, asked)
+    answer = _of_case(case, failures, remarks, tables=_named(table, tables))
+    return with_loop(answer, scene, case.in_wind, span, time_options)
 
 
 def _named(name, tables):
@@ -180,7 +181,7 @@ class Suspension(Scene):
         return self.case if self.model.model.elements is None else SuspensionCase(self.model, estimate=True)
 
     def _compute_case(self, what, **options):
-        """As `_compute`, of one of several cases: the others go on where it has no answer."""
+        """`Answer` of one of several load cases, see `_compute`; a failed one instead of an error: others go on."""
         try:
             return self._compute(what, **options)
         except (NoSolutionError, ConvergenceError) as error:

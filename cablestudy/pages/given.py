@@ -46,42 +46,42 @@ def written(value):
 
 
 def flat(value, path=()):
-    """Dotted key -> value of a mapping; lists stay whole."""
+    """Dotted key -> value of nested mappings: dict; lists stay whole."""
     if not isinstance(value, dict) or (path and not value):
         return {".".join(path): value}
     return {key: leaf for name, item in value.items() for key, leaf in flat(item, (*path, str(name))).items()}
 
 
 def changes(before, document):
-    """List of `Change` of a Document upon what it was before: as `Change` has them, sorted as in the files."""
+    """List of `Change` from one Document to another, in the order of the keys in the files."""
     old, new = flat(before.value), flat(document.value)
-    keys = [key for key in dict.fromkeys((*old, *new)) if old.get(key) != new.get(key)]
-    return [
-        Change(
-            key, written(old[key]) if key in old else "", written(new[key]) if key in new else "", _by(document, key)
-        )
-        for key in keys
-    ]
+    changed = [key for key in dict.fromkeys((*old, *new)) if old.get(key) != new.get(key)]
+    return [Change(key, _written_at(old, key), _written_at(new, key), _origin(document, key)) for key in changed]
 
 
-def _by(document, key):
-    """What set a key of a document."""
+def _written_at(values, key):
+    """The value of a dotted key as it is written; empty where there is none."""
+    return written(values[key]) if key in values else ""
+
+
+def _origin(document, key):
+    """The option, or the place in a file, that set a dotted key of a document."""
     where = document.place(tuple(key.split(".")))
     return where.name if where.name.startswith("--") else str(where)
 
 
-def change_table(found):
-    """The changes as HTML; nothing without one."""
-    if not found:
+def change_table(changes):
+    """Table of some changes as HTML; empty without one."""
+    if not changes:
         return ""
     rows = [
         [
-            element("code", text(one.key)),
-            text(one.before) or "not given",
-            element("strong", text(one.now) or "removed"),
-            element("code", text(one.by)),
+            element("code", text(change.key)),
+            text(change.before) or "not given",
+            element("strong", text(change.now) or "removed"),
+            element("code", text(change.by)),
         ]
-        for one in found
+        for change in changes
     ]
     return TableGrid(["key", "in the file", "here", "by"], rows).html("Changed")
 
@@ -90,8 +90,8 @@ def numbers_table(document):
     """The keys of a scene with their meaning and value, without points and cables of a suspension, as HTML."""
     rows = []
     for key, value in flat(document.value).items():
-        first, *others = key.split(".")
-        if first in BY_NAME or (first == "bodies" and len(others) > 1 and others[1] in ATTACHED):
+        table, *names = key.split(".")
+        if table in BY_NAME or (table == "bodies" and len(names) > 1 and names[1] in ATTACHED):
             continue
         field = field_of(key)
         meaning = field.description or "" if field else ""
@@ -103,49 +103,54 @@ def numbers_table(document):
 
 
 def _in_si(key, value):
-    """A quantity in SI with its unit, empty where it is written so, or is none."""
+    """Text of the value of a dotted key in SI with its unit; empty where it is written so, or is no quantity."""
     quantity = quantity_of(key)
-    parts = value if isinstance(value, list) else [value]
-    if quantity is None or not any(isinstance(part, str) for part in parts):
+    components = value if isinstance(value, list) else [value]
+    if quantity is None or not any(isinstance(component, str) for component in components):
         return ""
     try:
-        numbers = [short(float(to_si(part, quantity.unit))) for part in parts]
+        in_si = [short(float(to_si(component, quantity.unit))) for component in components]
     except (ValueError, TypeError, OverflowError):  # a word, a share of something, a list of lists
         return ""
-    plain = [str(part).removesuffix(f" {quantity.unit}") for part in parts]
-    return "" if plain == numbers else f"{', '.join(numbers)}\N{NO-BREAK SPACE}{quantity.unit}".strip()
+    as_written = [str(component).removesuffix(f" {quantity.unit}") for component in components]
+    return "" if as_written == in_si else f"{', '.join(in_si)}\N{NO-BREAK SPACE}{quantity.unit}".strip()
 
 
 def cases_table(document):
     """The load cases as written, as HTML; nothing without them."""
-    rows = [{"case": name, "own": _inside(case)} for name, case in document.value.get("cases", {}).items()]
+    rows = [{"case": name, "own": _on_one_line(case)} for name, case in document.value.get("cases", {}).items()]
     return table_html(Table((Field("case", "case"), Field("own", "as written")), rows), "Load cases")
 
 
-def _inside(mapping):
-    """The keys and values of a mapping on one line."""
+def _on_one_line(mapping):
+    """The keys and values of a mapping as text without braces."""
     return written(mapping)[1:-1]
 
 
 def cables_table(scene, document):
-    """Where each cable of a suspension is and what it says itself, as HTML; nothing of a scene of one cable."""
+    """Table of the cables of a suspension with their ends and own keys, as HTML; empty for a scene of one cable."""
     if "cables" not in document.value:
         return ""
     rows = []
     for name, cable in document.value["cables"].items():
         own = {key: value for key, value in cable.items() if key not in ("from", "to")}
         row = {"name": name, "from": written(cable["from"]), "to": written(cable["to"])}
-        rows.append({**row, "own": _inside(own)})
+        rows.append({**row, "own": _on_one_line(own)})
     fields = [Field(name, name) for name in ("name", "from", "to")]
     if any(row["own"] for row in rows):
         fields.append(Field("own", "of its own"))
+    table = table_html(Table(tuple(fields), rows), "Connections", "the file has them all")
+    return paragraph(f"{_contents(scene)}.") + table
+
+
+def _contents(scene):
+    """Numbers of the bodies, cables, winches and points of a suspension: `1 body, 6 cables, 3 winches`."""
     fixed = sum(not point.free for point in scene.points.values())
+    numbers = {"cable": len(scene.cables), "winch": len(scene.winches), "fixed point": fixed}
+    numbers["free point"] = len(scene.points) - fixed
     bodies = ["1 body" if len(scene.bodies) == 1 else f"{len(scene.bodies)} bodies"] if scene.bodies else []
-    things = {"cable": len(scene.cables), "winch": len(scene.winches), "fixed point": fixed}
-    things["free point"] = len(scene.points) - fixed
-    named = [counted(number, noun).replace("chs", "ches") for noun, number in things.items() if number]
-    line = ", ".join([*bodies, *named])
-    return paragraph(f"{line}.") + table_html(Table(tuple(fields), rows), "Connections", "the file has them all")
+    others = [counted(number, noun).replace("chs", "ches") for noun, number in numbers.items() if number]
+    return ", ".join([*bodies, *others])
 
 
 def resolved_file(document):
@@ -155,9 +160,9 @@ def resolved_file(document):
     lines = yaml.safe_dump(
         document.value, sort_keys=False, allow_unicode=True, width=100, default_flow_style=None
     ).splitlines()
-    more = len(lines) - MOST_LINES
-    if more > 0:
-        lines[MOST_LINES:] = [f"# ... and {more} more lines"]
+    left_out = len(lines) - MOST_LINES
+    if left_out > 0:
+        lines[MOST_LINES:] = [f"# ... and {left_out} more lines"]
     return preformatted("\n".join(lines) + "\n", "Resolved file")
 
 
@@ -167,16 +172,17 @@ def varied_list(study):
     for entry in study.entries:
         lines += [f"{key}: {_values(study, key, values)}" for key, values, _ in entry.columns]
         for name, settings in entry.alternatives.items():
-            made = ", ".join(f"{key}: {written(value)}" for key, value, _ in settings)
-            lines.append(f"alternative {name}: {made or 'nothing is changed'}")
+            changed = ", ".join(f"{key}: {written(value)}" for key, value, _ in settings)
+            lines.append(f"alternative {name}: {changed or 'nothing is changed'}")
     return listed(lines)
 
 
 def _values(study, key, values):
-    """The values of a varied key: those of a list, or the ends of a range or sample."""
+    """Text of the values of a varied key: those of a list, or the ends of a range or sample."""
     if isinstance(values, list):
-        shown = [*values[: MOST_VALUES - 1], "…", values[-1]] if len(values) > MOST_VALUES else values
-        return ", ".join(map(written, shown)) + (f" ({len(values)} values)" if len(values) > MOST_VALUES else "")
+        if len(values) <= MOST_VALUES:
+            return ", ".join(map(written, values))
+        return ", ".join(map(written, [*values[: MOST_VALUES - 1], "…", values[-1]])) + f" ({len(values)} values)"
     if study.sample is not None and key in study.sample.over:
         interval = study.sample.over[key]
         how = f"{len(values)} cases of the sample ({study.sample.method})"

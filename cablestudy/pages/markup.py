@@ -28,9 +28,9 @@ def element(tag, content, **attributes):
     attributes
         Name -> plain text; `class_` is `class`, `aria_label` is `aria-label`. Empty ones are left out.
     """
-    given = {name.rstrip("_").replace("_", "-"): str(value) for name, value in attributes.items() if value}
-    written = "".join(f' {name}="{escape(value)}"' for name, value in given.items())
-    return f"<{tag}{written}>{content}</{tag}>"
+    named = {name.rstrip("_").replace("_", "-"): str(value) for name, value in attributes.items() if value}
+    in_tag = "".join(f' {name}="{escape(value)}"' for name, value in named.items())
+    return f"<{tag}{in_tag}>{content}</{tag}>"
 
 
 def paragraph(line, **attributes):
@@ -39,7 +39,7 @@ def paragraph(line, **attributes):
 
 
 def listed(lines, **attributes):
-    """A list of lines of plain text; nothing without lines."""
+    """A list of lines of plain text; empty without lines."""
     items = "".join(element("li", text(line)) for line in lines)
     return element("ul", items, **attributes) + "\n" if items else ""
 

@@ -35,7 +35,7 @@ class Page:
 
     def __init__(self, title, subtitle, columns=()):
         self.title, self.subtitle = title, subtitle
-        self._columns, self._found = columns, set()
+        self._columns, self._columns_found = columns, set()
         self.warnings, self.notes, self.left_out = [], {}, []
         self._failed = {}  # reason -> what has no answer for it
         self._parts, self._contents, self._figures, self._pictures = [], [], [], 0
@@ -54,14 +54,14 @@ class Page:
 
     @contextmanager
     def section(self, title):
-        """A section, of which what has no answer is told in one line: an error ends the section and not the page."""
+        """Context manager of a section: an error inside ends the section and not the page, which tells it in a line."""
         self.heading(title)
         with self.part(title):
             yield
 
     @contextmanager
     def part(self, what):
-        """A section without a heading, see `section`; `what` names it in the list of what has no answer."""
+        """Context manager of a section without a heading, see `section`; `what` names it in the list of failures."""
         try:
             yield
         except SceneError as error:
@@ -92,14 +92,14 @@ class Page:
 
     def chosen(self, table, default=()):
         """The fields of a `Table` that are asked for, or those of the default names where none is: list of Field."""
-        known = {name: field for field in (*table.more, *table.fields) for name in (field.name, field.plain)}
-        fields = [known[name] for name in self._columns or default if name in known]
-        self._found |= {name for field in fields for name in (field.name, field.plain)}
+        field_of = {name: field for field in (*table.more, *table.fields) for name in (field.name, field.plain)}
+        fields = [field_of[name] for name in self._columns or default if name in field_of]
+        self._columns_found |= {name for field in fields for name in (field.name, field.plain)}
         return fields
 
     def check_columns(self):
         """Raise SceneError for the columns asked for that no table of results has."""
-        unknown = [name for name in self._columns if name not in self._found]
+        unknown = [name for name in self._columns if name not in self._columns_found]
         if unknown:
             hint = "'cablestudy columns' lists all"
             raise SceneError(*(f"--columns: no table of the page has a column {name!r} ({hint})" for name in unknown))
@@ -109,15 +109,15 @@ class Page:
 
         Where the rows are of load cases its title names the one that governs.
         """
-        known = [(row[column], place) for place, row in enumerate(table.rows) if row.get(column) is not None]
-        if not known:
+        values = [(row[column], index) for index, row in enumerate(table.rows) if row.get(column) is not None]
+        if not values:
             return
-        value, place = pick(known)
-        case = table.rows[place].get("case")
+        value, index = pick(values)
+        case = table.rows[index].get("case")
         title = title if case is None else f"{title}, {case}"
         unit = next(field.unit for field in table.fields if field.name == column)
         errors = list(table.errors()) if table.errors else []
-        error = error_text(errors[place].get(column)) if place < len(errors) else ""
+        error = error_text(errors[index].get(column)) if index < len(errors) else ""
         stated = element("dd", f"error {error}", class_="error") if error and error != "exact" else ""
         number = element("dd", f"{text(short(value))} {element('small', unit_text(unit))}")
         self._figures.append(element("div", element("dt", text(title)) + number + stated))
@@ -133,10 +133,9 @@ class Page:
 
     def note(self, title, lines):
         """Keep notes for the section on models and errors, each where it comes first."""
-        told = {line for lines in self.notes.values() for line in lines}
-        self.notes.setdefault(title, []).extend(
-            line for line in dict.fromkeys(map(one_line, lines)) if line not in told
-        )
+        kept = {line for lines in self.notes.values() for line in lines}
+        new = [line for line in dict.fromkeys(map(one_line, lines)) if line not in kept]
+        self.notes.setdefault(title, []).extend(new)
 
     def warn(self, lines):
         """Keep warnings, each once."""
@@ -146,7 +145,7 @@ class Page:
                 self.warnings.append(line)
 
     def models_and_errors(self, statement):
-        """Append the section on what was modelled, what was left out, and how far the numbers can be trusted."""
+        """Append the section on what was modelled and what was left out; `statement` begins it, on the errors."""
         self.heading("Models and errors")
         self.add(paragraph(statement))
         for title, lines in self.notes.items():
@@ -171,5 +170,6 @@ class Page:
         return document(self.title, "".join([*parts, *self._parts]))
 
     def _box(self, title, lines, kind):
+        """A box with a title and a list of lines, of a class of CSS; empty without lines."""
         head = element("p", element("strong", text(title)))
         return element("aside", head + listed(lines), class_=kind, aria_label=title) + "\n" if lines else ""

@@ -46,7 +46,7 @@ def _saved(figure, kind):
 
 
 def _points(figure):
-    """How many points the lines of a figure have."""
+    """Number of points of all lines in a figure."""
     total = 0
     for artist in figure.findobj():
         if hasattr(artist, "get_xydata"):

@@ -119,14 +119,14 @@ def write_report(
     where: str | None = None,
 ) -> Report:
     """The page as `report`, of changes as texts; errors name the options of the command, whose `words` it shows."""
-    begun = shlex.join(["cablestudy", *words]) if words else "cablestudy.report", datetime.now(UTC)
-    place = checked_place(out, path)
+    command, started = shlex.join(["cablestudy", *words]) if words else "cablestudy.report", datetime.now(UTC)
+    file = checked_file(out, path)
     sets, varied = tuple(set), tuple(vary)
     source = read_file(path)
     if is_study(source):
         if case is not None:
             raise SceneError(f"--case {case}: no effect: {source.name} is a study: give --set case={case}")
-        page = _study_page(source, sets, varied, title, begun, jobs, quiet, columns, where)
+        page = _study_page(source, sets, varied, title, (command, started), jobs, quiet, columns, where)
     elif varied:
         raise SceneError(f"--vary {varied[0].partition('=')[0]}: no effect: {source.name} is a scene, not a study")
     elif jobs not in (None, 1):
@@ -134,37 +134,39 @@ def write_report(
     elif where is not None:
         raise SceneError(f"--where {where}: no effect: {source.name} is a scene, not a study")
     else:
-        page = _scene_page(source, sets, None if case == "all" else case, title, begun, columns)
+        page = _scene_page(source, sets, None if case == "all" else case, title, (command, started), columns)
     page.check_columns()
-    write_whole(place, page.html())
-    return Report(place, tuple(page.failures), tuple(page.warnings))
+    write_whole(file, page.html())
+    return Report(file, tuple(page.failures), tuple(page.warnings))
 
 
-def checked_place(out, path):
-    """The file of the page on a file; SceneError where it cannot be written."""
+def checked_file(out, path):
+    """The file of the page, from the option --out and the scene or study; SceneError where it cannot be written."""
     name = MAPPING if isinstance(path, Mapping) else STDIN if path == "-" else str(path)
-    place = f"{_stem(name)}.html" if out is None else str(out)
-    if not place.lower().endswith(ENDINGS):
-        raise SceneError(f"--out {place}: a page is HTML (allowed: {', '.join(ENDINGS)})")
-    folder = os.path.dirname(place) or "."
+    file = f"{_stem(name)}.html" if out is None else str(out)
+    if not file.lower().endswith(ENDINGS):
+        raise SceneError(f"--out {file}: a page is HTML (allowed: {', '.join(ENDINGS)})")
+    folder = os.path.dirname(file) or "."
     if not os.path.isdir(folder):
-        raise SceneError(f"--out {place}: no such folder")
-    if os.path.isdir(place) or not os.access(folder, os.W_OK | os.X_OK):
-        raise SceneError(f"--out {place}: cannot be written")
-    return place
+        raise SceneError(f"--out {file}: no such folder")
+    if os.path.isdir(file) or not os.access(folder, os.W_OK | os.X_OK):
+        raise SceneError(f"--out {file}: cannot be written")
+    return file
 
 
 def _stem(name):
+    """Name of a file without its folder and ending."""
     return TableFiles("", name).stem
 
 
 def _scene_page(source, sets, case, title, begun, columns):
-    plain = resolve_base(source)
-    document = apply_sets(plain, sets, case)
+    """The `Page` on a scene, of the Document of its file; `begun`: the command, and when it began."""
+    unchanged = resolve_base(source)
+    document = apply_sets(unchanged, sets, case)
     model = read_scene(document)
     scene = scene_of(source.name, sets + case_text(case), document, model)
-    shown = f" in the load case {model.case}" if model.case is not None else ""
-    page = Page(title or _stem(source.name), f"{scene.heading}{shown}. Scene {source.name}.", columns)
+    in_case = f" in the load case {model.case}" if model.case is not None else ""
+    page = Page(title or _stem(source.name), f"{scene.heading}{in_case}. Scene {source.name}.", columns)
     if model.limits:
         with page.section("Limits"):
             limits(page, scene)
@@ -172,21 +174,22 @@ def _scene_page(source, sets, case, title, begun, columns):
     page.add(given.numbers_table(document))
     page.add(given.cases_table(document))
     page.add(given.cables_table(model, document))
-    _file(page, plain, document)
+    _add_file(page, unchanged, document)
     sections(page, scene)
     page.models_and_errors(STATEMENT)
-    _provenance(page, begun, {"versions": versions(), "scene": document.value}, [document])
+    _add_provenance(page, begun, {"versions": versions(), "scene": document.value}, [document])
     return page
 
 
-def _file(page, plain, document):
-    """What options changed, and the resolved file."""
-    page.add(given.change_table(given.changes(plain, document)))
+def _add_file(page, unchanged, document):
+    """Append the changes that options made to a Document, and the file with them."""
+    page.add(given.change_table(given.changes(unchanged, document)))
     page.heading("Resolved file", 3)
     page.add(given.resolved_file(document))
 
 
 def _study_page(source, sets, vary, title, begun, jobs, quiet, columns, where):
+    """The `Page` on a study, of the Document of its file; other parameters as of `report`, `begun` as of a scene."""
     from cablestudy.pages.study import open_run, study_sections
     from cablestudy.sweeps.select import read_selection
     from cablestudy.sweeps.variable import ask_columns
@@ -197,8 +200,8 @@ def _study_page(source, sets, vary, title, begun, jobs, quiet, columns, where):
             ask_columns(study, columns)
         with mistakes.at():
             selection = read_selection(study, where)
-    with open_run(study, TableFiles("results", study.name), jobs, quiet) as work:
-        work.compute()
+    with open_run(study, TableFiles("results", study.name), jobs, quiet) as run:
+        run.compute()
         page = Page(
             title or study.title or _stem(source.name),
             f"Study of {counted(study.count, 'case')}. {source.name}.",
@@ -208,29 +211,32 @@ def _study_page(source, sets, vary, title, begun, jobs, quiet, columns, where):
         page.add(given.varied_list(study))
         for note in study.notes:
             page.add(paragraph(note))
-        _file(page, read_base(source), study.document)
+        _add_file(page, read_base(source), study.document)
         words = ["sweep", source.name if source.name != STDIN else "-"]
         words += [word for change in sets for word in ("--set", change)]
         words += [word for entry in vary for word in ("--vary", entry)]
-        study_sections(page, work, words, selection)
+        study_sections(page, run, words, selection)
         page.models_and_errors(STATEMENT)
-        _provenance(page, begun, work.identity, [source, study.document])
+        _add_provenance(page, begun, run.identity, [source, study.document])
         return page
 
 
-def _provenance(page, begun, identity, documents):
-    """Where the numbers of a page come from; see `NAME.run.yaml` of a sweep. `begun`: the command, and when."""
+def _add_provenance(page, begun, identity, documents):
+    """Append the record of the run that computed the numbers of a page, see `fingerprint.origin`.
+
+    `begun`: the command, and when it began; `documents`: whose files are named.
+    """
     page.heading("Provenance")
     command, started = begun
-    found = origin(command, identity, started)
-    lines = {
+    record = origin(command, identity, started)
+    entries = {
         "command": command,
         "files": ", ".join(dict.fromkeys(name for document in documents for name in document.files)),
-        "fingerprint": found["fingerprint"],
-        "started": found["started"],
-        "duration": f"{found['duration_s']:.1f} s",
-        "versions": ", ".join(f"{name} {version}" for name, version in found["versions"].items()),
-        "platform": found["platform"],
+        "fingerprint": record["fingerprint"],
+        "started": record["started"],
+        "duration": f"{record['duration_s']:.1f} s",
+        "versions": ", ".join(f"{name} {version}" for name, version in record["versions"].items()),
+        "platform": record["platform"],
     }
-    rows = [[text(name), element("code", text(value))] for name, value in lines.items()]
+    rows = [[text(name), element("code", text(value))] for name, value in entries.items()]
     page.add(TableGrid(["what", "value"], rows).html("Where the numbers come from"))

@@ -66,27 +66,27 @@ def sections(page, scene):
     page : Page
     scene : interface.scene.CableScene
     """
-    model, known = scene.model, {}
-    several = bool(model.cases) and model.case is None
+    model, columns_of_loop = scene.model, {}
+    all_cases = bool(model.cases) and model.case is None
     with page.section("Statics"):
-        _answer(page, scene, "static", headed=not several)
-    if several:
+        _add_answer(page, scene, "static", headed=not all_cases)
+    if all_cases:
         with page.section("Load cases"):
-            _cases(page, scene)
+            _add_load_cases(page, scene)
     elif not model.cases:
         page.left_out.append("load cases: the scene has none (key cases)")
     with page.section("Modes"):
-        _answer(page, scene, "modes")
+        _add_answer(page, scene, "modes")
     if attribute(model, scene.loop_key) is not None:
         with page.section("Loop"):
-            found = _answer(page, scene, "loop")
-            known = {name: {field.name for field in table.fields} for name, table in found.tables.items()}
+            tables = _add_answer(page, scene, "loop").tables
+            columns_of_loop = {name: {field.name for field in table.fields} for name, table in tables.items()}
     if model.wind is not None:
         with page.section("Wind"):
-            _answer(page, scene, "windrms", known)
-    for key, what in (("wind", "wind"), (scene.loop_key, "loop")):
+            _add_answer(page, scene, "windrms", left_out=columns_of_loop)
+    for key, noun in (("wind", "wind"), (scene.loop_key, "loop")):
         if attribute(model, key) is None:
-            page.left_out.append(f"{what}: the scene has none (key {key})")
+            page.left_out.append(f"{noun}: the scene has none (key {key})")
 
 
 def limits(page, scene):
@@ -97,53 +97,51 @@ def limits(page, scene):
     page.key_figure(answer.table, "margin", "least margin of the limits", min)
 
 
-def _answer(page, scene, what, known=None, headed=True):
-    """What a command computes: tables without the columns that are known, picture, notes; returns the `Answer`.
+def _add_answer(page, scene, command, left_out=None, headed=True):
+    """Append tables, picture and notes of a command, for example `modes`, to a page; returns its `Answer`.
 
-    `known` has the names of columns by the name of their table; `headed`: whether numbers of it are key figures.
+    `left_out`: name of a table -> columns that are not shown; `headed`: whether numbers of it are key figures.
     """
-    answer, tables = scene.compute(what, estimate=True), {}
-    _add_messages(page, what, answer)
+    answer, tables = scene.compute(command, estimate=True), {}
+    _add_messages(page, command, answer)
     for name, table in answer.tables.items():
-        new = tuple(field for field in table.fields if field.name not in (known or {}).get(name, ()))
+        new = tuple(field for field in table.fields if field.name not in (left_out or {}).get(name, ()))
         if any(not field.label for field in new):
             status = tuple(field for field in table.fields if field.name == "status" and field not in new)
             tables[name] = replace(table, fields=new + status)
     for name, table in tables.items():
-        page.results(table, _caption(scene, what, name))
+        caption = CABLES[command] if name == "cables" else CAPTIONS[name or command]
+        page.results(table, caption + _of_case(scene))
     if headed:
-        _key_figures(page, what, tables)
+        _add_key_figures(page, command, tables)
     if answer.draw is not None:
-        page.draw(answer.draw, PICTURES[what] + _of_case(scene))
+        page.draw(answer.draw, PICTURES[command] + _of_case(scene))
     return answer
 
 
-def _key_figures(page, what, tables):
-    """The numbers of tables that a reader looks for first."""
-    for name, column, title, pick in KEY_FIGURES[what]:
+def _add_key_figures(page, command, tables):
+    """Show above all sections the numbers of the tables of a command that a reader looks for first."""
+    for name, column, title, pick in KEY_FIGURES[command]:
         if name in tables:
             page.key_figure(tables[name], column, title, pick)
 
 
-def _add_messages(page, what, answer):
-    """Notes, warnings and failures of an answer."""
-    page.note(CAPTIONS[what], answer.explain())
-    page.note(CAPTIONS[what], (line.removeprefix(NOTE) for line in answer.warnings if line.startswith(NOTE)))
+def _add_messages(page, command, answer):
+    """Add the notes, warnings and failures of an `Answer` to a page."""
+    page.note(CAPTIONS[command], answer.explain())
+    page.note(CAPTIONS[command], (line.removeprefix(NOTE) for line in answer.warnings if line.startswith(NOTE)))
     page.warn(line for line in answer.warnings if not line.startswith(NOTE))
     for reason in answer.failures:
-        page.fail(CAPTIONS[what], reason)
-
-
-def _caption(scene, what, name):
-    return (CABLES[what] if name == "cables" else CAPTIONS[name or what]) + _of_case(scene)
+        page.fail(CAPTIONS[command], reason)
 
 
 def _of_case(scene):
+    """End of a caption that names the load case chosen; empty without one."""
     return "" if scene.model.case is None else f", load case {scene.model.case}"
 
 
-def _cases(page, scene):
-    """Statics in each load case: of several cables the extremes of all, and sag and clearance of each.
+def _add_load_cases(page, scene):
+    """Append statics in each load case to a page: of several cables the extremes of all, and sag and clearance of each.
 
     The key figures are those of the case that governs.
     """
@@ -161,31 +159,32 @@ def _cases(page, scene):
                 title = f"{field.title.capitalize()} of each cable"
                 unit = f" [{field.unit}]" if field.unit else ""
                 page.table(_of_each_cable(cables, field.name, list(scene.cases)), title + unit)
-    _key_figures(page, "static", answer.tables)
+    _add_key_figures(page, "static", answer.tables)
     if answer.draw is not None:
         page.draw(answer.draw, "Static forms in the load cases")
 
 
 def _extremes(cables, cases):
-    """Table of the extreme tensions of all cables in each of some load cases."""
+    """Table of the extreme tensions of all cables in each load case; `cables` has a row for each cable in each case."""
     rows, errors = {name: {"case": name} for name in cases}, {name: {} for name in cases}
-    for row, own in zip(cables.rows, cables.errors(), strict=True):
-        found, worst = rows[row["case"]], errors[row["case"]]
+    for cable, cable_errors in zip(cables.rows, cables.errors(), strict=True):
+        extremes, largest_errors = rows[cable["case"]], errors[cable["case"]]
         for column, _, _, pick in OF_CASES:
-            if row.get(column) is not None:
-                found[column] = pick(row[column], found.get(column, row[column]))
-                worst[column] = max(worst.get(column, 0.0), own.get(column, 0.0))
+            if cable.get(column) is not None:
+                extremes[column] = pick(cable[column], extremes.get(column, cable[column]))
+                largest_errors[column] = max(largest_errors.get(column, 0.0), cable_errors.get(column, 0.0))
     fields = (Field("case", "case"), *(Field(column, title, unit) for column, title, unit, _ in OF_CASES))
     return Table(fields, list(rows.values()), across="case", errors=lambda: iter(errors.values()))
 
 
 def _of_each_cable(cables, column, cases):
-    """Table of one number of each cable, a row each, in each of some load cases."""
+    """Table of one column of the cables, a row for each cable and a column for each load case; see `_extremes`."""
     rows, errors = {}, {}
-    for row, own in zip(cables.rows, cables.errors(), strict=True):
-        rows.setdefault(row["name"], {"name": row["name"]})[row["case"]] = row.get(column)
-        errors.setdefault(row["name"], {}).update(
-            {row["case"]: own[column]} if column in own else {}
-        )  # none of a lost one
+    for cable, cable_errors in zip(cables.rows, cables.errors(), strict=True):
+        name, case = cable["name"], cable["case"]
+        rows.setdefault(name, {"name": name})[case] = cable.get(column)
+        errors_of_row = errors.setdefault(name, {})
+        if column in cable_errors:  # a lost cable has none
+            errors_of_row[case] = cable_errors[column]
     fields = Field("name", "cable", label=True), *(Field(case, case) for case in cases)
     return Table(fields, list(rows.values()), errors=lambda: iter(errors.values()))

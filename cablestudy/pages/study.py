@@ -23,50 +23,51 @@ def open_run(study, files, jobs, quiet):
     A sweep estimates the errors of the motion of fixed elements only where they are asked for.
     """
     columns, _ = prepare(study)
-    kept = not has_fixed_elements(study) and has_all_rows(files.rows, identity(study, columns), study.count)
-    return Run(study, files, SweepOptions(keep=kept, jobs=jobs, quiet=quiet, explain=not kept, estimate=not kept))
+    is_stored = not has_fixed_elements(study) and has_all_rows(files.rows, identity(study, columns), study.count)
+    compute = {"explain": not is_stored, "estimate": not is_stored}
+    return Run(study, files, SweepOptions(keep=is_stored, jobs=jobs, quiet=quiet, **compute))
 
 
-def _notes(work):
-    """Notes on what was modelled; stored rows have none, for them those of the first case."""
-    if not work.options.keep:
-        yield from work.notes()
+def _notes(run):
+    """Yield notes on what was modelled in each row; stored rows have none, for them those of the first row."""
+    if not run.options.keep:
+        yield from run.notes()
         return
-    with Run(work.study, work.files, SweepOptions(row=1, quiet=True, explain=True)) as first:
-        first.compute()
-        yield from first.notes()
+    with Run(run.study, run.files, SweepOptions(row=1, quiet=True, explain=True)) as first_row:
+        first_row.compute()
+        yield from first_row.notes()
 
 
-def study_sections(page, work, words, selection=None):
+def study_sections(page, run, words, selection=None):
     """Append the results of a complete `Run` to a page.
 
     Parameters
     ----------
     page : Page
-    work : Run
-        With its notes.
+    run : Run
+        From `open_run`.
     words : list of str
         The command that computes the study alone.
     selection : Selection, optional
         Which rows are shown.
     """
-    table, study = work.table(), work.study
+    table, study = run.table(), run.study
     shown, notes = selection.table(table) if selection else (table, ())
-    page.warn(work.warnings())
+    page.warn(run.warnings())
     with page.section("Results"):
-        if work.options.keep:
-            page.add(paragraph(f"The rows are those that a sweep has stored in {work.path}."))
+        if run.options.keep:
+            page.add(paragraph(f"The rows are those that a sweep has stored in {run.path}."))
         for note in notes:
             page.add(paragraph(f"{note[0].upper()}{note[1:]}."))
         page.results(shown, "One row for each case", "cablestudy sweep writes them all")
         if len(shown.rows):
-            page.draw(partial(_picture, page, study, shown), "Columns of the table against what varies")
-    failures = work.failures(words)
+            page.draw(partial(_draw_table, page, study, shown), "Columns of the table against what varies")
+    failures = run.failures(words)
     if failures:
         page.heading("Rows without an answer")
-        page.fail("Rows", f"{work.failed} of {work.done} rows have no answer")
+        page.fail("Rows", f"{run.failed} of {run.done} rows have no answer")
         page.add(listed(failures))
-    if extremes := _range(study, table, shown, page.chosen(shown) or shown.fields):
+    if extremes := _extremes(study, table, shown, page.chosen(shown) or shown.fields):
         page.heading("Smallest and largest")
         page.add(extremes)
     if study.sample is not None and study.sample.method == "saltelli":
@@ -75,18 +76,18 @@ def study_sections(page, work, words, selection=None):
             page.table(indices, "Sobol's indices: the share of each column's variance that a key explains")
             page.note("Sensitivity", notes)
             page.draw(lambda plots: plots.sensitivity_plot(study, indices), "Sobol's indices with their 95 % intervals")
-    page.note("Rows", kinds_of(_notes(work)))
+    page.note("Rows", kinds_of(_notes(run)))
 
 
-def _picture(page, study, table, plots):
-    """The picture of a study, and a note on the columns that it leaves out."""
+def _draw_table(page, study, table, plots):
+    """The picture of the table of a study, by the module `study.plots`; notes the columns that it leaves out."""
     columns = [field.name for field in page.chosen(table)]
     if not columns and (left_out := plots.not_drawn(study)):
         page.note("Picture", [f"not drawn: {', '.join(left_out)} (plot: {{x: ..., y: [...]}} of the study chooses)"])
     return plots.study_plot(study, table, columns)
 
 
-def _range(study, table, shown, fields):
+def _extremes(study, table, shown, fields):
     """HTML table of the smallest and largest number of each column that varies, and the case of each.
 
     Parameters
@@ -98,7 +99,7 @@ def _range(study, table, shown, fields):
     """
     frame, lines = table.rows.frame(), []
     if shown is not table:
-        frame = frame.loc[shown.rows.places]
+        frame = frame.loc[shown.rows.indices]
     left_out = {*TEXTS, *(key.header for key in varied_keys(study))}
     for field in fields:
         if field.hidden or field.printed or field.name not in frame or field.name in left_out:
@@ -107,29 +108,30 @@ def _range(study, table, shown, fields):
         if numbers.nunique() < 2:
             continue
         line = [f"{text(field.title)} [{unit_text(field.shown_unit)}]" if field.unit else text(field.title)]
-        for place in (numbers.idxmin(), numbers.idxmax()):
-            line += [text(short(field.shown({field.name: float(numbers[place])}))), text(_case(study, table, place))]
+        for row in (numbers.idxmin(), numbers.idxmax()):
+            line += [text(short(field.shown({field.name: float(numbers[row])}))), text(_row_label(study, table, row))]
         lines.append(line)
     head = ["column", "smallest", "in the case", "largest", "in the case"]
     return TableGrid(head, lines, {1, 3}).html("Smallest and largest of each column") if lines else ""
 
 
-def _case(study, table, place):
-    """Number of a row of a table, and what varies in it."""
-    row = table.rows[place]
-    varied = ", ".join(f"{varying.key} {varying.label(row[varying.header])}" for varying in varied_keys(study))
-    return f"{place + 1}: {varied}"
+def _row_label(study, table, row):
+    """Number, from 1, and varied values of a row of a table, by its index: text."""
+    cells = table.rows[row]
+    varied = ", ".join(f"{varying.key} {varying.label(cells[varying.header])}" for varying in varied_keys(study))
+    return f"{row + 1}: {varied}"
 
 
 def kinds_of(notes):
-    """Notes on rows, those that differ in numbers only as one: list of str."""
-    kinds = {}
+    """Notes on rows, `row N: TEXT` each, those that differ in numbers only as one: list of str."""
+    notes_of_kind = {}  # text without its numbers -> (row, text) of each note
     for note in notes:
         row, _, line = note.partition(": ")
-        kinds.setdefault(NUMBER.sub("…", line), []).append((row, line))
+        notes_of_kind.setdefault(NUMBER.sub("…", line), []).append((row, line))
     lines = []
-    for alike in list(kinds.values())[:KINDS]:
+    for alike in list(notes_of_kind.values())[:KINDS]:
         row, line = alike[0]
-        others = f" ({row}; alike in {counted(len(alike) - 1, 'other row')})" if len(alike) > 1 else f" ({row})"
-        lines.append(line + others)
-    return lines + ([f"and {len(kinds) - KINDS} more kinds of notes"] if len(kinds) > KINDS else [])
+        others = f"; alike in {counted(len(alike) - 1, 'other row')}" if len(alike) > 1 else ""
+        lines.append(f"{line} ({row}{others})")
+    left_out = len(notes_of_kind) - KINDS
+    return lines + ([f"and {left_out} more kinds of notes"] if left_out > 0 else [])

@@ -40,7 +40,7 @@ class TableGrid:
 
     def html(self, caption):
         """The table in a box of its own."""
-        heads = "".join(self._cell("th", place, cell, scope="col") for place, cell in enumerate(self.head))
+        heads = "".join(self._cell("th", column, cell, scope="col") for column, cell in enumerate(self.head))
         parts = [
             element("caption", text(caption)),
             element("thead", element("tr", heads)),
@@ -50,13 +50,15 @@ class TableGrid:
         return boxed(element("table", "\n".join(parts), class_="short" if len(self.rows) <= SHORT else ""), caption)
 
     def _row(self, cells):
-        first, *others = cells
-        rest = "".join(self._cell("td", place, cell) for place, cell in enumerate(others, 1))
-        head = AFTER_DOTS.sub(r"\1<wbr>", first)  # where the names of keys may go on in another line
-        return element("tr", self._cell("th", 0, head, scope="row") + rest)
+        """One line of the table."""
+        head, *others = cells
+        head = AFTER_DOTS.sub(r"\1<wbr>", head)  # where the names of keys may go on in another line
+        others_html = "".join(self._cell("td", column, cell) for column, cell in enumerate(others, 1))
+        return element("tr", self._cell("th", 0, head, scope="row") + others_html)
 
-    def _cell(self, tag, place, content, **attributes):
-        return element(tag, content, **attributes, class_="number" if place in self.right else "")
+    def _cell(self, tag, column, content, **attributes):
+        """One cell, of a column from 0."""
+        return element(tag, content, **attributes, class_="number" if column in self.right else "")
 
 
 def table_html(table, caption, where_all=""):
@@ -71,14 +73,15 @@ def table_html(table, caption, where_all=""):
     """
     if not len(table.rows):
         return ""
-    fields = _shown(table)
-    turned = table.across or (fields[0].name if len(fields) > TURNED[0] and len(table.rows) <= TURNED[1] else "")
-    if not (table.single or turned):
-        return _by_rows(fields, table, caption, where_all)
+    columns = _shown_columns(table)
+    is_wide = len(columns) > TURNED[0] and len(table.rows) <= TURNED[1]
+    across = table.across or (columns[0].name if is_wide else "")  # the field that heads the columns of a turned table
+    if not (table.single or across):
+        return _by_rows(columns, table, caption, where_all)
     errors = list(table.errors()) if table.errors else []
     if table.single:
-        return _single(fields, table.rows[0], errors[0] if errors else {}).html(caption)
-    return _turned(fields, list(table.rows), errors, turned).html(caption)
+        return _single(columns, table.rows[0], errors[0] if errors else {}).html(caption)
+    return _turned(columns, list(table.rows), errors, across).html(caption)
 
 
 @dataclass(frozen=True)
@@ -112,112 +115,132 @@ class _Column:
         if printed is None:
             return computed
         difference = row.get(self.difference.name)
-        known = "" if difference is None else f" ({signed(difference)})"
-        return f"{computed}<br>" + element("small", f"printed {printed:.12g}{known}")
+        in_brackets = "" if difference is None else f" ({signed(difference)})"
+        return f"{computed}<br>" + element("small", f"printed {printed:.12g}{in_brackets}")
 
 
-def _shown(table):
+def _shown_columns(table):
     """The columns of a table that are shown: list of `_Column`."""
-    fields = [one for one in table.fields if not one.hidden]
-    if any(one.name == HIDDEN for one in fields) and all(row.get(HIDDEN) == OK for row in table.rows):
-        fields = [one for one in fields if one.name != HIDDEN]
+    fields = [shown for shown in table.fields if not shown.hidden]
+    if any(shown.name == HIDDEN for shown in fields) and all(row.get(HIDDEN) == OK for row in table.rows):
+        fields = [shown for shown in fields if shown.name != HIDDEN]
     columns = []
-    for one in fields:
-        if one.printed:
-            columns[-1] = _Column(columns[-1].field, one)
+    for shown in fields:
+        if shown.printed:  # a difference, which the column before it shows too
+            columns[-1] = _Column(columns[-1].field, difference=shown)
         else:
-            columns.append(_Column(one))
+            columns.append(_Column(shown))
     return columns
 
 
-def _single(fields, row, errors):
-    """One line for each quantity of the only row."""
-    known = [field for field in fields if row.get(field.name) is not None]
-    rows = [[one.title, one.cell(row), one.unit, error_text(errors.get(one.name))] for one in known]
-    return TableGrid(["quantity", "value", "unit", ERROR], rows, {1, 3})
+def _single(columns, row, errors):
+    """TableGrid with one line for each quantity of the only row; `errors`: field name -> error."""
+    lines = [
+        [column.title, column.cell(row), column.unit, error_text(errors.get(column.name))]
+        for column in columns
+        if row.get(column.name) is not None
+    ]
+    return TableGrid(["quantity", "value", "unit", ERROR], lines, {1, 3})
 
 
-def _turned(fields, rows, errors, across):
-    """One line for each quantity, one column for each row, headed by the cells of the field `across`."""
-    head_field = next(field for field in fields if field.name == across)
-    known = [one for one in fields if one is not head_field and any(row.get(one.name) is not None for row in rows)]
+def _turned(columns, rows, errors, across):
+    """TableGrid with a line for each quantity, and a column for each row, headed by its cell of the field `across`.
+
+    `errors` are those of each row, field name -> error; or an empty list.
+    """
+    heading = next(column for column in columns if column.name == across)
     largest = _largest(errors)
     lines = [
-        [one.title, *(one.cell(row) for row in rows), one.unit, error_text(largest.get(one.name))] for one in known
+        [column.title, *(column.cell(row) for row in rows), column.unit, error_text(largest.get(column.name))]
+        for column in columns
+        if column is not heading and any(row.get(column.name) is not None for row in rows)
     ]
-    heads = [head_field.cell(row) for row in rows]
-    head = ["quantity", *heads, "unit", LARGEST if len(rows) > 1 else ERROR]
-    worst = [max(row.values(), default=None) for row in errors] or [None] * len(rows)
-    foot = [LARGEST, *map(error_text, worst), "", ""] if len(rows) > 1 and any(worst) else []
+    head = ["quantity", *(heading.cell(row) for row in rows), "unit", LARGEST if len(rows) > 1 else ERROR]
+    largest_of_rows = [max(row.values(), default=None) for row in errors] or [None] * len(rows)
+    has_foot = len(rows) > 1 and any(largest_of_rows)
+    foot = [LARGEST, *map(error_text, largest_of_rows), "", ""] if has_foot else []
     return TableGrid(head, lines, {*range(1, len(rows) + 1), len(rows) + 2}, foot)
 
 
-def _by_rows(fields, table, caption, where_all):
-    """One line for each row: cut where there are many rows, split where there are many columns."""
+@dataclass(frozen=True)
+class _CellColumn:
+    """Cells of one column of a table with a line for each row. HTML."""
+
+    head: str
+    cells: list
+    right: bool  # whether they stand on the right
+
+
+def _by_rows(columns, table, caption, where_all):
+    """HTML with one line for each row: cut where there are many rows, split where there are many columns."""
     total = len(table.rows)
-    cut = total > MOST_ROWS
-    places = [*range(END_ROWS), *range(total - END_ROWS, total)] if cut else range(total)
-    columns = _columns(fields, [table.rows[place] for place in places])
-    foot = _beside(columns, fields, table, cut)
-    if cut or any(foot[:1]):  # with numbers of the rows before it
-        columns.insert(0, ("row", [str(place + 1) for place in places], True))
+    is_cut = total > MOST_ROWS
+    indices = [*range(END_ROWS), *range(total - END_ROWS, total)] if is_cut else range(total)
+    cell_columns = _cell_columns(columns, [table.rows[index] for index in indices])
+    foot = _add_errors(cell_columns, columns, table, is_cut)
+    if is_cut or any(foot[:1]):  # with numbers of the rows before it
+        cell_columns.insert(0, _CellColumn("row", [str(index + 1) for index in indices], True))
         foot[:0] = [""] if foot else []
     if foot:
         foot[0] = LARGEST if total > 1 else ERROR
-    if cut:
-        columns = [(head, [*cells[:END_ROWS], "…", *cells[END_ROWS:]], side) for head, cells, side in columns]
+    if is_cut:
+        for column in cell_columns:
+            column.cells.insert(END_ROWS, "…")
         others = f"; {where_all}" if where_all else ""
         caption = f"{caption}: {2 * END_ROWS} of {total} rows, the first and the last{others}"
-    return "".join(_split(columns, foot, caption))
+    return "".join(_split(cell_columns, foot, caption))
 
 
-def _columns(fields, rows):
-    """Head, cells, and whether they stand on the right, of each field: list of tuples."""
-    columns = []
-    for one in fields:
-        is_text = any(isinstance(row.get(one.name), str) for row in rows)
-        columns.append((one.head, [one.cell(row) for row in rows], not is_text))
-    return columns
+def _cell_columns(columns, rows):
+    """The cells of columns in some rows: list of `_CellColumn`; numbers stand on the right."""
+    cell_columns = []
+    for column in columns:
+        has_text = any(isinstance(row.get(column.name), str) for row in rows)
+        cell_columns.append(_CellColumn(column.head, [column.cell(row) for row in rows], not has_text))
+    return cell_columns
 
 
-def _beside(columns, fields, table, cut):
-    """State the errors of a table: of few columns one by one, in more columns beside them, else the largest of each.
+def _add_errors(cell_columns, columns, table, is_cut):
+    """State the estimated errors of a table with a line for each row.
 
-    Returns the cells of a last line, or an empty list.
+    Where at most two columns have errors, and all rows are shown, columns of errors are inserted into `cell_columns`.
+    Else the cells of a last line are returned: the largest error of each column, or an empty list without errors.
     """
     largest = _largest(table.errors() if table.errors else ())
-    foot = [error_text(largest.get(one.name)) for one in fields]
-    stated = [place for place, error in enumerate(foot) if error]
-    if cut or len(stated) > 2 or 0 in stated:
-        return foot if stated else []
-    errors = list(table.errors()) if stated else []
-    for place in reversed(stated):
-        columns.insert(place + 1, (ERROR, [error_text(row.get(fields[place].name)) for row in errors], True))
+    foot = [error_text(largest.get(column.name)) for column in columns]
+    with_error = [index for index, error in enumerate(foot) if error]
+    if is_cut or len(with_error) > 2 or 0 in with_error:
+        return foot if with_error else []
+    errors = list(table.errors()) if with_error else []
+    for index in reversed(with_error):
+        cells = [error_text(row.get(columns[index].name)) for row in errors]
+        cell_columns.insert(index + 1, _CellColumn(ERROR, cells, True))
     return []
 
 
-def _split(columns, foot, caption):
-    """Yield the parts of a table, each with the first column."""
-    first, others = columns[0], columns[1:]
+def _split(cell_columns, foot, caption):
+    """Yield the HTML of the parts of a table, each of at most MOST_COLUMNS columns, the first one in all of them."""
+    first, others = cell_columns[0], cell_columns[1:]
     width = MOST_COLUMNS - 1
-    parts = -(-len(others) // width) or 1
-    width = -(-len(others) // parts)
-    for part in range(parts):
-        chosen = [first, *others[part * width : (part + 1) * width]]
-        feet = [foot[0], *foot[1:][part * width : (part + 1) * width]] if foot else []
-        rows = [list(cells) for cells in zip(*(cells for _, cells, _ in chosen), strict=True)]
-        right = {place for place, (_, _, side) in enumerate(chosen) if side}
-        whose = caption if parts == 1 else f"{caption} ({part + 1} of {parts})"
-        yield TableGrid([head for head, _, _ in chosen], rows, right, feet).html(whose)
+    count = -(-len(others) // width) or 1
+    width = -(-len(others) // count)  # parts about equally wide
+    for part in range(count):
+        own = slice(part * width, (part + 1) * width)
+        columns = [first, *others[own]]
+        foot_of_part = [foot[0], *foot[1:][own]] if foot else []
+        rows = [list(cells) for cells in zip(*(column.cells for column in columns), strict=True)]
+        right = {index for index, column in enumerate(columns) if column.right}
+        title = caption if count == 1 else f"{caption} ({part + 1} of {count})"
+        yield TableGrid([column.head for column in columns], rows, right, foot_of_part).html(title)
 
 
 def _largest(errors):
-    """Header -> largest known error of a column."""
-    found = {}
+    """Field name -> largest known error of a column, from those of each row."""
+    largest = {}
     for row in errors:
         for name, error in row.items():
-            found[name] = max(error, found.get(name, 0.0))
-    return found
+            largest[name] = max(error, largest.get(name, 0.0))
+    return largest
 
 
 def error_text(error):

@@ -72,7 +72,8 @@ def is_wheel(value):
     return isinstance(value, dict) and "inertia" in value
 
 
-def _read(value):
+def _read_actuator(value):
+    """ReactionMass or ReactionWheel of a mapping of the file."""
     if "mass" in value and "inertia" in value:
         raise wrong("mass is given together with inertia: a reaction mass has mass, a reaction wheel inertia")
     if "mass" not in value and "inertia" not in value:
@@ -83,7 +84,7 @@ def _read(value):
 Actuator = Annotated[
     ReactionMass | ReactionWheel,
     Either(
-        ((dict, _read), ((ReactionMass, ReactionWheel), lambda value: value)),
+        ((dict, _read_actuator), ((ReactionMass, ReactionWheel), lambda value: value)),
         "a mapping with the key mass or inertia",
         ({"$ref": "#/$defs/ReactionMass"}, {"$ref": "#/$defs/ReactionWheel"}),
     ),
@@ -101,27 +102,27 @@ def actuator_relations(scene):
     Yields
     ------
     tuple
-        An item of a list of `Table.relations`.
+        Path, whether the relation holds, message: as in a list of `KeyTable.relations`.
     """
-    rest = {name: _Rest(body) for name, body in scene.bodies.items()}
+    bare_bodies = {name: _BodyWithoutActuators(body) for name, body in scene.bodies.items()}
     for name, actuator in scene.actuators.items():
         owner = scene.body_of(actuator)
-        left, inertia, path = rest[owner], scene.bodies[owner].inertia, ("actuators", name)
+        bare_body, inertia, path = bare_bodies[owner], scene.bodies[owner].inertia, ("actuators", name)
         if isinstance(actuator, ReactionMass):
-            left.remove_mass(actuator)
+            bare_body.remove_mass(actuator)
             text = f"the reaction masses of {owner} together have its mass or more, of which they are a part"
-            yield (*path, "mass"), left.mass > 0, lambda text=text: text
+            yield (*path, "mass"), bare_body.mass > 0, lambda text=text: text
         else:
-            left.remove_wheel(actuator)
+            bare_body.remove_wheel(actuator)
             text = f"missing key: inertia (that of the wheel {name} is a part of it)"
             yield ("bodies", owner), inertia is not None, lambda text=text: text
         if inertia is not None:
             text = f"with it the actuators of {owner} have more inertia than {owner} itself, of which they are a part"
-            yield path, left.has_inertia(), lambda text=text: text
+            yield path, bare_body.has_inertia(), lambda text=text: text
 
 
-class _Rest:
-    """Mass, first moment and tensor of inertia of a body without its actuators, about the body's center of mass."""
+class _BodyWithoutActuators:
+    """Mass, first moment and tensor of inertia of a body less those of its actuators, about its center of mass."""
 
     def __init__(self, body):
         self.center, self.mass, self.tensor = body.center_of_mass, body.mass, body.inertia_tensor
@@ -131,28 +132,32 @@ class _Rest:
         """Take away a reaction mass, a point mass."""
         arm = tuple(at - center for at, center in zip(actuator.at, self.center, strict=True))
         self.mass = self.mass - actuator.mass
-        self.moment = tuple(moment - actuator.mass * part for moment, part in zip(self.moment, arm, strict=True))
-        self.tensor = _less(self.tensor, actuator.mass, _about_origin(*arm))
+        self.moment = _subtract(self.moment, actuator.mass, arm)
+        self.tensor = _subtract(self.tensor, actuator.mass, _point_mass_tensor(*arm))
 
     def remove_wheel(self, actuator):
         """Take away the inertia of a wheel about its axis, J a a^T."""
         x, y, z = actuator.axis
         square = x * x + y * y + z * z
         square = square + (square == 0)  # an axis without direction is refused elsewhere
-        self.tensor = _less(self.tensor, actuator.inertia / square, (x * x, y * y, z * z, x * y, x * z, y * z))
+        self.tensor = _subtract(self.tensor, actuator.inertia / square, (x * x, y * y, z * z, x * y, x * z, y * z))
 
     def has_inertia(self):
-        """True if the tensor about the rest's own center of mass, times its mass, is positive definite."""
-        entries = tuple(self.mass * entry for entry in self.tensor)
-        xx, yy, zz, xy, xz, yz = _less(entries, 1.0, _about_origin(*self.moment))
+        """True if the tensor about the center of mass without actuators is positive definite.
+
+        It is tested times the mass m, as m I - (tensor of a unit mass at the first moment), which needs no division.
+        """
+        scaled_tensor = tuple(self.mass * entry for entry in self.tensor)
+        xx, yy, zz, xy, xz, yz = _subtract(scaled_tensor, 1.0, _point_mass_tensor(*self.moment))
         minor = xx * yy - xy * xy
         return (xx > 0) & (minor > 0) & (zz * minor - xx * yz * yz - yy * xz * xz + 2 * xy * xz * yz > 0)
 
 
-def _about_origin(x, y, z):
-    """Entries xx, yy, zz, xy, xz, yz of the tensor of a unit mass at a place."""
+def _point_mass_tensor(x, y, z):
+    """Entries xx, yy, zz, xy, xz, yz of the tensor of inertia about the origin of a unit mass at (x, y, z)."""
     return y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z
 
 
-def _less(entries, factor, others):
+def _subtract(entries, factor, others):
+    """Entries minus a factor times others, one by one: tuple."""
     return tuple(entry - factor * other for entry, other in zip(entries, others, strict=True))

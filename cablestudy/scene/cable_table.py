@@ -25,7 +25,7 @@ Point = tuple[Coordinate, Coordinate, Coordinate]
 
 
 class DampingTable(KeyTable):
-    """How the cable loses energy. `model` follows from the parameter; `viscous` alone is no other damping."""
+    """Damping of a cable. `model` follows from the parameter given; `viscous` alone means no other damping."""
 
     table: ClassVar[str] = "cable.damping"
     optional_groups: ClassVar[bool] = True
@@ -46,13 +46,13 @@ class DampingTable(KeyTable):
     @model_validator(mode="before")
     @classmethod
     def _complete(cls, data):
-        """The model of the parameter given; without one, a modal ratio of 0.01, or 0 beside `viscous` alone."""
+        """Add the model of the parameter given; without one, a modal ratio of 0.01, or 0 beside `viscous` alone."""
         if not isinstance(data, dict):
             return data
-        given = [model for model, parameter in cls.parameters.items() if parameter in data]
-        if not given and data.get("model", "modal") == "modal":
+        models = [model for model, parameter in cls.parameters.items() if parameter in data]
+        if not models and data.get("model", "modal") == "modal":
             data = {**data, "ratio": 0.0 if "viscous" in data and "model" not in data else 0.01}
-        return {"model": given[0] if given else "modal", **data}
+        return {"model": models[0] if models else "modal", **data}
 
     def relations(self):
         """The parameter is that of the model."""
@@ -142,14 +142,14 @@ class Cable(CableProperties):
         chord, length = self.chord_length, self.unstretched_length
         yield [(("ends",), chord > 0, lambda: "the two ends coincide")]
         yield [limited("ends", chord, CHORD_RANGE, "m", "the two ends are {:g} m apart".format)]
-        stated = {("preload",): self.preload, ("tension", "value"): self.tension and self.tension.value}
-        curves = self.state is None or self.stress_strain is not None
-        products = [(("state",), curves, lambda: NO_CURVES)]
-        products += [*self.section_relations(), *self.tension_relations(stated)]
+        state_has_curves = self.state is None or self.stress_strain is not None
+        tensions = {("preload",): self.preload, ("tension", "value"): self.tension and self.tension.value}
+        relations = [(("state",), state_has_curves, lambda: NO_CURVES)]
+        relations += [*self.section_relations(), *self.tension_relations(tensions)]
         if length is not None:
-            holds = within(length / chord, LENGTH_RATIO)
-            products.append((("unstretched_length",), holds, lambda: length_ratio(length, chord)))
-        yield products
+            fits = within(length / chord, LENGTH_RATIO)
+            relations.append((("unstretched_length",), fits, lambda: length_ratio_message(length, chord)))
+        yield relations
         if length is not None:
             yield beyond_the_end(("loads",), self.loads, length)
 
@@ -164,9 +164,9 @@ def beyond_the_end(path, loads, length):
     ]
 
 
-def length_ratio(length, chord):
-    """An unstretched length far from the distance of the ends, with the length in another unit that would fit."""
-    guesses = [g for g in (length * 1000, length / 1000) if LIKELY_RATIO[0] <= g / chord <= LIKELY_RATIO[1]]
+def length_ratio_message(length, chord):
+    """Message: an unstretched length is far from the distance of the ends; with a guess, had it been in mm or km."""
+    guesses = [g for g in (length * 1000, length / 1000) if within(g / chord, LIKELY_RATIO)]
     hint = f"; did you mean {guesses[0]:.10g} m?" if guesses else ""
     ratio, allowed = f"{length / chord:.3g} times the distance of the ends, {chord:.10g} m", "{:g} to {:g} times"
     return f"{length:.10g} m is {ratio} (allowed: {allowed.format(*LENGTH_RATIO)}{hint})"

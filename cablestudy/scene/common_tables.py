@@ -31,7 +31,7 @@ Ground = Annotated[
 
 
 class ModelTable(KeyTable):
-    """How finely the cable is computed: to an accuracy (`elements` is None), or with exactly these elements."""
+    """Discretisation of cables: to an accuracy (`elements` is None), or with exactly these elements."""
 
     table: ClassVar[str] = "model"
     optional_groups: ClassVar[bool] = True
@@ -57,11 +57,11 @@ class ModelTable(KeyTable):
 
 
 def ground_relations(ground):
-    """The relations that the x of the points of a `Ground` ascend; a list as of `Table.relations`."""
+    """The relation that the x of the points of a `Ground` ascend: a list as of `KeyTable.relations`."""
     if not isinstance(ground, tuple):
         return []
-    rising = all(one[0] < other[0] for one, other in pairwise(ground))
-    return [(("ground",), rising, lambda: "the x of its points must ascend")]
+    ascends = all(point[0] < following[0] for point, following in pairwise(ground))
+    return [(("ground",), ascends, lambda: "the x of its points must ascend")]
 
 
 class Correction(KeyTable):

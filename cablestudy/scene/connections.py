@@ -8,23 +8,26 @@ ORIGIN = (0.0, 0.0, 0.0)
 
 
 def written_connections(value):
-    """Points, bodies, ends, winches, actuators and links of a file, whatever is wrong in it.
+    """Points, bodies, ends, winches, actuators and links of a file, in which anything may be wrong.
 
     Returns
     -------
     points, bodies, ends, winches, actuators, links : dict
         Plain values, see `connection_mistakes`.
     """
-    bodies = {name: _mapping(_mapping(body).get("attachments")) for name, body in _mapping(value.get("bodies")).items()}
-    ends, links = (
-        {name: (_mapping(one).get("from"), _mapping(one).get("to")) for name, one in _mapping(value.get(key)).items()}
-        for key in ("cables", "links")
-    )
     points, winches, actuators = (_mapping(value.get(key)) for key in ("points", "winches", "actuators"))
-    return points, bodies, ends, winches, actuators, links
+    bodies = {name: _mapping(_mapping(body).get("attachments")) for name, body in _mapping(value.get("bodies")).items()}
+    cables, links = (_mapping(value.get(key)) for key in ("cables", "links"))
+    return points, bodies, _ends_of(cables), winches, actuators, _ends_of(links)
+
+
+def _ends_of(table):
+    """Name of each cable or link of a table -> its two ends as written, None where there is none."""
+    return {name: (_mapping(line).get("from"), _mapping(line).get("to")) for name, line in table.items()}
 
 
 def _mapping(value):
+    """The value itself where it is a mapping, else an empty one."""
     return value if isinstance(value, dict) else {}
 
 
@@ -55,25 +58,26 @@ def connection_mistakes(points, bodies, ends, winches, actuators, links):
     mistakes = _name_mistakes((*tables, ("actuators", "actuator", actuators), ("links", "link", links)))
     for kind, table in (("cable", ends), ("link", links)):
         for name, pair in table.items():
-            mistakes += _end_mistakes(kind, name, pair, points, bodies, len(mistakes) < MAX_SHOWN)
+            mistakes += _end_mistakes(kind, name, pair, points, bodies, suggest=len(mistakes) < MAX_SHOWN)
     unknown = [name for name in winches if name not in ends]
     return mistakes + [(("winches", name), f"unknown cable ({suggestion(name, ends)})") for name in unknown]
 
 
 def _name_mistakes(tables):
-    """Names that are not allowed, or given twice, in tables as (key, what it holds, names)."""
-    mistakes, kinds = [], {}
-    for table, kind, names in tables:
+    """Path and message of names that are not allowed, or given twice; a table is (its key, kind of thing, names)."""
+    mistakes, kind_of_name = [], {}
+    for key, kind, names in tables:
         for name in names:
-            mistakes += [((table, name), message) for message in wrong_name(name)]
-            if name in kinds:
-                mistakes.append(((table, name), f"a name must be unique, and there is a {kinds[name]} of this name"))
-            kinds.setdefault(name, kind)
+            path = (key, name)
+            mistakes += [(path, message) for message in wrong_name(name)]
+            if name in kind_of_name:
+                mistakes.append((path, f"a name must be unique, and there is a {kind_of_name[name]} of this name"))
+            kind_of_name.setdefault(name, kind)
     return mistakes
 
 
 def wrong_name(name):
-    """Mistakes of a name, a list of at most one message."""
+    """Message on a name that is not allowed: a list, empty where it is right."""
     if "." in name:
         return ["a name must not contain a dot: BODY.ATTACHMENT is an end, and columns are named NAME.COLUMN"]
     if name.startswith("-") or not name.replace("-", "_").isidentifier():
@@ -82,30 +86,33 @@ def wrong_name(name):
 
 
 def _end_mistakes(kind, name, pair, points, bodies, suggest):
-    """Mistakes of the two ends of a cable or link, the `kind`, as far as they are text."""
-    found = []
+    """Path and message of wrong ends of a cable or link, the `kind`; only ends that are text are looked at."""
+    mistakes = []
     for key, end in zip(("from", "to"), pair, strict=True):
         message = _wrong_end(kind, end, points, bodies, suggest) if isinstance(end, str) else ""
         if message:
-            found.append(((f"{kind}s", name, key), message))
-    if isinstance(pair[0], str) and pair[0] == pair[1] and not found:
-        found.append(((f"{kind}s", name, "to"), f"both ends are at {pair[1]}"))
-    return found
+            mistakes.append(((f"{kind}s", name, key), message))
+    if isinstance(pair[0], str) and pair[0] == pair[1] and not mistakes:
+        mistakes.append(((f"{kind}s", name, "to"), f"both ends are at {pair[1]}"))
+    return mistakes
 
 
 def _wrong_end(kind, end, points, bodies, suggest):
-    """What is wrong with an end that is text, or an empty text; without `suggest` nothing similar is searched for."""
+    """Message on an end that is text; empty where it is right.
+
+    `kind` is cable or link; `suggest` says whether a similar name is searched for, which takes long in large files.
+    """
     if end in points:
         return ""
     body, dot, attachment = end.partition(".")
     if body in bodies:
-        listed = [f"{body}.{name}" for name in bodies[body]]
+        attachments = [f"{body}.{name}" for name in bodies[body]]
         if attachment in bodies[body]:
             return ""
-        if not listed:
+        if not attachments:
             return f"{body} is a body without attachments: no {kind} can end at it"
         if not dot:
-            return f"{body} is a body: a {kind} ends at one of its attachments ({', '.join(listed)})"
+            return f"{body} is a body: a {kind} ends at one of its attachments ({', '.join(attachments)})"
         return f"{body} has no attachment {show(attachment)} ({suggestion(attachment, bodies[body])})"
     if body in points:
         return f"{body} is a point, which has no attachments"
@@ -115,7 +122,10 @@ def _wrong_end(kind, end, points, bodies, suggest):
 
 
 def attachment_of(points, bodies, end):
-    """Holder of an end that exists, and its place there; tables as of `SuspensionScene`, see its `attachment`."""
+    """Body or free point at an existing end, None for the ground, and the position there.
+
+    `points` and `bodies` are those of a `SuspensionScene`; see its method `attachment`.
+    """
     if not isinstance(end, str):
         return None, end
     if end in points:
@@ -124,14 +134,14 @@ def attachment_of(points, bodies, end):
     return body, bodies[body].attachments[attachment]
 
 
-def unheld(movable, stands, owners):
-    """Bodies and free points that no chain of cables connects with something that stands.
+def unheld(movable, partly_held, owners):
+    """Bodies and free points that no chain of cables connects with the ground or a body that is held.
 
     Parameters
     ----------
     movable : collection of str
         Bodies that may move, and free points.
-    stands : collection of str
+    partly_held : collection of str
         Those of them of which some motion is held.
     owners : list of (str or None, str or None)
         What holds the two ends of each cable, and of each link that carries in the reference state; None: the ground.
@@ -145,17 +155,17 @@ def unheld(movable, stands, owners):
     for pair in owners:
         for owner, other in (pair, pair[::-1]):
             neighbours.setdefault(owner, set()).add(other)
-    reached = {None, *stands, *(neighbours.keys() - set(movable))}
-    front = list(reached)
-    while front:
-        new = neighbours[front.pop()] - reached
-        reached |= new
-        front += new
+    held = {None, *partly_held, *(neighbours.keys() - set(movable))}
+    to_visit = list(held)
+    while to_visit:  # spread along cables what is held
+        newly_held = neighbours[to_visit.pop()] - held
+        held |= newly_held
+        to_visit += newly_held
     problems = []
     for name in movable:
         if not neighbours[name]:
             problems.append((name, "nothing holds it: no cable ends at it"))
-        elif name not in reached:
+        elif name not in held:
             others = ", ".join(sorted(neighbours[name] - {name})) or "itself"
             problems.append((name, f"nothing holds it: its cables lead to nothing that is fixed (only to {others})"))
     return problems

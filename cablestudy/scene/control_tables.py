@@ -111,7 +111,7 @@ class Drive(KeyTable):
 
 
 class AllocationTable(KeyTable):
-    """How an error of the pose is shared among the winches."""
+    """Sharing of an error of the pose among the winches."""
 
     method: Literal["least"] = Field("least", description="Least weighted sum of squares of the winches' movements")
     weights: dict[Name, Annotated[float, Quantity("", 1e-12, 1e12)]] = Field(
@@ -129,6 +129,6 @@ class Control(Drive, Controller):
     allocation: AllocationTable | None = Field(None, description="How an error is shared among the winches")
 
     def relations(self):
-        """Those of the controller, and of what drives the winches."""
+        """Relations of the controller, and of the drives of the winches."""
         yield from super().relations()
         yield from self.follows(self)

@@ -8,7 +8,10 @@ LISTED = 8  # names in a message
 
 
 def determinacy_mistakes(scene):
-    """Mistakes where too little is stated, or something to no purpose.
+    """Mistakes where cables state more or less than the statics of their suspension need.
+
+    `solve_for: pose` needs a length of each cable; `lengths` needs at least as many unknowns, lengths and rotations, as
+    there are equations of equilibrium.
 
     Parameters
     ----------
@@ -19,27 +22,26 @@ def determinacy_mistakes(scene):
     list of (tuple, str)
         Path and message.
     """
-    silent = silent_cables(scene)
+    without_length = silent_cables(scene)
     if scene.solve_for == "pose":
-        return _of_pose(scene, silent)
-    if not silent:
+        return _mistakes_for_pose(scene, without_length)
+    if not without_length:
         return [(("solve_for",), "lengths: every cable states one already, so that nothing is left to find")]
     reference = scene.tensions.reference if scene.tensions else None
-    lacking = [name for name in silent if name not in reference] if isinstance(reference, dict) else []
-    if lacking:
-        message = f"missing key: one for each cable that states nothing: {first_of(lacking, LISTED)}"
+    without_tension = [name for name in without_length if name not in reference] if isinstance(reference, dict) else []
+    if without_tension:
+        message = f"missing key: one for each cable that states nothing: {first_of(without_tension, LISTED)}"
         return [(("tensions", "reference"), message)]
-    motions = {name: body.free for name, body in scene.bodies.items()}
-    turning = found_rotations(scene)
+    motions = {name: body.free for name, body in scene.bodies.items()}  # each gives one equation of equilibrium
+    rotations = found_rotations(scene)
     equations = sum(map(len, motions.values()))
-    unknowns = len(silent) + sum(map(len, turning.values()))
+    unknowns = len(without_length) + sum(map(len, rotations.values()))
     if unknowns >= equations:
         return []
-    more = equations - unknowns
-    message = f"lengths: {_counted(equations, 'equation', motions)}, and " + _counted(
-        unknowns, "unknown", {"lengths of": silent, **turning}
-    )
-    return [(("solve_for",), f"{message}: add cables, or state nothing of {more} more")]
+    counted_equations = _counted(equations, "equation", motions)
+    counted_unknowns = _counted(unknowns, "unknown", {"lengths of": without_length, **rotations})
+    advice = f"add cables, or state nothing of {equations - unknowns} more"
+    return [(("solve_for",), f"lengths: {counted_equations}, and {counted_unknowns}: {advice}")]
 
 
 def silent_cables(scene):
@@ -52,25 +54,26 @@ def found_rotations(scene):
 
     Those of bodies whose attitude is `free`; those of all where the lengths are fewer than the other equations.
     """
-    turning = {name: body.turning for name, body in scene.bodies.items() if body.attitude == "free"}
+    of_free_attitude = {name: body.turning for name, body in scene.bodies.items() if body.attitude == "free"}
     equations = sum(len(body.free) for body in scene.bodies.values())
-    if len(silent_cables(scene)) + sum(map(len, turning.values())) < equations:
+    if len(silent_cables(scene)) + sum(map(len, of_free_attitude.values())) < equations:
         return {name: body.turning for name, body in scene.bodies.items()}
-    return turning
+    return of_free_attitude
 
 
-def _of_pose(scene, silent):
-    found = []
-    if silent:
-        count = f"{len(silent)} of {len(scene.cables)} cables give none: {first_of(silent, LISTED)}"
+def _mistakes_for_pose(scene, without_length):
+    """Path and message where `solve_for: pose` lacks a length, or has tensions; parameters: names of cables."""
+    mistakes = []
+    if without_length:
+        count = f"{len(without_length)} of {len(scene.cables)} cables give none: {first_of(without_length, LISTED)}"
         message = f"missing key: one of {', '.join(STATED)} (solve_for: pose needs one of each cable; {count})"
-        found.append((("cables", silent[0]), message))
+        mistakes.append((("cables", without_length[0]), message))
     if scene.tensions is not None:
-        found.append((("tensions",), "belongs to solve_for: lengths; with pose each cable states its own"))
-    return found
+        mistakes.append((("tensions",), "belongs to solve_for: lengths; with pose each cable states its own"))
+    return mistakes
 
 
-def _counted(count, noun, names):
-    """For example `9 equations (gondola: x, y, z)`."""
-    listed = "; ".join(f"{name} {first_of(inside, LISTED)}" for name, inside in names.items() if inside)
+def _counted(count, noun, names_by_owner):
+    """Count of a noun and what is counted, for example `9 equations (gondola x, y, z)`."""
+    listed = "; ".join(f"{owner} {first_of(names, LISTED)}" for owner, names in names_by_owner.items() if names)
     return f"{counted(count, noun)} ({listed})"

@@ -79,66 +79,71 @@ class Document:
         SceneError
             Every key that cannot be set.
         """
-        value, paths, mistakes = self.value, [], []
-        for key, new, _ in items:
-            value = remove_alternatives(value, key) if new is not None else value
-        for key, new, where in items:
+        contents, overrides, mistakes = self.value, [], []
+        for key, new_value, _ in items:
+            contents = remove_alternatives(contents, key) if new_value is not None else contents
+        for key, new_value, where in items:
             try:
-                if new is None and ":" in key:
+                if new_value is None and ":" in key:
                     raise ValueError(f"no value ({add_blank(key)})")
                 path = split_key(key)
-                value = assign(value, path, prune(new))
-                paths.append((path, where))
+                contents = assign(contents, path, prune(new_value))
+                overrides.append((path, where))
             except ValueError as error:
                 mistakes.append(mistake(_as_place(where), key, str(error)))
-        mistakes += self._unknown_names(value, paths) + ([] if varied else self._absent_names(items))
+        mistakes += self._unknown_names(contents, overrides) + ([] if varied else self._absent_names(items))
         if mistakes:
             raise SceneError(*mistakes)
-        empty = self._empty_with([(path, new) for (path, _), (_, new, _) in zip(paths, items, strict=True)])
-        return Document(self.name, value, self._places, [*self._overrides, *paths], empty)
+        empty = self._empty_after([(path, value) for (path, _), (_, value, _) in zip(overrides, items, strict=True)])
+        return Document(self.name, contents, self._places, [*self._overrides, *overrides], empty)
 
-    def _empty_with(self, changes):
-        """Paths of the keys without a value, after paths were set to new values."""
-        empty = [path for path in self.empty if not any(path[: len(above)] == above for above, _ in changes)]
-        for path, new in changes:
-            empty += [path] if new is None and not is_set(self.value, path) else nulls(new, path)
+    def _empty_after(self, changes):
+        """Paths of the keys without a value, after changes (path, new value) were made."""
+        empty = [path for path in self.empty if not any(path[: len(changed)] == changed for changed, _ in changes)]
+        for path, new_value in changes:
+            removes_nothing = new_value is None and not is_set(self.value, path)
+            empty += [path] if removes_nothing else nulls(new_value, path)
         return empty
 
     def _absent_names(self, items):
-        """Mistakes of items that remove a name which the document does not have."""
-        found = []
-        for key, new, where in items:
-            absent = absent_name(self.value, key.split(".")) if new is None else None
+        """Mistakes of items, as of `with_sets`, that remove a name which the document does not have."""
+        mistakes = []
+        for key, new_value, where in items:
+            absent = absent_name(self.value, key.split(".")) if new_value is None else None
             if absent:
-                kind, name, known = absent
-                found.append(mistake(_as_place(where), key, f"unknown {kind} {name} ({suggestion(name, known)})"))
-        return found
+                kind, name, known_names = absent
+                message = f"unknown {kind} {name} ({suggestion(name, known_names)})"
+                mistakes.append(mistake(_as_place(where), key, message))
+        return mistakes
 
-    def _unknown_names(self, value, paths):
-        """Mistakes of paths, each with its place, that lead through a name of a suspension which it does not have."""
-        found = []
-        for path, where in paths if "cables" in self.value else ():
-            unknown = unknown_name(self.value, value, path)
+    def _unknown_names(self, contents, overrides):
+        """Mistakes of overrides (path, place) that lead through a name of a suspension which it does not have.
+
+        `contents` are the values with these overrides.
+        """
+        mistakes = []
+        for path, where in overrides if "cables" in self.value else ():
+            unknown = unknown_name(self.value, contents, path)
             if unknown:
-                kind, name, known = unknown
-                message = f"unknown {kind} {name} ({suggestion(name, known)})"
-                found.append(mistake(_as_place(where, of_key=True), ".".join(path), message))
-        return found
+                kind, name, known_names = unknown
+                message = f"unknown {kind} {name} ({suggestion(name, known_names)})"
+                mistakes.append(mistake(_as_place(where, of_key=True), ".".join(path), message))
+        return mistakes
 
     def is_override(self, path):
         """True if an upper layer has set exactly what is at a path."""
-        return any(path == key for key, _ in self._overrides)
+        return any(path == override for override, _ in self._overrides)
 
     def place(self, path, of_key=False):
         """Place of the value (or of its key) at a path (a tuple), or of its nearest ancestor that has one."""
         names = tuple(map(str, path))
-        for key, where in reversed(self._overrides):
-            if names[: len(key)] == key:
-                return _as_place(where, of_key and names == key)
+        for override, where in reversed(self._overrides):
+            if names[: len(override)] == override:
+                return _as_place(where, of_key and names == override)
         if path in self._places:
             return self._places[path][of_key]
-        for key, where in reversed(self._overrides):  # a mapping in which only upper layers have set something
-            if key[: len(names)] == names:
+        for override, where in reversed(self._overrides):  # a mapping in which only upper layers have set something
+            if override[: len(names)] == names:
                 return _as_place(where)
         while path not in self._places:
             path = path[:-1]
@@ -150,6 +155,7 @@ class Document:
 
 
 def _as_place(where, of_key=False):
+    """Place of a value, or of its key, that `with_sets` was given as text, as a Place, or as a function."""
     where = where(of_key=of_key) if callable(where) else where
     return where if isinstance(where, Place) else Place(where)
 
@@ -168,15 +174,15 @@ def read_file(path):
         The file cannot be read, or is not a YAML mapping.
     """
     if isinstance(path, Mapping):
-        return _of_mapping(path, MAPPING)
+        return _document_of_mapping(path, MAPPING)
     name = os.fspath(path)
     if name == "-":
         return _parse(_read_bytes(lambda: nullcontext(sys.stdin.buffer), Place(STDIN)), STDIN)
-    return _parse(_read_bytes(lambda: _opened(name), Place(name)), name)
+    return _parse(_read_bytes(lambda: _open_file(name), Place(name)), name)
 
 
-def _of_mapping(mapping, name):
-    """The Document of the contents of a file, by the rules of one: what they are not in JSON is refused."""
+def _document_of_mapping(mapping, name):
+    """The Document of a mapping from Python; it is read as JSON text, so that the rules of files hold for it."""
     base = mapping.get("base")
     contents = {**mapping, "base": MAPPING} if isinstance(base, Mapping) else dict(mapping)
     try:
@@ -185,10 +191,10 @@ def _of_mapping(mapping, name):
         raise refuse(Place(name), f"expected mappings, lists, text and numbers ({error})") from None
     try:
         value, places = compose(text, name)
-    except SceneError as error:  # its lines are those of the text above
-        raise SceneError(*(Mistake(name, one.key, one.message) for one in error.mistakes)) from None
+    except SceneError as error:  # its places are lines of the text above, which the user does not know
+        raise SceneError(*(Mistake(name, found.key, found.message) for found in error.mistakes)) from None
     document = Document(name, value, dict.fromkeys(places, (Place(name), Place(name))))
-    document.base = _of_mapping(base, f"{name} base") if isinstance(base, Mapping) else None
+    document.base = _document_of_mapping(base, f"{name} base") if isinstance(base, Mapping) else None
     return document
 
 
@@ -218,67 +224,73 @@ def resolve_base(document, chain=()):
     Document
         Without keys that are null; `empty` lists those that had nothing to remove from a base.
     """
-    own = {key: value for key, value in document.value.items() if key != "base"}
+    contents = {key: value for key, value in document.value.items() if key != "base"}
     places = document._places
-    if isinstance(own.get("materials"), str):
-        table = _read_beside(document, "materials")
-        own["materials"] = table.value
-        places = places | {("materials", *path): place for path, place in table._places.items() if path}
+    if isinstance(contents.get("materials"), str):
+        materials = _read_named_file(document, "materials")
+        contents["materials"] = materials.value
+        places = places | {("materials", *path): place for path, place in materials._places.items() if path}
     if "base" not in document.given:
-        return Document(document.name, prune(own), places, empty=nulls(own))
-    lower = read_base(document, chain)
-    empty = lower.empty + [path for path in nulls(own) if not is_set(lower.value, path)]
-    return Document(document.name, prune(merge(lower.value, own)), lower._places | places, empty=empty)
+        return Document(document.name, prune(contents), places, empty=nulls(contents))
+    base = read_base(document, chain)
+    empty = base.empty + [path for path in nulls(contents) if not is_set(base.value, path)]
+    return Document(document.name, prune(merge(base.value, contents)), base._places | places, empty=empty)
 
 
-def _beside(document, key):
-    """The path of a file that a key of a document names, relative to the document; SceneError if it is no name."""
+def _named_file(document, key):
+    """Path of the file that a key of a document names, relative to the document; SceneError if it is no name."""
     name = document.value[key]
     if not isinstance(name, str) or not name or not name.isprintable():
         raise refuse(document.place((key,)), "expected the name of a file", key)
     return os.path.join(os.path.dirname(document.name) if document.name != STDIN else "", name)
 
 
-def _read_beside(document, key):
-    """The document of the file that a key of another one names, its own base unread; SceneError as of `read_file`."""
-    name, place = _beside(document, key), document.place((key,))
-    return _parse(_read_bytes(lambda: _opened(name), place, key, f"{name}: "), name)
+def _read_named_file(document, key):
+    """The Document of the file that a key of another one names, its own base unread; SceneError as of `read_file`."""
+    name, place = _named_file(document, key), document.place((key,))
+    return _parse(_read_bytes(lambda: _open_file(name), place, key, f"{name}: "), name)
 
 
 def read_base(document, chain=()):
     """The document that the key `base` of another one names, merged upon its own bases; as `resolve_base`."""
     if document.base:
         return resolve_base(document.base, chain)
-    name, place = _beside(document, "base"), document.place(("base",))
+    name, place = _named_file(document, "base"), document.place(("base",))
     chain = (*(chain or (document.name,)), name)
-    if os.path.realpath(name) in [os.path.realpath(above) for above in chain[:-1] if above != STDIN]:
+    if os.path.realpath(name) in [os.path.realpath(upper) for upper in chain[:-1] if upper != STDIN]:
         raise refuse(place, "base files in a circle: " + " -> ".join(chain), "base")
     if len(chain) > MAX_BASES:
         raise refuse(place, f"more than {MAX_BASES} base files upon each other", "base")
-    return resolve_base(_read_beside(document, "base"), chain)
+    return resolve_base(_read_named_file(document, "base"), chain)
 
 
-def _opened(name):
+def _open_file(name):
     """A file opened for its bytes; a FIFO too, if some program writes to it, but no device. OSError says why not."""
-    kind = os.stat(name).st_mode
-    if stat.S_ISCHR(kind) or stat.S_ISBLK(kind) or stat.S_ISSOCK(kind):
+    mode = os.stat(name).st_mode
+    if stat.S_ISCHR(mode) or stat.S_ISBLK(mode) or stat.S_ISSOCK(mode):
         raise OSError(None, "a device or socket, not a file")
-    if not stat.S_ISFIFO(kind):
-        return open(name, "rb")
-    descriptor, first = os.open(name, os.O_RDONLY | os.O_NONBLOCK), b""
+    return _read_fifo(name) if stat.S_ISFIFO(mode) else open(name, "rb")
+
+
+def _read_fifo(name):
+    """Contents of a FIFO as a binary stream, at most MAX_BYTES + 1; OSError if no program writes to it."""
+    descriptor, first_byte = os.open(name, os.O_RDONLY | os.O_NONBLOCK), b""
     if not select.select([descriptor], [], [], WAITING)[0]:
         with suppress(BlockingIOError):  # a program has it open and has not written yet
-            first = os.read(descriptor, 1)
-            if not first:
+            first_byte = os.read(descriptor, 1)
+            if not first_byte:
                 os.close(descriptor)
                 raise OSError(None, f"a FIFO that no program writes to; waited {WAITING:.0f} s")
     os.set_blocking(descriptor, True)
     with os.fdopen(descriptor, "rb") as file:
-        return BytesIO(first + file.read(MAX_BYTES + 1))
+        return BytesIO(first_byte + file.read(MAX_BYTES + 1))
 
 
-def _read_bytes(open_file, place, key="", shown=""):
-    """The bytes of a file, one more than allowed at most; messages begin with the place, the key and what is shown."""
+def _read_bytes(open_file, place, key="", prefix=""):
+    """The bytes of the stream that `open_file()` returns, at most MAX_BYTES + 1, so that a longer one can be told.
+
+    If it cannot be read, SceneError with this place and key, and a message that begins with the prefix.
+    """
     try:
         with open_file() as file:
             return file.read(MAX_BYTES + 1)
@@ -290,18 +302,18 @@ def _read_bytes(open_file, place, key="", shown=""):
         reason = f"cannot be read ({getattr(error, 'strerror', None) or error})"
     except AttributeError:  # there is no standard input
         reason = "cannot be read (closed)"
-    raise refuse(place, shown + reason, key)
+    raise refuse(place, prefix + reason, key)
 
 
 def _parse(data, name):
-    """Bytes -> Document."""
+    """The Document of the bytes of a YAML file; SceneError where they are no YAML mapping."""
     if len(data) > MAX_BYTES:
         raise refuse(Place(name), f"larger than {MAX_BYTES // 1_000_000} MB")
     try:
         text = data.decode()
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        column = error.start - (data.rfind(b"\n", 0, error.start) + 1) + 1
+        column = error.start - data.rfind(b"\n", 0, error.start)
         message = f"byte 0x{data[error.start]:02x} is not UTF-8 text (is this a YAML file?)"
         raise refuse(Place(name, line, column), message) from None
     value, places = compose(text, name)
@@ -324,7 +336,7 @@ def read_option(option, text, usage, read):
     option, text, usage : str
         Its name, what the user wrote, and the message when that has no `=`.
     read : callable
-        Text behind the sign -> value; raises ValueError or SceneError.
+        Text behind the `=` -> value; raises ValueError or SceneError.
 
     Returns
     -------
@@ -356,6 +368,7 @@ def parse_set(text):
 
 
 def _read_value(written):
+    """Value of the YAML text of an option; ValueError where it is empty."""
     value, places = compose(written, "")
     if not places:
         raise ValueError("no value: expected key=value")
@@ -380,5 +393,7 @@ def apply_sets(document, texts, case=None):
                 values[key] = value
         if case is not None and "case" in values:
             mistakes.append(Mistake(f"--case {case}", "", "given twice, also as --set case"))
-    chosen = [] if case is None else [("case", case, f"--case {case}")]
-    return document.with_sets([*((key, value, f"--set {key}") for key, value in values.items()), *chosen])
+    items = [(key, value, f"--set {key}") for key, value in values.items()]
+    if case is not None:
+        items.append(("case", case, f"--case {case}"))
+    return document.with_sets(items)

@@ -43,31 +43,31 @@ class Entry:
     @property
     def set_keys(self):
         """Dotted keys that are set at some step: tuple."""
-        own = [key for key in self.keys if key != ALTERNATIVE or not self.alternatives]
-        named = [key for settings in self.alternatives.values() for key, _, _ in settings]
-        return tuple(dict.fromkeys([*own, *named]))
+        varied = [key for key in self.keys if key != ALTERNATIVE or not self.alternatives]
+        of_alternatives = [key for settings in self.alternatives.values() for key, _, _ in settings]
+        return tuple(dict.fromkeys([*varied, *of_alternatives]))
 
     def always_set(self, key):
         """True if one of `set_keys` is set at every step."""
-        chosen = ([name for name, _, _ in settings] for settings in self.alternatives.values())
-        return key in self.keys or all(key in names for names in chosen)
+        keys_of_each = ([other for other, _, _ in settings] for settings in self.alternatives.values())
+        return key in self.keys or all(key in keys for keys in keys_of_each)
 
     def shown(self, index):
         """Key -> value of one step as the table has it: dict."""
         return {key: values[index] for key, values, _ in self.columns}
 
     def settings(self, index):
-        """List of (key, value, place) of one step."""
-        found = []
+        """List of (key, value, place) that one step sets, as `Document.with_sets` takes them."""
+        items = []
         for key, values, place in self.columns:
             if key == ALTERNATIVE and self.alternatives:
-                found += self.alternatives[values[index]]
+                items += self.alternatives[values[index]]
             else:
-                found.append((key, values[index], partial(place, index)))
-        return found
+                items.append((key, values[index], partial(place, index)))
+        return items
 
     def steps(self):
-        """The steps worth checking: all, but of ranges and samples only some."""
+        """Indices of the steps worth checking: all, but of ranges and samples only some."""
         if any(isinstance(values, list) for _, values, _ in self.columns):
             return range(len(self))
         return sorted(set().union(*(values.worth_checking(_FEW) for _, values, _ in self.columns)))
@@ -86,80 +86,92 @@ def entries_of(table, source, cases):
     Returns
     -------
     entries : tuple of Entry
-    found : list of (tuple, str)
+    mistakes : list of (tuple, str)
         Path and message of each mistake.
     """
-    entries, found, seen = [], [], set()
+    entries, mistakes, varied = [], [], set()
     groups = [(("vary", number), mapping, partial(_values, cases)) for number, mapping in enumerate(table.vary)]
     if table.sample:
         groups.append((("sample", "over"), table.sample.over, partial(_sampled, table.sample)))
-    for path, mapping, read in groups:
-        columns, alternatives = [], {}
-        for key, written in mapping.items():
-            try:
-                _check_unseen(key, seen)
-                seen.add(key)
-                if key == ALTERNATIVE and path[0] == "vary":
-                    alternatives, wrong = _alternatives(source, (*path, key), written, seen)
-                    seen |= {other for settings in alternatives.values() for other, _, _ in settings}
-                    found, written = found + wrong, list(alternatives)
-                    if wrong:  # said already
-                        continue
-                columns.append((key, read(key, written), partial(_value_place, source, (*path, key))))
-            except ValueError as error:
-                found.append(((*path, key), str(error)))
+    for path, mapping, read_values in groups:
+        columns, alternatives, wrong = _columns_of(mapping, path, read_values, source, varied)
+        mistakes += wrong
         try:
-            entries += [Entry(tuple(columns), alternatives)] if columns or not mapping else []
+            entries += [Entry(columns, alternatives)] if columns or not mapping else []
         except ValueError as error:
-            found.append((path, str(error)))
+            mistakes.append((path, str(error)))
     count = math.prod(map(len, entries))
     if count > MAX_COUNT:
-        found.append((("vary" if table.vary else "sample",), f"{count} cases (at most {MAX_COUNT})"))
-    return tuple(entries), found
+        mistakes.append((("vary" if table.vary else "sample",), f"{count} cases (at most {MAX_COUNT})"))
+    return tuple(entries), mistakes
 
 
-def _check_unseen(key, seen):
+def _columns_of(mapping, path, read_values, source, varied):
+    """The fields of one `Entry` from its mapping at a path of a study: columns, alternatives; and a list of mistakes.
+
+    `mapping` has what is written for the values of each key, `read_values` is a function of both -> the values;
+    `varied` is the set of keys that vary in entries before it, to which those of this one are added.
+    """
+    columns, alternatives, mistakes = [], {}, []
+    for key, written in mapping.items():
+        try:
+            _check_unvaried(key, varied)
+            varied.add(key)
+            if key == ALTERNATIVE and path[0] == "vary":
+                alternatives, wrong = _alternatives(source, (*path, key), written, varied)
+                varied |= {other for settings in alternatives.values() for other, _, _ in settings}
+                if wrong:
+                    mistakes += wrong
+                    continue
+                written = list(alternatives)
+            columns.append((key, read_values(key, written), partial(_value_place, source, (*path, key))))
+        except ValueError as error:
+            mistakes.append(((*path, key), str(error)))
+    return tuple(columns), alternatives, mistakes
+
+
+def _check_unvaried(key, varied):
     """Refuse what is no dotted key, and a key that varies already, whole or in part: ValueError."""
     path = split_key(key)
-    if key in seen:
+    if key in varied:
         raise ValueError("varies in an entry above already")
-    for other in seen:
-        if _contain(path, split_key(other)):
+    for other in varied:
+        if _one_begins_other(path, split_key(other)):
             raise ValueError(CONTAINED.format(other))
 
 
-def _contain(path, other):
-    """Whether one of two paths begins with the other."""
-    shared = min(len(path), len(other))
-    return path[:shared] == other[:shared]
+def _one_begins_other(path, other):
+    """True if one of two paths begins with the other."""
+    shorter = min(len(path), len(other))
+    return path[:shorter] == other[:shorter]
 
 
-def _alternatives(source, path, written, seen):
-    """The `Entry.alternatives` of a mapping, and what is wrong with them: list of (tuple, str).
+def _alternatives(source, path, written, varied):
+    """The `Entry.alternatives` of a mapping at a path, and path and message of mistakes.
 
-    `seen` are the keys that vary otherwise; ValueError where it is no mapping of names.
+    `varied` are the keys that vary otherwise; ValueError where it is no mapping of names.
     """
     if not isinstance(written, dict):
         raise ValueError(f"expected name: {{key: value, ...}} for each alternative, got {show(written)}")
     if not written:
         raise ValueError("expected at least one alternative, as name: {key: value, ...}")
-    alternatives, found = {}, []
+    alternatives, mistakes = {}, []
     for name, changes in written.items():
         if not name.strip():
-            found.append(((*path, name), "an alternative needs a name"))
+            mistakes.append(((*path, name), "an alternative needs a name"))
             continue
         if not isinstance(changes, dict):
-            found.append(((*path, name), f"expected {{key: value, ...}}, got {show(changes)}"))
+            mistakes.append(((*path, name), f"expected {{key: value, ...}}, got {show(changes)}"))
             continue
         settings = []
         for key, value in changes.items():
             try:
-                _check_unseen(key, seen.union(other for other, _, _ in settings))
+                _check_unvaried(key, varied.union(other for other, _, _ in settings))
                 settings.append((key, value, partial(source.place, (*path, name, key))))
             except ValueError as error:
-                found.append(((*path, name, key), str(error)))
+                mistakes.append(((*path, name, key), str(error)))
         alternatives[name] = tuple(settings)
-    return alternatives, found
+    return alternatives, mistakes
 
 
 def _value_place(source, path, index, of_key=False):
@@ -172,7 +184,7 @@ def _values(cases, key, written):
     if isinstance(written, dict):
         return read_range(written)
     if (key, written) == ("case", ALL):
-        return _all_of(cases())
+        return _all_cases(cases())
     if not isinstance(written, list):
         raise ValueError(f"expected a list of values, or a range {{from, to, count}}, got {show(written)}")
     if not written:
@@ -180,14 +192,15 @@ def _values(cases, key, written):
     return written
 
 
-def _all_of(cases):
-    """The load cases of a scene as a list; ValueError where there is none."""
+def _all_cases(cases):
+    """List of the names of the load cases of a scene; ValueError where there is none."""
     if not cases:
         raise ValueError(f"{ALL}: the scene has no cases")
     return list(cases)
 
 
 def _sampled(sample, key, written):
+    """The values of a sampled key, from its interval as written."""
     return Sampled(sample, list(sample.over).index(key), read_interval(written))
 
 
@@ -204,10 +217,10 @@ def entries_of_options(texts, entries, cases):
         for text in texts:
             with mistakes.at(f"--vary {text}"):
                 key, values = read_vary(text)
-                values = _all_of(cases()) if (key, values) == ("case", [ALL]) else values
+                values = _all_cases(cases()) if (key, values) == ("case", [ALL]) else values
                 option = f"--vary {key}"
-                taken = [other for entry in (*entries, *added) for other in entry.set_keys]
-                reason = next(filter(None, (clash(key, other) for other in taken)), None)
+                varied = [other for entry in (*entries, *added) for other in entry.set_keys]
+                reason = next(filter(None, (clash(key, other) for other in varied)), None)
                 if reason:
                     mistakes.append(Mistake(option, "", reason))
                 added.append(Entry(((key, values, partial(_place_of_option, option)),)))
@@ -222,12 +235,12 @@ def _place_of_option(option, index, of_key=False):  # a lambda could not be pick
 
 
 def clash(key, other):
-    """Why a key cannot vary beside another one, or be solved for, or None."""
-    path, taken = split_key(key), split_key(other)
-    if path == taken:
+    """Reason why a key cannot vary, or be solved for, beside another one that varies; None where it can."""
+    path, other_path = split_key(key), split_key(other)
+    if path == other_path:
         return "varies already"
-    if _contain(path, taken):
+    if _one_begins_other(path, other_path):
         return CONTAINED.format(other)
-    if taken in replaced_by(key) and path in replaced_by(other):
+    if other_path in replaced_by(key) and path in replaced_by(other):
         return f"cannot vary beside {other}: they exclude each other"
     return None

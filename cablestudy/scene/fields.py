@@ -119,6 +119,7 @@ class Quantity(_Type):
         raise wrong(f"must be {self._range()}, got {show(value)}")
 
     def _range(self):
+        """The values allowed, for messages."""
         low = f"0, or from {self.least:g}" if self.least else f"from {self.low:g}"
         return self.limits or f"{low} to {self.high:g} {self.unit}".strip()
 
@@ -209,18 +210,18 @@ def tables_of(model, path=()):
     path : tuple of str
         Where it is; "*" stands for any name or index. What may be of two kinds is there twice.
     """
-    found = [(path, model)]
+    tables = [(path, model)]
     for name, field in model.model_fields.items():
-        found += _tables_in(field.annotation, (*path, field.alias or name))
-    return found
+        tables += _tables_in(field.annotation, (*path, field.alias or name))
+    return tables
 
 
-def _tables_in(kind, path):
-    """`tables_of` the models in the type of a key."""
-    if isinstance(kind, type) and issubclass(kind, KeyTable):
-        return tables_of(kind, path)
-    inside = (*path, "*") if get_origin(kind) in (dict, tuple) else path
-    return [table for part in get_args(kind) for table in _tables_in(part, inside)]
+def _tables_in(annotation, path):
+    """`tables_of` the models in the type of a key, the annotation of its field."""
+    if isinstance(annotation, type) and issubclass(annotation, KeyTable):
+        return tables_of(annotation, path)
+    path_of_items = (*path, "*") if get_origin(annotation) in (dict, tuple) else path
+    return [table for part in get_args(annotation) for table in _tables_in(part, path_of_items)]
 
 
 def table_at(tables, path):
@@ -240,21 +241,22 @@ def group_mistakes(table, given, optional=False):
     optional : bool
         Whether a row of alternatives may be left out.
     """
-    found, given = [], set(given)
+    mistakes, given = [], set(given)
     for groups in ALTERNATIVES.get(table, ()):
-        used = [group for group in groups if not given.isdisjoint(group)]
-        present = [key for group in used for key in group if key in given]
-        if len(used) > 1:
-            message = f"given together with {present[0]}: give exactly one of {_first_keys(groups)}"
-            found += [((key,), message) for key in present if key not in used[0]]
-        elif used and used[0][0] not in given:
-            found.append(((), f"missing key: {used[0][0]} ({present[0]} goes with it)"))
-        elif not (used or optional or groups in OF_SECTION + OF_CABLE):
-            found.append(((), f"missing key: one of {_first_keys(groups)}"))
-    return found
+        used_groups = [group for group in groups if not given.isdisjoint(group)]
+        used_keys = [key for group in used_groups for key in group if key in given]
+        if len(used_groups) > 1:
+            message = f"given together with {used_keys[0]}: give exactly one of {_first_keys(groups)}"
+            mistakes += [((key,), message) for key in used_keys if key not in used_groups[0]]
+        elif used_groups and used_groups[0][0] not in given:
+            mistakes.append(((), f"missing key: {used_groups[0][0]} ({used_keys[0]} goes with it)"))
+        elif not (used_groups or optional or groups in OF_SECTION + OF_CABLE):
+            mistakes.append(((), f"missing key: one of {_first_keys(groups)}"))
+    return mistakes
 
 
 def _first_keys(groups):
+    """The main key of each group of alternatives, for messages."""
     return ", ".join(group[0] for group in groups)
 
 
@@ -317,37 +319,43 @@ class KeyTable(BaseModel):
 
     @model_validator(mode="after")
     def _check_relations(self):
+        """Refuse keys that exclude each other, that are missing, or whose relations do not hold."""
         given = [key for key, value in self.__dict__.items() if value is not None and key in self.model_fields_set]
-        found = self.key_mistakes(given) or self._broken()
-        if found:
-            text = "; ".join(": ".join((".".join(map(str, path)), message)).strip(": ") for path, message in found)
-            raise PydanticCustomError("cablestudy", "{text}", {"text": text, "found": found})
+        mistakes = self.key_mistakes(given) or self._broken_relations()
+        if mistakes:
+            text = "; ".join(": ".join((".".join(map(str, path)), message)).strip(": ") for path, message in mistakes)
+            raise PydanticCustomError("cablestudy", "{text}", {"text": text, "found": mistakes})
         return self
 
-    def _broken(self):
-        """Path and message of the relations that do not hold."""
-        for together in self.relations():
-            if broken := [(path, message()) for path, holds, message in together if not holds]:
-                return broken
+    def _broken_relations(self):
+        """Path and message of the relations that do not hold, of the first list in which there are such."""
+        for relations in self.relations():
+            if mistakes := [(path, message()) for path, holds, message in relations if not holds]:
+                return mistakes
         return []
 
 
 def _with_components(default, value):
-    """A default vector with the components of a mapping of index -> value; the mapping where it is something else."""
-    places = [str(place) for place in range(len(default))] if isinstance(default, tuple) else ()
-    is_part = bool(value) and value.keys() <= set(places)
-    return [value.get(*pair) for pair in zip(places, default, strict=True)] if is_part else value
+    """The default of a vector with those components that a mapping of index -> value sets: list.
+
+    The mapping itself where it sets anything else, or the default is no vector.
+    """
+    indices = [str(index) for index in range(len(default))] if isinstance(default, tuple) else ()
+    sets_components = bool(value) and value.keys() <= set(indices)
+    if not sets_components:
+        return value
+    return [value.get(index, component) for index, component in zip(indices, default, strict=True)]
 
 
 def value_at(node, path):
     """The value at a path of tables, mappings and tuples; None when nothing is there."""
-    for place, name in enumerate(path):
+    for depth, name in enumerate(path):
         if isinstance(node, dict):
             node = node.get(name)
         elif isinstance(node, tuple):
             node = node[int(name)] if name.isdigit() and int(name) < len(node) else None
-        elif place and isinstance(node, KeyTable):
-            return node.value_at(path[place:])
+        elif depth and isinstance(node, KeyTable):
+            return node.value_at(path[depth:])
         else:
             node = getattr(node, name, None)
     return node
@@ -362,5 +370,5 @@ def with_value(node, path, value):
     name = path[0]
     if isinstance(node, dict):
         return {**node, name: with_value(node[name], path[1:], value)}
-    place = int(name)
-    return (*node[:place], with_value(node[place], path[1:], value), *node[place + 1 :])
+    index = int(name)
+    return (*node[:index], with_value(node[index], path[1:], value), *node[index + 1 :])

@@ -54,57 +54,59 @@ def keys_of(kind):
         A scene of one cable, of several, or a study.
     """
     if kind == "study":
-        return [*_walk(STUDY_TABLES), *_ranges()]
+        return [*_keys_in(STUDY_TABLES), *_keys_of_ranges()]
     tables = SCENE_TABLES if kind == "scene" else SUSPENSION_TABLES
-    return [Key("base", "", "", BASE["description"], ""), *_walk(tables)]
+    return [Key("base", "", "", BASE["description"], ""), *_keys_in(tables)]
 
 
-def _walk(tables):
-    """Yield the keys of `fields.tables_of` a file, each table after the other, each key once.
+def _keys_in(tables):
+    """Yield each `Key` of the tables of a file, from `fields.tables_of`, each table after the other, each key once.
 
     What cables of a suspension share with `cable` is listed there only.
     """
-    seen = set()
-    shared = {(*path[1:], name) for path, model in tables if path[:1] == ("cable",) for name in _names(model)}
-    for path, model in tables:
-        for name, field in _names(model).items():
-            full = (*path, name)
-            if full in seen or (full[:2] == ("cables", "*") and full[2:] in shared):
+    listed = set()
+    shared = {(*path[1:], name) for path, model in tables if path[:1] == ("cable",) for name in _fields(model)}
+    for table_path, model in tables:
+        for name, field in _fields(model).items():
+            path = (*table_path, name)
+            if path in listed or (path[:2] == ("cables", "*") and path[2:] in shared):
                 continue
-            seen.add(full)
-            yield Key(dotted(full), *_described(field))
+            listed.add(path)
+            yield Key(dotted(path), *_description(field))
 
 
-def _ranges():
-    """Yield the keys of what varies: a list of values, or a range; and of what is sampled."""
+def _keys_of_ranges():
+    """Yield the keys inside of `vary` and `sample`: of ranges, of alternatives, of intervals that are sampled."""
     ends = {"from": ("", REQUIRED, ""), "to": ("", REQUIRED, "")}
     count = {"count": (NO_UNIT, REQUIRED, f"1 to {MAX_COUNT}")}
     spacing = {"spacing": ("", SPACINGS[0], ", ".join(SPACINGS))}
     yield Key("vary.N.KEY", "", "", "Values of a dotted key of the scene: a list, or a range of the keys below", "")
     changes = "Name of an alternative, and the changes that it makes: dotted key -> value; a column has the names"
     yield Key("vary.N.alternative.NAME", "", "", changes, "")
-    for place, inside in (("vary.N.KEY", ends | count | spacing), ("sample.over.KEY", ends | spacing)):
-        for name, (unit, default, allowed) in inside.items():
-            yield Key(f"{place}.{name}", unit, default, MEANINGS[name], allowed)
+    for parent, children in (("vary.N.KEY", ends | count | spacing), ("sample.over.KEY", ends | spacing)):
+        for name, (unit, default, allowed) in children.items():
+            yield Key(f"{parent}.{name}", unit, default, MEANINGS[name], allowed)
 
 
-def _names(model):
-    """Key as written -> field of a model."""
+def _fields(model):
+    """Key as written -> field of a model, of pydantic: dict."""
     return {field.alias or name: field for name, field in model.model_fields.items()}
 
 
 def dotted(path):
     """A path with "*" as a dotted key: `cables.NAME.loads.N.at`."""
     parts = []
-    for place, part in enumerate(path):
-        in_list = (path[place - 1] in LISTS and path[place + 1] != "*") or path[place - 2 : place] == (*LISTS, "*")
-        parts.append(part if part != "*" else ANY[in_list])
+    for i, part in enumerate(path):
+        if part == "*":  # of `loads`: a place in the list, but the name of a cable in `cases.NAME.loads.NAME.N`
+            in_list = (path[i - 1] in LISTS and path[i + 1] != "*") or path[i - 2 : i] == (*LISTS, "*")
+            part = ANY[in_list]
+        parts.append(part)
     return ".".join(parts)
 
 
-def _described(field):
-    """Unit, default, meaning and allowed values of a field."""
-    number, words = _kind([field.annotation, *field.metadata])
+def _description(field):
+    """Unit, default, meaning and allowed values of a field, each as text."""
+    number, words = _number_and_words([field.annotation, *field.metadata])
     unit, allowed = "", ", ".join(words)
     if isinstance(number, Quantity):
         unit = number.unit or NO_UNIT
@@ -115,21 +117,21 @@ def _described(field):
     return unit, _default(field), field.description, allowed
 
 
-def _kind(kinds):
-    """The Quantity or Count inside of the types of a field, or None; the words that are allowed."""
-    words = ()
-    while kinds:
-        kind = kinds.pop(0)
-        if isinstance(kind, (Quantity, Count)):
-            return kind, words
-        if get_origin(kind) is Literal:
-            words += get_args(kind)
-        elif kind is bool:
+def _number_and_words(annotations):
+    """The first Quantity or Count inside of the annotations of a field, or None; the words that are allowed."""
+    words, to_visit = (), list(annotations)
+    while to_visit:
+        annotation = to_visit.pop(0)
+        if isinstance(annotation, (Quantity, Count)):
+            return annotation, words
+        if get_origin(annotation) is Literal:
+            words += get_args(annotation)
+        elif annotation is bool:
             words += ("true", "false")
-        elif isinstance(kind, Either):
-            kinds = [getattr(read, "__self__", None) for _, read in kind.readers] + kinds
-        elif get_origin(kind) in CONTAINERS:
-            kinds = [*get_args(kind), *getattr(kind, "__metadata__", ()), *kinds]
+        elif isinstance(annotation, Either):  # the reader of a number is a method of its Quantity
+            to_visit = [getattr(read, "__self__", None) for _, read in annotation.readers] + to_visit
+        elif get_origin(annotation) in CONTAINERS:
+            to_visit = [*get_args(annotation), *getattr(annotation, "__metadata__", ()), *to_visit]
     return None, words
 
 

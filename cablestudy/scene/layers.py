@@ -59,34 +59,36 @@ NAMED = {
 }
 
 
-def _replaces():
-    """Pattern of a path ("*": any name) -> the patterns that a value there removes from a lower layer."""
-    table = {}
-    for key, other in _alternatives():
-        table.setdefault(key, []).append(other)
-    own = ("fill_factor", "expansion", *(group[0] for groups in OF_CABLE for group in groups))
+def _replaced_patterns():
+    """Pattern of a path ("*": any name) -> tuple of the patterns that a value there removes from a lower layer."""
+    replaced = {}
+    for pattern, excluded in _exclusions():
+        replaced.setdefault(pattern, []).append(excluded)
+    of_material = ("fill_factor", "expansion", *(group[0] for groups in OF_CABLE for group in groups))
     damping = ("ratio", "loss_factor", "time")
     for cable in (("cable",), ("cables", "*")):
-        table[*cable, "material"] = [(*cable, key) for key in own]
+        replaced[*cable, "material"] = [(*cable, key) for key in of_material]
         # Both may be given in one layer; one alone is another size, of which the other follows.
-        table[*cable, "area"], table[*cable, "diameter"] = [(*cable, "diameter")], [(*cable, "area")]
+        replaced[*cable, "area"], replaced[*cable, "diameter"] = [(*cable, "diameter")], [(*cable, "area")]
         # A parameter implies its damping model, and a model its parameter: each replaces the other of a lower layer.
-        model = (*cable, "damping", "model")
-        table[model] = [(*cable, "damping", name) for name in damping]
-        for key in table[model]:
-            table[key] = [model, *(other for other in table[model] if other != key)]
-    return {key: tuple(dict.fromkeys(others)) for key, others in table.items()}
+        model, parameters = (*cable, "damping", "model"), [(*cable, "damping", name) for name in damping]
+        replaced[model] = parameters
+        for parameter in parameters:
+            replaced[parameter] = [model, *(other for other in parameters if other != parameter)]
+    return {pattern: tuple(dict.fromkeys(others)) for pattern, others in replaced.items()}
 
 
-def _alternatives():
-    """Yield the patterns of each key of ALTERNATIVES and of one that it excludes."""
-    for name, rows in ALTERNATIVES.items():
-        for place, groups in product(PLACES.get(name, (name,)), rows):
-            for group, other in permutations(groups, 2):
-                yield from product(*([(*place.split("."), key) for key in keys] for keys in (group, other)))
+def _exclusions():
+    """Yield pairs of patterns: a key of ALTERNATIVES, and one that it excludes; each pair in both orders."""
+    for table, rows in ALTERNATIVES.items():
+        for pattern, groups in product(PLACES.get(table, (table,)), rows):
+            parent = pattern.split(".")
+            for group, other_group in permutations(groups, 2):
+                for key, excluded in product(group, other_group):
+                    yield (*parent, key), (*parent, excluded)
 
 
-REPLACES = _replaces()
+REPLACES = _replaced_patterns()
 
 
 def matches(pattern, path):
@@ -100,12 +102,15 @@ def replaced_by(key):
     path = tuple(key.split("."))
     if path in REPLACES:
         return REPLACES[path]
-    for pattern, others in REPLACES.items():
+    for pattern, replaced in REPLACES.items():
         if matches(pattern, path):
-            return tuple(
-                tuple(part if name == "*" else name for name, part in zip(other, path, strict=True)) for other in others
-            )
+            return tuple(_filled(other, path) for other in replaced)
     return ()
+
+
+def _filled(pattern, path):
+    """A pattern with the names of a path of equal length in the places of "*": tuple."""
+    return tuple(name if part == "*" else part for part, name in zip(pattern, path, strict=True))
 
 
 @lru_cache(maxsize=4096)
@@ -137,14 +142,14 @@ def prune(value):
 def nulls(value, path=()):
     """List of the paths (tuples of str and int) of the keys in a plain value that are null."""
     if isinstance(value, dict):
-        found = [(*path, key) for key, item in value.items() if item is None]
-        return found + [inside for key, item in value.items() for inside in nulls(item, (*path, key))]
+        own = [(*path, key) for key, item in value.items() if item is None]
+        return own + [inner for key, item in value.items() for inner in nulls(item, (*path, key))]
     if isinstance(value, list):
-        return [inside for index, item in enumerate(value) for inside in nulls(item, (*path, index))]
+        return [inner for index, item in enumerate(value) for inner in nulls(item, (*path, index))]
     return []
 
 
-def assign(container, path, value, done=()):
+def assign(container, path, value, parent=()):
     """Copy of a dict or list with one value set; what is not on the path is shared, and missing mappings are made.
 
     Parameters
@@ -153,25 +158,25 @@ def assign(container, path, value, done=()):
     path : tuple of str
     value : object
         None removes the key.
-    done : tuple of str
-        The path of `container` itself, for messages.
+    parent : tuple of str
+        Path of `container` itself, for messages.
 
     Raises
     ------
     ValueError
         The path leads through something that is neither a mapping nor a list.
     """
-    key, rest = path[0], path[1:]
+    key, remaining = path[0], path[1:]
     if isinstance(container, list):
-        key = _index(container, key, ".".join(done))
-        inside = container[key]
+        key = _index(container, key, ".".join(parent))
+        item = container[key]
     elif isinstance(container, dict):
-        inside = container.get(key, {})
+        item = container.get(key, {})
     else:
-        raise ValueError(f"{'.'.join(done)} is {container!r:.60}, which has no key {key:.60}")
+        raise ValueError(f"{'.'.join(parent)} is {container!r:.60}, which has no key {key:.60}")
     copy = container.copy()
-    if rest:
-        copy[key] = assign(inside, rest, value, (*done, path[0]))
+    if remaining:
+        copy[key] = assign(item, remaining, value, (*parent, path[0]))
     elif value is None and isinstance(copy, dict):
         copy.pop(key, None)
     else:
@@ -205,23 +210,24 @@ def unknown_name(lower, upper, path):
         None where all names are known, or the layer adds a new table with the keys that it needs.
     """
     for table, (kind, keys) in NAMED.items():
-        count = len(table)
-        if len(path) > count + 1 and all(part in ("*", name) for part, name in zip(table, path, strict=False)):
-            known, new = value_at(lower, path[:count]), value_at(upper, path[: count + 1])
-            known = known if isinstance(known, dict) else {}
-            misnamed = keys is not None and isinstance(new, dict) and new.keys().isdisjoint(keys)
-            if path[count] not in known and misnamed:
-                return kind, path[count], list(known)
+        depth = len(table)
+        if len(path) > depth + 1 and matches(table, path[:depth]):
+            name, existing, entry = path[depth], value_at(lower, path[:depth]), value_at(upper, path[: depth + 1])
+            names = list(existing) if isinstance(existing, dict) else []
+            lacks_keys = keys is not None and isinstance(entry, dict) and entry.keys().isdisjoint(keys)
+            if name not in names and lacks_keys:
+                return kind, name, names
     return None
 
 
 def absent_name(value, path):
     """Find the name with which a path ends and which plain values do not have; returns as `unknown_name`."""
     for table, (kind, _) in NAMED.items():
-        if len(path) == len(table) + 1 and all(part in ("*", name) for part, name in zip(table, path, strict=False)):
-            known = value_at(value, path[:-1])
-            if not (isinstance(known, dict) and path[-1] in known):
-                return kind, path[-1], list(known) if isinstance(known, dict) else []
+        if matches(table, path[:-1]):
+            existing = value_at(value, path[:-1])
+            names = list(existing) if isinstance(existing, dict) else []
+            if path[-1] not in names:
+                return kind, path[-1], names
     return None
 
 
@@ -234,24 +240,25 @@ def remove_alternatives(value, key):
 
 def merge(lower, upper):
     """A file upon its base, both plain: mappings are merged key by key, anything else replaces."""
-    for path in _written(upper):
+    for path in _paths_of_values(upper):
         lower = remove_alternatives(lower, ".".join(path))
-    return _merged(lower, upper)
+    return _merge_keys(lower, upper)
 
 
-def _written(mapping, path=()):
+def _paths_of_values(mapping, path=()):
     """Yield the paths of all values in a mapping, mappings included, that are not null."""
     for key, value in mapping.items():
         if value is not None:
             yield (*path, key)
             if isinstance(value, dict):
-                yield from _written(value, (*path, key))
+                yield from _paths_of_values(value, (*path, key))
 
 
-def _merged(lower, upper):
+def _merge_keys(lower, upper):
+    """`merge` without regard to keys that are alternatives."""
     if not (isinstance(lower, dict) and isinstance(upper, dict)):
         return upper
-    return lower | {key: _merged(lower[key], value) if key in lower else value for key, value in upper.items()}
+    return lower | {key: _merge_keys(lower[key], value) if key in lower else value for key, value in upper.items()}
 
 
 def is_set(value, path):

@@ -29,7 +29,7 @@ def bare_number(value):
 
 def likely_mistakes(document):
     """Warnings about values of a document, with their places: tuple of str."""
-    return (*_bare_numbers(document), *_sections(document))
+    return (*_bare_numbers(document), *_doubtful_sections(document))
 
 
 def _bare_numbers(document):
@@ -46,52 +46,55 @@ def _bare_numbers(document):
 
 
 def _leaves(value, path=()):
-    """Yield path and value of what is no mapping."""
-    for key, inside in value.items():
-        if isinstance(inside, dict):
-            yield from _leaves(inside, (*path, key))
+    """Yield path and value of all that is no mapping in a nested mapping."""
+    for key, item in value.items():
+        if isinstance(item, dict):
+            yield from _leaves(item, (*path, key))
         else:
-            yield (*path, key), inside
+            yield (*path, key), item
 
 
-def _sections(document):
-    """Yield cables with a rope at another size than its own, and thick ones of a solid material."""
+def _doubtful_sections(document):
+    """Yield a warning for each cable with a rope at another size than its own, or thick and of a solid material."""
     tables = {("cable",): document.value.get("cable")}
     cables = document.value.get("cables")
     tables |= {("cables", name): table for name, table in (cables if isinstance(cables, dict) else {}).items()}
-    named = {path: table for path, table in tables.items() if isinstance(table, dict) and table.get("material")}
-    known = known_materials(document.value.get("materials")) if named else {}
-    for path, table in named.items():
+    tables = {path: table for path, table in tables.items() if isinstance(table, dict) and table.get("material")}
+    known = known_materials(document.value.get("materials")) if tables else {}
+    for path, table in tables.items():
         name = table["material"]
         material = known.get(name) if isinstance(name, str) else None
-        found = material and (_resized(name, material, table) or _solid(name, material, table))
-        if found:
-            key, text = found
+        doubt = material and (_doubt_resized_rope(name, material, table) or _doubt_solid_bar(name, material, table))
+        if doubt:
+            key, text = doubt
             yield str(mistake(document.place((*path, key)), ".".join((*path, key)), text))
 
 
-def _resized(name, material, table):
-    """Key and message where a cable has another size than its rope; None elsewhere."""
-    for key, unit, own in (("diameter", "m", material.section_diameter), ("area", "m^2", material.section_area)):
-        given = None if material.section_area is None else _number(table.get(key), unit)
-        if given is not None and abs(given / own - 1) > SAME:
-            size = f"{own * 1e3:.4g} mm" if key == "diameter" else f"{own * 1e6:.4g} mm^2"
+def _doubt_resized_rope(name, material, table):
+    """Key and message where a cable has another size than the rope that is its material; None elsewhere."""
+    if material.section_area is None:  # a material without a size
+        return None
+    for key, unit, rope_size in (("diameter", "m", material.section_diameter), ("area", "m^2", material.section_area)):
+        cable_size = _number(table.get(key), unit)
+        if cable_size is not None and abs(cable_size / rope_size - 1) > SAME:
+            size = f"{rope_size * 1e3:.4g} mm" if key == "diameter" else f"{rope_size * 1e6:.4g} mm^2"
             return key, f"{name} has {size}, and is scaled to another size here ({key}: null takes its own)"
     return None
 
 
-def _solid(name, material, table):
-    """Key and message where a thick cable of a material is solid, as a rope is not; None elsewhere."""
-    stated = any(table.get(key) is not None for key in ("area", "fill_factor", "axial_stiffness", "mass_per_length"))
-    solid = material.fill_factor == 1 and material.section_area is None and not name.startswith(PAPER)
-    diameter = _number(table.get("diameter"), "m") if solid and not stated else None
+def _doubt_solid_bar(name, material, table):
+    """Key and message where a thick cable is a solid bar of its material, which is likely to be a rope; else None."""
+    section_keys = ("area", "fill_factor", "axial_stiffness", "mass_per_length")
+    is_solid = material.fill_factor == 1 and material.section_area is None and not name.startswith(PAPER)
+    is_solid &= all(table.get(key) is None for key in section_keys)
+    diameter = _number(table.get("diameter"), "m") if is_solid else None
     if diameter is None or diameter <= THICKEST_WIRE:
         return None
     return "diameter", f"a solid bar of {name}; a rope has a fill_factor below 1 ('cablestudy materials' lists ropes)"
 
 
 def _number(value, unit):
-    """A value in SI, or None where it is none."""
+    """A value of the file as a positive number in a unit of SI, or None where it is none."""
     try:
         number = to_si(value, unit)
     except ValueError:

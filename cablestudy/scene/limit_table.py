@@ -49,15 +49,15 @@ def comparison(text):
     raise wrong(f"{EXPECTED}, got {show(text)}")
 
 
-def _checked(text):
-    """The text of a limit, if it is one; see `comparison`."""
+def _check_comparison(text):
+    """The text of a limit itself; PydanticCustomError where it is no `comparison`."""
     return comparison(text) and text
 
 
 class LimitTable(KeyTable):
     """One limit."""
 
-    that: Annotated[Name, AfterValidator(_checked)] = Field(
+    that: Annotated[Name, AfterValidator(_check_comparison)] = Field(
         description="Comparison of a column with a number: utilisation <= 60 %"
     )
     cases: tuple[Name, ...] | None = Field(
@@ -66,7 +66,7 @@ class LimitTable(KeyTable):
 
 
 Limit = Annotated[LimitTable | str, Either(
-    ((str, lambda text: LimitTable.model_construct(that=_checked(text))),
+    ((str, lambda text: LimitTable.model_construct(that=_check_comparison(text))),
      ((dict, LimitTable), LimitTable.model_validate)),
     "a comparison, such as 'clearance >= 6 m', or a mapping with the keys that, cases",
     ({"type": "string", "minLength": 1}, {"$ref": "#/$defs/LimitTable"}),
@@ -78,11 +78,12 @@ def limit_relations(limits, cases):
     """Relations, as of `KeyTable.relations`, that the load cases which limits name are there: a list."""
     known = [*cases, REFERENCE]
     return [
-        (("limits", name, "cases", place), case in known, partial(_unknown_case, case, known))
+        (("limits", name, "cases", index), case in known, partial(_unknown_case, case, known))
         for name, limit in limits.items()
-        for place, case in enumerate(limit.cases or ())
+        for index, case in enumerate(limit.cases or ())
     ]
 
 
 def _unknown_case(case, known):
+    """Message on a load case that a limit names and the scene does not have."""
     return f"unknown load case {show(case)} ({suggestion(case, known)})"

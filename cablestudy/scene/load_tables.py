@@ -43,8 +43,8 @@ class Load(KeyTable):
 
     def relations(self):
         """A force, a mass, or both."""
-        given = self.force is not None or self.mass is not None
-        yield [((), given, lambda: "missing key: force, mass, or both")]
+        has_load = self.force is not None or self.mass is not None
+        yield [((), has_load, lambda: "missing key: force, mass, or both")]
 
 
 def load_name(cable, number):
@@ -65,7 +65,7 @@ def paths_of_loads(cable, *tables):
     *tables : (tuple, tuple of Load)
         Path of a list of loads, and the list.
     """
-    paths = [(*path, str(place)) for path, loads in tables for place in range(len(loads))]
+    paths = [(*path, str(index)) for path, loads in tables for index in range(len(loads))]
     return {load_name(cable, number): path for number, path in enumerate(paths, 1)}
 
 
@@ -119,16 +119,15 @@ class SteadyWind(KeyTable):
 
     @property
     def dynamic_pressure(self):
-        """Given, or rho/2 v^2, times the square of the gust factor; at the height that is stated. [Pa]"""
-        steady = self.pressure if self.pressure is not None else self.air_density / 2 * self.speed**2
-        return steady * self.gust_factor**2
+        """Pressure given, or rho/2 v^2, times the square of the gust factor; at the height that is stated. [Pa]"""
+        without_gust = self.pressure if self.pressure is not None else self.air_density / 2 * self.speed**2
+        return without_gust * self.gust_factor**2
 
     def relations(self):
         """The height of a speed and the exponent go together."""
-        given, other = ("at", "exponent") if self.exponent is None else ("exponent", "at")
-        yield [
-            ((), (self.at is None) == (self.exponent is None), lambda: f"missing key: {other} ({given} goes with it)")
-        ]
+        given, missing = ("at", "exponent") if self.exponent is None else ("exponent", "at")
+        both_or_none = (self.at is None) == (self.exponent is None)
+        yield [((), both_or_none, lambda: f"missing key: {missing} ({given} goes with it)")]
 
 
 class CommonLoadCase(KeyTable):
@@ -159,7 +158,7 @@ class CommonLoadCase(KeyTable):
         return diameter + 2 * ice.thickness
 
     def needs_of(self, cable, path, name):
-        """The relations that a cable has what the case of this name needs; a list as of `KeyTable.relations`.
+        """Relations that a cable has the diameter and expansion that this case needs: a list, see `KeyTable.relations`.
 
         Parameters
         ----------
@@ -167,15 +166,17 @@ class CommonLoadCase(KeyTable):
         path : tuple
             Of the cable in the scene.
         name : str
+            Of this case.
         """
-        around = self.wind is not None or (self.ice is not None and self.ice.thickness is not None)
-        text = "missing key: {} (case {} has {})".format
+        needs_diameter = self.wind is not None or (self.ice is not None and self.ice.thickness is not None)
+        has_diameter = cable.section_diameter is not None
+        has_expansion = cable.expansion is not None or cable.stress_strain is not None
+        message = "missing key: {} (case {} has {})".format
+        around = partial(message, "diameter", name, "wind or ice around the cable")
         return [
-            (path, not around or cable.section_diameter is not None,
-             partial(text, "diameter", name, "wind or ice around the cable")),
-            (path, self.temperature is None or cable.expansion is not None or cable.stress_strain is not None,
-             partial(text, "expansion", name, "a temperature")),
-        ]  # fmt: skip
+            (path, not needs_diameter or has_diameter, around),
+            (path, self.temperature is None or has_expansion, partial(message, "expansion", name, "a temperature")),
+        ]
 
 
 class EndForces(KeyTable):
@@ -207,7 +208,8 @@ class LoadCase(CommonLoadCase):
     loads: tuple[Load, ...] = Field((), max_length=MAX_LOADS, description="Point loads beside those of the cable")
 
 
-def _by_cable(value):
+def _refuse_list(value):
+    """The loads of a case, by cable; a bare list, right for one cable, is refused."""
     if isinstance(value, list):
         raise wrong("expected a mapping of cable -> list of loads, got a list")
     return value
@@ -265,17 +267,17 @@ class SuspensionLoadCase(CommonLoadCase):
     )
 
     loads: Annotated[
-        dict[Name, Annotated[tuple[Load, ...], Field(max_length=MAX_LOADS)]], BeforeValidator(_by_cable)
+        dict[Name, Annotated[tuple[Load, ...], Field(max_length=MAX_LOADS)]], BeforeValidator(_refuse_list)
     ] = Field({}, description="Name of a cable -> point loads beside those of the cable")
 
     @property
     def listed(self):
-        """Key -> the names of cables and bodies that ice or wind list; without those that list none: dict."""
+        """`ice`, `wind` -> names of the cables and bodies that it is on; a key only where names are listed: dict."""
         tables = {"ice": self.ice, "wind": self.wind}
         return {key: table.on for key, table in tables.items() if table is not None and table.on is not None}
 
     def of_cable(self, name):
-        """The case as the cable of a name has it: without ice and wind that are on others."""
+        """Copy of the case for one cable, by its name: without ice and wind that are on other ones."""
         absent = [key for key, names in self.listed.items() if name not in names]
         return self.model_copy(update=dict.fromkeys(absent)) if absent else self
 

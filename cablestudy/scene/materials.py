@@ -62,20 +62,20 @@ class Properties(KeyTable):
     @classmethod
     def key_mistakes(cls, given):
         """Mistakes of the keys, see `KeyTable.key_mistakes`: also a size that is stated twice."""
-        found = super().key_mistakes(given)
+        mistakes = super().key_mistakes(given)
         if {"area", "diameter", "fill_factor"} <= set(given):
-            found.append((("fill_factor",), "has no effect: area and diameter are given"))
-        return found
+            mistakes.append((("fill_factor",), "has no effect: area and diameter are given"))
+        return mistakes
 
     def size_relations(self):
-        """A circle of the diameter holds the area: a list as of `relations`."""
+        """Relation that a circle of the diameter holds the area: a list as of `relations`."""
         if self.area is None or self.diameter is None:
             return []
         circle = math.pi * (self.diameter * self.diameter) / 4
         message = "a circle of it has {:g} m^2, less than {:g} m^2".format
         return [(("diameter",), self.area <= ROUNDED * circle, lambda: message(circle, self.area))]
 
-    # ------------------------------------------------------------------ the same, whichever of the keys are given
+    # ------------------------------------------------------------------ quantities, whichever of the keys are given
 
     @property
     def section_area(self):
@@ -134,15 +134,17 @@ class Properties(KeyTable):
         curves = self.stress_strain
         return curves.modulus if self.elastic_modulus is None and curves else self.elastic_modulus
 
-    def _or_times_area(self, whole, per_area):
-        if whole is not None or per_area is None or self.section_area is None:
-            return whole
+    def _or_times_area(self, of_section, per_area):
+        """Quantity of the whole section: as given, else that per area times the area; or None."""
+        if of_section is not None or per_area is None or self.section_area is None:
+            return of_section
         return per_area * self.section_area
 
-    def _or_over_area(self, per_area, whole):
-        if per_area is not None or whole is None or self.section_area is None:
+    def _or_over_area(self, per_area, of_section):
+        """Quantity per area: as given, else that of the whole section over the area; or None."""
+        if per_area is not None or of_section is None or self.section_area is None:
             return per_area
-        return whole / self.section_area
+        return of_section / self.section_area
 
 
 class Material(Properties):
@@ -155,11 +157,11 @@ class Material(Properties):
     @classmethod
     def key_mistakes(cls, given):
         """Mistakes of the keys, see `KeyTable.key_mistakes`: also a stiffness or mass that is missing."""
-        found, given = super().key_mistakes(given), set(given)
-        for (whole,), (per_area,) in OF_SECTION[:2]:
-            if given.isdisjoint((whole, per_area)):
-                found.append(((), f"missing key: one of {whole}, {per_area}"))
-        return found
+        mistakes, given = super().key_mistakes(given), set(given)
+        for (of_section,), (per_area,) in OF_SECTION[:2]:
+            if given.isdisjoint((of_section, per_area)):
+                mistakes.append(((), f"missing key: one of {of_section}, {per_area}"))
+        return mistakes
 
     def relations(self):
         """Relations of its sizes, see `size_relations`."""
@@ -171,38 +173,39 @@ class Material(Properties):
         Parameters
         ----------
         given : set of str
-            The keys of the cable. With a size of its own it is another one of the same material: what the entry states
-            as a whole is then taken per area.
+            The keys of the cable. If it has a size of its own, stiffness, mass and breaking force of the material are
+            taken per area, and its area and diameter are not.
 
         Returns
         -------
         dict
             Key -> value in SI.
         """
-        resized, found = not given.isdisjoint(("area", "diameter")), {}
-        for (whole,), (per_area,) in OF_SECTION:
-            if given.isdisjoint((whole, per_area)):
+        resized, properties = not given.isdisjoint(("area", "diameter")), {}
+        for (of_section,), (per_area,) in OF_SECTION:
+            if given.isdisjoint((of_section, per_area)):
                 scaled = getattr(self, f"section_{per_area}") if resized else getattr(self, per_area)
-                found |= {per_area: scaled} if scaled is not None else {whole: getattr(self, whole)}
+                properties |= {per_area: scaled} if scaled is not None else {of_section: getattr(self, of_section)}
         if not resized:
-            found |= {"area": self.area, "diameter": self.diameter}
-        if not {"area", "diameter"} <= given | {key for key, value in found.items() if value is not None}:
-            found["fill_factor"] = self.section_fill_factor
-        found["expansion"] = self.expansion
-        stiffness = {key for group in OF_SECTION[0] for key in group}
-        if "state" in given and self.stress_strain and given.isdisjoint(stiffness):  # else its cable is linear
-            found = {key: value for key, value in found.items() if key not in stiffness}
-            found["stress_strain"] = self.stress_strain
-        return {key: value for key, value in found.items() if value is not None and key not in given}
+            properties |= {"area": self.area, "diameter": self.diameter}
+        if not {"area", "diameter"} <= given | {key for key, value in properties.items() if value is not None}:
+            properties["fill_factor"] = self.section_fill_factor
+        properties["expansion"] = self.expansion
+        stiffness_keys = {key for group in OF_SECTION[0] for key in group}
+        if "state" in given and self.stress_strain and given.isdisjoint(stiffness_keys):  # else its cable is linear
+            properties = {key: value for key, value in properties.items() if key not in stiffness_keys}
+            properties["stress_strain"] = self.stress_strain
+        return {key: value for key, value in properties.items() if value is not None and key not in given}
 
 
-def _mapping(value):
+def _refuse_file_name(value):
+    """The table of materials itself; the name of a file, which only a scene may have in its place, is refused."""
     if isinstance(value, str):
         raise wrong(f"expected a mapping of names, got {show(value)} (a file is named in the scene itself)")
     return value
 
 
-Materials = Annotated[dict[MaterialName, Material], BeforeValidator(_mapping)]
+Materials = Annotated[dict[MaterialName, Material], BeforeValidator(_refuse_file_name)]
 
 
 @cache
@@ -212,21 +215,22 @@ def materials():
     return {name: Material.model_validate(entry) for name, entry in document.value.items()}
 
 
-def known_materials(own):
-    """Name -> Material of all that a scene may name: its own over the built-in ones.
+def known_materials(table):
+    """Name -> Material of all that a scene may name: those of its own table over the built-in ones.
+
+    An entry that is wrong is None, so that only its own mistakes are told.
 
     Parameters
     ----------
-    own : dict
-        Plain values of the key `materials` of the scene, or anything else. An entry that is wrong is None, so that only
-        its own mistakes are told.
+    table : dict
+        Plain values of the key `materials` of the scene, or anything else, which is ignored.
     """
-    if not isinstance(own, dict):
+    if not isinstance(table, dict):
         return materials()
-    found = dict(materials())
-    for name, entry in own.items():
+    known = dict(materials())
+    for name, entry in table.items():
         try:
-            found[name] = Material.model_validate(entry)
+            known[name] = Material.model_validate(entry)
         except ValidationError:
-            found[name] = None
-    return found
+            known[name] = None
+    return known

@@ -35,25 +35,24 @@ def collect(error, document, tables):
 
 def findings(error, value, tables):
     """Mistakes that `collect` reports, as (path, message) pairs; `value` is what was read, as plain values."""
-    found = [item for detail in error.errors(include_url=False) for item in _plain(detail, tables)]
-    return found + _groups(value, tables)
+    of_pydantic = [pair for detail in error.errors(include_url=False) for pair in _paths_and_messages(detail, tables)]
+    return of_pydantic + _key_mistakes(value, tables)
 
 
 def located(found, document):
     """SceneError from (path, message) pairs, each once and at its place in the document."""
-    placed = []
+    mistakes_with_place = []
     for path, message in dict.fromkeys(found):
-        about_key = message.startswith(ABOUT_KEYS)
-        place = document.place(path, about_key)
-        placed.append((place, mistake(place, ".".join(map(str, path)), message)))
-    placed.sort(key=lambda item: item[0])
-    return SceneError(*at_most([found for _, found in placed], document.name))
+        place = document.place(path, of_key=message.startswith(ABOUT_KEYS))
+        mistakes_with_place.append((place, mistake(place, ".".join(map(str, path)), message)))
+    mistakes_with_place.sort(key=lambda pair: pair[0])
+    return SceneError(*at_most([located_mistake for _, located_mistake in mistakes_with_place], document.name))
 
 
 def at_most(mistakes, name):
     """The first 100 mistakes of a list, and one about the file `name` that counts those left out."""
-    more = len(mistakes) - MAX_SHOWN
-    return mistakes if more <= 0 else [*mistakes[:MAX_SHOWN], Mistake(name, "", f"and {more} more mistakes")]
+    left_out = len(mistakes) - MAX_SHOWN
+    return mistakes if left_out <= 0 else [*mistakes[:MAX_SHOWN], Mistake(name, "", f"and {left_out} more mistakes")]
 
 
 OF_CASES = ("cases", "*")
@@ -79,20 +78,20 @@ _EXPECTED = {
 }
 
 
-def _plain(detail, tables):
-    """One finding of pydantic as (path, message) pairs."""
+def _paths_and_messages(detail, tables):
+    """One error of pydantic as (path, message) pairs; `detail` is an item of `ValidationError.errors()`."""
     path, kind, context, value = detail["loc"], detail["type"], detail.get("ctx", {}), detail["input"]
-    if path[-1:] == ("[key]",):  # a name
+    if path[-1:] == ("[key]",):  # a name that the user chose, for example of a cable
         path, value = path[:-1], path[-2]
         kind = "empty_name" if kind == "string_too_short" else kind
     if "found" in context:
-        return [((*path, *inside), message) for inside, message in context["found"]]
+        return [((*path, *path_in_table), message) for path_in_table, message in context["found"]]
     if kind == "cablestudy":
         return [(path, context["text"])]
     if kind == "extra_forbidden":
-        return [(path, _unknown(path, tables))]
+        return [(path, _unknown_key_message(path, tables))]
     if kind == "missing":
-        return [_missing(path, detail)]
+        return [_missing_item(path, detail)]
     if kind == "literal_error":
         words = re.findall(r"'(\w+)'", context["expected"])
         hint = suggestion(value, words) if isinstance(value, str) else f"allowed: {', '.join(words)}"
@@ -102,70 +101,72 @@ def _plain(detail, tables):
         expected = f"a mapping with the keys {', '.join(keys)}" if keys else "a mapping"
         return [(path, f"expected {expected}, got {show(value)}")]
     if kind in ("too_long", "too_short"):
-        return [(path, message) for message in _wrong_length(kind, context, value)]
+        return [(path, message) for message in _wrong_length_messages(kind, context, value)]
     if kind == "tuple_type" and path[-1] == "loads" and isinstance(value, dict) and "".join(value).isdigit():
         return [(path, f"the list is not there, so that it has no item {next(iter(value))}")]
     expected = _EXPECTED.get(kind, f"{detail['msg'][:1].lower()}{detail['msg'][1:]}")
     return [(path, f"{expected}, got {show(value)}")]
 
 
-def _unknown(path, tables):
-    """The message on an unknown key, with what may be meant."""
+def _unknown_key_message(path, tables):
+    """The message on an unknown key, with the keys that may be meant."""
     known = keys_at(path[:-1], tables)
-    meant = _in_tables(path, tables) or [key for key in MEANT.get(path[-1], ()) if key in known]
+    meant = _alike_in_tables(path, tables) or [key for key in MEANT.get(path[-1], ()) if key in known]
     return f"unknown key (did you mean {' or '.join(meant)}?)" if meant else unknown_key(path[-1], known)
 
 
-def _wrong_length(kind, context, value):
-    """The message on a list with too few or too many items; none where items that are wrong are told already."""
+def _wrong_length_messages(kind, context, value):
+    """The message, in a list, on too few or too many items; empty where items that are wrong are told already."""
     limit = context.get("max_length", context.get("min_length"))
     if kind == "too_short" and len(value) >= limit:  # pydantic leaves out the items that are wrong
         return []
     return [f"expected {'at most' if kind == 'too_long' else 'at least'} {counted(limit, 'item')}, got {len(value)}"]
 
 
-def _in_tables(path, tables):
-    """The dotted keys of the same name in tables: of a name at the top level in any, else inside its own and in cases.
+def _alike_in_tables(path, tables):
+    """Dotted keys like an unknown one but in another table, where the user may have meant to write it: list of str.
 
-    Tables in lists are left out, and tables inside those of a name.
+    A key at the top level is searched for in all tables, others in the tables inside of their own and in load cases;
+    not in lists, nor in tables inside of those with a name.
     """
-    own, name = path[:-1], path[-1]
-    found = []
+    parent, name = path[:-1], path[-1]
+    alike = []
     for pattern, _ in tables:
-        inside = pattern[len(own) :] if matches(pattern[: len(own)], own) else ()
-        named = inside and ("*" not in inside or (not own and len(inside) == 2 and inside[0] not in ALIKE))
-        if (named or (0 < len(own) < 3 and pattern == OF_CASES)) and name in keys_at(pattern, tables):
-            parts = (*own, *inside, name) if inside else (*pattern, name)
-            found.append(".".join("NAME" if part == "*" else str(part) for part in parts))
-    return found
+        below = pattern[len(parent) :] if matches(pattern[: len(parent)], parent) else ()
+        is_named_table = not parent and len(below) == 2 and below[0] not in ALIKE
+        is_below = below and ("*" not in below or is_named_table)
+        if (is_below or (0 < len(parent) < 3 and pattern == OF_CASES)) and name in keys_at(pattern, tables):
+            parts = (*parent, *below, name) if below else (*pattern, name)
+            alike.append(".".join("NAME" if part == "*" else str(part) for part in parts))
+    return alike
 
 
-def _missing(path, detail):
-    """A key, or an item of a list of fixed length, that is not there: reported where it should be."""
+def _missing_item(path, detail):
+    """Path of a table or list, and the message that a key, or an item of a list of fixed length, is not there."""
     if isinstance(path[-1], int):
         expected = "2 points" if path[:-1] == ("cable", "ends") else "3 components"
         return path[:-1], f"expected {expected}, got {len(detail['input'])}"
     return path[:-1], f"missing key: {path[-1]}"
 
 
-def _groups(value, tables):
-    """Exclusive and missing keys in the raw file, because pydantic skips them where a single key is wrong."""
-    found = []
+def _key_mistakes(value, tables):
+    """Path and message of exclusive and missing keys of all tables: pydantic skips them where one key is wrong."""
+    mistakes = []
     for pattern, model in tables:
-        for path, inside in _inside(value, pattern) if model.table and "loads" not in pattern else ():
-            found += [((*path, *key), message) for key, message in model.key_mistakes(inside)]
-    return found
+        for path, mapping in _mappings_at(value, pattern) if model.table and "loads" not in pattern else ():
+            mistakes += [((*path, *key), message) for key, message in model.key_mistakes(mapping)]
+    return mistakes
 
 
-def _inside(value, pattern, path=()):
-    """Yield path and value of each mapping at a path, in which "*" stands for any name."""
+def _mappings_at(value, pattern, path=()):
+    """Yield path and value of each mapping whose path matches a pattern, in which "*" stands for any name."""
     if not isinstance(value, dict):
         return
     if not pattern:
         yield path, value
         return
     for name in value if pattern[0] == "*" else (pattern[0],):
-        yield from _inside(value.get(name), pattern[1:], (*path, name))
+        yield from _mappings_at(value.get(name), pattern[1:], (*path, name))
 
 
 def unknown_key(name, known):
@@ -186,7 +187,7 @@ def add_blank(name):
 
 
 def empty_keys(document, tables):
-    """Yield path and message of what a document's `empty` keys have wrong: each that no model has, each name.
+    """Yield path and message of wrong keys without a value: those that no model has, and names of the user.
 
     Parameters
     ----------
@@ -203,7 +204,7 @@ def empty_keys(document, tables):
 
 
 def _holds_names(path, tables):
-    """Whether the mapping at a path is a key that is known, and has names of the user as keys."""
+    """True if the mapping at a path is a known key, as `cables`; used where its own keys are names of the user."""
     return bool(path) and path[-1] in keys_at(path[:-1], tables)
 
 

@@ -28,14 +28,14 @@ def as_suspension(scene, damping=0.0):
     Returns
     -------
     SuspensionScene
-        Its equilibrium is known: places, and what the cable states, are not filled in.
+        Without the ends of the cable and its length, since its equilibrium is computed from the scene of one cable.
     """
     winch = scene.winch if scene.gondola is not None else None  # that of a bare cable moves nothing
-    return _made(
+    return _construct(
         SuspensionScene,
         gravity=scene.gravity,
         bodies={} if scene.gondola is None else {GONDOLA: _body(scene.gondola)},
-        cables={CABLE: _damped(scene.cable, damping)},
+        cables={CABLE: _with_damping(scene.cable, damping)},
         winches={} if winch is None else {CABLE: _winch(winch)},
         control=None if winch is None or winch.controller is None else _control(winch),
         wind=None if scene.wind is None else _wind(scene.wind),
@@ -46,37 +46,44 @@ def as_suspension(scene, damping=0.0):
 
 
 @cache
-def _blank(kind):
-    """An object of a model with its defaults alone."""
-    return kind.model_construct()
+def _with_defaults(model):
+    """An instance of a pydantic model with its defaults alone."""
+    return model.model_construct()
 
 
-def _made(kind, **given):
-    """An object of a model with some values, which are not checked: the defaults are not made anew for each."""
-    return _blank(kind).model_copy(update=given)
+def _construct(model, /, **values):
+    """An instance of a pydantic model with values that are not checked; copies share one set of defaults."""
+    return _with_defaults(model).model_copy(update=values)
 
 
-def _damped(cable, damping):
-    own = cable.damping
-    return cable.model_copy(update={"damping": own.model_copy(update={"viscous": own.viscous + damping})})
+def _with_damping(cable, damping):
+    """Copy of a cable with more viscous damping per length. [N s/m^2]"""
+    table = cable.damping
+    return cable.model_copy(update={"damping": table.model_copy(update={"viscous": table.viscous + damping})})
 
 
 def _body(gondola):
-    blown = gondola.area is not None and gondola.drag_coefficient is not None
-    wind = {"area": gondola.area, "drag_coefficient": gondola.drag_coefficient}
-    return _made(Body, mass=gondola.mass, free=("x",), wind=_made(BodyWind, **wind) if blown else None)
+    """The gondola as a body that is free along x."""
+    wind = None
+    if gondola.area is not None and gondola.drag_coefficient is not None:
+        wind = _construct(BodyWind, area=gondola.area, drag_coefficient=gondola.drag_coefficient)
+    return _construct(Body, mass=gondola.mass, free=("x",), wind=wind)
 
 
 def _winch(winch):
-    return _made(CableWinch, end="to" if winch.location == "gondola" else "from", direction=(1.0, 0.0, 0.0))
+    """The winch as one that moves an end of the cable along x."""
+    return _construct(CableWinch, end="to" if winch.location == "gondola" else "from", direction=(1.0, 0.0, 0.0))
 
 
 def _control(winch):
+    """Controller and drive of the winch as the loop of a suspension."""
     law = {name: getattr(winch.controller, name) for name in Controller.model_fields}
-    return _made(Control, **law, **{name: getattr(winch, name) for name in Drive.model_fields})
+    drive = {name: getattr(winch, name) for name in Drive.model_fields}
+    return _construct(Control, **law, **drive)
 
 
 def _wind(wind):
-    given = {name: getattr(wind, name) for name in WindTable.model_fields}
-    spread = {"turbulence_intensity": wind.turbulence_intensity, "turbulence_rms": wind.turbulence_rms}
-    return _made(SuspensionWind, **given | spread | {"mean": False, "on": "bodies"})
+    """The wind as one on the bodies of a suspension, about the equilibrium without wind."""
+    common = {name: getattr(wind, name) for name in WindTable.model_fields}
+    turbulence = {"turbulence_intensity": wind.turbulence_intensity, "turbulence_rms": wind.turbulence_rms}
+    return _construct(SuspensionWind, **common | turbulence | {"mean": False, "on": "bodies"})

@@ -53,10 +53,10 @@ class Interval:
             self._ratio = float(self.high / self.low)
         self._floats = float(self.low), float(self.high)
 
-    def between(self, part):
-        """The value at a part of the way, from 0 to 1, float or str."""
+    def between(self, fraction):
+        """The value at a fraction of the way, from 0 to 1: float, or str with the unit."""
         low, high = self._floats
-        value = low + (high - low) * part if self._ratio is None else low * self._ratio**part
+        value = low + (high - low) * fraction if self._ratio is None else low * self._ratio**fraction
         value = min(max(value, min(low, high)), max(low, high))
         return f"{value!r} {self._unit}" if self._unit else value
 
@@ -84,26 +84,26 @@ class Range(Interval, Sequence):
         """Int, float or str as the user would write it; linear values correctly rounded, others to 15 digits."""
         if not -self._count <= index < self._count:
             raise IndexError(index)
-        number, steps = index % self._count, self._count - 1
-        if number in (0, steps):
-            value = self.high if number else self.low
+        step, last = index % self._count, self._count - 1
+        if step in (0, last):
+            value = self.high if step else self.low
         elif self._ratio is None:
-            value = self.low + (self.high - self.low) * number / steps
+            value = self.low + (self.high - self.low) * step / last
         else:
-            value = Decimal(f"{float(self.low) * self._ratio ** (number / steps):.{_DIGITS}g}")
+            value = Decimal(f"{float(self.low) * self._ratio ** (step / last):.{_DIGITS}g}")
         is_integer = value == value.to_integral_value()
         if not self._unit:
             return int(value) if self._is_whole and is_integer else float(value)
         return f"{int(value) if is_integer and abs(value) < 10**_DIGITS else float(value)!r} {self._unit}"
 
-    def worth_checking(self, few):
-        """Some of the indices, both ends among them: every limit of a quantity is an interval."""
+    def worth_checking(self, steps):
+        """Set of evenly spread indices, first and last among them; if these are allowed, so are all between them."""
         last = self._count - 1
-        return {round(i * last / few) for i in range(few + 1)}
+        return {round(i * last / steps) for i in range(steps + 1)}
 
 
 def _end(value, key):
-    """Number and unit of an end."""
+    """Number (Decimal) and unit of an end as written; ValueError, which names the key, where it is none."""
     try:
         if isinstance(value, bool) or not isinstance(value, (int, float, str)):
             raise ValueError
@@ -130,15 +130,15 @@ def read_interval(mapping):
     return interval
 
 
-def _values(mapping, what, needed):
-    """The values of the keys that are needed, and the spacing."""
+def _values(mapping, noun, needed):
+    """List of the values of the keys that are needed, and of the spacing; `noun` names the mapping in messages."""
     allowed = (*needed, "spacing")
     for key in mapping:
         if key not in allowed:
-            raise ValueError(f"unknown key {key:.60} of {what} ({', '.join(allowed)})")
+            raise ValueError(f"unknown key {key:.60} of {noun} ({', '.join(allowed)})")
     for key in needed:
         if key not in mapping:
-            raise ValueError(f"{what} needs the key {key} ({', '.join(allowed)})")
+            raise ValueError(f"{noun} needs the key {key} ({', '.join(allowed)})")
     return [mapping.get(key, "linear") for key in allowed]
 
 
@@ -151,6 +151,7 @@ def read_vary(text):
 
 
 def _read_values(written):
+    """The values of `--vary` behind the `=`: a Range, or a list."""
     if ":" not in written or _BRACKET.search(written):
         values, _ = compose(f"[{written}]", "")  # a list as in the files
         if not isinstance(values, list) or not values:

@@ -46,7 +46,7 @@ class Sample(KeyTable):
         yield [(("count",), self.count * self.dimension <= MAX_NUMBERS, lambda: message)]
 
     def points(self):
-        """Points of the unit cube, shape (count, dimension)."""
+        """Points of the unit cube: ndarray, shape (count, dimension)."""
         return _points(self.method, self.count, self.dimension, self.seed)
 
     def coordinate(self, case, key):
@@ -56,8 +56,8 @@ class Sample(KeyTable):
         the second; ...; b (Saltelli et al., 2010, Computer Physics Communications 181, 259).
         """
         point, page = divmod(case, self.pages)
-        other = (self.method == "saltelli") & ((page == key + 1) | (page == self.pages - 1))
-        return self.points()[point, key + len(self.over) * other]
+        from_b = (self.method == "saltelli") & ((page == key + 1) | (page == self.pages - 1))
+        return self.points()[point, key + len(self.over) * from_b]
 
     @property
     def notes(self):
@@ -69,7 +69,10 @@ class Sample(KeyTable):
 
 
 class Sampled(Sequence):
-    """The values of one key (from 0) of a sample, computed one by one; `written` are sample and key as plain values."""
+    """The values of one key of a sample, by its number from 0, in all cases; computed one by one.
+
+    `written` are sample and key as plain values.
+    """
 
     def __init__(self, sample, key, interval):
         self._sample, self._key, self._interval = sample, key, interval
@@ -85,18 +88,18 @@ class Sampled(Sequence):
 
     def at(self, cases):
         """List of the values in many cases, an ndarray of int."""
-        return [self._interval.between(part) for part in self._sample.coordinate(cases, self._key).tolist()]
+        return [self._interval.between(share) for share in self._sample.coordinate(cases, self._key).tolist()]
 
-    def worth_checking(self, few):
-        """Set of indices to check: evenly spread, and those of the smallest and the largest value."""
+    def worth_checking(self, steps):
+        """Set of the cases to check: evenly spread, and those of the smallest and the largest value."""
         pages, keys = self._sample.pages, len(self._sample.over)
-        places = {round(i * (len(self) - 1) / few) for i in range(few + 1)}
+        cases = {round(i * (len(self) - 1) / steps) for i in range(steps + 1)}
         points = self._sample.points()
-        for column in range(self._key, self._sample.dimension, keys):
+        for column in range(self._key, self._sample.dimension, keys):  # of a Saltelli design one in a and one in b
             page = 0 if column < keys else pages - 1
             for point in (points[:, column].argmin(), points[:, column].argmax()):
-                places.add(int(point) * pages + page)
-        return places
+                cases.add(int(point) * pages + page)
+        return cases
 
 
 @lru_cache(maxsize=2)

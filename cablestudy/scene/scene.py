@@ -91,7 +91,7 @@ class CableScene(KeyTable):
 
     @property
     def load_paths(self):
-        """Name of each of them -> its path: dict."""
+        """Name of each point load -> its path in the scene: dict."""
         tables = (("cable", "loads"), self.cable.loads), (("cases", self.case, "loads"), self.load_case.loads)
         return paths_of_loads("", *tables)
 
@@ -112,8 +112,8 @@ class CableScene(KeyTable):
 
     def relations(self):
         """The case is one of the cases, what it needs of the cable is there, and its loads are on the cable."""
-        known = self.case is None or self.case in self.cases
-        yield [(("case",), known, lambda: f"unknown case {show(self.case)} ({suggestion(self.case, self.cases)})")]
+        exists = self.case is None or self.case in self.cases
+        yield [(("case",), exists, lambda: f"unknown case {show(self.case)} ({suggestion(self.case, self.cases)})")]
         cable, length = self.cable, self.cable.unstretched_length
         yield [loaded_by_a_case(("cable",), cable, self.cases)]
         yield [relation for name, case in self.cases.items() for relation in case.needs_of(cable, ("cable",), name)]
@@ -126,15 +126,16 @@ class CableScene(KeyTable):
 
     def _end_relations(self, name, case):
         """A gondola takes the force of a case, and the moved ends of the cable are apart; a list as of `relations`."""
-        path, fixed = ("cases", name, "forces", "end_2"), self.gondola is None and any(case.forces.end_2)
-        useless = "end 2 is fixed without a gondola: a force on it changes nothing (moves shifts it)"
-        found = [(path, not fixed, lambda: useless)]
+        useless_force = self.gondola is None and any(case.forces.end_2)
+        message = "end 2 is fixed without a gondola: a force on it changes nothing (moves shifts it)"
+        relations = [(("cases", name, "forces", "end_2"), not useless_force, lambda: message)]
         if any(case.moves.end_1 + case.moves.end_2):
-            places = zip(self.cable.end_1, case.moves.end_1, self.cable.end_2, case.moves.end_2, strict=True)
-            apart = sum((last + end - first - begin) ** 2 for first, begin, last, end in places) ** 0.5
+            components = zip(self.cable.end_1, case.moves.end_1, self.cable.end_2, case.moves.end_2, strict=True)
+            squares = ((end_2 + move_2 - end_1 - move_1) ** 2 for end_1, move_1, end_2, move_2 in components)
             text = "moved, the two ends are {:g} m apart".format
-            found.append((("cases", name, "moves"), *limited("ends", apart, CHORD_RANGE, "m", text)[1:]))
-        return found
+            _, holds, too_close = limited("ends", sum(squares) ** 0.5, CHORD_RANGE, "m", text)
+            relations.append((("cases", name, "moves"), holds, too_close))
+        return relations
 
 
 NO_CASE = LoadCase.model_construct()
@@ -154,28 +155,28 @@ def field_of(key):
 
 
 def _fields_of(key):
-    """The fields of the longest beginning of a dotted key that names one.
+    """List of the fields, of pydantic, that a dotted key names, or its longest beginning that names one.
 
-    Of a key itself the first one; of what it is a component of, that of one cable, then that of a suspension.
+    Of the key itself only the first, for one cable before suspensions; of a beginning, as `force` of `force.0`, all.
     """
     path = split_key(key)
-    for length in range(len(path), 0, -1):  # the key itself, or what it is a component of
+    for length in range(len(path), 0, -1):
         *table, name = path[:length]
         models = [model for pattern, model in TABLES + SUSPENSION_TABLES if matches(pattern, table)]
-        found = [model.model_fields[name] for model in models if name in model.model_fields]
-        if found:
-            return found if length < len(path) else found[:1]
+        fields = [model.model_fields[name] for model in models if name in model.model_fields]
+        if fields:
+            return fields if length < len(path) else fields[:1]
     return []
 
 
 def _quantity_in(field):
     """The Quantity of a field of a model, or of the items of a field."""
-    kinds = [field.annotation, *field.metadata]
-    while kinds:
-        kind = kinds.pop()
-        if isinstance(kind, Quantity):
-            return kind
-        kinds += [*getattr(kind, "__metadata__", ()), *get_args(kind)]
+    to_visit = [field.annotation, *field.metadata]
+    while to_visit:
+        annotation = to_visit.pop()
+        if isinstance(annotation, Quantity):
+            return annotation
+        to_visit += [*getattr(annotation, "__metadata__", ()), *get_args(annotation)]
     return None
 
 
@@ -198,24 +199,22 @@ def read_scene(document):
             raise refuse(place, f"this is a study (it has the key {key}): use 'cablestudy sweep'")
     if is_suspension(document):
         return read_suspension(document)
-    found = list(empty_keys(document, TABLES))
+    mistakes = list(empty_keys(document, TABLES))
     try:
         scene = CableScene.model_validate(document.value, context={"materials": document.value.get("materials")})
     except ValidationError as error:
-        raise located(found + _explained(findings(error, document.value, TABLES)), document) from None
-    if found:
-        raise located(found, document)
+        mistakes += [(path, _explain(path, text)) for path, text in findings(error, document.value, TABLES)]
+        raise located(mistakes, document) from None
+    if mistakes:
+        raise located(mistakes, document)
     return scene
 
 
-def _explained(found):
-    """Findings in which keys of load cases of suspensions are told why a scene of one cable has none: a list."""
-    return [
-        (path, f"unknown key for one cable: {OF_SUSPENSIONS[path[-1]]}")
-        if path[:1] == ("cases",) and path[-1] in OF_SUSPENSIONS and message.startswith("unknown key")
-        else (path, message)
-        for path, message in found
-    ]
+def _explain(path, message):
+    """A message; on a key of load cases of suspensions only, the reason why a scene of one cable has none."""
+    if path[:1] == ("cases",) and path[-1] in OF_SUSPENSIONS and message.startswith("unknown key"):
+        return f"unknown key for one cable: {OF_SUSPENSIONS[path[-1]]}"
+    return message
 
 
 def load_scene(path, sets=(), case=None):
@@ -247,8 +246,8 @@ def load_scene(path, sets=(), case=None):
 def each_case(document, scene):
     """Yield name, Document and scene of each load case of a scene."""
     for name in scene.cases:
-        of_case = document.with_sets([("case", name, f"case {name}")])
-        yield name, of_case, read_scene(of_case)
+        case_document = document.with_sets([("case", name, f"case {name}")])
+        yield name, case_document, read_scene(case_document)
 
 
 def missing(document, key, command):

@@ -16,7 +16,7 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 BASE = {"type": "string", "minLength": 1, "description": "File that this one changes, relative to this file"}
 # A scene upon a base may lack any key; what is inside of a list or a gain is never merged.
 _ALWAYS_WHOLE = ("Load", "AutoGain", "Margin")
-_SECTION = (  # of each row one must be given; of the last, a size or both of what it would serve for
+_SECTION = (  # of each row one must be given: stiffness, mass, and a size or what makes one unnecessary
     tuple({"required": [key]} for key in ("material", "axial_stiffness", "elastic_modulus", "stress_strain")),
     ({"required": ["material"]}, {"required": ["mass_per_length"]}, {"required": ["density"]}),
     ({"required": ["area"]}, {"required": ["diameter"]}, {"required": ["axial_stiffness", "mass_per_length"]}),
@@ -44,22 +44,22 @@ def suspension_schema():
     return _file_schema("suspension", SUSPENSION_TABLES, "Control")
 
 
-def _file_schema(kind, tables, loop):
-    """JSON Schema of a scene file of a kind, from its `tables_of` and the name of the model with its notch."""
+def _file_schema(kind, tables, controller):
+    """JSON Schema of a kind of scene file, from its `tables_of`; `controller` is the model that has the key `notch`."""
     models = [(model, "validation") for _, model in tables]
     definitions = models_json_schema(models, schema_generator=_PlainSchema)[1]["$defs"]
-    complete = {}
+    conditions = {}  # path of a table -> what it must have in a file without a base
     for path, model in tables:
         table = definitions[model.__name__]
-        condition = _complete(model, table)
-        complete[path] = {"anyOf": [complete[path], condition]} if path in complete else condition
+        condition = _completeness(model, table)
+        conditions[path] = {"anyOf": [conditions[path], condition]} if path in conditions else condition
         _allow_parts(model, table)
         if "material" in table["properties"]:
             _name_materials(table)
-    definitions[loop]["properties"]["notch"]["anyOf"].append({"const": "none"})
+    definitions[controller]["properties"]["notch"]["anyOf"].append({"const": "none"})
     schema = definitions.pop(tables[0][1].__name__)
     schema["properties"] = {"base": BASE, **schema["properties"], "materials": _materials(schema)}
-    schema |= {"if": {"required": ["base"]}, "else": _nested(complete)}
+    schema |= {"if": {"required": ["base"]}, "else": _nested(conditions)}
     return {"$schema": DIALECT, "title": f"cablestudy {kind}", **schema, "$defs": definitions}
 
 
@@ -109,16 +109,17 @@ def study_schema():
         },
     }
     properties["columns"]["uniqueItems"] = True
-    y = definitions["Plot"]["properties"]["y"]
-    text = {"description": y.pop("description")}
-    definitions["Plot"]["properties"]["y"] = {**text, "anyOf": [{"type": "string", "minLength": 1}, y]}
+    list_of_names = definitions["Plot"]["properties"]["y"]
+    description = {"description": list_of_names.pop("description")}
+    one_name = {"type": "string", "minLength": 1}
+    definitions["Plot"]["properties"]["y"] = {**description, "anyOf": [one_name, list_of_names]}
     return {"$schema": DIALECT, "title": "cablestudy study", **schema, "$defs": definitions}
 
 
 def _range_schema(*keys):
-    """A range of values, or the interval that a sample draws from."""
+    """Schema of a range of values, or of the interval that a sample draws from, by the keys that it has."""
     end = {"anyOf": [{"type": "number"}, {"type": "string"}]}
-    known = {
+    schemas = {
         "from": end,
         "to": end,
         "count": {"type": "integer", "minimum": 1, "maximum": MAX_COUNT},
@@ -127,7 +128,7 @@ def _range_schema(*keys):
     return {
         "type": "object",
         "description": "count values, ends included" if "count" in keys else "Interval that is sampled",
-        "properties": {key: {**known[key], "description": MEANINGS[key]} for key in keys},
+        "properties": {key: {**schemas[key], "description": MEANINGS[key]} for key in keys},
         "required": [key for key in keys if key != "spacing"],
         "additionalProperties": False,
     }
@@ -140,28 +141,28 @@ class _PlainSchema(GenerateJsonSchema):
         return False
 
     def model_schema(self, schema):
-        found = super().model_schema(schema)
-        return {key: value for key, value in found.items() if key not in ("title", "description")}
+        table = super().model_schema(schema)
+        return {key: value for key, value in table.items() if key not in ("title", "description")}
 
     def default_schema(self, schema):
         return prune(super().default_schema(schema))
 
 
 def _exclusions(table):
-    """For each pair of groups of a table: not a key of both."""
+    """Conditions that no two keys of a table are given which belong to groups that exclude each other: a list."""
     return [
-        {"not": {"required": [one, other]}}
+        {"not": {"required": [key, excluded]}}
         for groups in ALTERNATIVES.get(table, ())
-        for first, second in combinations(groups, 2)
-        for one in first
-        for other in second
+        for group, other_group in combinations(groups, 2)
+        for key in group
+        for excluded in other_group
     ]
 
 
-def _complete(model, table):
-    """What a file without a base must have in one of its mappings."""
+def _completeness(model, table):
+    """Condition that a mapping has all keys it needs; `table` is the schema of its model, with its `required`."""
     required = table.get("required", ())
-    conditions = [{"anyOf": list(ways)} for ways in _SECTION] if model.table == "cable" else []
+    conditions = [{"anyOf": list(alternatives)} for alternatives in _SECTION] if model.table == "cable" else []
     if not model.optional_groups:
         for groups in ALTERNATIVES.get(model.table, ()):
             if groups not in OF_SECTION + OF_CABLE:
@@ -181,15 +182,15 @@ def _materials(schema):
     return {"description": contents.pop("description"), "anyOf": [file, contents]}
 
 
-def _nested(complete):
-    """Conditions by path -> one condition of the whole file. Lists and gains carry their own."""
-    whole = dict(complete[()])
-    for path, condition in complete.items():
+def _nested(conditions):
+    """One condition on the whole file, from those on its tables by path; lists and gains carry their own."""
+    file_condition = dict(conditions[()])
+    for path, condition in conditions.items():
         if not path or "loads" in path or "gain" in path or not condition:
             continue
-        inside = whole
-        for part in path:
-            named = inside if part == "*" else inside.setdefault("properties", {})
-            inside = named.setdefault("additionalProperties" if part == "*" else part, {})
-        inside |= condition
-    return whole
+        schema = file_condition
+        for part in path:  # to the place of the table, making what is missing on the way
+            parent = schema if part == "*" else schema.setdefault("properties", {})
+            schema = parent.setdefault("additionalProperties" if part == "*" else part, {})
+        schema |= condition
+    return file_condition

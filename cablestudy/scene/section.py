@@ -16,7 +16,7 @@ NO_SIZE = "missing key: one of area, diameter (or give axial_stiffness and mass_
 PRESTRAIN_RANGE = (1e-18, 10.0)  # tension over axial stiffness [-]
 
 
-def _known(info):
+def _known_materials(info):
     """Name -> Material of what a scene may name; without the scene's context the built-in ones.
 
     The built-in ones are read from their file when a cable first names one.
@@ -28,14 +28,15 @@ def _known(info):
     return info.context["known"]
 
 
-def _known_material(name, info: ValidationInfo):
-    known = _known(info)
+def _check_material(name, info: ValidationInfo):
+    """The name of a material itself; an unknown one is refused."""
+    known = _known_materials(info)
     if name not in known:
-        near = suggestion(name, known)
-        ropes = [other for other, entry in known.items() if entry and entry.section_fill_factor < 1]
-        if any(word in name.lower() for word in ROPES) and not any(rope in near for rope in ropes):
-            near = f"{near}; ropes: {', '.join(ropes)}"
-        raise wrong(f"unknown material {show(name)} ({near})")
+        hint = suggestion(name, known)
+        ropes = [rope for rope, material in known.items() if material and material.section_fill_factor < 1]
+        if any(word in name.lower() for word in ROPES) and not any(rope in hint for rope in ropes):
+            hint = f"{hint}; ropes: {', '.join(ropes)}"
+        raise wrong(f"unknown material {show(name)} ({hint})")
     return name
 
 
@@ -45,7 +46,7 @@ def within(value, limits):
 
 
 def limited(key, value, limits, unit, text):
-    """The relation that a value is between two limits; `text` says what the value is."""
+    """The relation that a value is between two limits; `text` is a function: value -> beginning of the message."""
     allowed = f"out of range ({limits[0]:g} to {limits[1]:g} {unit})"
     return (key,), within(value, limits), lambda: f"{text(value)}: {allowed}"
 
@@ -83,7 +84,7 @@ class Section(Properties):
 
     complete: ClassVar[bool] = True  # whether stiffness, mass and size must be known
 
-    material: Annotated[str, Field(strict=True), AfterValidator(_known_material)] | None = Field(
+    material: Annotated[str, Field(strict=True), AfterValidator(_check_material)] | None = Field(
         None, description="Name in the table of materials: for what is not given here"
     )
     state: State | None = Field(
@@ -95,26 +96,27 @@ class Section(Properties):
     @model_validator(mode="before")
     @classmethod
     def _of_material(cls, data, info: ValidationInfo):
-        """What the material gives and the file does not."""
+        """Add the properties of the material that the file does not give."""
         name = data.get("material") if isinstance(data, dict) else None
-        material = _known(info).get(name) if isinstance(name, str) else None
+        material = _known_materials(info).get(name) if isinstance(name, str) else None
         if material is None:
             return data
-        return {**material.properties_besides({key for key, value in data.items() if value is not None}), **data}
+        given = {key for key, value in data.items() if value is not None}
+        return {**material.properties_besides(given), **data}
 
     @classmethod
     def key_mistakes(cls, given):
         """Mistakes of the keys, see `KeyTable.key_mistakes`: also what is missing of a complete section."""
-        found, given = super().key_mistakes(given), set(given)
+        mistakes, given = super().key_mistakes(given), set(given)
         if not cls.complete:
-            return found
+            return mistakes
         for keys in (("axial_stiffness", "elastic_modulus", "stress_strain"), ("mass_per_length", "density")):
             if given.isdisjoint((*keys, "material")):
-                found.append(((), f"missing key: one of {', '.join(keys[:2])} (or give material)"))
-        sized = not given.isdisjoint(("area", "diameter", "material"))  # of a material: see `section_relations`
-        if not (sized or given.isdisjoint(PER_AREA)):
-            found.append(((), NO_SIZE))
-        return found
+                mistakes.append(((), f"missing key: one of {', '.join(keys[:2])} (or give material)"))
+        has_size = not given.isdisjoint(("area", "diameter", "material"))  # of a material: see `section_relations`
+        if not (has_size or given.isdisjoint(PER_AREA)):
+            mistakes.append(((), NO_SIZE))
+        return mistakes
 
     def force_of(self, stated):
         """A force stated in newtons or as a share of the breaking force; None stays None. [N]"""
@@ -131,33 +133,35 @@ class Section(Properties):
         """An area that its circle holds, products within what the solvers can hold: a list as of `relations`."""
         product = "times the area of the cross-section is {:g} "
         stiffness, mass = self.section_axial_stiffness, self.section_mass
-        sized = self.section_area is not None or all(getattr(self, key) is None for key in PER_AREA)
-        found = [((), sized, lambda: NO_SIZE), *self.size_relations()]
-        if stiffness is not None:  # it is of a material that is wrong itself
-            found.append(limited("elastic_modulus", stiffness, STIFFNESS_RANGE, "N", f"{product}N".format))
+        has_size = self.section_area is not None or all(getattr(self, key) is None for key in PER_AREA)
+        relations = [((), has_size, lambda: NO_SIZE), *self.size_relations()]
+        if stiffness is not None:  # else it is of a material that is wrong itself
+            relations.append(limited("elastic_modulus", stiffness, STIFFNESS_RANGE, "N", f"{product}N".format))
         if mass is not None:
-            found.append(limited("density", mass, MASS_RANGE, "kg/m", f"{product}kg/m".format))
-        return found
+            relations.append(limited("density", mass, MASS_RANGE, "kg/m", f"{product}kg/m".format))
+        return relations
 
-    def tension_relations(self, stated):
-        """The tensions that keys state are not far beyond what the cable can take: a list as of `relations`.
+    def tension_relations(self, tensions):
+        """Relations that stated tensions are not far beyond what the cable can take: a list as of `relations`.
 
         Parameters
         ----------
-        stated : dict
+        tensions : dict
             Path inside the table -> what is there: a force [N], `Share`, or None.
         """
-        stated = {path: tension for path, tension in stated.items() if tension is not None}
+        tensions = {path: tension for path, tension in tensions.items() if tension is not None}
         if self.section_axial_stiffness is None:
             return []
         if self.section_breaking_force is None:
-            shares = [path for path, tension in stated.items() if isinstance(tension, Share)]
-            if shares:
+            paths_of_shares = [path for path, tension in tensions.items() if isinstance(tension, Share)]
+            if paths_of_shares:
                 message = "a share needs the breaking force: give breaking_force, or strength with area or diameter"
-                return [(path, False, lambda: message) for path in shares]
-        return [self._tension_relation(path, self.force_of(tension)) for path, tension in stated.items()]
+                return [(path, False, lambda: message) for path in paths_of_shares]
+        return [self._tension_relation(path, self.force_of(tension)) for path, tension in tensions.items()]
 
     def _tension_relation(self, path, tension):
+        """The relation that a tension [N] is within PRESTRAIN_RANGE times the axial stiffness."""
+
         def text(ratio):
             return f"{tension:g} N is {ratio:.3g} times the axial stiffness"
 

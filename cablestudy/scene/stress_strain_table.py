@@ -46,22 +46,24 @@ class PartTable(KeyTable):
             if (curve := getattr(self, key)) is not None:
                 end = end_of(curve)
                 flat = f"the curve must rise to a strain of {LEAST:g} % at least; it does not at {end:.2g} %"
-                none = f"the curve has no tension up to a strain of {end:.2g} %"
+                slack = f"the curve has no tension up to a strain of {end:.2g} %"
                 yield [((key,), end >= LEAST, lambda flat=flat: flat)]
-                yield [((key,), _stress(curve, end)[0] > 0, lambda none=none: none)]
+                yield [((key,), _stress_and_slope(curve, end)[0] > 0, lambda slack=slack: slack)]
 
 
 def end_of(curve):
     """Strain from which a curve goes on along its tangent: MEASURED, or before it gets flat. [%]"""
-    steps = [MEASURED * step / CHECKED for step in range(CHECKED + 1)]
-    flat = (place for place, strain in enumerate(steps) if not _stress(curve, strain)[1] > FLAT * abs(curve[1]))
-    return steps[max(next(flat, len(steps)) - 1, 0)]
+    strains = [MEASURED * step / CHECKED for step in range(CHECKED + 1)]
+    least_slope = FLAT * abs(curve[1])
+    flat = (index for index, strain in enumerate(strains) if not _stress_and_slope(curve, strain)[1] > least_slope)
+    first_flat = next(flat, len(strains))
+    return strains[max(first_flat - 1, 0)]
 
 
-def _stress(curve, strain):
-    """Value of a polynomial and its slope at a strain in percent."""
-    value = sum(factor * strain**power for power, factor in enumerate(curve))
-    return value, sum(power * factor * strain ** (power - 1) for power, factor in enumerate(curve) if power)
+def _stress_and_slope(curve, strain):
+    """Value and slope of the polynomial sum_k c_k strain^k of the coefficients of a curve, at a strain in percent."""
+    stress = sum(factor * strain**power for power, factor in enumerate(curve))
+    return stress, sum(power * factor * strain ** (power - 1) for power, factor in enumerate(curve) if power)
 
 
 class StressStrainTable(KeyTable):
@@ -95,32 +97,35 @@ class StressStrainTable(KeyTable):
         return sum(map(self.final_modulus, self.parts))
 
     def coefficients(self, name, curve):
-        """TERMS coefficients of stress by strain, "initial" or "creep", of a part, zeros without it [Pa]; the strain
-        to which they hold [-]."""
+        """Coefficients c_k of a curve, "initial" or "creep", of a part: stress = sum_k c_k strain^k.
+
+        TERMS of them, zeros of a part that is not there [Pa]; and the strain to which they hold [-].
+        """
         part = self.parts.get(name)
-        found = (getattr(part, curve) or part.initial) if part else (0.0, 0.0)
-        scaled = [factor * UNITS[self.unit] / PERCENT**power for power, factor in enumerate(found)]
-        return scaled + [0.0] * (TERMS - len(scaled)), PERCENT * end_of(found)
+        written = (getattr(part, curve) or part.initial) if part else (0.0, 0.0)
+        in_si = [factor * UNITS[self.unit] / PERCENT**power for power, factor in enumerate(written)]
+        return in_si + [0.0] * (TERMS - len(in_si)), PERCENT * end_of(written)
 
     def relations(self):
         """The areas of the parts are the whole; each curve begins about as steep as its final modulus."""
         shares = [part.area_share for part in self.parts.values() if part.area_share is not None]
-        whole = len(shares) < 2 or abs(sum(shares) - 1) < 1e-3
+        complete = len(shares) < 2 or abs(sum(shares) - 1) < 1e-3
         text = "the two shares of the area add up to {:g}, not to 1".format
-        yield [(("core", "area_share"), whole, lambda: text(sum(shares)))]
-        alone = self.core is not None or not shares or shares[0] == 1
-        yield [(("outer", "area_share"), alone, lambda: "without a core the outer strands are all of the area")]
+        yield [(("core", "area_share"), complete, lambda: text(sum(shares)))]
+        core_or_all = self.core is not None or not shares or shares[0] == 1
+        yield [(("outer", "area_share"), core_or_all, lambda: "without a core the outer strands are all of the area")]
         for name in self.parts:
-            start, final = self.coefficients(name, "initial")[0][1], self.final_modulus(name)
+            initial_modulus = self.coefficients(name, "initial")[0][1]
+            ratio = initial_modulus / self.final_modulus(name)
             low, high = LIKELY_START
             message = (
-                f"the curve begins at {start / 1e9:.3g} GPa, {start / final:.2g} times the final modulus over the "
+                f"the curve begins at {initial_modulus / 1e9:.3g} GPa, {ratio:.2g} times the final modulus over the "
                 f"whole area (allowed: {low:g} to {high:g}; coefficients are in {self.unit} per percent^k: see unit)"
             )
-            yield [((name, "initial"), low <= start / final <= high, lambda message=message: message)]
+            yield [((name, "initial"), low <= ratio <= high, lambda message=message: message)]
 
 
 def loaded_by_a_case(path, cable, cases):
     """The relation that a conductor after load has load cases, of which the heaviest has stretched it."""
-    there = bool(cases) or cable.conductor_state != "after_load"
-    return (*path, "state"), there, lambda: "after_load: missing key: cases, of which the heaviest stretches it"
+    has_cases = bool(cases) or cable.conductor_state != "after_load"
+    return (*path, "state"), has_cases, lambda: "after_load: missing key: cases, of which the heaviest stretches it"

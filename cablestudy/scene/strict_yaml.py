@@ -71,9 +71,9 @@ class Place(NamedTuple):
 
 def mistake(place, key, message):
     """A Mistake; its key is left out when the place is an option that names it already (`--set cable.area`)."""
-    named = [f"{option} {key}" for option in ("--set", "--vary", "--by")]
-    by_option = key and (str(place) in named or str(place).startswith(f"--{key} "))  # --case NAME
-    return Mistake(str(place), "" if by_option else key, message)
+    options = [f"{option} {key}" for option in ("--set", "--vary", "--by")]
+    is_named = key and (str(place) in options or str(place).startswith(f"--{key} "))  # --case NAME
+    return Mistake(str(place), "" if is_named else key, message)
 
 
 def refuse(place, message, key=""):
@@ -117,10 +117,11 @@ def compose(text, name):
         The text is not well-formed, or not plain YAML.
     """
     text = text.removeprefix("\ufeff")
-    if bad := _UNPRINTABLE.search(text):
-        line, start = text.count("\n", 0, bad.start()) + 1, text.rfind("\n", 0, bad.start()) + 1
-        message = f"character U+{ord(bad[0]):04X} is not text (is this a YAML file?)"
-        raise refuse(Place(name, line, bad.start() - start + 1), message)
+    if match := _UNPRINTABLE.search(text):
+        line = text.count("\n", 0, match.start()) + 1
+        column = match.start() - text.rfind("\n", 0, match.start())
+        message = f"character U+{ord(match[0]):04X} is not text (is this a YAML file?)"
+        raise refuse(Place(name, line, column), message)
     try:
         node = _Composer(text).get_single_node()
     except yaml.YAMLError as error:
@@ -132,24 +133,25 @@ def compose(text, name):
 
 
 def _syntax_error(error, text, name):
-    """The error for a message of PyYAML of several lines: one line with a hint."""
+    """The SceneError for an error of PyYAML, whose message has several lines: one line with a hint."""
     problem = f"{getattr(error, 'context', '') or ''}: {getattr(error, 'problem', '') or error}"
-    mark, began = getattr(error, "problem_mark", None), getattr(error, "context_mark", None)
-    here = "" if mark is None else (text.splitlines()[mark.line : mark.line + 1] or [""])[0][mark.column :]
-    if "cannot start any token" in problem and here.startswith("\t"):
+    mark, beginning = getattr(error, "problem_mark", None), getattr(error, "context_mark", None)
+    rest_of_line = "" if mark is None else (text.splitlines()[mark.line : mark.line + 1] or [""])[0][mark.column :]
+    if "cannot start any token" in problem and rest_of_line.startswith("\t"):
         problem = "tab character"
     if "undefined alias" in problem:
-        problem = f"undefined alias {here}"
+        problem = f"undefined alias {rest_of_line}"
     message = "not YAML: " + " ".join(problem.strip(": ").split())
     for pattern, template, at_beginning in _MESSAGES:
-        if found := re.search(pattern, problem):
-            message = found.expand(template)
-            mark = began if at_beginning and began else mark
+        if match := re.search(pattern, problem):
+            message = match.expand(template)
+            mark = beginning if at_beginning and beginning else mark
             break
     return refuse(_place(name, mark) if mark else Place(name), message)
 
 
 def _place(name, mark):
+    """The Place of a mark of PyYAML, which counts from 0."""
     return Place(name, mark.line + 1, mark.column + 1)
 
 
@@ -174,23 +176,17 @@ class _Composer(_LOADER):
 
 
 class _Reader:
-    """Nodes -> plain values; `places` collects where they are. An alias has the place of its anchor."""
+    """Reads nodes of PyYAML as plain values; `places` collects where they are. An alias has the place of its anchor."""
 
     def __init__(self, text, name):
         self.text, self.name, self.places = text, name, {}
+        # ids of the nodes that were read, and of those that are being read; number of repetitions by aliases
         self._seen, self._open, self._aliased = set(), set(), 0
 
     def value(self, node, path, key_place):
-        """The plain value of a node."""
+        """The plain value of a node at a path; `key_place` is the Place of its key, None of an item of a list."""
         place = _place(self.name, node.start_mark)
-        if len(path) > MAX_DEPTH:
-            raise refuse(place, f"nested more than {MAX_DEPTH} deep")
-        if id(node) in self._open:
-            raise refuse(place, "an alias inside of what it repeats")
-        self._aliased += id(node) in self._seen
-        if self._aliased > MAX_ALIASED:
-            raise refuse(place, f"aliases repeat more than {MAX_ALIASED} values")
-        self._seen.add(id(node))
+        self._check_repetition(node, path, place)
         self.places[path] = (place, key_place or place)
         if isinstance(node, yaml.ScalarNode):
             return self._scalar(node, place)
@@ -204,10 +200,22 @@ class _Reader:
         self._open.discard(id(node))
         return value
 
+    def _check_repetition(self, node, path, place):
+        """Refuse a node that is nested too deeply, inside of itself, or repeated too often by aliases."""
+        if len(path) > MAX_DEPTH:
+            raise refuse(place, f"nested more than {MAX_DEPTH} deep")
+        if id(node) in self._open:
+            raise refuse(place, "an alias inside of what it repeats")
+        self._aliased += id(node) in self._seen
+        if self._aliased > MAX_ALIASED:
+            raise refuse(place, f"aliases repeat more than {MAX_ALIASED} values")
+        self._seen.add(id(node))
+
     def _scalar(self, node, place):
+        """Value of text, quoted or not, by its tag or by the rules of `resolve`."""
         tag = node.tag.removeprefix(_CORE)
-        if node.style == '"' and (bad := _UNPRINTABLE.search(node.value)):
-            raise refuse(place, f"character U+{ord(bad[0]):04X} is not text")
+        if node.style == '"' and (match := _UNPRINTABLE.search(node.value)):
+            raise refuse(place, f"character U+{ord(match[0]):04X} is not text")
         start = node.start_mark.index
         if tag == "str" or (tag == _PLAIN and _NO_TYPE.match(self.text, start)):
             return node.value
@@ -251,12 +259,13 @@ class _Dumper(yaml.SafeDumper):
         return True
 
 
-def _text(dumper, text):
-    plain = isinstance(resolve(text), str)
-    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=None if plain else '"')
+def _represent_text(dumper, text):
+    """The node of a text, in quotes where it would else be read as something else."""
+    is_text = isinstance(resolve(text), str)
+    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=None if is_text else '"')
 
 
-_Dumper.add_representer(str, _text)
+_Dumper.add_representer(str, _represent_text)
 
 
 def write_yaml(value):

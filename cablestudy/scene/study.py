@@ -28,7 +28,8 @@ TOLD = 3  # of these
 ALL_COLUMNS = "rtol"  # in `check`
 
 
-def _listed(value):
+def _as_list(value):
+    """One text as a list of it; anything else itself."""
     return [value] if isinstance(value, str) else value
 
 
@@ -36,7 +37,7 @@ class Plot(KeyTable):
     """Picture that `--plot` draws."""
 
     x: Name = Field(description="Column or varied key along x")
-    y: Annotated[tuple[Name, ...], BeforeValidator(_listed)] = Field(
+    y: Annotated[tuple[Name, ...], BeforeValidator(_as_list)] = Field(
         min_length=1, description="Column or varied key along y, or a list of them"
     )
     color: Name | None = Field(None, description="Column or varied key as colour; over two varied keys a heat map")
@@ -44,16 +45,17 @@ class Plot(KeyTable):
     logy: StrictBool = Field(False, description="Logarithmic y axis")
 
 
-def _written(value):
+def _refuse_bool(value):
+    """A number or text itself; true and false, which are numbers of Python, are refused."""
     if isinstance(value, bool):
-        raise wrong(f"expected {_WRITTEN}, got {show(value)}")
+        raise wrong(f"expected {_NUMBER_OR_TEXT}, got {show(value)}")
     return value
 
 
-_WRITTEN = 'a number, or text such as "2 m"'
+_NUMBER_OR_TEXT = 'a number, or text such as "2 m"'
 Written = Annotated[
     int | float | str,
-    Either(((int | float | str, _written),), _WRITTEN, ({"type": "number"}, {"type": "string"})),
+    Either(((int | float | str, _refuse_bool),), _NUMBER_OR_TEXT, ({"type": "number"}, {"type": "string"})),
 ]
 
 
@@ -125,37 +127,41 @@ class StudyFile:
         self.name, self.source, self.document, self.entries = source.name, source, document, (*entries, *options)
         self.title, self.columns, self.plot, self.tolerances = table.title, table.columns, table.plot, table.check
         self.base, self.set, self.find, self.asked = table.base, table.set, table.find, ()
-        self.reference_path = _beside(source, table.reference) if table.reference and not options else None
+        self.reference_path = _path_beside(source, table.reference) if table.reference and not options else None
         self.count = math.prod(len(entry) for entry in self.entries)
         self.sample, self.sample_entry = table.sample, len(entries) - 1
-        noted = table.sample.notes if table.sample else ()
-        self.notes = tuple(f"{source.where(('sample', 'count'))}: {note}" for note in noted)
-        if table.reference and options:
-            self.notes += (f"{table.reference} left out: its rows are those of the study without --vary",)
-        self.notes += self._idle_cases()
+        self._options = {}  # path in the study -> the option that added what is there
+        self.notes = tuple(self._notes(table, bool(options)))
+
+    def _notes(self, table, is_extended):
+        """Yield the notes on the cases; `is_extended`: whether options `--vary` add entries."""
+        for note in table.sample.notes if table.sample else ():
+            yield f"{self.source.where(('sample', 'count'))}: {note}"
+        if table.reference and is_extended:
+            yield f"{table.reference} left out: its rows are those of the study without --vary"
+        yield from self._notes_on_unused_cases()
         if table.find and "case" in self.set_keys and not table.find.by.startswith("cases"):
             alone = f"{table.find.by} is solved for in each load case alone, so that each row is another cable"
             one = "one cable in all load cases states what it has at its reference state (set:)"
-            self.notes += (f"{source.where(('find', 'by'))}: {alone}; {one}",)
-        self._options = {}
+            yield f"{self.source.where(('find', 'by'))}: {alone}; {one}"
 
     def likely_mistakes(self):
         """Likely mistakes of the first cases, so far as they can be set, each once; see `likely_mistakes`."""
-        found = {}
+        lines = {}
         for steps in islice(self._steps_to_check(), LOOKED_AT):
             with suppress(SceneError):
-                found.update(dict.fromkeys(likely_mistakes(self.document.with_sets(self._settings(steps)))))
-        return (*list(found)[:TOLD], *([f"and {len(found) - TOLD} more like these"] if len(found) > TOLD else []))
+                lines.update(dict.fromkeys(likely_mistakes(self.document.with_sets(self._settings(steps)))))
+        return (*list(lines)[:TOLD], *([f"and {len(lines) - TOLD} more like these"] if len(lines) > TOLD else []))
 
-    def _idle_cases(self):
+    def _notes_on_unused_cases(self):
         """Notes on varied keys of load cases that no row is in: tuple of str."""
         if "case" in self.set_keys:
             return ()
         chosen = self.document.value.get("case")
-        named = {key: split_key(key)[1] for key in self.set_keys if key.startswith("cases.")}
+        case_of_key = {key: split_key(key)[1] for key in self.set_keys if key.startswith("cases.")}
         return tuple(
             f"{key} varies, and no row is in the load case {name}: set: {{case: {name}}} chooses it"
-            for key, name in named.items()
+            for key, name in case_of_key.items()
             if name != chosen
         )
 
@@ -185,12 +191,12 @@ class StudyFile:
 
         Two studies that resolve alike have the same cases.
         """
-        vary = [
-            {key: getattr(values, "written", values) for key, values, _ in entry.columns} | _alternatives(entry)
-            for entry in self.entries
-        ]
-        solved = {"find": self.find.model_dump(mode="json")} if self.find else {}
-        return {"scene": self.document.value, "vary": vary, "columns": list(self.columns), **solved}
+        vary = []
+        for entry in self.entries:
+            values_of_keys = {key: getattr(values, "written", values) for key, values, _ in entry.columns}
+            vary.append(values_of_keys | _plain_alternatives(entry))
+        find = {"find": self.find.model_dump(mode="json")} if self.find else {}
+        return {"scene": self.document.value, "vary": vary, "columns": list(self.columns), **find}
 
     def overrides(self, index):
         """Dotted key -> value as written of what varies in a case, from 0; the last entry runs fastest."""
@@ -198,8 +204,9 @@ class StudyFile:
         return {key: value for entry, step in steps for key, value in entry.shown(step).items()}
 
     def case(self, index):
-        """Overrides and scene of one case, from 0, what `find` solves for as it is in the scene. `study.scene_values`
-        reads many at once.
+        """Overrides and scene of one case, from 0; the key that `find` solves for is as in the base scene.
+
+        `study.scene_values` reads many cases at once.
 
         Raises
         ------
@@ -237,15 +244,16 @@ class StudyFile:
             raise SceneError(*at_most(list(mistakes.values()), self.name))
 
     def _steps_to_check(self):
+        """Yield the steps of the entries, a tuple as of `_steps`, of each case that `check` looks at."""
         if self.count <= CHECK_ALL:
             yield from map(self._steps, range(self.count))
             return
-        for place, entry in enumerate(self.entries):
+        for number, entry in enumerate(self.entries):
             for step in entry.steps():
-                yield tuple(step if i == place else 0 for i in range(len(self.entries)))
+                yield tuple(step if i == number else 0 for i in range(len(self.entries)))
 
     def _steps(self, index):
-        """Step of each entry in a case."""
+        """Step of each entry in a case, from 0: tuple of int; the last entry runs fastest."""
         if not 0 <= index < self.count:
             raise IndexError(f"case {index} of {self.count}")
         steps = []
@@ -255,14 +263,14 @@ class StudyFile:
         return tuple(reversed(steps))
 
     def _settings(self, steps):
-        """(key, value, place) of all that varies at these steps."""
-        return [one for entry, step in zip(self.entries, steps, strict=True) for one in entry.settings(step)]
+        """List of (key, value, place) of all that varies at these steps."""
+        return [item for entry, step in zip(self.entries, steps, strict=True) for item in entry.settings(step)]
 
 
-def _alternatives(entry):
-    """What each alternative of an `Entry` sets, as plain values; nothing where it has none."""
-    named = {name: {key: value for key, value, _ in one} for name, one in entry.alternatives.items()}
-    return {ALTERNATIVE: named} if named else {}
+def _plain_alternatives(entry):
+    """The alternatives of an `Entry` as plain values, {ALTERNATIVE: name -> key -> value}; empty where it has none."""
+    changes = {name: {key: value for key, value, _ in items} for name, items in entry.alternatives.items()}
+    return {ALTERNATIVE: changes} if changes else {}
 
 
 def read_study(path, sets=(), vary=()):
@@ -289,7 +297,7 @@ def study_of(source, sets=(), vary=()):
     """Study of a document whose `base:` is still unread; see `read_study`."""
     _refuse_scene(source)
     try:
-        known = StudyTable.model_fields
+        known = StudyTable.model_fields  # unknown keys stay, so that they are refused; known ones may be null
         table = StudyTable.model_validate(
             {key: value for key, value in source.value.items() if value is not None or key not in known}
         )
@@ -298,41 +306,40 @@ def study_of(source, sets=(), vary=()):
 
     @cache
     def base():
-        settings = [(key, value, partial(source.place, ("set", key))) for key, value in table.set.items()]
-        return apply_sets(read_base(source).with_sets(settings), sets)
+        items = [(key, value, partial(source.place, ("set", key))) for key, value in table.set.items()]
+        return apply_sets(read_base(source).with_sets(items), sets)
 
-    def cases():
-        named = base().value.get("cases")
-        return list(named) if isinstance(named, dict) else []
+    def case_names():
+        cases = base().value.get("cases")
+        return list(cases) if isinstance(cases, dict) else []
 
-    entries, found = entries_of(table, source, cases)
-    found += _repeated(table.columns, "columns")
-    if table.reference and not os.path.isfile(_beside(source, table.reference)):
-        found.append((("reference",), f"{_beside(source, table.reference)}: no such file"))
-    if found:
-        raise located(found, source)
-    added = entries_of_options(vary, entries, cases)
-    study = StudyFile(source, table, base(), entries, added)
-    _refuse_idle(study, entries, sets)
+    entries, mistakes = entries_of(table, source, case_names)
+    mistakes += _repeated_names(table.columns, "columns")
+    if table.reference and not os.path.isfile(_path_beside(source, table.reference)):
+        mistakes.append((("reference",), f"{_path_beside(source, table.reference)}: no such file"))
+    if mistakes:
+        raise located(mistakes, source)
+    study = StudyFile(source, table, base(), entries, entries_of_options(vary, entries, case_names))
+    _refuse_settings_without_effect(study, entries, sets)
     if table.find:
-        _refuse_solved(study)
+        _refuse_variation_of_unknown(study)
     return study
 
 
 def _refuse_scene(source):
     """Refuse a document with keys of a scene, which is a scene or a study that should have them under `set`."""
-    keys = {key: source.place((key,), of_key=True) for key in source.given if key in SCENE_KEYS}
-    if keys and not STUDY_KEYS.isdisjoint(source.given):
-        raise SceneError(*(mistake(place, key, OF_SCENE) for key, place in keys.items()))
-    if keys:
-        key = next((name for name in ("cable", "cables") if name in keys), next(iter(keys)))
+    places = {key: source.place((key,), of_key=True) for key in source.given if key in SCENE_KEYS}
+    if places and not STUDY_KEYS.isdisjoint(source.given):
+        raise SceneError(*(mistake(place, key, OF_SCENE) for key, place in places.items()))
+    if places:
+        key = next((name for name in ("cable", "cables") if name in places), next(iter(places)))
         name = "SCENE" if source.name in (STDIN, MAPPING) else os.path.basename(source.name)
         study = f"a study of it is a file with the line base: {name} ('cablestudy new study' writes one)"
-        raise refuse(keys[key], f"this is a scene (it has the key {key}): use 'cablestudy static'; {study}")
+        raise refuse(places[key], f"this is a scene (it has the key {key}): use 'cablestudy static'; {study}")
 
 
-def _refuse_solved(study):
-    """Refuse varied keys that exclude the key for which `find` solves."""
+def _refuse_variation_of_unknown(study):
+    """Refuse varied keys that are, contain or exclude the key for which `find` solves."""
     try:
         split_key(study.find.by)
         reason = next(filter(None, (clash(study.find.by, other) for other in study.set_keys)), None)
@@ -342,30 +349,31 @@ def _refuse_solved(study):
         raise refuse(study.source.place(("find", "by")), f"{study.find.by}: {reason}", "find.by")
 
 
-def _beside(source, name):
-    """A file named in a study, relative to the study."""
+def _path_beside(source, name):
+    """Path of a file that a study names, relative to the study."""
     return os.path.join(os.path.dirname(source.name), name)
 
 
-def _repeated(names, key):
-    """Names that occur twice."""
+def _repeated_names(names, key):
+    """Path and message of each name in the list of a key that is there before already: list."""
     first = {}
     return [((key, i), f"{name} is given twice") for i, name in enumerate(names) if first.setdefault(name, i) != i]
 
 
-def _refuse_idle(study, entries, sets):
+def _refuse_settings_without_effect(study, entries, sets):
     """Refuse fixed values that no case would show, since the varied keys replace them.
 
     The options --vary are a layer upon the study and may replace what its `set:` fixes, but not what --set fixes.
     """
-    written = [(key, study.where(("set", key)), entries) for key in study.set]
-    written += [(key, f"--set {key}", study.entries) for key in (text.partition("=")[0].strip() for text in sets)]
-    found = []
-    for key, place, varying in written:
+    fixed = [(key, study.where(("set", key)), entries) for key in study.set]
+    fixed += [(key, f"--set {key}", study.entries) for key in (text.partition("=")[0].strip() for text in sets)]
+    mistakes = []
+    for key, place, varying_entries in fixed:
         path = split_key(key)
-        varied = [other for entry in varying for other in entry.set_keys if entry.always_set(other)]
-        void = [split_key(other) for other in varied] + [path for other in varied for path in replaced_by(other)]
-        if any(path[: len(other)] == other for other in void):
-            found += refuse(place, "has no effect: the study varies this key, or one that replaces it", key).mistakes
-    if found:
-        raise SceneError(*found)
+        varied = [other for entry in varying_entries for other in entry.set_keys if entry.always_set(other)]
+        replaced = [split_key(other) for other in varied] + [other for key in varied for other in replaced_by(key)]
+        if any(path[: len(other)] == other for other in replaced):
+            message = "has no effect: the study varies this key, or one that replaces it"
+            mistakes.append(mistake(place, key, message))
+    if mistakes:
+        raise SceneError(*mistakes)

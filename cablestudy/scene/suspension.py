@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from cablestudy.scene.actuator_tables import LIMITS, Actuator, ReactionWheel, actuator_relations, is_wheel
-from cablestudy.scene.cable_table import CHORD_RANGE, LENGTH_RATIO, NO_CURVES, beyond_the_end, length_ratio
+from cablestudy.scene.cable_table import CHORD_RANGE, LENGTH_RATIO, NO_CURVES, beyond_the_end, length_ratio_message
 from cablestudy.scene.common_tables import Exposure, Ground, MarkerCorrection, ModelTable, ground_relations
 from cablestudy.scene.connections import attachment_of, connection_mistakes, unheld, written_connections
 from cablestudy.scene.control_tables import Control, Drive
@@ -80,7 +80,7 @@ class SuspensionScene(KeyTable):
     @model_validator(mode="before")
     @classmethod
     def _share(cls, data):
-        """What all cables share is below what each of them says."""
+        """Add to each cable the keys of the table `cable` that it does not give itself."""
         return _with_shared(data)
 
     def with_value(self, path, value):
@@ -88,15 +88,15 @@ class SuspensionScene(KeyTable):
         scene = super().with_value(path, value)
         if path[0] != "cable":
             return scene
-        inside = path[1:]
-        sharing = [name for name in self.cables if self._is_shared(name, inside)]
-        cables = {name: self.cables[name].with_value(inside, value) for name in sharing}
-        return scene.model_copy(update={"cables": {**self.cables, **cables}})
+        path_in_cable = path[1:]
+        sharing = [name for name in self.cables if self._is_shared(name, path_in_cable)]
+        changed = {name: self.cables[name].with_value(path_in_cable, value) for name in sharing}
+        return scene.model_copy(update={"cables": {**self.cables, **changed}})
 
     def _is_shared(self, cable, path):
-        """Whether a cable has what is written at a path in the table `cable`."""
+        """True if a cable, by its name, has its value at a path from the table `cable`."""
         own, shared = self._written["cables"][cable], self._written.get("cable", {})
-        return not _is_written(own, path) and _is_written(_over(shared, own), path)
+        return not _is_written(own, path) and _is_written(_merge_shared(shared, own), path)
 
     @property
     def load_case(self):
@@ -110,17 +110,17 @@ class SuspensionScene(KeyTable):
 
     @property
     def lines(self):
-        """All that has two ends, in the order of `SuspendedSystem`: name -> cable, then name -> link."""
+        """Cables and links, which have two ends each, in the order of `SuspendedSystem`: name -> table, a dict."""
         return {**self.cables, **self.links}
 
     def without_lost(self):
-        """Copy with the cables that its load case leaves, and with the winches of these; itself where none is lost."""
+        """Copy without the cables that its load case has lost, and without their winches; itself where none is lost."""
         lost = self.load_case.lost
         if not lost:
             return self
-        left = {name: {key: one for key, one in getattr(self, name).items() if key not in lost}
-                for name in ("cables", "winches")}  # fmt: skip
-        return self.model_copy(update=left)
+        cables = {name: cable for name, cable in self.cables.items() if name not in lost}
+        winches = {name: winch for name, winch in self.winches.items() if name not in lost}
+        return self.model_copy(update={"cables": cables, "winches": winches})
 
     def loads_on(self, cable):
         """All point loads on the cable of a name: its own, then those of the case."""
@@ -129,11 +129,12 @@ class SuspensionScene(KeyTable):
     @property
     def load_paths(self):
         """Name of each point load on a cable -> its path: dict."""
-        found, of_case = {}, self.load_case.loads
+        paths, loads_of_case = {}, self.load_case.loads
         for name, cable in self.cables.items():
-            more = ("cases", self.case, "loads", name), of_case.get(name, ())
-            found |= paths_of_loads(name, (("cables", name, "loads"), cable.loads), more)
-        return found
+            own = ("cables", name, "loads"), cable.loads
+            of_case = ("cases", self.case, "loads", name), loads_of_case.get(name, ())
+            paths |= paths_of_loads(name, own, of_case)
+        return paths
 
     def attachment(self, end):
         """Name of the body or free point that holds an end, None for the ground, and its place.
@@ -152,14 +153,15 @@ class SuspensionScene(KeyTable):
         return attachment_of(self.points, self.bodies, end)
 
     def start(self, end):
-        """Where an end is when the search begins, (x, y, z), global. [m]"""
-        owner, place = self.attachment(end)
+        """Position (x, y, z) of an end where the search for equilibrium begins, global. [m]"""
+        owner, position = self.attachment(end)
         if owner is None:
-            return place
+            return position
         if owner in self.points:
             return self.points[owner].at
         body = self.bodies[owner]
-        return tuple(at + turned for at, turned in zip(body.at, _turned(body.start_angles, place), strict=True))
+        rotated = _rotate(body.start_angles, position)
+        return tuple(origin + component for origin, component in zip(body.at, rotated, strict=True))
 
     def relations(self):
         """Names that exist, everything held by a cable, as much stated as is needed, cables of some length."""
@@ -167,35 +169,25 @@ class SuspensionScene(KeyTable):
         bodies = {name: body.attachments for name, body in self.bodies.items()}
         links = {name: link.ends for name, link in self.links.items()}
         yield [(("cables",), bool(self.cables or self.links), lambda: "expected at least 1 item, got 0")]
-        found = connection_mistakes(self.points, bodies, ends, self.winches, self.actuators, links)
-        yield _failed(found + self._unknown_references() + reference_mistakes(self))
-        yield _failed(self._unheld() + determinacy_mistakes(self))
-        yield [relation for name, link in self.links.items() for relation in self._of_link(("links", name), link)]
+        mistakes = connection_mistakes(self.points, bodies, ends, self.winches, self.actuators, links)
+        yield _broken(mistakes + self._unknown_references() + reference_mistakes(self))
+        yield _broken(self._unheld() + determinacy_mistakes(self))
+        yield [relation for name, link in self.links.items() for relation in self._link_relations(name, link)]
         for relation in actuator_relations(self):
             yield [relation]
-        yield _failed(self._unknown_diameters())
+        yield _broken(self._unknown_diameters())
         yield from self._case_relations()
-        ends = {name: tuple(map(self.start, cable.ends)) for name, cable in self.cables.items()}
-        chords = {name: _distance(*places) for name, places in ends.items()}
-        yield [
-            (
-                ("cables", name),
-                chord > 0,
-                partial("its two ends are at one place, [{:g}, {:g}, {:g}]".format, *ends[name][1]),
-            )
-            for name, chord in chords.items()
-        ]
-        yield [relation for name, chord in chords.items() for relation in self._lengths(name, chord)]
-        yield [relation for name, case in self.cases.items() for relation in self._moved_ends(name, case.moves)]
+        yield from self._chord_relations()
+        yield [relation for name, case in self.cases.items() for relation in self._move_relations(name, case.moves)]
 
     def _case_relations(self):
         """The case is one of the cases, all cables have what the cases need, and the ground is in order."""
-        known = self.case is None or self.case in self.cases
-        yield [(("case",), known, lambda: f"unknown case {show(self.case)} ({suggestion(self.case, self.cases)})")]
+        exists = self.case is None or self.case in self.cases
+        yield [(("case",), exists, lambda: f"unknown case {show(self.case)} ({suggestion(self.case, self.cases)})")]
         yield [loaded_by_a_case(("cables", name), table, self.cases) for name, table in self.cables.items()]
-        stated = [name for name, table in self.cables.items() if table.state]
-        curves = not stated or any(table.stress_strain for table in self.cables.values())
-        yield [(("cables", name, "state"), curves, lambda: NO_CURVES) for name in stated[:1]]
+        with_state = [name for name, table in self.cables.items() if table.state]
+        has_curves = not with_state or any(table.stress_strain for table in self.cables.values())
+        yield [(("cables", name, "state"), has_curves, lambda: NO_CURVES) for name in with_state[:1]]
         yield [
             relation
             for name, case in self.cases.items()
@@ -203,22 +195,34 @@ class SuspensionScene(KeyTable):
             if cable not in case.lost
             for relation in case.of_cable(cable).needs_of(table, ("cables", cable), name)
         ]
-        loads = [
-            (("cases", name, "loads", cable), case.loads[cable])
-            for name, case in self.cases.items()
-            for cable in case.loads
-        ]
-        yield [
-            (path, path[-1] in self.cables, lambda name=path[-1]: f"unknown cable ({suggestion(name, self.cables)})")
-            for path, _ in loads
-        ]
-        for path, found in loads:
-            length = self.cables[path[-1]].unstretched_length
-            if length is not None:
-                yield beyond_the_end(path, found, length)
-        yield _failed(case_mistakes(self))
+        yield from self._load_relations()
+        yield _broken(case_mistakes(self))
         yield ground_relations(self.ground)
         yield limit_relations(self.limits, self.cases)
+
+    def _load_relations(self):
+        """The point loads of load cases are on cables that exist, and not beyond their ends."""
+        loads_at = {  # path in the scene -> point loads of one case on one cable
+            ("cases", name, "loads", cable): case.loads[cable]
+            for name, case in self.cases.items()
+            for cable in case.loads
+        }
+        yield [
+            (path, path[-1] in self.cables, lambda name=path[-1]: f"unknown cable ({suggestion(name, self.cables)})")
+            for path in loads_at
+        ]
+        for path, loads in loads_at.items():
+            length = self.cables[path[-1]].unstretched_length
+            if length is not None:
+                yield beyond_the_end(path, loads, length)
+
+    def _chord_relations(self):
+        """The ends of each cable are apart where the search begins, and its unstretched length fits their distance."""
+        ends = {name: tuple(map(self.start, cable.ends)) for name, cable in self.cables.items()}
+        chords = {name: _distance(*positions) for name, positions in ends.items()}
+        text = "its two ends are at one place, [{:g}, {:g}, {:g}]".format
+        yield [(("cables", name), chord > 0, partial(text, *ends[name][1])) for name, chord in chords.items()]
+        yield [relation for name, chord in chords.items() for relation in self._length_relations(name, chord)]
 
     def body_of(self, table):
         """Name of the body that `control` or one of the actuators names, or of the only one."""
@@ -234,67 +238,66 @@ class SuspensionScene(KeyTable):
         ]
 
     def _unknown_diameters(self):
-        """Path and message of the cables whose diameter the wind on cables needs."""
-        blown = self.wind is not None and self.wind.on != "bodies"
-        names = [name for name, cable in self.cables.items() if blown and cable.section_diameter is None]
+        """Path and message of the cables that lack the diameter which a wind on cables needs."""
+        in_wind = self.wind is not None and self.wind.on != "bodies"
+        names = [name for name, cable in self.cables.items() if in_wind and cable.section_diameter is None]
         message = "missing key: one of diameter, area (the wind acts on cables; or wind.on: bodies)"
         return [(("cables", name), message) for name in names]
 
     def _unheld(self):
         """Path and message of the bodies and free points that nothing holds."""
-        tables = {name: "points" for name, point in self.points.items() if point.free}
-        tables |= {name: "bodies" for name, body in self.bodies.items() if body.free}
-        stands = [name for name, body in self.bodies.items() if len(body.free) < len(MOTIONS)]
+        table_of = {name: "points" for name, point in self.points.items() if point.free}
+        table_of |= {name: "bodies" for name, body in self.bodies.items() if body.free}
+        partly_held = [name for name, body in self.bodies.items() if len(body.free) < len(MOTIONS)]
         holding = [*self.cables.values(), *(link for link in self.links.values() if link.carries)]
-        owners = [tuple(self.attachment(end)[0] for end in one.ends) for one in holding]
+        owners = [tuple(self.attachment(end)[0] for end in line.ends) for line in holding]
         hint = " (a link without stiffness and length carries nothing in the reference state)" if self.links else ""
-        return [((tables[name], name), message + hint) for name, message in unheld(tables, stands, owners)]
+        return [((table_of[name], name), message + hint) for name, message in unheld(table_of, partly_held, owners)]
 
-    def _of_link(self, path, link):
-        """Relations of a link: its places can move beside each other, and are two where it has a length."""
-        owner, other = (self.attachment(end)[0] for end in link.ends)
+    def _link_relations(self, name, link):
+        """Relations of a link: its ends can move relative to each other, and are apart where it has a length."""
+        path, (owner, other) = ("links", name), (self.attachment(end)[0] for end in link.ends)
         where = f"on {owner}" if owner else "fixed"
         yield path, owner != other, f"both of its places are {where}: it does nothing".format
         apart = link.length is None or (link.length == 0) | (_distance(*map(self.start, link.ends)) > 0)
         yield (*path, "length"), apart, "both of its places are one where the search begins (length: 0 m?)".format
 
-    def _moved_ends(self, case, moves):
+    def _move_relations(self, case, moves):
         """Relations of the distance of the ends of cables between fixed points that a load case moves. [m]"""
         text = "moved, the two ends of {} are {:g} m apart".format
         for name, cable in self.cables.items() if moves else ():
             if any(self.attachment(end)[0] for end in cable.ends) or not any(end in moves for end in cable.ends):
                 continue
-            places = [self.start(end) for end in cable.ends]
-            shifts = [moves.get(end, (0.0, 0.0, 0.0)) for end in cable.ends]
-            apart = _distance(
-                *([p + s for p, s in zip(*pair, strict=True)] for pair in zip(places, shifts, strict=True))
-            )
-            limits = limited(name, apart, CHORD_RANGE, "m", partial(text, name))
-            yield ("cases", case, "moves"), *limits[1:]
+            moved_ends = []
+            for end in cable.ends:
+                shift = moves.get(end, (0.0, 0.0, 0.0))
+                moved_ends.append([x + dx for x, dx in zip(self.start(end), shift, strict=True)])
+            _, holds, message = limited(name, _distance(*moved_ends), CHORD_RANGE, "m", partial(text, name))
+            yield ("cases", case, "moves"), holds, message
 
-    def _lengths(self, name, chord):
-        """Relations of the distance of a cable's ends where the search begins. [m]"""
+    def _length_relations(self, name, chord):
+        """Relations of a cable whose ends have this distance where the search begins. [m]"""
         cable, path = self.cables[name], ("cables", name)
         yield path, *limited(name, chord, CHORD_RANGE, "m", "its two ends are {:g} m apart".format)[1:]
         length = cable.unstretched_length
         if length is not None and not (self.solve_for == "pose" and any(self.attachment(end)[0] for end in cable.ends)):
             fits = within(length, (LENGTH_RATIO[0] * chord, LENGTH_RATIO[1] * chord))
-            yield (*path, "unstretched_length"), fits, partial(length_ratio, length, chord)
+            yield (*path, "unstretched_length"), fits, partial(length_ratio_message, length, chord)
 
 
-def _distance(first, last):
-    """Of two places, also where their coordinates are arrays. [m]"""
-    return sum((one - other) ** 2 for one, other in zip(first, last, strict=True)) ** 0.5
+def _distance(position, other):
+    """Distance of two positions, also where their coordinates are arrays. [m]"""
+    return sum((a - b) ** 2 for a, b in zip(position, other, strict=True)) ** 0.5
 
 
-def _failed(found):
-    """Relations that do not hold, from paths and messages."""
-    return [(path, False, lambda message=message: message) for path, message in found]
+def _broken(mistakes):
+    """Mistakes, (path, message) each, as relations that do not hold: a list as of `KeyTable.relations`."""
+    return [(path, False, lambda message=message: message) for path, message in mistakes]
 
 
-def _turned(angles, place):
-    """A vector in body axes as one in global axes: R v, R = Rz(yaw) Ry(pitch) Rx(roll)."""
-    (x, y, z), (roll, pitch, yaw) = place, angles
+def _rotate(angles, vector):
+    """A vector v in body axes as one in global axes: R v, R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    (x, y, z), (roll, pitch, yaw) = vector, angles
     y, z = y * math.cos(roll) - z * math.sin(roll), y * math.sin(roll) + z * math.cos(roll)
     x, z = x * math.cos(pitch) + z * math.sin(pitch), z * math.cos(pitch) - x * math.sin(pitch)
     x, y = x * math.cos(yaw) - y * math.sin(yaw), x * math.sin(yaw) + y * math.cos(yaw)
@@ -326,63 +329,66 @@ def read_suspension(document):
     SceneError
         All that is wrong with it, sorted by place.
     """
-    written = document.value.get("actuators")
-    wheels = [name for name, value in written.items() if is_wheel(value)] if isinstance(written, dict) else ()
+    actuators = document.value.get("actuators")
+    wheels = [name for name, value in actuators.items() if is_wheel(value)] if isinstance(actuators, dict) else ()
+    # an actuator may have the keys of a reaction mass, unless it is found in this list as a wheel before
     tables = [(("actuators", name), ReactionWheel) for name in wheels] + SUSPENSION_TABLES
-    empty = list(_explained(empty_keys(document, tables)))
+    mistakes = [(path, _explain(path, message)) for path, message in empty_keys(document, tables)]
     try:
         context = {"materials": document.value.get("materials")}
         scene = SuspensionScene.model_validate(document.value, context=context)
     except ValidationError as error:
         found = findings(error, _with_shared(document.value), tables)
         found += connection_mistakes(*written_connections(document.value))
-        raise located([*empty, *_at_shared(_explained(found), document.value)], document) from None
-    if empty:
-        raise located(empty, document)
+        explained = dict.fromkeys((path, _explain(path, message)) for path, message in found)
+        raise located([*mistakes, *_move_to_shared(explained, document.value)], document) from None
+    if mistakes:
+        raise located(mistakes, document)
     scene._written = document.value
     return scene
 
 
-def _explained(found):
-    """Findings in which keys of a scene of one cable are told what a suspension has instead."""
-    for path, message in found:
-        instead = INSTEAD.get(path if len(path) == 1 else path[-1:] if path[:1] in OF_CABLES else None)
-        unknown = instead and message.startswith("unknown key")
-        limit = path[:1] == ("actuators",) and message.removeprefix("missing key: ") in LIMITS
-        note = " (an actuator without limits)" if limit else ""
-        yield path, f"unknown key in a suspension: {instead}" if unknown else message + note
+def _explain(path, message):
+    """A message; on keys of a scene of one cable with what a suspension has instead, on limits with what they are."""
+    instead = INSTEAD.get(path if len(path) == 1 else path[-1:] if path[:1] in OF_CABLES else None)
+    if instead and message.startswith("unknown key"):
+        return f"unknown key in a suspension: {instead}"
+    is_limit = path[:1] == ("actuators",) and message.removeprefix("missing key: ") in LIMITS
+    return f"{message} (an actuator without limits)" if is_limit else message
 
 
-def _at_shared(found, value):
-    """Findings in keys that cables share, at the place where they are shared."""
-    found = list(dict.fromkeys(found))
+def _move_to_shared(mistakes, value):
+    """Yield mistakes, (path, message) each: those of cables that are written in the table `cable` with its path.
+
+    `value` are the plain values of the file. A key that all of several cables lack is missing in the table `cable`.
+    """
     cables = value.get("cables")
     cables = cables if isinstance(cables, dict) else {}
-    alike = Counter((path[2:], message) for path, message in found if path[:1] == ("cables",))
-    for path, message in found:
-        table, name, inside = path[:1], path[1:2], path[2:]
-        own = table != ("cables",) or not name or _is_written(cables.get(name[0]), inside)
-        missing = message.startswith("missing key") and alike[inside, message] == len(cables) > 1
-        shared = not own and (_is_written(value.get("cable"), inside) or missing)
-        yield (("cable", *inside) if shared else path), message
+    how_often = Counter((path[2:], message) for path, message in mistakes if path[:1] == ("cables",))
+    for path, message in mistakes:
+        table, name, path_in_cable = path[:1], path[1:2], path[2:]
+        is_own = table != ("cables",) or not name or _is_written(cables.get(name[0]), path_in_cable)
+        all_lack_it = message.startswith("missing key") and how_often[path_in_cable, message] == len(cables) > 1
+        is_shared = not is_own and (_is_written(value.get("cable"), path_in_cable) or all_lack_it)
+        yield (("cable", *path_in_cable) if is_shared else path), message
 
 
 def _with_shared(data):
-    """Plain values of a suspension whose cables have what all share."""
+    """Plain values of a suspension, to whose cables the keys of the table `cable` are added that they do not give."""
     cables, shared = (data.get(key) if isinstance(data, dict) else None for key in ("cables", "cable"))
     if not (isinstance(cables, dict) and isinstance(shared, dict)):
         return data
     known = {key: value for key, value in shared.items() if key in SharedCable.model_fields}
-    return {**data, "cables": {name: _over(known, own) for name, own in cables.items()}}
+    return {**data, "cables": {name: _merge_shared(known, own) for name, own in cables.items()}}
 
 
-def _over(shared, own):
-    """What a cable says, over what all cables share; both plain."""
+def _merge_shared(shared, own):
+    """Plain keys of one cable, merged upon those that all cables share; alternatives to its own are left out."""
     return merge({"cable": shared}, {"cable": own})["cable"]
 
 
 def _is_written(table, path):
-    """Whether something is written at a path, which is not empty; a list is written whole."""
+    """True if something is written at a path, which is not empty; a list is written whole."""
     for name in path:
         if isinstance(table, list):
             return True

@@ -1,5 +1,6 @@
 """Points, bodies, cables, tensions and winches of a suspension: the tables of the file as typed models, in SI."""
 
+from functools import partial
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, StrictBool, TypeAdapter
@@ -37,21 +38,23 @@ _angles = TypeAdapter(Angles).validate_python
 _TRIPLE = {"type": "array", "minItems": 3, "maxItems": 3}
 
 
-def _free_word(value):
+def _check_free(value):
+    """The word `free` itself; any other is refused."""
     if value != "free":
         raise wrong(f"expected [roll, pitch, yaw], or free, got {show(value)}")
     return value
 
 
-def _three_or_six(value):
+def _check_entries(value):
+    """The entries of a tensor of inertia themselves; refused where they are neither 3 nor 6."""
     if len(value) not in (3, 6):
         raise wrong(f"expected 3 entries (xx yy zz) or 6 (xx yy zz xy xz yz), got {len(value)}")
     return value
 
 
 def each_once(value):
-    """A tuple of words, none of them twice."""
-    repeated = next((name for place, name in enumerate(value) if name in value[:place]), None)
+    """A tuple of words itself; refused where one of them is there twice."""
+    repeated = next((word for index, word in enumerate(value) if word in value[:index]), None)
     if repeated:
         raise wrong(f"{repeated} is given twice")
     return value
@@ -76,11 +79,12 @@ class PointTable(KeyTable):
     def relations(self):
         """Mass and force belong to a free point."""
         message = "belongs to a free point: this one is fixed (free: true lets it move)"
-        given = [(name,) for name in ("mass", "force") if name in self.model_fields_set]
-        yield [(path, self.free, lambda: message) for path in given]
+        given = [name for name in ("mass", "force") if name in self.model_fields_set]
+        yield [((name,), self.free, lambda: message) for name in given]
 
 
 def _fixed_point(place):
+    """The PointTable of a bare place."""
     return PointTable(at=_place(place))
 
 
@@ -101,7 +105,7 @@ class Body(KeyTable):
     attitude: Annotated[
         str | Angles,
         Either(
-            ((list, _angles), (tuple, _angles), (str, _free_word)),
+            ((list, _angles), (tuple, _angles), (str, _check_free)),
             "[roll, pitch, yaw], or free",
             ({**_TRIPLE, "items": Quantity("rad", -6.2831853, 6.2831853).schema()}, {"const": "free"}),
         ),
@@ -110,7 +114,7 @@ class Body(KeyTable):
         description="Mass; mass, center of mass and inertia are those with all actuators"
     )
     center_of_mass: Place = Field((0.0, 0.0, 0.0), description="From the reference point, body axes")
-    inertia: Annotated[tuple[Inertia, ...], AfterValidator(_three_or_six)] | None = Field(
+    inertia: Annotated[tuple[Inertia, ...], AfterValidator(_check_entries)] | None = Field(
         None, description="Entries of the tensor about the center of mass, body axes: xx yy zz, or xx yy zz xy xz yz"
     )
     attachments: dict[Name, Place] = Field({}, description="Name -> place where a cable may end, body axes")
@@ -149,38 +153,39 @@ class Body(KeyTable):
             message = f"missing key: inertia (the body is free to turn: {', '.join(self.turning)})"
             yield [((), not self.turning, lambda: message)]
             return
-        names, entries = ("xx", "yy", "zz"), self.inertia_tensor
+        tensor, text = self.inertia_tensor, "{} must be positive, got {:g}".format
         yield [
-            (("inertia", place), entry > 0, lambda name=name, entry=entry: f"{name} must be positive, got {entry:g}")
-            for place, (name, entry) in enumerate(zip(names, entries, strict=False))
+            (("inertia", index), moment > 0, partial(text, name, moment))
+            for index, (name, moment) in enumerate(zip(("xx", "yy", "zz"), tensor[:3], strict=True))
         ]
-        yield [(("inertia",), _is_of_a_mass(*entries), lambda: NO_MASS)]
+        yield [(("inertia",), _is_of_a_mass(*tensor), lambda: NO_MASS)]
 
 
 def _is_of_a_mass(xx, yy, zz, xy, xz, yz):
-    """Whether a tensor of inertia has positive principal moments, none of them above the sum of the other two.
+    """True if a tensor of inertia I has positive principal moments, none of them above the sum of the other two.
 
     Equivalent to second moments of the mass S = tr(I)/2 - I that are positive semidefinite: no principal minor of S is
-    negative. Wensing, Kim and Slotine (2018), IEEE Robotics and Automation Letters 3, 60, section III.
+    negative. Wensing, Kim and Slotine (2018), IEEE Robotics and Automation Letters 3, 60, section III. Entries may be
+    numbers, or arrays of many bodies.
     """
     trace = xx + yy + zz
-    tiny = INERTIA_ROUNDING * trace
-    a, b, c = trace / 2 - xx, trace / 2 - yy, trace / 2 - zz
-    holds = (_determinant(xx, yy, zz, xy, xz, yz) > tiny * trace**2) & (
-        _determinant(a, b, c, -xy, -xz, -yz) >= -tiny * trace**2
-    )
-    for one, other, mixed in ((a, b, xy), (a, c, xz), (b, c, yz)):
-        holds &= (one >= -tiny) & (other >= -tiny) & (one * other - mixed * mixed >= -tiny * trace)
+    rounding = INERTIA_ROUNDING * trace
+    s_xx, s_yy, s_zz = trace / 2 - xx, trace / 2 - yy, trace / 2 - zz
+    is_positive = _determinant(xx, yy, zz, xy, xz, yz) > rounding * trace**2
+    holds = is_positive & (_determinant(s_xx, s_yy, s_zz, -xy, -xz, -yz) >= -rounding * trace**2)
+    for moment, other, mixed in ((s_xx, s_yy, xy), (s_xx, s_zz, xz), (s_yy, s_zz, yz)):
+        minor = moment * other - mixed * mixed
+        holds &= (moment >= -rounding) & (other >= -rounding) & (minor >= -rounding * trace)
     return holds
 
 
 def _determinant(xx, yy, zz, xy, xz, yz):
-    """Of a symmetric 3 x 3 matrix."""
+    """Determinant of a symmetric 3 x 3 matrix."""
     return xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
 
 
-class _Stated(CableProperties):
-    """Keys of a cable of a suspension, shared or its own; the lengths are stated in one of several ways."""
+class _CableOfSuspension(CableProperties):
+    """Keys of a cable of a suspension, shared or its own; its length is stated in one of several ways."""
 
     table: ClassVar[str] = "cables"
     optional_groups: ClassVar[bool] = True
@@ -203,7 +208,7 @@ class _Stated(CableProperties):
     loads: tuple[Load, ...] = Field((), max_length=MAX_LOADS, description="Point loads on the cable")
 
 
-class SharedCable(_Stated):
+class SharedCable(_CableOfSuspension):
     """The table `cable` of a suspension: what its cables have where they do not say otherwise."""
 
     complete: ClassVar[bool] = False
@@ -219,7 +224,7 @@ End = Annotated[
 ]
 
 
-class SuspendedCable(_Stated):
+class SuspendedCable(_CableOfSuspension):
     """One of the cables, with what it shares."""
 
     from_: End = Field(alias="from", description="End 1, that of the winch: a point, BODY.ATTACHMENT, or a fixed place")
@@ -233,7 +238,7 @@ class SuspendedCable(_Stated):
 
     @property
     def stated_value(self):
-        """Value that it states, tensions that are shares of the breaking force in newtons; or None. [m] or [N]"""
+        """Value of what the cable states, shares of the breaking force in newtons; or None. [m] or [N]"""
         if self.tension is not None:
             return self.force_of(self.tension.value)
         return self.force_of(getattr(self, self.stated)) if self.stated else None
@@ -313,10 +318,10 @@ class Tensions(KeyTable):
         """Bounds in order; a reference goes with `closest`."""
         if self.max is not None:
             yield [(("max",), self.min <= self.max, lambda: f"{self.max:g} N is below min, {self.min:g} N")]
-        closest, given = self.method == "closest", self.reference is not None
+        is_closest, has_reference = self.method == "closest", self.reference is not None
         message = f"belongs to the method closest; the method is {self.method}"
-        yield [((), given or not closest, lambda: "missing key: reference (the method is closest)")]
-        yield [(("reference",), closest or not given, lambda: message)]
+        yield [((), has_reference or not is_closest, lambda: "missing key: reference (the method is closest)")]
+        yield [(("reference",), is_closest or not has_reference, lambda: message)]
 
 
 class CableWinch(KeyTable):

@@ -35,16 +35,16 @@ def tokens_of(text, refuse):
     refuse : callable
         Column, message: raises the error of what is no token.
     """
-    tokens, place, end = [], 0, len(text.rstrip())
-    while place < end:
-        match = _TOKEN.match(text, place)
+    tokens, position, end = [], 0, len(text.rstrip())
+    while position < end:
+        match = _TOKEN.match(text, position)
         if match is None:
-            place = end - len(text[place:end].lstrip())
-            refuse(place + 1, f"unexpected {text[place]!r}")
+            wrong = end - len(text[position:end].lstrip())  # position of the first character that is no blank
+            refuse(wrong + 1, f"unexpected {text[wrong]!r}")
         kind = match.lastgroup
         token = Token(kind, match[kind].strip(), match.start(kind) + 1)
         if token.text in INSTEAD:
             refuse(token.column, f"unexpected {token.text!r} (use {INSTEAD[token.text]})")
         tokens.append(token)
-        place = match.end()
+        position = match.end()
     return [*tokens, Token("end", "", end + 1)]

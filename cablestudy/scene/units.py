@@ -104,7 +104,7 @@ def expected(unit):
 
 
 def to_si(value, unit):
-    """A number, or text with a unit, as a float in `unit`.
+    """Convert a number, or text with a unit, to a float in `unit`.
 
     Parameters
     ----------
@@ -166,6 +166,7 @@ def show(value):
 
 @lru_cache(maxsize=65536)
 def _text_to_si(text, unit):
+    """`to_si` of text."""
     try:
         number, name = split(text)
         shift, degree = _scale(name) if unit == "K" else (0, None)
@@ -178,7 +179,7 @@ def _text_to_si(text, unit):
 
 
 def _scale(name):
-    """What is added to a temperature in degC, °C, degF or °F, and the size of a degree; (0, None) of another unit."""
+    """Shift and size of a degree of a temperature in degC, °C, degF or °F [K]; (0, None) of another unit."""
     word = name.replace("°", "deg")
     return _SCALES[word[-1]] if word in ("degC", "degF") else (0, None)
 
@@ -226,39 +227,48 @@ def _factor(name, unit):
     ratio, dimension = _root(name)
     scale, expected = _root(unit)
     if dimension != expected:
-        degrees = unit == "K" and name in _SCALES
-        meant = f"deg{name}" if degrees else _of_force_or_mass(name, expected)
-        noun = "" if degrees else _dimension_name(dimension)
+        is_degree = unit == "K" and name in _SCALES
+        meant = f"deg{name}" if is_degree else _of_force_or_mass(name, expected)
+        noun = "" if is_degree else _dimension_name(dimension)
         raise _NotAQuantityError(f" ({'; '.join(filter(None, (noun, meant and f'did you mean {meant}?')))})")
     return ratio / scale
 
 
 def _metric_ratio(name, other):
     """Ratio of two units as written that are made of those of `_METRIC`; None of others, or where they do not fit."""
-    one, another = _metric_root(name), _metric_root(other)
-    return one[0] / another[0] if one and another and one[1] == another[1] else None
+    root, other_root = _metric_root(name), _metric_root(other)
+    if root is None or other_root is None:
+        return None
+    (factor, dimension), (other_factor, other_dimension) = root, other_root
+    return factor / other_factor if dimension == other_dimension else None
 
 
 def _metric_root(name):
-    """Factor and powers of m, kg, s, K and rad of products of `_METRIC` and quotients by one of them, or None."""
-    over, *under = name.strip().replace("**", "^").replace("°", "deg").split("/")
-    words = [] if over.strip() == ("1" if under else "") else re.split(r"\s*[*·]\s*|\s+", over.strip())
+    """Factor and dimension (powers of m, kg, s, K and rad) of a unit, without pint.
+
+    None where it is no product of units of `_METRIC` and their powers, perhaps divided by one of them.
+    """
+    numerator, *denominators = name.strip().replace("**", "^").replace("°", "deg").split("/")
+    if len(denominators) > 1:
+        return None
+    is_empty = numerator.strip() == ("1" if denominators else "")
+    words = [] if is_empty else re.split(r"\s*[*·]\s*|\s+", numerator.strip())
     factor, dimension = Decimal(1), _NO_DIMENSION
-    for sign, word in (*((1, word) for word in words), *((-1, word.strip()) for word in under)):
-        found = _POWER.fullmatch(word)
-        if found is None or found[1] not in _METRIC or len(under) > 1:
+    for sign, word in (*((1, word) for word in words), *((-1, word.strip()) for word in denominators)):
+        match = _POWER.fullmatch(word)
+        if match is None or match[1] not in _METRIC:
             return None
-        power, (size, powers) = sign * int(found[2] or 1), _METRIC[found[1]]
-        factor *= size**power
-        dimension = tuple(a + power * b for a, b in zip(dimension, powers, strict=True))
+        exponent, (size, powers) = sign * int(match[2] or 1), _METRIC[match[1]]
+        factor *= size**exponent
+        dimension = tuple(total + exponent * power for total, power in zip(dimension, powers, strict=True))
     return factor, dimension
 
 
 def _of_force_or_mass(name, expected):
-    """A unit with the pound or kilogram as a force in the place of a mass, or the reverse, which fits; or nothing."""
+    """A unit with lb or kg exchanged for lbf or kgf, or the reverse, where that has the expected base units; or ""."""
     for mass, force in (("lb", "lbf"), ("kg", "kgf")):
-        for one, other in ((mass, force), (force, mass)):
-            swapped = re.sub(rf"(?<![A-Za-z]){one}(?![A-Za-z0-9])", other, name)
+        for written, meant in ((mass, force), (force, mass)):
+            swapped = re.sub(rf"(?<![A-Za-z]){written}(?![A-Za-z0-9])", meant, name)
             if swapped != name and _root(swapped)[1] == expected:
                 return swapped
     return ""
@@ -294,7 +304,10 @@ def _registry():
 
 @lru_cache(maxsize=4096)
 def _root(name):
-    """Factor and base units of a unit. Base units and not dimensions, since those would take rad/s for Hz."""
+    """Factor (Decimal) and base units, as text, of a unit by pint.
+
+    Base units are compared and not dimensions, since those would take rad/s for Hz.
+    """
     if name == "":
         return Decimal(1), ""
     if not _UNIT.fullmatch(name):
@@ -323,9 +336,9 @@ def _dimension_name(dimension):
 
 def _unknown(name):
     """The end of a message about an unknown unit, with the nearest known one."""
-    same = [known for known in _KNOWN if known.lower() == name.lower()]
-    if not same:
+    similar = [known for known in _KNOWN if known.lower() == name.lower()]
+    if not similar:
         from difflib import get_close_matches
 
-        same = get_close_matches(name, _KNOWN, n=1, cutoff=0.6)
-    return f' (unknown unit "{name}"' + (f"; did you mean {same[0]}?)" if same else ")")
+        similar = get_close_matches(name, _KNOWN, n=1, cutoff=0.6)
+    return f' (unknown unit "{name}"' + (f"; did you mean {similar[0]}?)" if similar else ")")

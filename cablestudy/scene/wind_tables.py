@@ -72,7 +72,7 @@ class Wind(WindTable):
 
     @property
     def turbulence_along(self):
-        """That along the mean wind, as of a suspension. [m/s]"""
+        """RMS of the speed along the mean wind; the name that `SuspensionWind` has for it too. [m/s]"""
         return self.turbulence
 
 
@@ -82,9 +82,9 @@ class _Direction(Quantity):
     def read(self, value):
         """Value -> float [rad]."""
         if isinstance(value, (list, tuple)):
-            up = len(value) == 3 and isinstance(value[2], (int, float)) and value[2] > 0
-            what = "a wind from below ground" if up else f"got {show(value)}"
-            raise wrong(f"{what}: the mean wind is horizontal, and its direction an angle from x towards y")
+            blows_up = len(value) == 3 and isinstance(value[2], (int, float)) and value[2] > 0
+            reason = "a wind from below ground" if blows_up else f"got {show(value)}"
+            raise wrong(f"{reason}: the mean wind is horizontal, and its direction an angle from x towards y")
         return super().read(value)
 
 
@@ -113,11 +113,11 @@ class SuspensionWind(WindTable):
     @property
     def turbulence(self):
         """Tuple of the RMS of the speed along the mean wind, across it and vertical. [m/s]"""
-        given, scale = self.turbulence_rms, 1.0
-        if given is None:
-            given, scale = self.turbulence_intensity, self.speed
-        parts = given if isinstance(given, tuple) else (given, 0.0, 0.0)
-        return tuple(scale * part for part in parts)
+        written, factor = self.turbulence_rms, 1.0
+        if written is None:
+            written, factor = self.turbulence_intensity, self.speed
+        components = written if isinstance(written, tuple) else (written, 0.0, 0.0)
+        return tuple(factor * component for component in components)
 
     @property
     def turbulence_along(self):

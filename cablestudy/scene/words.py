@@ -2,11 +2,11 @@
 
 
 def counted(number, noun):
-    """For example `1 cable`, `6 cables`."""
+    """A number with its noun, for example `1 cable`, `6 cables`."""
     return f"{number} {noun}{'s' * (number != 1)}"
 
 
 def first_of(names, most):
-    """The first of some names, at most so many, and how many more there are: `a, b and 3 more`."""
-    more = len(names) - most
-    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
+    """The first of some names, at most so many, and the number of those left out: `a, b and 3 more`."""
+    left_out = len(names) - most
+    return ", ".join(names[:most]) + (f" and {left_out} more" if left_out > 0 else "")

@@ -28,7 +28,7 @@ def key_column(key):
 
 
 def find_header(header):
-    """The column of a header of a stored table: one of `find`, or a key that its study solved for."""
+    """The column of a header of a stored table: as of `find`, or of the key that its study solved for."""
     try:
         return find(header)
     except ValueError:
@@ -41,34 +41,36 @@ def find_header(header):
 
 
 def why_not(scene, column):
-    """Why a scene cannot have a column, or an empty text."""
+    """Reason for which a scene cannot have a column; empty where it can."""
     return kind_of(scene).why_not(scene, column)
 
 
 def columns_table(text=""):
-    """Table of columns: what it is of (one cable, or a suspension), name, unit, meaning, what it needs.
+    """Table of columns: kind of scene (one cable, or a suspension), name, unit, meaning, the stage and keys it needs.
 
     Parameters
     ----------
     text : str
-        Only those with this text in their names; blanks are underscores, as in headings.
+        Only columns with this text in their names; blanks are underscores, as in headings.
 
     Raises
     ------
     SceneError
-        There is none.
+        There is no such column.
     """
-    asked = "_".join(text.split())
+    text_in_name = "_".join(text.split())
     kinds = {"cable": (*of_one_cable.COLUMNS, *of_one_cable.FAMILIES), "suspension": of_suspensions.families()}
-    found = [(kind, c) for kind, columns in kinds.items() for c in columns if asked in c.header]
-    if not found:  # perhaps one of a family: sag of n1, or mode 3
+    columns_of_kind = [(kind, c) for kind, columns in kinds.items() for c in columns if text_in_name in c.header]
+    if not columns_of_kind:  # perhaps one of a family: sag of n1, or mode 3
         try:
-            found = [("suspension" if "." in asked or asked.startswith("frequency_") else "cable", find(asked))]
+            column = find(text_in_name)
         except ValueError as error:
             raise SceneError(str(error)) from None
+        of_suspension = "." in text_in_name or text_in_name.startswith("frequency_")
+        columns_of_kind = [("suspension" if of_suspension else "cable", column)]
     rows = [
         {"of": kind, "column": c.header, "unit": c.unit, "meaning": c.meaning, "needs": c.needs, "key": keys_of(c)}
-        for kind, c in found
+        for kind, c in columns_of_kind
     ]
     return Table(tuple(Field(name, name) for name in rows[0]), rows)
 

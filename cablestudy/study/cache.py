@@ -1,4 +1,4 @@
-"""Results that cases share: one that depends on some keys of the scene only serves every case with equal keys."""
+"""Results that cases share: a result that depends on a few keys of the scene serves every case with equal keys."""
 
 from cablestudy.study.tolerances import STUDY
 
@@ -6,22 +6,22 @@ PLAIN = (float, int, str)
 
 
 class Cache:
-    """Results by cable and key; those of the cables used longest ago are dropped."""
+    """Results by cable and by name and keys; those of the cables used longest ago are dropped."""
 
     def __init__(self):
         self._cables = {}
 
-    def __contains__(self, where):
-        cable, key = where
+    def __contains__(self, cable_and_key):
+        cable, key = cable_and_key
         return key in self._cables.get(cable, ())
 
     def results(self, cable, size):
-        """The results of a cable, which becomes the one used last: dict.
+        """Stored results of a cable, which becomes the one used last: dict.
 
         Parameters
         ----------
         cable : hashable
-            What the cable depends on.
+            All values of the scene on which the cable depends.
         size : int
             Numbers in the model: large models are not kept long.
         """
@@ -33,7 +33,7 @@ class Cache:
 
 
 def shared(*keys):
-    """A property of a `Case`, kept in `Case.known` and shared by cases whose cable and keys are equal.
+    """Decorator of a property of a `Case`, kept in `Case.computed`, and shared by cases whose cable and keys are equal.
 
     Parameters
     ----------
@@ -41,28 +41,28 @@ def shared(*keys):
         Dotted keys of the scene on which the result depends, beside the cable and the refinement level.
     """
 
-    def wrap(function):
+    def as_property(function):
         name = function.__name__
 
-        def get(case):
-            if name not in case.known:
+        def get_result(case):
+            if name not in case.computed:
                 cable, key = case.key_of(name, keys)
                 results = case.cache.results(cable, case.size)
                 if key not in results:
                     results[key] = function(case)
-                case.known[name] = results[key]
-            return case.known[name]
+                case.computed[name] = results[key]
+            return case.computed[name]
 
-        def put(case, result):
-            case.known[name] = result
+        def set_result(case, result):
+            case.computed[name] = result
 
-        return property(get, put, doc=function.__doc__)
+        return property(get_result, set_result, doc=function.__doc__)
 
-    return wrap
+    return as_property
 
 
 def frozen(value):
-    """A part of the scene, or a tuple of them, as plain tuples that can be compared and hashed."""
+    """A table of the scene, or a tuple of tables, as nested tuples of plain values that can be compared and hashed."""
     if value is None or isinstance(value, PLAIN):
         return value
     return tuple(map(frozen, value if isinstance(value, tuple | list) else value.__dict__.values()))

@@ -18,10 +18,10 @@ from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.drag import body_damping, cable_damping
 
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
-# what the statics and undamped motion of the cable depend on, beside gravity and model
-CABLE = ("ends", "chord", "inclination", "section_axial_stiffness", "section_mass", "section_diameter",
-         "unstretched_length", "stated_preload", "stated_tension", "tension", "sag", "reference", "expansion",
-         "loads")  # fmt: skip
+# keys of the cable on which its statics and undamped motion depend
+CABLE_KEYS = ("ends", "chord", "inclination", "section_axial_stiffness", "section_mass", "section_diameter",
+              "unstretched_length", "stated_preload", "stated_tension", "tension", "sag", "reference", "expansion",
+              "loads")  # fmt: skip
 
 
 class Case:
@@ -31,9 +31,9 @@ class Case:
     ----------
     scene : CableScene
     results : Results, optional
-        Of a batch to which the case belongs; without it, of this scene alone.
+        Statics of a batch to which the case belongs; by default those of this scene alone.
     index : int
-        Of the case in the batch.
+        Row of the case in the batch.
     level : tuple of int, optional
         (elements along the piece with most waves, order) of the motion about the closed form; without it the scene's
         own `model.elements`.
@@ -42,23 +42,23 @@ class Case:
 
     Attributes
     ----------
-    known : dict
-        Name -> result, of what is computed from the model and shared with equal cases.
+    computed : dict
+        Name -> result of each `shared` property that was asked for.
     """
 
     def __init__(self, scene, results=None, index=0, level=None, cache=None):
         self.scene, self.index, self.level = scene, index, level
         self.results = results or Results(SceneValues([scene]))
-        self.cache, self.known = cache or Cache(), {}
+        self.cache, self.computed = cache or Cache(), {}
 
     @cached_property
-    def _closed(self):
+    def _closed_form(self):
         return _ClosedForm(self.scene, self.results, self.index)
 
     def refined(self, elements, order):
-        """Copy of the case with spectral elements about the closed form, so many along the piece with most waves."""
+        """Copy of the case with spectral elements of an order about the closed form, so many on its longest piece."""
         finer = Case(self.scene, self.results, self.index, (elements, order), self.cache)
-        finer._closed = self._closed
+        finer._closed_form = self._closed_form
         return finer
 
     def given(self, path):
@@ -68,8 +68,9 @@ class Case:
     # --------------------------------------------------------------------------------------------------------- keys
 
     def key_of(self, name, keys=()):
-        """(cable, key) of a result in the cache, which depends on some keys of the scene, with dots."""
-        return self._closed.key, (name, self.level, *(frozen(attribute(self.scene, key)) for key in keys))
+        """(cable, key) of a result in the cache, which depends on the values of some dotted keys of the scene."""
+        values = [frozen(attribute(self.scene, key)) for key in keys]
+        return self._closed_form.key, (name, self.level, *values)
 
     @property
     def size(self):
@@ -95,7 +96,7 @@ class Case:
         NoSolutionError
             No such cable exists, or it has no equilibrium.
         """
-        return self._closed.span
+        return self._closed_form.span
 
     @property
     def frame(self):
@@ -112,18 +113,18 @@ class Case:
         NoSolutionError, ConvergenceError
             There is none.
         """
-        return self._closed.catenary
+        return self._closed_form.catenary
 
     @cached_property
     def statics(self):
         """Statics of the model: `ClosedStatics` or `ElementStatics`."""
         if self.exact_statics:
-            return self._closed.statics
+            return self._closed_form.statics
         return ElementStatics(self.state, self.model.convergence, self.catenary.middle)
 
     @property
     def form(self):
-        """The cable of the model where it hangs: what `cable.geometry` takes."""
+        """The cable in equilibrium, `Catenary` or `State`: an argument of the functions of `cable.geometry`."""
         return self.catenary if self.exact_statics else self.state
 
     @property
@@ -143,7 +144,7 @@ class Case:
 
     @property
     def end_1(self):
-        """Place of end 1, shape (3,). [m]"""
+        """Position of end 1, shape (3,). [m]"""
         return self.results.end_1[self.index]
 
     @property
@@ -159,7 +160,7 @@ class Case:
 
     @property
     def pressure_on_gondola(self):
-        """Dynamic pressure of the steady wind at end 2 over the stated one. [-]"""
+        """Dynamic pressure of the steady wind at end 2 over the stated pressure. [-]"""
         return self.results.pressure_on_gondola[self.index]
 
     @property
@@ -207,14 +208,14 @@ class Case:
     @property
     def dof(self):
         """Free displacements of all motion that was computed or taken from the cache. [-]"""
-        used = [self.known[name] for name in MOTIONS if name in self.known]
-        return sum(part.dof for part in {id(part): part for part in used}.values())
+        computed = {id(self.computed[name]): self.computed[name] for name in MOTIONS if name in self.computed}
+        return sum(dynamics.dof for dynamics in computed.values())
 
     @cached_property
     def end_stiffness(self):
         """Static stiffness of end 2, end 1 fixed, along x, y, z, shape (3, 3). [N/m]"""
-        local = self.catenary.end_stiffness if self.exact_statics else self.dynamics.end_stiffness
-        stiffness = self.frame.T @ local @ self.frame
+        in_chord_frame = self.catenary.end_stiffness if self.exact_statics else self.dynamics.end_stiffness
+        stiffness = self.frame.T @ in_chord_frame @ self.frame
         return np.where(np.abs(stiffness) > 1e-15 * np.abs(stiffness).max(), stiffness, 0.0)
 
     @property
@@ -223,48 +224,58 @@ class Case:
         return float(self.frame[0] @ self.end_stiffness @ self.frame[0])
 
     def end_stiffness_along(self, axis, moved=None):
-        """Static stiffness of end 2 along x, y or z (0, 1, 2), end 1 fixed, by a movement along it or another. [N/m]"""
+        """Static stiffness of end 2, end 1 fixed: force along an axis per displacement along it or another. [N/m]
+
+        Parameters
+        ----------
+        axis : int
+            Of the force: 0, 1, 2 for x, y, z.
+        moved : int, optional
+            Axis of the displacement, by default the same.
+        """
         if self.exact_statics:
             self.results.check(self.index)
             return float(self.results.end_stiffness_along(axis, moved)[self.index])
         if moved is not None:
             return float(self.end_stiffness[axis, moved])
-        turn = self.frame[:, axis]
-        part = self.in_plane if not turn[2] else self.dynamics if turn[:2].any() else self.out_of_plane
-        return self.model.end_stiffness_along(part.planes, axis)
+        x, y, z = self.frame[:, axis]  # the axis in the chord frame, whose z is across the cable's plane
+        dynamics = self.in_plane if not z else self.dynamics if x or y else self.out_of_plane
+        return self.model.end_stiffness_along(dynamics.planes, axis)
 
     def frequency(self, number, kind, symmetry=None):
         """Frequency of mode `number` (from 1) of a kind and symmetry; see `Dynamics.frequencies`. [Hz]"""
-        part = self.out_of_plane if kind == "out-of-plane" else self.in_plane
-        return part.frequencies(((number, kind, symmetry),), about=self._below(number if kind == "axial" else 0))[0][0]
+        dynamics = self.out_of_plane if kind == "out-of-plane" else self.in_plane
+        modes_below = self._modes_below_axial(number if kind == "axial" else 0)
+        frequencies, *_ = dynamics.frequencies(((number, kind, symmetry),), estimated_count=modes_below)
+        return frequencies[0]
 
-    def _below(self, axial):
-        """Estimated number of modes below an axial one in the same system; 0 without an axial one. [-]"""
+    def _modes_below_axial(self, number):
+        """Estimated count of modes below axial mode `number` in the same system; 0 for number 0, no axial mode. [-]"""
         waves = float(self.results.axial_waves[self.index])
-        return STUDY.spare_modes * axial * waves * (1 if self.planar else 2) if axial else 0
+        return STUDY.spare_modes * number * waves * (1 if self.planar else 2) if number else 0
 
     def frequencies(self, modes):
-        """Frequencies of some modes [Hz], and their estimated relative errors; see `Dynamics.frequencies`.
+        """Frequencies of some modes [Hz], and their estimated relative errors: two lists, as of `Dynamics.frequencies`.
 
         Parameters
         ----------
         modes : tuple of tuple
-            (number, kind, symmetry) of those in the plane together, and of those out of plane.
+            (number, kind, symmetry) of the modes in the cable's plane, which come first, and of those out of plane.
         """
         inside, outside = modes
-        axial = max((number for number, kind, _ in inside if kind == "axial"), default=0)
-        searched = self._closed.searched
-        about = max(self._below(axial), *searched)
-        found, errors, count = self.in_plane.frequencies(inside, True, about) if inside else ([], [], 0)
-        if axial and not self.in_plane.small:
+        highest_axial = max((number for number, kind, _ in inside if kind == "axial"), default=0)
+        searched = self._closed_form.modes_searched
+        modes_below = max(self._modes_below_axial(highest_axial), *searched)
+        frequencies, errors, count = self.in_plane.frequencies(inside, True, modes_below) if inside else ([], [], 0)
+        if highest_axial and not self.in_plane.small:
             searched.append(count)
         if outside:
-            more, wrong, _ = self.out_of_plane.frequencies(outside, True)
-            return found + more, errors + wrong
-        return found, errors
+            outside_frequencies, outside_errors, _ = self.out_of_plane.frequencies(outside, True)
+            return frequencies + outside_frequencies, errors + outside_errors
+        return frequencies, errors
 
     def participation(self, modes):
-        """How a movement of end 2 along x drives each mode, shape (k,); see `Modes.participation`. [N/(m sqrt(kg))]"""
+        """Force on each mode by a movement of end 2 along x, shape (k,); see `Modes.participation`. [N/(m sqrt(kg))]"""
         return modes.participation @ self.frame[:, 0]
 
     # ---------------------------------------------------------------------------------------- ends, gondola and loop
@@ -276,17 +287,17 @@ class Case:
 
     @shared("cable.damping")
     def cable_models(self):
-        """`Cables` by their viscous damping, for `in_wind`."""
+        """Viscous damping -> `Cables`, filled by `in_wind`."""
         return {}
 
     @shared("cable.damping", "gondola.mass")
     def coupled_models(self):
-        """`CoupledModes` of gondola and cable by their number, by the viscous damping of the cable."""
+        """Viscous damping of the cable -> number of modes -> `CoupledModes` of gondola and cable: dict of dict."""
         return {}
 
     @shared("cable.damping", "gondola", "wind")
     def linear_models(self):
-        """Linear models about the equilibrium, by what they are of: what cases share that differ in the loop alone."""
+        """Linear models about the equilibrium by their keys, shared by cases that differ in the loop alone: dict."""
         return {}
 
     @cached_property
@@ -336,26 +347,29 @@ class Case:
 
         return in_cable_wind_of(self)
 
-    def winds_on(self, what, open_loop=False):
-        """Winds that are independent of each other, so that variances add: list of DynamicAnalysis; raises as `rms`.
+    def winds_on(self, on, open_loop=False):
+        """Analyses of the winds on gondola and cable: list of DynamicAnalysis. They are independent: variances add.
 
         Parameters
         ----------
-        what : {"gondola", "cable", "both"}
-            What they act on. With both the wind on the gondola blows where the air damps the cable too.
+        on : {"gondola", "cable", "both"}
+            Loaded by the wind. With both the wind on the gondola blows where the air damps the cable too.
         open_loop : bool
-            Whether that on the cable is the one that moves the gondola more with the winch at rest.
+            Of the directions of the wind on the cable, take the one that moves the gondola more with the winch at rest,
+            not with its loop.
         """
-        on_gondola = {"gondola": "in_wind", "both": "in_wind_that_damps"}
-        found = [getattr(self, on_gondola[what])] if what in on_gondola else []
-        return found if what == "gondola" else [*found, self.in_cable_wind.side(open_loop)]
+        if on == "gondola":
+            return [self.in_wind]
+        on_gondola = [] if on == "cable" else [self.in_wind_that_damps]
+        return [*on_gondola, self.in_cable_wind.side(open_loop)]
 
     @property
     def solved_winds(self):
-        """Of the above those in which the motion was computed: list of DynamicAnalysis."""
-        found = [self.__dict__[name] for name in ("in_wind", "in_wind_that_damps") if name in self.__dict__]
-        found += self.in_cable_wind.sides if "in_cable_wind" in self.__dict__ else []
-        return [one for one in found if one.solved]
+        """Analyses of winds in which the motion was computed: list of DynamicAnalysis."""
+        made = self.__dict__  # without making those that were not asked for
+        analyses = [made[name] for name in ("in_wind", "in_wind_that_damps") if name in made]
+        analyses += self.in_cable_wind.sides if "in_cable_wind" in made else []
+        return [analysis for analysis in analyses if analysis.solved]
 
     @property
     def moves_in_wind(self):
@@ -370,9 +384,9 @@ class Case:
     @property
     def system_size(self):
         """Coordinates of the largest linear system of gondola and cable; 0 where none was made. [-]"""
-        of_modes = (found for known in self.coupled_models.values() for found in known.values())
-        sizes = [len(found.shapes) for found in of_modes if not isinstance(found, Exception)]
-        return max([*sizes, *(len(one.described.motion) for one in self.solved_winds)], default=0)
+        coupled_modes = (modes for by_count in self.coupled_models.values() for modes in by_count.values())
+        sizes = [len(modes.shapes) for modes in coupled_modes if not isinstance(modes, Exception)]
+        return max([*sizes, *(len(wind.described.motion) for wind in self.solved_winds)], default=0)
 
     @cached_property
     def gondola_air_damping(self):
@@ -389,7 +403,7 @@ class Case:
 
     @cached_property
     def gondola_mode(self):
-        """`GondolaMode`."""
+        """The coupled mode in which the gondola moves most: `GondolaMode`."""
         from cablestudy.study.gondola import GondolaMode
 
         return GondolaMode(self)
@@ -397,7 +411,7 @@ class Case:
     # --------------------------------------------------------------------------------------------------------- wind
 
     def check_winch_speed(self):
-        """Refuse numbers of the loop in the wind that its winch is too slow for.
+        """Refuse numbers of the loop in the wind where its winch would have to be faster than it can.
 
         Raises
         ------
@@ -419,17 +433,17 @@ class _ClosedForm:
 
     def __init__(self, scene, results, index):
         self._scene, self._results, self._index = scene, results, index
-        self.searched = [0]  # modes among which an axial one was found
+        self.modes_searched = [0]  # counts of modes among which an axial one was found
 
     @cached_property
     def key(self):
-        cable = self._scene.cable
-        scene = self._scene
-        stated = (getattr(cable, key) for key in CABLE)
-        stretched = cable.stress_strain and (cable.stress_strain, cable.state, *scene.cases.items())
+        """All values of the scene on which statics and undamped motion depend: tuple."""
+        scene, cable = self._scene, self._scene.cable
+        properties = [getattr(cable, key) for key in CABLE_KEYS]
+        # a conductor is stretched for good by all load cases
+        conductor = cable.stress_strain and (cable.stress_strain, cable.state, *scene.cases.items())
         ground = scene.ground if scene.load_case.grows_with_height else None
-        parts = frozen(stretched), frozen(scene.load_case), frozen(scene.model), frozen(ground)
-        return (scene.gravity, *map(frozen, stated), *parts)
+        return scene.gravity, *map(frozen, (*properties, conductor, scene.load_case, scene.model, ground))
 
     @cached_property
     def span(self):

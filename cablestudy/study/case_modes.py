@@ -32,17 +32,19 @@ def modes(case, count=None, upto=None, estimate=False):
         With the discretisation that was used.
     modes : Modes
     notes, warnings : tuple of str
+        About model and accuracy.
 
     Raises
     ------
     NoSolutionError, ConvergenceError
     """
-    used, found, search = solved_modes(case, count, upto)
+    solved_case, modes_found, search = solved_modes(case, count, upto)
     if search is None:
         written, warnings = notes.of_fixed(case)
-        return case, found, (*written, *(about_errors(case, found) if estimate else ())), warnings
+        return case, modes_found, (*written, *(notes_on_errors(case, modes_found) if estimate else ())), warnings
     error = max(search.errors.values(), default=0.0)
-    return used, found, tuple(notes.of_refined(used, error, search.tried)), notes.strength_warning(case)
+    written = tuple(notes.of_refined(solved_case, error, search.tried))
+    return solved_case, modes_found, written, notes.strength_warning(case)
 
 
 def solved_modes(case, count=None, upto=None):
@@ -65,23 +67,23 @@ def solved_modes(case, count=None, upto=None):
     NoSolutionError, ConvergenceError
     """
 
-    def modes_with(elements):
-        """Modes with the elements of a case of the same scene."""
+    def modes_with(level):
+        """The modes asked for, by a case of the same scene at one level of refinement."""
         if upto is not None:
-            found = elements.dynamics.up_to(upto)
-            return found.first(int(np.searchsorted(found.frequency, upto, side="right")))
-        found = elements.dynamics.modes(count)
-        if elements.exact_statics and len(found) < count:
-            raise ConvergenceError(f"{count} modes are too many: the finest model has {len(found)}")
-        return found.first(count)
+            computed = level.dynamics.up_to(upto)
+            return computed.first(int(np.searchsorted(computed.frequency, upto, side="right")))
+        computed = level.dynamics.modes(count)
+        if level.exact_statics and len(computed) < count:
+            raise ConvergenceError(f"{count} modes are too many: the finest model has {len(computed)}")
+        return computed.first(count)
 
     if not case.exact_statics:
         return case, modes_with(case), None
 
     def sample(finer, _):
-        """Frequencies and estimated errors by the number of the mode; no failures."""
-        found = modes_with(finer)
-        return dict(enumerate(found.frequency.tolist())), dict(enumerate(found.errors.tolist())), {}
+        """Frequencies and estimated errors by the index of the mode; no failures."""
+        computed = modes_with(finer)
+        return dict(enumerate(computed.frequency.tolist())), dict(enumerate(computed.errors.tolist())), {}
 
     # half-waves along the cable of the highest mode: a first guess of its elements
     waves = count or 2 * upto * float(case.results.travel_time[case.index])
@@ -92,7 +94,7 @@ def solved_modes(case, count=None, upto=None):
     return search.used, modes_with(search.used), search
 
 
-def errors_of(case, found):
+def frequency_errors(case, modes_of_case):
     """Estimated relative error of each frequency of a case.
 
     Where the scene fixes the elements it is the difference from a finer model. A mode is compared with the mode of the
@@ -102,41 +104,42 @@ def errors_of(case, found):
     Parameters
     ----------
     case : Case
-    found : Modes
+    modes_of_case : Modes
 
     Returns
     -------
     errors : list of float
         None where it is not known. [-]
     reason : str
-        Why some are not known.
+        Message of the failure by which some are not known.
     """
     if case.exact_statics:
-        return found.errors.tolist(), ""
-    scene, errors, seen = reference_scene(case.scene), [None] * len(found), Counter()
+        return modes_of_case.errors.tolist(), ""
+    scene, errors, numbers = reference_scene(case.scene), [None] * len(modes_of_case), Counter()
     if not case.planar:
         try:
-            _, finer, *_ = modes(Case(scene), len(found))
+            _, finer, *_ = modes(Case(scene), len(modes_of_case))
         except CablestudyError as error:
             return errors, str(error)
-        return (np.abs(found.frequency / finer.frequency - 1) + finer.errors).tolist(), ""
-    parts, reason = {True: {}, False: {}}, ""  # axial modes, which need many waves, and the others: place -> column
-    for k, kind in enumerate(found.kind):
-        seen[kind] += 1
-        parts[kind == "axial"][k] = find(f"{kind.replace('-', '')}_frequency_{seen[kind]}")
-    for columns in parts.values():
+        return (np.abs(modes_of_case.frequency / finer.frequency - 1) + finer.errors).tolist(), ""
+    # index of a mode -> its column; axial modes, which need many waves, have a model of their own
+    columns_by_model, reason = {True: {}, False: {}}, ""
+    for index, kind in enumerate(modes_of_case.kind):
+        numbers[kind] += 1
+        columns_by_model[kind == "axial"][index] = find(f"{kind.replace('-', '')}_frequency_{numbers[kind]}")
+    for columns in columns_by_model.values():
         finer = evaluate(scene, list(columns.values()))
         reason = finer.cells["status"] if finer.failed else reason
-        for k, column in columns.items():
-            truth = finer.cells[column.header]
-            if truth is not None:
-                errors[k] = relative(float(found.frequency[k]), truth) + finer.errors[column.header]
+        for index, column in columns.items():
+            reference = finer.cells[column.header]
+            if reference is not None:
+                errors[index] = relative(float(modes_of_case.frequency[index]), reference) + finer.errors[column.header]
     return errors, reason
 
 
-def about_errors(case, found):
-    """Notes on the errors of the frequencies of fixed elements, none of others."""
+def notes_on_errors(case, modes_of_case):
+    """Notes on the errors of the frequencies of fixed elements: tuple of str, empty where they are refined."""
     if case.exact_statics:
         return ()
-    errors, reason = errors_of(case, found)
-    return tuple(notes.of_comparison({f"mode {k}": error for k, error in enumerate(errors, 1)}, reason))
+    errors, reason = frequency_errors(case, modes_of_case)
+    return tuple(notes.of_comparison({f"mode {number}": error for number, error in enumerate(errors, 1)}, reason))

@@ -11,6 +11,7 @@ from cablestudy.study.results import Results
 from cablestudy.study.status import OK, OVER_STRENGTH, status_of
 from cablestudy.study.tolerances import STUDY
 
+# values of `Column.needs`
 CLOSED = ("scene", "statics", "stiffness")
 SYSTEM = ("gondola", "loop", "wind")  # of gondola and cable as one linear system, which states its own errors
 DISCRETE = ("modes", *SYSTEM)
@@ -21,26 +22,29 @@ class ColumnRequirements:
 
     Attributes
     ----------
-    physical, closed, single, system, modes : list of Column
-        All but those that describe the computation; of these the closed forms of many cases at once, the closed forms
-        computed case by case, those of gondola and cable as one system, and the frequencies of the cable's own modes.
+    physical : list of Column
+        All but those that describe the computation; the following are parts of it.
+    closed, single : list of Column
+        Closed forms of many cases at once, and closed forms computed case by case.
+    system, modes : list of Column
+        Those of gondola and cable as one system, and the frequencies of the cable's own modes.
     """
 
     def __init__(self, columns):
         self.physical = [column for column in columns if column.needs != "run"]
-        closed = _needing(self.physical, *CLOSED)
+        closed = _columns_needing(self.physical, *CLOSED)
         self.closed = [column for column in closed if not column.each]
         self.single = [column for column in closed if column.each]
-        self.system = _needing(self.physical, *SYSTEM)
-        self.modes = _needing(self.physical, "modes")
+        self.system = _columns_needing(self.physical, *SYSTEM)
+        self.modes = _columns_needing(self.physical, "modes")
         # headers of the physical ones that need more than the scene; whether there are none
         self.of_equilibrium = [column.header for column in self.physical if column.needs != "scene"]
         self.scene_only = not self.of_equilibrium
         # whether any is of the gondola's mode, and its damping ratio; of the loop or the wind; of the wind
-        self.gondola = bool(_needing(self.system, "gondola"))
+        self.gondola = bool(_columns_needing(self.system, "gondola"))
         self.damped = any(column.name == DAMPING_RATIO for column in self.system)
-        self.in_wind = bool(_needing(self.system, "wind"))
-        self.driven = self.in_wind or bool(_needing(self.system, "loop"))
+        self.in_wind = bool(_columns_needing(self.system, "wind"))
+        self.driven = self.in_wind or bool(_columns_needing(self.system, "loop"))
         # header -> relative error of a closed form, by rounding; header of every column -> None
         self.least_errors = {c.header: c.least_error for c in self.physical if c.least_error is not None}
         self.empty = {column.header: None for column in columns}
@@ -56,7 +60,7 @@ class ColumnRequirements:
 
     @property
     def of_models(self):
-        """True if there is any that a closed form of many cases does not give."""
+        """True if there is any column that the closed form of many cases does not give."""
         return bool(self.modes or self.single or self.system)
 
     def sample(self, case, refused=()):
@@ -64,27 +68,36 @@ class ColumnRequirements:
 
         Returns
         -------
-        values, errors, failures : dict
-            Header -> number [Hz]; header -> estimated relative error, which a single model gives; header ->
-            CablestudyError of a column without a value.
+        values : dict
+            Header -> frequency. [Hz]
+        errors : dict
+            Header -> relative error, which a single model estimates. [-]
+        failures : dict
+            Header -> CablestudyError of a column without a value.
         """
-        return _frequencies(case, _by_plane([column for column in self.modes if column.header not in refused]))
+        return _frequencies(case, [column for column in self.modes if column.header not in refused])
 
 
-def _frequencies(case, planes):
-    """As `ColumnRequirements.sample`, of columns of modes by plane: in one call, or one by one where one is missing."""
-    columns = planes[0] + planes[1]
+def _frequencies(case, columns):
+    """Values, errors and failures of columns of modes, as `ColumnRequirements.sample`.
+
+    All are computed in one call; where this fails each by itself, so that one missing mode leaves the others.
+    """
     if not columns:
         return {}, {}, {}
+    planes = _by_plane(columns)
     try:
-        found, errors = case.frequencies(tuple(tuple([column.mode for column in plane]) for plane in planes))
+        frequencies, errors = case.frequencies(tuple(tuple([column.mode for column in plane]) for plane in planes))
     except CablestudyError as error:
         if len(columns) == 1:
             return {}, {}, {columns[0].header: error}
-        parts = [_frequencies(case, _by_plane([column])) for column in columns]
-        return tuple({header: entry for part in parts for header, entry in part[k].items()} for k in range(3))
-    headers = [column.header for column in columns]
-    return dict(zip(headers, found, strict=True)), dict(zip(headers, errors, strict=True)), {}
+        values, errors, failures = {}, {}, {}
+        for column in columns:
+            value, relative_error, failure = _frequencies(case, [column])
+            values, errors, failures = values | value, errors | relative_error, failures | failure
+        return values, errors, failures
+    headers = [column.header for plane in planes for column in plane]
+    return dict(zip(headers, frequencies, strict=True)), dict(zip(headers, errors, strict=True)), {}
 
 
 def _by_plane(columns):
@@ -99,15 +112,15 @@ def _half_waves(column):
     return 2 * number - 1 if symmetry else number
 
 
-def _needing(columns, *needs):
+def _columns_needing(columns, *needs):
     return [column for column in columns if column.needs in needs]
 
 
 @dataclass(frozen=True)
 class ClosedForm:
-    """Values of closed-form columns with an axis of cases."""
+    """Values of closed-form columns of n cases; a case is an index from 0 to n - 1."""
 
-    count: int  # of cases, n
+    count: int  # n
     numbers: dict  # header -> ndarray of shape (n,)
     failures: dict = field(default_factory=dict)  # case -> {header: CablestudyError} of a column without a value
     over_strength: frozenset = frozenset()  # cases whose stress is above the strength
@@ -137,77 +150,79 @@ class ClosedForm:
 
 def closed_form(results, required):
     """`ClosedForm` of the cases of `Results`."""
-    numbers, failures, over = {}, _refused(results, required), frozenset()
+    numbers, failures, over_strength_cases = {}, _unsolvable(results, required), frozenset()
     if not required.scene_only:
-        over = frozenset(np.flatnonzero(over_strength(results)).tolist()) - results.failures.keys()
+        over_strength_cases = frozenset(np.flatnonzero(over_strength(results)).tolist()) - results.failures.keys()
     for column in required.closed:
         numbers[column.header] = _compute(column, results)
         if column.determined_by:
             for case in np.flatnonzero(results.catenary.slack).tolist():
-                _fail(failures, case, column.header, shapeless(column, results.limp[case]))
+                _add_failure(failures, case, column.header, shapeless(column, results.limp[case]))
         _refuse_infinite(failures, column, numbers[column.header], results.failures if column.name == "chord" else {})
     errors = {} if required.scene_only else _coarse_errors(results, required)
-    return ClosedForm(len(results.values), numbers, failures, over, errors, required.least_errors)
+    return ClosedForm(len(results.values), numbers, failures, over_strength_cases, errors, required.least_errors)
 
 
 def by_elements(results, required, closed):
-    """Statics of the elements of each case in the place of a `ClosedForm`, which states their errors.
+    """Statics by the fixed elements of each case, with errors against the closed form `closed` of these cases.
 
     Returns
     -------
     ClosedForm
+        With numbers of the elements.
     list of (ndarray of int, ElementResults)
         Cases on equal meshes, and their elements.
     """
     columns = [column for column in required.closed if column.needs != "scene"]
-    numbers = {name: np.array(number) for name, number in closed.numbers.items()}
-    failures, over = _refused(results, required), set()
+    numbers = {name: np.array(values) for name, values in closed.numbers.items()}
+    failures, over_strength_cases = _unsolvable(results, required), set()
     for column in required.closed:
-        for case, error in _of_column(closed.failures, column).items() if column.needs == "scene" else ():
-            _fail(failures, case, column.header, error)
-    found, without = element_results(results)
-    for case, error in without.items():
+        for case, error in _errors_of_column(closed.failures, column).items() if column.needs == "scene" else ():
+            _add_failure(failures, case, column.header, error)
+    groups, refused = element_results(results)
+    for case, error in refused.items():
         for header in required.of_equilibrium:
-            _fail(failures, case, header, error)
-    for places, elements in found:
-        over.update(places[over_strength(elements)].tolist())
+            _add_failure(failures, case, header, error)
+    for cases, elements in groups:
+        over_strength_cases.update(cases[over_strength(elements)].tolist())
         for column in columns:
-            own = _compute(column, elements)
-            numbers[column.header][places] = own
-            _refuse_infinite(failures, column, own, {}, places)
+            column_numbers = _compute(column, elements)
+            numbers[column.header][cases] = column_numbers
+            _refuse_infinite(failures, column, column_numbers, {}, cases)
     errors = _against_closed_form(columns, numbers, failures, closed)
-    scene = {column.header: 0.0 for column in required.physical if column.needs == "scene"}
-    errors = {case: scene | {name: errors[name][case] for name in errors} for case in range(closed.count)}
-    return ClosedForm(closed.count, numbers, failures, frozenset(over), errors, scene), found
+    least_errors = {column.header: 0.0 for column in required.physical if column.needs == "scene"}
+    errors = {case: least_errors | {name: errors[name][case] for name in errors} for case in range(closed.count)}
+    return ClosedForm(closed.count, numbers, failures, frozenset(over_strength_cases), errors, least_errors), groups
 
 
 def _against_closed_form(columns, numbers, failures, closed):
-    """Header -> relative errors of the cases against the closed form, None where this has no number: dict of list."""
-    found = {}
+    """Header -> relative error of each case against the closed form, None where this has no number: dict of list."""
+    errors = {}
     for column in columns:
         if column.least_error is None:
             continue
-        name = column.header
-        value, truth = (np.asarray(part, dtype=float) for part in (numbers[name], closed.numbers[name]))
-        size = np.abs(truth)
+        header = column.header
+        value, reference = (np.asarray(array, dtype=float) for array in (numbers[header], closed.numbers[header]))
+        size = np.abs(reference)
         with np.errstate(invalid="ignore"):  # of cases without a number
-            error = np.where(size > 0, np.abs(value - truth) / np.where(size > 0, size, 1.0), 1.0 * (value != truth))
-        found[name] = error.tolist()
-        for case in _of_column(closed.failures, column):
-            found[name][case] = None
-    return found
+            relative = np.abs(value - reference) / np.where(size > 0, size, 1.0)
+            relative = np.where(size > 0, relative, 1.0 * (value != reference))
+        errors[header] = relative.tolist()
+        for case in _errors_of_column(closed.failures, column):
+            errors[header][case] = None
+    return errors
 
 
-def _refused(results, required):
-    """Case -> {header: CablestudyError} of cases without an equilibrium, or without a key that a column needs."""
+def _unsolvable(results, required):
+    """Case -> {header: CablestudyError} of columns whose case has no equilibrium, or lacks a key that they need."""
     failures = {}
     if not required.scene_only:
         for case, error in results.failures.items():
             for header in required.of_equilibrium:
-                _fail(failures, case, header, error)
+                _add_failure(failures, case, header, error)
     for column in required.physical:
         for case, error in results.values.lacking(column).items():
-            _fail(failures, case, column.header, error)
+            _add_failure(failures, case, column.header, error)
     return failures
 
 
@@ -217,37 +232,41 @@ def _compute(column, results):
     return number + 0.0 if number.dtype.kind == "f" else number
 
 
-def _refuse_infinite(failures, column, number, unsolved, places=None):
-    """Let the cases fail whose number is not finite; `unsolved` has other reasons for some, `places` their indices."""
-    for place in np.flatnonzero(~np.isfinite(number)).tolist():
-        case = place if places is None else int(places[place])
-        _fail(failures, case, column.header, unsolved.get(case) or not_finite(column))
+def _refuse_infinite(failures, column, number, unsolved, cases=None):
+    """Add failures of a column where its number is not finite, with the reason of `unsolved` (case -> error) if any.
+
+    The numbers, shape (n,), are of `cases`, by default 0 to n - 1.
+    """
+    for index in np.flatnonzero(~np.isfinite(number)).tolist():
+        case = index if cases is None else int(cases[index])
+        _add_failure(failures, case, column.header, unsolved.get(case) or not_finite(column))
 
 
-def _fail(failures, case, header, error):
+def _add_failure(failures, case, header, error):
+    """Add the error of a column in a case, where it has none yet."""
     failures.setdefault(case, {}).setdefault(header, error)
 
 
-def _of_column(failures, column):
+def _errors_of_column(failures, column):
     """Case -> CablestudyError of a column."""
-    return {case: own[column.header] for case, own in failures.items() if column.header in own}
+    return {case: errors[column.header] for case, errors in failures.items() if column.header in errors}
 
 
 def _coarse_errors(results, required):
-    """Case -> {header: estimated relative error}, where rounding exceeds `rounding`."""
-    statics = np.maximum(results.statics_rounding, results.model_error)
-    sags = [column.header for column in required.closed if column.determined_by == "sag"]
-    sag = np.maximum(results.sag_rounding, results.sag_drag_error) if sags else np.zeros(len(statics))
-    pushed = [column.header for column in required.closed if column.name == "force_displacement"]
-    push = results.pushed[1] if pushed else np.zeros(len(statics))
+    """Case -> {header: estimated relative error}, of the cases in which an error exceeds `STUDY.rounding`."""
+    statics_error = np.maximum(results.statics_rounding, results.model_error)
+    sag_headers = [column.header for column in required.closed if column.determined_by == "sag"]
+    pushed_headers = [column.header for column in required.closed if column.name == "force_displacement"]
+    none = np.zeros(len(statics_error))
+    sag_error = np.maximum(results.sag_rounding, results.sag_drag_error) if sag_headers else none
+    push_error = results.pushed[1] if pushed_headers else none
     errors = {}
-    for case in np.flatnonzero(np.maximum(np.maximum(statics, sag), push) > STUDY.rounding).tolist():
-        own = {
-            name: max(least, float(statics[case]) if least else 0.0) for name, least in required.least_errors.items()
-        }
-        own.update((name, max(own[name], float(sag[case]))) for name in sags)
-        own.update((name, max(own[name], float(push[case]))) for name in pushed)
-        errors[case] = own
+    largest = np.maximum(np.maximum(statics_error, sag_error), push_error)
+    for case in np.flatnonzero(largest > STUDY.rounding).tolist():
+        by_statics = float(statics_error[case])
+        errors[case] = {name: max(least, by_statics if least else 0.0) for name, least in required.least_errors.items()}
+        for headers, error in ((sag_headers, sag_error), (pushed_headers, push_error)):
+            errors[case].update((header, max(errors[case][header], float(error[case]))) for header in headers)
     return errors
 
 
@@ -256,10 +275,10 @@ def evaluate_table(table, columns):
 
     Returns
     -------
-    list of tuple, or None
-        Of each case: list of numbers in the order of the columns but `status`, None where there is none; status;
-        dict of header -> estimated relative error where it exceeds `rounding` or, None, is not known. None where a
-        column is computed case by case.
+    list of (list, str, dict), or None
+        Of each case: numbers in the order of the columns but `status`, None where there is none; status; header ->
+        estimated relative error where it exceeds `STUDY.rounding`, or None where it is not known. None in place of all
+        where a column is computed case by case.
     """
     if not all(map(is_own, columns)) or table.scene.cable.stress_strain is not None:
         return None
@@ -273,16 +292,16 @@ def evaluate_table(table, columns):
     numbers = list(map(list, zip(*(closed.numbers[column.header].tolist() for column in required.closed), strict=True)))
     rows = [(cells, OK, {}) for cells in numbers] or [([], OK, {}) for _ in table.cases]
     for case, errors in closed.errors.items():
-        unsure = {name: error for name, error in errors.items() if error is None or error > STUDY.rounding}
-        rows[case] = rows[case][0], OK, unsure
+        large_errors = {name: error for name, error in errors.items() if error is None or error > STUDY.rounding}
+        rows[case] = rows[case][0], OK, large_errors
     for case in closed.over_strength:
         rows[case] = rows[case][0], OVER_STRENGTH, rows[case][2]
     for case, failures in closed.failures.items():
-        rows[case] = _without(failures, required.closed, rows[case], closed.status(case))
+        rows[case] = _without_failed(failures, required.closed, rows[case], closed.status(case))
     return rows
 
 
-def _without(failures, columns, row, status):
+def _without_failed(failures, columns, row, status):
     """A row of `evaluate_table` without the numbers of the columns that failed, with its status."""
     cells, _, errors = row
     cells = [None if column.header in failures else cell for column, cell in zip(columns, cells, strict=True)]

@@ -8,7 +8,7 @@ import difflib
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from math import hypot, isfinite
 from types import SimpleNamespace
 
@@ -25,7 +25,8 @@ from cablestudy.wind.peak import peak_factor
 
 SHAPELESS = "a part of the cable without weight is slack: it has no definite form"
 LIMP = "a slack cable without weight has no definite form"
-LOADED = "cable.loads|load_case.loads"  # of the cable, or of its case
+# keys that columns need, as `Column.key`
+LOADED = "cable.loads|load_case.loads"
 METAL, DIAMETER, STRONG = "cable.section_area", "cable.section_diameter", "cable.section_breaking_force"
 WINCH = "gondola.mass, winch.controller"
 DAMPING_RATIO = "gondola_damping_ratio"
@@ -49,7 +50,7 @@ SENSITIVITY = {
                          "where by any factor"),
     "disk_phase_margin": ("deg", "phases may turn by less than this, those of several loops independently"),
 }  # fmt: skip
-# what a cross-section computes -> the key to give where it cannot
+# attribute of the scene that is computed -> the key in the file by which it can be
 WRITTEN = {
     "section_area": "area", "section_diameter": "diameter", "section_breaking_force": "breaking_force",
     "section_elastic_modulus": "area", "section_density": "area", "forces_on_end_2": "cases.*.forces.end_2",
@@ -116,7 +117,7 @@ def over_strength(results):
 
 
 def _mean_tension(results):
-    """Mean tension of each cable, without what is a division of nothing by nothing where there is none. [N]"""
+    """Mean tension of each cable, 0 where no part of it has any tension. [N]"""
     return np.where(results.statics.max_tension > 0, results.statics.mean_tension, 0.0)
 
 
@@ -127,12 +128,13 @@ def _catenary_constant(results):
 
 
 def _unstretched_length(results):
-    """As the scene states it, else computed: stated digits are kept. In the reference state."""
+    """Unstretched length in the reference state: as the scene states it, to the last digit, else computed. [m]"""
     stated = results.given("cable.unstretched_length")
     return np.where(np.isnan(stated), results.reference_length, stated)
 
 
 def _nonlinearity(case):
+    """Linear over non-linear deflection by the point loads, less one. [-]"""
     full, linear = _deflections(case)
     return linear / full - 1 if full else 0.0
 
@@ -142,8 +144,8 @@ def _deflections(case):
     from cablestudy.study.deflection import load_deflections
 
     full, linear = load_deflections(case)
-    place = int(np.argmax(np.abs(full)))
-    return float(full[place]), float(linear[place])
+    largest = int(np.argmax(np.abs(full)))
+    return float(full[largest]), float(linear[largest])
 
 
 def mean_displacement(results):
@@ -153,9 +155,9 @@ def mean_displacement(results):
     """
     wind, gondola = (lambda key: results.given(f"wind.{key}")), (lambda key: results.given(f"gondola.{key}"))
     steady = results.given("load_case.wind.dynamic_pressure")
-    mean = np.where(wind("mean"), wind("air_density") / 2 * wind("speed") ** 2, 0.0)
-    along = wind_direction(results.given("load_case.wind.direction"))[..., 0]
-    pressure = np.where(np.isnan(steady), mean, steady * along * results.pressure_on_gondola)
+    by_wind = np.where(wind("mean"), wind("air_density") / 2 * wind("speed") ** 2, 0.0)
+    along_x = wind_direction(results.given("load_case.wind.direction"))[..., 0]
+    pressure = np.where(np.isnan(steady), by_wind, steady * along_x * results.pressure_on_gondola)
     with np.errstate(divide="ignore"):  # of cases that have no equilibrium
         return pressure * gondola("drag_coefficient") * gondola("area") / results.end_stiffness_along(0)
 
@@ -165,26 +167,25 @@ def _tension_at(end):
     return lambda r: np.sqrt((r.form.end_forces()[..., end, :] ** 2).sum(axis=-1))
 
 
-def _reaction(end, part):
+def _reaction(end, component):
     """Function of a part of the force of the support on the cable at an end: horizontal, or upwards."""
 
     def compute(results):
         force = -results.form.end_forces("global")[..., end, :]
-        if part == "vertical":
+        if component == "vertical":
             return force[..., 2]
-        level = np.hypot(force[..., 0], force[..., 1])
-        return np.where(
-            level > STUDY.upright * np.abs(force[..., 2]), level, 0.0
-        )  # none but for the solver of a vertical cable
+        horizontal = np.hypot(force[..., 0], force[..., 1])
+        # what the solver leaves of it in a vertical cable is rounding
+        return np.where(horizontal > STUDY.upright * np.abs(force[..., 2]), horizontal, 0.0)
 
     return compute
 
 
 def _coupling_stiffness(results):
-    """Force along x by a movement along z, without what is rounding of the stiffness along both. [N/m]"""
-    own = np.sqrt(np.abs(results.end_stiffness_along(0) * results.end_stiffness_along(2)))
-    mixed = results.end_stiffness_along(0, 2)
-    return np.where(np.abs(mixed) > STUDY.rounding * own, mixed, 0.0)
+    """Force along x by a movement along z, 0 where it is rounding of the stiffness along both. [N/m]"""
+    direct = np.sqrt(np.abs(results.end_stiffness_along(0) * results.end_stiffness_along(2)))
+    coupling = results.end_stiffness_along(0, 2)
+    return np.where(np.abs(coupling) > STUDY.rounding * direct, coupling, 0.0)
 
 
 def _angle(end):
@@ -203,7 +204,7 @@ def _lowest_point(results):
 
 
 def _support_columns():
-    """Yield the columns of what the two supports hold."""
+    """Yield the columns of tensions, support forces and angles at the two ends."""
     for end in (1, 2):
         yield Column(f"tension_{end}", "N", f"tension at end {end}", "statics", _tension_at(end - 1))
     for end in (1, 2):
@@ -242,32 +243,32 @@ def _change_at_peak(case):
         lowest = float(case.in_cable_wind.sides[0].closed_loop.modes.frequency[0])
         change = peak_factor(lowest, case.scene.wind.duration) * _of_bare_cable(case, TENSIONS)[0]
     else:
-        # in closed form: no elements of both planes only for this
-        pulled = np.array([case.results.end_stiffness_along(axis, 0)[case.index] for axis in range(3)])
-        change = np.abs(force @ pulled) / np.where(tension > 0, tension, 1.0) * _peak(case)[0] / MM
+        # force on end 2 per displacement along x; in closed form, since elements would have to be those of both planes
+        stiffness = np.array([case.results.end_stiffness_along(axis, 0)[case.index] for axis in range(3)])
+        change = np.abs(force @ stiffness) / np.where(tension > 0, tension, 1.0) * _peak(case)[0] / MM
     return tension, change
 
 
 def goes_slack(case):
-    """True if the least tension of a `Case` in the wind is below zero; False where its RMS is not known, or void."""
-    known = case.moves_in_wind and (case.scene.gondola is None or case.__dict__.get("in_wind") in case.solved_winds)
+    """True if the least tension of a `Case` in the wind is below zero; False where its RMS was not computed."""
+    solved = case.moves_in_wind and (case.scene.gondola is None or case.__dict__.get("in_wind") in case.solved_winds)
     try:
-        tension, change = _change_at_peak(case) if known else (np.zeros(2), 0.0)
+        tension, change = _change_at_peak(case) if solved else (np.zeros(2), 0.0)
         return bool((tension < change).any())
     except CablestudyError:  # a winch that would be too fast, for example: the columns of the wind say why
         return False
 
 
 def _linear_range(case):
-    """Of the gondola along x. [mm]"""
+    """Displacement of the gondola along x up to which its cable is linear, or None where it always is. [mm]"""
     from cablestudy.cable.linear_range import linear_range
 
-    found = linear_range(case.results.span.take([case.index]), np.array([[1.0, 0.0, 0.0]]))
-    return None if found is None else 1e3 * found
+    displacement = linear_range(case.results.span.take([case.index]), np.array([[1.0, 0.0, 0.0]]))
+    return None if displacement is None else 1e3 * displacement
 
 
 def _imaged(name, meaning, keys):
-    """Column of what a telescope sees of the gondola's motion."""
+    """Column of the gondola's motion in a telescope's image, with exposure time or correction as `name` says."""
 
     def compute(case):
         case.check_winch_speed()
@@ -276,20 +277,20 @@ def _imaged(name, meaning, keys):
     return Column(name, "um", meaning, "wind", compute, f"{BODY}, {keys}")
 
 
-def _shedding(name, meaning, place):
-    """Column of a frequency of vortices: low, mean, high are the places 0, 1, 2."""
+def _shedding(name, meaning, index):
+    """Column of a frequency of vortex shedding: the low, mean and high one have the indices 0, 1, 2."""
 
     def compute(results):
         wind = SimpleNamespace(speed=results.given("wind.speed"), turbulence=results.given("wind.turbulence_along"))
-        return shedding_frequencies(wind, results.given("wind_diameter"))[place]
+        return shedding_frequencies(wind, results.given("wind_diameter"))[index]
 
     return Column(name, "Hz", meaning, "scene", compute, f"wind, {DIAMETER}")
 
 
 def loop_columns(keys):
-    """The columns of the loop of the winches, of one cable or of many, which need some keys: list of Column.
+    """The columns of the winch loop, of one cable or of a suspension, with `Column.key` of `keys`: list of Column.
 
-    Functions take a case with `in_wind`, and return a number and its estimated relative error.
+    Their functions take a case with `in_wind`, and return a number and its estimated relative error.
     """
     properties = {
         "gain": ("rad/s", "integral gain of the loop of the winches, as stated or as it follows from a margin"),
@@ -308,37 +309,28 @@ def loop_columns(keys):
         **SENSITIVITY,
     }  # fmt: skip
 
-    def of_margin(name):
-        return lambda case: case.in_wind.margin(name)
-
-    def of_property(name):
-        return lambda case: getattr(case.in_wind, name)
-
-    kinds = (properties, of_property), (margins, of_margin)
     return [
-        Column(name, unit, meaning, "loop", of(name), keys)
-        for texts, of in kinds
-        for name, (unit, meaning) in texts.items()
-    ]
+        *(Column(name, unit, meaning, "loop", lambda case, name=name: getattr(case.in_wind, name), keys)
+          for name, (unit, meaning) in properties.items()),
+        *(Column(name, unit, meaning, "loop", lambda case, name=name: case.in_wind.margin(name), keys)
+          for name, (unit, meaning) in margins.items()),
+    ]  # fmt: skip
 
 
 def winch_columns(keys):
     """The columns of the speed of the winches in the wind, as `loop_columns`."""
 
-    def speed(place):
-        def compute(case):
-            *found, _, error = case.in_wind.winch_speeds
-            return MM * found[place], error
-
-        return compute
+    def speed(case, index):
+        *speeds, _, error = case.in_wind.winch_speeds
+        return MM * speeds[index], error
 
     meanings = {
         "winch_rms_speed": "RMS of the speed of the winches in the wind, that of the fastest one",
         "winch_peak_speed": "largest speed of any winch expected within wind.duration",
     }
     return [
-        Column(name, "mm/s", meaning, "wind", speed(place), keys)
-        for place, (name, meaning) in enumerate(meanings.items())
+        Column(name, "mm/s", meaning, "wind", partial(speed, index=index), keys)
+        for index, (name, meaning) in enumerate(meanings.items())
     ]
 
 
@@ -348,26 +340,28 @@ def _frequency(name, meaning, number, kind, symmetry=None):
     return Column(name, "Hz", meaning, "modes", lambda case: case.frequency(*mode), mode=mode)
 
 
-def _rms(part, where, key, compute):
-    """Yield the columns of the gondola's RMS in one wind.
+def _rms(suffix, wind, key, compute):
+    """Yield the columns of the gondola's RMS in one wind: of displacement and velocity, with loop and winch at rest.
 
-    `compute` takes a `Case`, "value" or "rate", and whether the winch is at rest, and returns RMS and error.
+    `suffix` and `wind` are the parts of their names and meanings for the wind. `compute` is a function of a `Case`,
+    "value" or "rate", and whether the winch is at rest, for the RMS [m] or [m/s] and its relative error.
     """
     loops = (False, "with the winch loop", f"{key}, winch.controller"), (True, "the winch at rest", key)
     for at_rest, loop, keys in loops:
         for quantity, variance, unit in (("displacement", "value", "mm"), ("velocity", "rate", "mm/s")):
 
-            def found(case, at_rest=at_rest, variance=variance):
+            def rms_in_mm(case, at_rest=at_rest, variance=variance):
                 if not at_rest:
                     case.check_winch_speed()
                 return scaled(compute(case, variance, at_rest), MM)
 
-            name = "gondola_rms" + ("_velocity" if unit == "mm/s" else "") + ("_open_loop" if at_rest else "") + part
-            meaning = f"RMS {quantity} of the gondola along x {where}, {loop}"
-            yield Column(name, unit, meaning, "wind", found, keys)
+            name = "gondola_rms" + ("_velocity" if unit == "mm/s" else "") + ("_open_loop" if at_rest else "") + suffix
+            meaning = f"RMS {quantity} of the gondola along x {wind}, {loop}"
+            yield Column(name, unit, meaning, "wind", rms_in_mm, keys)
 
 
 def _by_wind_on_gondola(case, variance, at_rest):
+    """RMS of the gondola along x and its relative error, as `compute` of `_rms`; also the two following."""
     return case.in_wind.rms([GONDOLA_X], variance, at_rest)
 
 
@@ -376,21 +370,21 @@ def _by_wind_on_cable(case, variance, at_rest):
 
 
 def _of_bare_cable(case, names):
-    """The largest RMS of some outputs, in the wind in which it is largest, and its relative error."""
+    """Largest RMS of some outputs of a bare cable over the directions of the wind, and its relative error."""
     return case.in_cable_wind.rms_to(case.scene.model.accuracy or np.inf, names)
 
 
 def _by_wind_on_both(case, variance, at_rest):
-    """Of the wind on the gondola and that on the cable, which have nothing to do with each other: variances add."""
+    """RMS and error by the winds on gondola and cable together: they are independent, so that variances add."""
     winds = case.in_wind_that_damps, case.in_cable_wind
-    (one, error), (other, wrong) = (wind.rms([GONDOLA_X], variance, at_rest) for wind in winds)
-    both = hypot(one, other)
-    return both, (error * (one / both) ** 2 + wrong * (other / both) ** 2) if both else 0.0
+    (on_gondola, gondola_error), (on_cable, cable_error) = (wind.rms([GONDOLA_X], variance, at_rest) for wind in winds)
+    total = hypot(on_gondola, on_cable)
+    return total, (gondola_error * (on_gondola / total) ** 2 + cable_error * (on_cable / total) ** 2) if total else 0.0
 
 
-def scaled(found, factor):
+def scaled(value_and_error, factor):
     """A number and its relative error, times a factor."""
-    value, error = found
+    value, error = value_and_error
     return factor * value, error
 
 
@@ -554,9 +548,10 @@ def find(name):
         )
     if "safety" in name:
         raise ValueError(f"unknown column {name!r} (did you mean utilisation? it is 1 over the safety factor)")
-    known = [column.name for column in COLUMNS + FAMILIES]
-    close = difflib.get_close_matches(name, known, 1) or difflib.get_close_matches(re.sub(r"\d+", "K", name), known, 1)
-    hint = f"did you mean {close[0]}?" if close else "'cablestudy columns' lists them"
+    names = [column.name for column in COLUMNS + FAMILIES]
+    spellings = name, re.sub(r"\d+", "K", name)
+    similar = next(filter(None, (difflib.get_close_matches(spelling, names, 1) for spelling in spellings)), None)
+    hint = f"did you mean {similar[0]}?" if similar else "'cablestudy columns' lists them"
     raise ValueError(f"unknown column {name!r} ({hint})")
 
 
@@ -564,17 +559,17 @@ OWN = {column.name for column in COLUMNS}
 
 
 def is_own(column):
-    """True if a column is one of a scene of one cable, of it alone; or a key that a study solves for."""
+    """True if a column is one of this file, of one cable, or a key that a study solves for."""
     return column.name in OWN or column.needs == "find" or (len(column.mode) == 3 and "." not in column.name)
 
 
 def most_modes_first(columns):
-    """Columns in another order, those of modes of high number first: their models have the modes of the others."""
+    """Columns sorted by falling mode number: the model of a high mode has the lower ones, which are then not solved."""
     return sorted(columns, key=lambda column: -column.mode[0] if column.mode else 0)
 
 
 def attribute(scene, path):
-    """Attribute of a scene, or entry of its tables, at a path with dots; None where a part of it is missing."""
+    """Attribute of a scene, or entry of its tables, at a path with dots; None where part of the path is missing."""
     for name in path.split("."):
         scene = scene.get(name) if isinstance(scene, dict) else getattr(scene, name, None)
     return scene
@@ -590,7 +585,7 @@ def lacks(scene, column):
 
 
 def written_key(key):
-    """The key that a user gives for what a column needs."""
+    """The key of the file for a key of `Column.key`, which may be an attribute that the scene computes."""
     table, _, name = key.rpartition(".")
     return f"{table}.{WRITTEN[name]}".strip(".") if name in WRITTEN else key
 
@@ -623,8 +618,8 @@ def value_and_error(column, case):
     """
     if column.determined_by and case.exact_statics and case.catenary.slack:
         raise shapeless(column, case.limp)
-    found = column.compute(case)
-    number, error = found if isinstance(found, tuple) else (found, None)
+    result = column.compute(case)
+    number, error = result if isinstance(result, tuple) else (result, None)
     if not isinstance(number, float | int | None):
         number = np.asarray(number).item()
     if number is None or isinstance(number, int):

@@ -1,4 +1,4 @@
-"""Conductors that stretch for good: the linear cables that hang as they do, in the state that each scene asks for.
+"""Conductors with permanent elongation: the linear cables that hang as they do, in the state that each scene asks for.
 
 A stated tension or sag is that of the new conductor in the reference state; its length without tension there is the one
 that all states share. The load that stretches a conductor is the case in which its mean tension is largest; creep is
@@ -7,7 +7,8 @@ that of the conductor without a case, for 10 years. In the state `final` it cree
 Motion and stiffness are those about the equilibrium with the final moduli of the parts that are tight: what falls below
 the tension of a day, and comes back, follows these. The end that the force of a load case pushes goes along the curve.
 
-What creep and load leave does not depend on the case that a scene is in: scenes that differ in nothing else share it.
+The permanent sets by creep and load do not depend on the case that a scene is in: scenes that differ in nothing else
+share them.
 
 The catenary is that of a linear cable. At a strain e of the conductor its tangent gives one (`cable.stress_strain`),
 whose mean tension in turn gives the next strain: Newton's method, to the strain at which both have one tension.
@@ -35,61 +36,63 @@ class LinearCables:
     ----------
     stiffness : ndarray, shape (...)
         EA. [N]
-    longer : ndarray, shape (...)
+    elongation : ndarray, shape (...)
         Unstretched length over that of the new conductor in the reference state, less one. [-]
-    share : ndarray, shape (...)
-        Length of the conductor without tension, as it is in the case, over that unstretched length: ice and wind are
-        those per length of it. [-]
+    length_ratio : ndarray, shape (...)
+        Length without tension of the conductor in its case over the unstretched length of the linear cable: ice and
+        wind are stated per length of the former. [-]
     condition : Condition
         Of the conductors.
     strain : ndarray, shape (...)
-        At their mean tension. [-]
+        Of the conductors at their mean tension. [-]
     labels : ndarray of str, shape (...)
         The state, of `final` the one that leaves the conductor longer, and the parts that are slack or stretched beyond
         what their curve is measured to.
     """
 
     stiffness: np.ndarray
-    longer: np.ndarray
-    share: np.ndarray
+    elongation: np.ndarray
+    length_ratio: np.ndarray
     condition: Condition
     strain: np.ndarray
     labels: np.ndarray
 
 
 def curves_of(cables, shape):
-    """Curves of some cables, of a linear one straight ones, shape `shape`.
+    """`Curves` of cables, of shape `shape`; those of a linear cable are straight lines.
 
     Parameters
     ----------
     cables : list of CableProperties
     shape : tuple of int
     """
-    listed = [_numbers(cable) for cable in cables]
-    arrays = [np.array([numbers[name] for numbers in listed], dtype=float) for name in NAMES]
+    numbers_of_cables = [_numbers(cable) for cable in cables]
+    arrays = [np.array([numbers[name] for numbers in numbers_of_cables], dtype=float) for name in NAMES]
     return Curves(*(array.reshape(*shape, *array.shape[1:]) for array in arrays))
 
 
 def _numbers(cable):
-    table, stiffness = cable.stress_strain, cable.section_axial_stiffness
-    if table is None:
+    """Name of each field of `Curves` -> its numbers for one cable."""
+    stress_strain, stiffness = cable.stress_strain, cable.section_axial_stiffness
+    if stress_strain is None:
         line = [[0.0, stiffness] + [0.0] * (TERMS - 2), [0.0] * TERMS]
         numbers = line, line, np.ones((2, 2)), [stiffness, 0.0], [cable.expansion or 0.0, 0.0]
         return dict(zip(NAMES, (*numbers, cable.reference.temperature), strict=True))
-    area, both = cable.section_area, ("outer", "core")
-    found = {curve: [table.coefficients(name, curve) for name in both] for curve in ("initial", "creep")}
-    parts = [table.parts.get(name) for name in both]
+    area, parts = cable.section_area, ("outer", "core")
+    curves = {curve: [stress_strain.coefficients(name, curve) for name in parts] for curve in ("initial", "creep")}
+    properties = [stress_strain.parts.get(name) for name in parts]
+    moduli = [stress_strain.final_modulus(name) if part else 0.0 for name, part in zip(parts, properties, strict=True)]
     return {
-        **{curve: area * np.array([factors for factors, _ in own]) for curve, own in found.items()},
-        "ends": [[end for _, end in own] for own in found.values()],
-        "final": [area * table.final_modulus(name) if part else 0.0 for name, part in zip(both, parts, strict=True)],
-        "expansion": [part.expansion if part else 0.0 for part in parts],
-        "temperature": table.measured_at,
+        **{curve: area * np.array([factors for factors, _ in part_curves]) for curve, part_curves in curves.items()},
+        "ends": [[end for _, end in part_curves] for part_curves in curves.values()],
+        "final": [area * modulus for modulus in moduli],
+        "expansion": [part.expansion if part else 0.0 for part in properties],
+        "temperature": stress_strain.measured_at,
     }
 
 
-def but_for_their_cases(scenes):
-    """Scenes that differ in more than the load case that they are in, without one, and which of them each scene is.
+def distinct_without_case(scenes):
+    """The distinct scenes among some when each is taken without its load case, and which of them each scene is.
 
     Parameters
     ----------
@@ -99,7 +102,9 @@ def but_for_their_cases(scenes):
     Returns
     -------
     different : list of scenes
+        In no load case.
     rows : ndarray of int, shape (n,)
+        Index among the different ones of each scene.
     """
     different, rows = {}, []
     for scene in scenes:
@@ -109,59 +114,65 @@ def but_for_their_cases(scenes):
 
 
 class Conductors:
-    """Conductors of n scenes, and what their states leave of them.
+    """Conductors of n scenes, with their permanent sets and their equivalent linear cables in any load case.
 
     Parameters
     ----------
     scenes : sequence of scenes
         n of them, of one kind and alike, in no case.
     shape : tuple of int
-        Of what each cable has: (n,), or (n, c).
-    stated : callable
-        `stiffness`, `longer` and `share` of `LinearCables`, of `shape` -> mean tensions in the reference state [N],
-        and what `loaded` needs of it.
-    loaded : callable
-        Indices of some scenes, the same with the cases that they shall have, what `stated` found, and the same three of
-        their cables -> mean tensions. [N]
-    alone : bool
-        As of `Condition.settle`.
+        Of arrays with a value for each cable: (n,), or (n, c).
+    solve_reference : callable
+        `stiffness`, `elongation` and `length_ratio` of `LinearCables`, of `shape` -> tuple of mean tensions in the
+        reference state [N], and more that `solve_cases` needs of that state.
+    solve_cases : callable
+        Indices of k scenes, these scenes with their cases, result of `solve_reference`, and the same three of the
+        k scenes' cables -> mean tensions. [N]
+    independent : bool
+        Whether the tension of a cable depends on its own strain only, as `alone` of `Condition.settle`.
+
+    Attributes
+    ----------
+    reference : tuple
+        Result of `solve_reference` with the new conductors.
     """
 
-    def __init__(self, scenes, shape, stated, loaded, alone):
+    def __init__(self, scenes, shape, solve_reference, solve_cases, independent):
         cables = [cable for scene in scenes for cable in scene.cables.values()]
-        self._scenes, self._shape, self._loaded, self._alone = scenes, shape, loaded, alone
+        self._scenes, self._shape, self._solve_cases, self._independent = scenes, shape, solve_cases, independent
         self.curves = curves_of(cables, shape)
         self.states = np.array([cable.conductor_state or "initial" for cable in cables]).reshape(shape)
-        at_rest = np.array([cable.reference.temperature for cable in cables]).reshape(shape)
-        new = Condition(self.curves, at_rest, self.curves.unset, np.zeros(shape, dtype=bool))
-        self._begin = new.slack_strain
+        reference_temperature = np.array([cable.reference.temperature for cable in cables]).reshape(shape)
+        new = Condition(self.curves, reference_temperature, self.curves.unset, np.zeros(shape, dtype=bool))
+        self._slack_strain = new.slack_strain
 
         def tension_at(*tangent):
-            self.reference = stated(*self._linear(tangent, new))
+            self.reference = solve_reference(*self._linear(tangent, new))
             return self.reference[0]
 
         self._strain = new.settle(
-            tension_at, self._begin + STUDY.first_conductor_strain, alone, STUDY.conductor_tension
+            tension_at, self._slack_strain + STUDY.first_conductor_strain, independent, STUDY.conductor_tension
         )
         tension_at(self._strain, *new.pull(self._strain))
 
     def _linear(self, tangent, condition, rows=slice(None)):
-        """`stiffness`, `longer` and `share` of the linear cables at strains, tensions and slopes."""
+        """`stiffness`, `elongation` and `length_ratio` of the linear cables with these strains, tensions and slopes."""
         stiffness, ratio = linear_cable(*tangent)
-        return stiffness, ratio / (1.0 + self._begin[rows]) - 1.0, (1.0 + condition.slack_strain) / ratio
+        return stiffness, ratio / (1.0 + self._slack_strain[rows]) - 1.0, (1.0 + condition.slack_strain) / ratio
 
-    def _settled(self, rows, scenes, condition):
+    def _solve_strains(self, rows, scenes, condition):
         """Strains of some conductors in their cases, and mean tensions there, not a number without an equilibrium."""
         tensions = []
 
         def tension_at(*tangent):
-            tensions.append(self._loaded(rows, scenes, self.reference, *self._linear(tangent, condition, rows)))
+            tensions.append(self._solve_cases(rows, scenes, self.reference, *self._linear(tangent, condition, rows)))
             return tensions[-1]
 
-        strain = condition.settle(tension_at, self._strain[rows], self._alone, STUDY.conductor_tension)
+        strain = condition.settle(tension_at, self._strain[rows], self._independent, STUDY.conductor_tension)
         return strain, tensions[-1]
 
     def _condition(self, rows, scenes, sets, creeping=False):
+        """`Condition` of the conductors of some scenes at the temperatures of their cases, with permanent sets."""
         temperature = np.array([
             cable.reference.temperature if scene.load_case.temperature is None else scene.load_case.temperature
             for scene in scenes for cable in scene.cables.values()
@@ -170,78 +181,86 @@ class Conductors:
 
     @cached_property
     def _sets_by_creep(self):
-        """Sets that the everyday tension leaves in 10 years, in all."""
+        """Permanent sets of all conductors by 10 years of creep under the everyday tension."""
         rows = np.arange(len(self._scenes))
         condition = self._condition(rows, self._scenes, self.curves.unset, creeping=True)
-        return condition.sets_after(self._settled(rows, self._scenes, condition)[0])
+        return condition.sets_after(self._solve_strains(rows, self._scenes, condition)[0])
 
     @cached_property
     def _sets(self):
-        """Sets by creep, sets in all, sets by the heaviest cases alone, and the names of these, of each state."""
-        unset, crept, loaded = self.curves.unset, np.isin(self.states, CREPT), np.isin(self.states, LOADED)
-        by_creep = np.where(crept[..., None], self._sets_by_creep, unset) if crept.any() else unset
-        if not loaded.any():
+        """Permanent sets of both parts of each conductor in its state, shape (..., 2) [-], and the heaviest load case.
+
+        By creep; by creep and the heaviest case; by this case alone. Then the names of these cases, shape (...).
+        """
+        unset, with_creep, with_load = self.curves.unset, np.isin(self.states, CREPT), np.isin(self.states, LOADED)
+        by_creep = np.where(with_creep[..., None], self._sets_by_creep, unset) if with_creep.any() else unset
+        if not with_load.any():
             return by_creep, by_creep, unset, np.full(self._shape, "", dtype=object)
         sets, by_load, heaviest = self._sets_by_load(by_creep)
-        return by_creep, np.where(loaded[..., None], sets, by_creep), by_load, heaviest
+        return by_creep, np.where(with_load[..., None], sets, by_creep), by_load, heaviest
 
     def _sets_by_load(self, sets):
-        """Sets that the heaviest cases leave beside those from before, those of the cases alone, and their names."""
+        """Sets by the heaviest cases on top of earlier `sets`, those by these cases alone, and names of these cases."""
         pairs = [(row, scene.model_copy(update={"case": name}))
                  for row, scene in enumerate(self._scenes) for name, case in scene.cases.items()
                  if not getattr(case, "lost", ())]  # fmt: skip
-        largest, alone = np.zeros(self._shape), self.curves.unset.copy()
+        largest, by_load = np.zeros(self._shape), self.curves.unset.copy()
         heaviest = np.full(self._shape, "", dtype=object)
         if not pairs:
-            return sets, alone, heaviest
+            return sets, by_load, heaviest
         rows, scenes = np.array([row for row, _ in pairs]), [scene for _, scene in pairs]
         condition = self._condition(rows, scenes, sets[rows])
-        strain, tension = self._settled(rows, scenes, condition)
+        strain, tension = self._solve_strains(rows, scenes, condition)
         beyond = condition.beyond(strain).any(axis=-1)
-        for place, row in enumerate(rows.tolist()):
-            heavier = tension[place] > largest[row]
-            here = Condition(condition.curves.take(place), condition.temperature[place],
-                             np.full(sets[row].shape, NO_SET), condition.creeping[place])  # fmt: skip
-            left = here.sets_after(strain[place])
-            alone[row] = np.where(heavier[..., None], left, alone[row])
-            name = np.where(beyond[place], f"{scenes[place].case}{BEYOND}", scenes[place].case)
-            heaviest[row] = np.where(heavier, name, heaviest[row])[()]
-            largest[row] = np.where(heavier, tension[place], largest[row])
-        return np.maximum(sets, alone), alone, heaviest
+        for index, row in enumerate(rows.tolist()):
+            heavier = tension[index] > largest[row]
+            without_sets = Condition(condition.curves.take(index), condition.temperature[index],
+                                     np.full(sets[row].shape, NO_SET), condition.creeping[index])  # fmt: skip
+            new_sets = without_sets.sets_after(strain[index])
+            by_load[row] = np.where(heavier[..., None], new_sets, by_load[row])
+            label = np.where(beyond[index], f"{scenes[index].case}{BEYOND}", scenes[index].case)
+            heaviest[row] = np.where(heavier, label, heaviest[row])[()]
+            largest[row] = np.where(heavier, tension[index], largest[row])
+        return np.maximum(sets, by_load), by_load, heaviest
 
-    def _pushed(self, scenes):
-        """Which cables a force of their case has pushed to where they are, from where it began, shape (n, ...)."""
+    def _moved_by_force(self, scenes):
+        """True of scenes in which a force of their case moves an end of the cable, shape (n, ...)."""
         forces = [getattr(scene.load_case.forces, "end_2", ()) for scene in scenes]
         return np.array([any(force) for force in forces]).reshape(-1, *(1,) * (len(self._shape) - 1))
 
-    def in_their_cases(self, rows, scenes):
+    def equivalent_cables(self, rows, scenes):
         """`LinearCables` of scenes, each in its case and its state.
 
         Parameters
         ----------
         rows : ndarray of int, shape (k,)
-            Which of all each scene is, but for its case.
+            Index among all of each scene, which differs in its case only.
         scenes : sequence of scenes
             k of them.
         """
-        by_creep, sets, by_load, heaviest = (part[rows] for part in self._sets)
+        by_creep, sets, by_load, heaviest = (array[rows] for array in self._sets)
         states = self.states[rows]
-        crept, loaded = np.isin(states, CREPT), np.isin(states, LOADED)
+        with_creep, with_load = np.isin(states, CREPT), np.isin(states, LOADED)
         condition = self._condition(rows, scenes, sets)
-        strain, _ = self._settled(rows, scenes, condition)
+        strain, _ = self._solve_strains(rows, scenes, condition)
         tension, slope = condition.pull(strain)
-        slope = np.where(self._pushed(scenes), slope, condition.elastic(strain))
+        # about the equilibrium by the final moduli; an end that a force has moved went along the curve
+        slope = np.where(self._moved_by_force(scenes), slope, condition.elastic(strain))
         linear = self._linear((strain, tension, slope), condition, rows)
         labels = np.array(states, dtype=object)
-        if loaded.any():
-            softer = [Condition(condition.curves, condition.temperature, left, condition.creeping).pull(strain)[0]
-                      for left in (by_creep, by_load)]  # fmt: skip
-            governs = np.where(crept & (softer[0] <= softer[1]), "after_creep", "after_load (" + heaviest + ")")
-            labels = np.where(loaded, governs, labels)
+        if with_load.any():
+            # at one strain the longer conductor has the lower tension
+            by_creep_alone, by_load_alone = (
+                Condition(condition.curves, condition.temperature, part_sets, condition.creeping).pull(strain)[0]
+                for part_sets in (by_creep, by_load)
+            )
+            creep_governs = with_creep & (by_creep_alone <= by_load_alone)
+            governing = np.where(creep_governs, "after_creep", "after_load (" + heaviest + ")")
+            labels = np.where(with_load, governing, labels)
         slack = (condition.parts(strain)[0] == 0) & (condition.curves.final > 0)
-        for told, what in ((slack, " slack"), (condition.beyond(strain), BEYOND)):
-            for part, name in enumerate((", outer", ", core")):
-                labels = np.where(told[..., part], labels + name + what, labels)
+        for marked, text in ((slack, " slack"), (condition.beyond(strain), BEYOND)):
+            for index, name in enumerate((", outer", ", core")):
+                labels = np.where(marked[..., index], labels + name + text, labels)
         return LinearCables(*linear, condition, strain, labels)
 
 
@@ -249,8 +268,8 @@ def uneven_errors(condition, strain, catenary):
     """Relative errors from taking k conductors as linear along the cable, where the tension varies, shape (k,). [-]
 
     The sum of two, both to first order. That of the tension: a conductor's mean strain exceeds its strain at the mean
-    tension and lengthens it, which changes the tension by the stiffness of the span. That of the places of points: off
-    the mean tension its strain differs from that of the linear cable, whose slope is that of the final moduli.
+    tension and lengthens it, which changes the tension by the stiffness of the span. That of the positions of points:
+    off the mean tension its strain differs from that of the linear cable, whose slope is that of the final moduli.
 
     Parameters
     ----------
@@ -262,10 +281,10 @@ def uneven_errors(condition, strain, catenary):
     """
     nodes, weights = np.polynomial.legendre.leggauss(STUDY.conductor_points)
     force = catenary.at((1 + nodes) / 2)[1]
-    tension, mean = np.sqrt((force**2).sum(axis=-1)), np.maximum(catenary.mean_tension, np.finfo(float).tiny)
+    tension, mean_tension = np.sqrt((force**2).sum(axis=-1)), np.maximum(catenary.mean_tension, np.finfo(float).tiny)
     with np.errstate(all="ignore"):
         extra_strain = np.abs(uneven_strain(condition, strain, tension, weights / 2))
-        error = extra_strain * catenary.span.unstretched_length * catenary.end_stiffness[..., 0, 0] / mean
+        error = extra_strain * catenary.span.unstretched_length * catenary.end_stiffness[..., 0, 0] / mean_tension
         slopes = np.abs(1 / condition.pull(strain)[1] - 1 / condition.elastic(strain))
-        error = error + slopes * np.abs(tension - mean[:, None]).max(axis=-1)
+        error = error + slopes * np.abs(tension - mean_tension[:, None]).max(axis=-1)
     return bounded(STUDY.second_order * error)

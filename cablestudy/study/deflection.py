@@ -37,29 +37,29 @@ def nodal_deflections(case):
     if case.exact_statics:
         fractions = split(span).fraction
         mesh = mesh_segments(fractions, len(fractions), STUDY.spectral_order)
-        before, after = from_catenary(unloaded, mesh), from_catenary(case.catenary, mesh)
+        unloaded_state, loaded_state = from_catenary(unloaded, mesh), from_catenary(case.catenary, mesh)
     else:
-        after = case.state
-        mesh = after.mesh
-        before, _ = solve_elements(unloaded, mesh)
-    full = after.displacement - before.displacement
+        loaded_state = case.state
+        mesh = loaded_state.mesh
+        unloaded_state, _ = solve_elements(unloaded, mesh)
+    full = loaded_state.displacement - unloaded_state.displacement
     loads_only = replace(span, mass=0.0)
-    forces = external_forces(loads_only, mesh, before.force)[1:-1]
+    forces = external_forces(loads_only, mesh, unloaded_state.force)[1:-1]
     linear = np.zeros_like(full)
     for axes in (IN_PLANE, OUT_OF_PLANE):
         if forces[:, axes].any():
-            moved = System(before, axes).solve(forces[:, axes].reshape(-1, 1))
-            linear[1:-1, axes] = moved.reshape(-1, len(axes))
+            displacement = System(unloaded_state, axes).solve(forces[:, axes].reshape(-1, 1))
+            linear[1:-1, axes] = displacement.reshape(-1, len(axes))
     length = float(span.unstretched_length)
     return mesh, full * length, linear * length
 
 
 def load_deflections(case):
-    """Displacement of each point load along its force, non-linear and linear: two arrays of shape (k,). [m]"""
+    """Displacement of each of k point loads along its force, non-linear and linear: two arrays of shape (k,). [m]"""
     mesh, full, linear = nodal_deflections(case)
     span = case.span
-    places = span.load_positions / span.unstretched_length
-    nodes = np.array([int(np.argmin(np.abs(mesh.edges - place))) * mesh.order for place in places])
+    positions = span.load_positions / span.unstretched_length
+    nodes = np.array([int(np.argmin(np.abs(mesh.edges - position))) * mesh.order for position in positions])
     size = np.sqrt((span.load_forces**2).sum(axis=1))
-    along = span.load_forces / np.where(size > 0, size, 1.0)[:, None]
-    return (full[nodes] * along).sum(axis=1), (linear[nodes] * along).sum(axis=1)
+    direction = span.load_forces / np.where(size > 0, size, 1.0)[:, None]
+    return (full[nodes] * direction).sum(axis=1), (linear[nodes] * direction).sum(axis=1)

@@ -22,18 +22,18 @@ class ElementResults(Results):
     closed : Results
         The closed form of these and other cases.
     places : ndarray of int, shape (n,)
-        Which of them these are.
+        Of these cases there.
     models : BatchElements
         Their elements, in equilibrium.
     """
 
-    def __init__(self, closed, places, models):
-        super().__init__(closed.values.take(places))
+    def __init__(self, closed, indices, models):
+        super().__init__(closed.values.take(indices))
         self.models = models
-        known = closed.reference_length[places], closed.drag.take(places)
-        self._span_and_reasons = models.span, {}, *known
-        self.catenary = closed.catenary.take(places)
-        self.pushed = tuple(part[places] for part in closed.pushed)
+        references = closed.reference_length[indices], closed.drag.take(indices)
+        self._span_and_reasons = models.span, {}, *references
+        self.catenary = closed.catenary.take(indices)
+        self.pushed = tuple(array[indices] for array in closed.pushed)
         self.statics = ElementStatics(models.state, models.record, self.catenary.middle)
 
     @property
@@ -73,42 +73,43 @@ def element_results(results):
 
     Returns
     -------
-    found : list of (ndarray of int, ElementResults)
-        Which cases, and their results.
+    groups : list of (ndarray of int, ElementResults)
+        Cases, and their results.
     failures : dict
         Case -> NoSolutionError or ConvergenceError of one whose elements have no equilibrium.
     """
-    found, failures = [], {}
-    alive = np.ones(len(results.values), dtype=bool)
-    alive[list(results.failures)] = False
-    for case in np.flatnonzero(results.folded & alive).tolist():
+    groups, failures = [], {}
+    in_equilibrium = np.ones(len(results.values), dtype=bool)
+    in_equilibrium[list(results.failures)] = False
+    for case in np.flatnonzero(results.folded & in_equilibrium).tolist():
         failures[case] = NoSolutionError(LIMP if results.limp[case] else NO_MOTION)
-    places = np.flatnonzero(alive & ~results.folded)
-    for group in _on_equal_meshes(results, places):
+    cases = np.flatnonzero(in_equilibrium & ~results.folded)
+    for group in _on_equal_meshes(results, cases):
         try:
             mesh = fixed_mesh(results, group[0]).bare
         except (NoSolutionError, ConvergenceError) as error:
             failures.update(dict.fromkeys(group.tolist(), error))
             continue
-        width = max(1, STUDY.nodes_at_once // mesh.nodes)
-        for own in np.split(group, range(width, len(group), width)):
-            models = solve_elements(results, own, mesh)
-            good = models.record.converged
-            for place in np.flatnonzero(~good).tolist():
-                failures[int(own[place])] = refusal(models.record.of(place), mesh)
-            if good.any():
-                found.append((own[good], ElementResults(results, own[good], models.take(np.flatnonzero(good)))))
-    return found, failures
+        cases_at_once = max(1, STUDY.nodes_at_once // mesh.nodes)
+        for members in np.split(group, range(cases_at_once, len(group), cases_at_once)):
+            models = solve_elements(results, members, mesh)
+            converged = models.record.converged
+            for index in np.flatnonzero(~converged).tolist():
+                failures[int(members[index])] = refusal(models.record.of(index), mesh)
+            if converged.any():
+                solved, models = members[converged], models.take(np.flatnonzero(converged))
+                groups.append((solved, ElementResults(results, solved, models)))
+    return groups, failures
 
 
-def _on_equal_meshes(results, places):
-    """Groups of some cases whose meshes are equal, and whose elements are solved alike: list of ndarray of int."""
-    if not len(places):
+def _on_equal_meshes(results, cases):
+    """Groups of cases with equal meshes, whose elements can be solved in one call: list of ndarray of int."""
+    if not len(cases):
         return []
     values = results.values
     _, kind = np.unique(values.words("model.mass"), return_inverse=True)
-    alike = [values.given("model.elements"), values.given("model.order"), kind, results.planar,
-             results.mirror_symmetric, results.drag.pressed > 0, *results.catenary.segments.fraction.T]  # fmt: skip
-    rows = np.stack([np.broadcast_to(part, (len(values),)) for part in alike], axis=1)[places]
+    criteria = [values.given("model.elements"), values.given("model.order"), kind, results.planar,
+             results.mirror_symmetric, results.drag.normal_drag > 0, *results.catenary.segments.fraction.T]  # fmt: skip
+    rows = np.stack([np.broadcast_to(values_of_cases, (len(values),)) for values_of_cases in criteria], axis=1)[cases]
     group = np.unique(rows, axis=0, return_inverse=True)[1].ravel()
-    return [places[group == number] for number in range(group.max() + 1)]
+    return [cases[group == number] for number in range(group.max() + 1)]

@@ -19,7 +19,7 @@ from cablestudy.study.limits import limits_of
 from cablestudy.study.prepare import prepare
 from cablestudy.study.table import Field, Table
 
-# Of a file with one of these keys the materials are those that it names, of any other file its contents.
+# a file with one of these keys has its materials in the table `materials`; any other file is such a table
 OF_SCENE = ("base", "cable", "cables", "materials")
 FIELDS = (
     Field("material", "material"),
@@ -47,8 +47,8 @@ def validate_table(files, sets=()):
     rows, mistakes, notes = [], [], []
     for file in files:
         try:
-            kind, cases, known = _validate(file, sets)
-            notes += known
+            kind, cases, notes_of_file = _check_file(file, sets)
+            notes += notes_of_file
             rows.append({"file": file, "kind": kind, "cases": cases, "status": "ok"})
         except SceneError as error:
             mistakes += error.mistakes
@@ -56,15 +56,16 @@ def validate_table(files, sets=()):
     return Table(tuple(Field(name, name) for name in ("file", "kind", "cases", "status")), rows), mistakes, notes
 
 
-def _validate(file, sets):
+def _check_file(file, sets):
+    """Kind of a file, number of its cases, and notes on likely mistakes; SceneError of one that is not valid."""
     document = read_file(file)
     if is_study(document):
         study = study_of(document, sets)
         prepare(study)
         notes, sample = [], study.sample
         if sample and sample.method == "saltelli" and sample.count < FEWEST:
-            few = f"sample: {sample.count} points; --sensitivity needs at least {FEWEST}"
-            notes = [f"{study.where(('sample', 'count'))}: {few}"]
+            warning = f"sample: {sample.count} points; --sensitivity needs at least {FEWEST}"
+            notes = [f"{study.where(('sample', 'count'))}: {warning}"]
         return "study", study.count, [*study.likely_mistakes(), *study.notes, *notes]
     document = apply_sets(resolve_base(document), sets)
     scene = read_scene(document)
@@ -86,18 +87,18 @@ def key_table(kind, beginning=""):
     SceneError
         No key begins so.
     """
-    known = keys_of(kind)
-    found = [key for key in known if not beginning or _is_below(key.key, beginning)]
-    if not found:
-        raise SceneError(f"{beginning}: unknown key ({suggestion(beginning, [key.key for key in known])})")
-    return Table(tuple(Field(field.name, field.name) for field in fields(Key)), [asdict(key) for key in found])
+    all_keys = keys_of(kind)
+    keys = [key for key in all_keys if not beginning or _is_below(key.key, beginning)]
+    if not keys:
+        raise SceneError(f"{beginning}: unknown key ({suggestion(beginning, [key.key for key in all_keys])})")
+    return Table(tuple(Field(field.name, field.name) for field in fields(Key)), [asdict(key) for key in keys])
 
 
 def _is_below(key, beginning):
-    """Whether a key is the one asked for or below it; `bodies.camera.mass` is `bodies.NAME.mass`."""
-    parts, asked = key.split("."), beginning.split(".")
-    alike = all(part in (word, *ANY) for part, word in zip(parts, asked, strict=False))
-    return alike and len(asked) <= len(parts)
+    """True if a key is the one asked for or below it; `bodies.camera.mass` is `bodies.NAME.mass`."""
+    names, asked_names = key.split("."), beginning.split(".")
+    equal = all(name in (word, *ANY) for name, word in zip(names, asked_names, strict=False))
+    return equal and len(asked_names) <= len(names)
 
 
 def materials_table(files=()):
@@ -113,13 +114,13 @@ def materials_table(files=()):
     SceneError
         All that is wrong with the materials of all files.
     """
-    found = {}
+    entries = {}
     with Mistakes() as mistakes:
         for file in files:
             with mistakes.at():
-                found |= _materials_of(read_file(file))
-    found |= {name: (material, "") for name, material in materials().items() if name not in found}
-    return Table(FIELDS, [_row(name, *entry) for name, entry in found.items()])
+                entries |= _materials_of(read_file(file))
+    entries |= {name: (material, "") for name, material in materials().items() if name not in entries}
+    return Table(FIELDS, [_material_row(name, *entry) for name, entry in entries.items()])
 
 
 def _materials_of(document):
@@ -131,15 +132,15 @@ def _materials_of(document):
         document, path = resolve_base(document), ("materials",)
     value = document.value.get("materials", {}) if path else document.value
     try:
-        read = TypeAdapter(Materials).validate_python(value)
+        materials_read = TypeAdapter(Materials).validate_python(value)
     except ValidationError as error:
         mistakes = findings(error, value, tables_of(Material, ("*",)))
-        raise located([((*path, *inside), message) for inside, message in mistakes], document) from None
-    return {name: (material, document.where((*path, name), of_key=True)) for name, material in read.items()}
+        raise located([((*path, *path_in_value), message) for path_in_value, message in mistakes], document) from None
+    return {name: (material, document.where((*path, name), of_key=True)) for name, material in materials_read.items()}
 
 
-def _row(name, material, where):
-    """One row; the source of an entry that states none is its place in its file."""
+def _material_row(name, material, where):
+    """One row of the table of materials; the source of an entry that states none is its position in its file."""
     modulus, strength = material.section_elastic_modulus, material.section_strength
     return {
         "material": name,

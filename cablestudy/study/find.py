@@ -18,7 +18,7 @@ from cablestudy.study.closed_form import CLOSED
 from cablestudy.study.columns import STATUS
 from cablestudy.study.goal import goal_of_study
 from cablestudy.study.limits import limits_by_case, limits_of, unanswered
-from cablestudy.study.roots import Effort, places_between, ranges_about, zeros
+from cablestudy.study.roots import Effort, points_between, ranges_about, zeros
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.scene_values import CaseTable, tables_of
 from cablestudy.study.status import has_answer
@@ -28,7 +28,7 @@ from cablestudy.study.tolerances import STUDY
 
 
 @dataclass(frozen=True)
-class Found:
+class Solutions:
     """The solutions of a goal.
 
     Attributes
@@ -38,7 +38,7 @@ class Found:
     scenes : list of CableScene or SuspensionScene
         With these values.
     notes : list of str
-        What was searched, and where the column jumps over its value.
+        The range searched, and values of the key at which the column jumps over the value of the goal.
     """
 
     values: list
@@ -49,18 +49,18 @@ class Found:
 # --------------------------------------------------------------------------------------------------------- the search
 
 
-class _Cases:
-    """Cases of a scene that differ in one key: what `tables_of` needs of a study."""
+class _KeyStudy:
+    """A scene with several values of one key, with the methods of a study that `tables_of` uses."""
 
     def __init__(self, document, goal, values):
-        self._document, self._key, self._place = document, goal.key.name, goal.places["by"][0]
+        self._document, self._key, self._location = document, goal.key.name, goal.locations["by"][0]
         self._values = [float(value) for value in values]
-        self.entries = (Entry(((self._key, self._values, lambda _: self._place),)),)
+        self.entries = (Entry(((self._key, self._values, lambda _: self._location),)),)
 
     def case(self, index):
         """Overrides and CableScene of one case."""
         value = self._values[index]
-        return {self._key: value}, read_scene(self._document.with_sets([(self._key, value, self._place)]))
+        return {self._key: value}, read_scene(self._document.with_sets([(self._key, value, self._location)]))
 
 
 def solve(goal, document):
@@ -70,11 +70,11 @@ def solve(goal, document):
     ----------
     goal : Goal
     document : Document
-        Of the scene, where the key may have another value, or one that excludes it.
+        Of the scene; it may state another value of the key, or a key that excludes it.
 
     Returns
     -------
-    Found
+    Solutions
 
     Raises
     ------
@@ -83,13 +83,13 @@ def solve(goal, document):
     NoSolutionError
         There is no value of the key.
     """
-    found, statuses, notes = search(goal, document)
+    zeros_found, statuses, notes = search(goal, document)
     jump = f"{goal.column.name} jumps over {goal.value:.6g} at {goal.key.name} ="
-    jumps = [f"{jump} {goal.of_key(place)}" for place in found.jumps]
-    if not found.places:
-        raise NoSolutionError("; ".join([_why_none(goal, found, list(statuses.values())), *jumps]))
-    notes += [f"{goal} over all of {goal.key.name} from {goal.of_key(*ends)}" for ends in found.plateaus]
-    return Found(found.places, scenes_at(goal, document, found.places), notes + jumps)
+    jumps = [f"{jump} {goal.of_key(x)}" for x in zeros_found.jumps]
+    if not zeros_found.roots:
+        raise NoSolutionError("; ".join([_no_solution_message(goal, zeros_found, list(statuses.values())), *jumps]))
+    notes += [f"{goal} over all of {goal.key.name} from {goal.of_key(*ends)}" for ends in zeros_found.plateaus]
+    return Solutions(zeros_found.roots, scenes_at(goal, document, zeros_found.roots), notes + jumps)
 
 
 def search(goal, document, enclose=False):
@@ -104,7 +104,7 @@ def search(goal, document, enclose=False):
 
     Returns
     -------
-    found : roots.Zeros
+    zeros_found : roots.Zeros
     statuses : dict
         Each value tried -> status of its row.
     notes : list of str
@@ -120,29 +120,30 @@ def search(goal, document, enclose=False):
 
     def difference(values):
         doing(f"{counted(len(statuses) + len(values), 'value')} of {goal.key.name} tried for {goal}")
-        numbers, reasons = _numbers(goal, document, values)
-        statuses.update(zip(values.tolist(), reasons, strict=True))
+        numbers, row_statuses = _column_values(goal, document, values)
+        statuses.update(zip(values.tolist(), row_statuses, strict=True))
         return numbers - goal.value
 
-    effort = _effort(goal, scene)
+    effort = _search_effort(goal, scene)
     if goal.between:
-        ranges = [[places_between(*goal.between, effort.points)]]
+        ranges = [[points_between(*goal.between, effort.points)]]
     elif start is None:
-        ranges = [[places_between(goal.quantity.low, goal.quantity.high, 2 * effort.points)]]
+        ranges = [[points_between(goal.quantity.low, goal.quantity.high, 2 * effort.points)]]
     else:
         ranges = ranges_about(start, goal.quantity.low, goal.quantity.high, effort.points, effort.reach)
     # a zero of the least margin of all limits is first searched with the limits that decide there
-    cheaper = partial(_governing, goal, document) if goal.column.name == "limit_margin" and not goal.value else None
-    found = zeros(difference, ranges, effort, enclose, cheaper)
+    of_limits = goal.column.name == "limit_margin" and not goal.value
+    cheaper = partial(_margin_function, goal, document) if of_limits else None
+    zeros_found = zeros(difference, ranges, effort, enclose, cheaper)
     notes = [] if goal.between else [
-        f"searched: {goal.key.name} from {goal.of_key(found.low, found.high)}; {goal.elsewhere}"
+        f"searched: {goal.key.name} from {goal.of_key(zeros_found.low, zeros_found.high)}; {goal.elsewhere}"
     ]  # fmt: skip
     ends = f"at an end of the values of {goal.column.name}"
-    notes += [f"not searched: {goal.key.name} from {goal.of_key(*gap)}, {ends}" for gap in found.gaps]
-    return found, statuses, notes
+    notes += [f"not searched: {goal.key.name} from {goal.of_key(*gap)}, {ends}" for gap in zeros_found.gaps]
+    return zeros_found, statuses, notes
 
 
-def _governing(goal, document, low, high):
+def _margin_function(goal, document, low, high):
     """Function for the least margin of those limits, each in one load case, that fail at one of two values, or at both.
 
     Returns
@@ -151,10 +152,10 @@ def _governing(goal, document, low, high):
         Value of the key -> margin, not a number where one of these limits has none.
     """
     ends = zip(*checks_of(scenes_at(goal, document, [low, high]), limits_by_case), strict=True)
-    chosen = {number for number, checks in enumerate(ends) if any((check.margin or 0.0) <= 0 for check in checks)}
+    failing = {number for number, checks in enumerate(ends) if any((check.margin or 0.0) <= 0 for check in checks)}
 
     def limits_chosen(scene):
-        return [limit for number, limit in enumerate(limits_by_case(scene)) if number in chosen]
+        return [limit for number, limit in enumerate(limits_by_case(scene)) if number in failing]
 
     def margin(value):
         try:
@@ -168,7 +169,7 @@ def _governing(goal, document, low, high):
 
 def scenes_at(goal, document, values):
     """List of the scenes with some values of the key; SceneError for one that is no scene."""
-    return [_Cases(document, goal, [value]).case(0)[1] for value in values]
+    return [_KeyStudy(document, goal, [value]).case(0)[1] for value in values]
 
 
 def check_goal(goal, document):
@@ -182,7 +183,7 @@ def check_goal(goal, document):
     start = _value_of_scene(goal, document)
     scene = _valid_scene(goal, document, start)
     if reason := why_not(scene, goal.column):
-        raise SceneError(Mistake(*goal.places["column"], reason))
+        raise SceneError(Mistake(*goal.locations["column"], reason))
     limits_of(scene, document)
     return start, scene
 
@@ -214,20 +215,21 @@ def _value_of_scene(goal, document):
 def _valid_scene(goal, document, start):
     """A scene with some value of the key; SceneError where it can have none."""
     low, high = goal.between or (goal.quantity.low, goal.quantity.high)
-    middle = places_between(low, high, STUDY.valid_places)
-    middle = middle[np.argsort(np.abs(np.arange(len(middle)) - len(middle) // 2), kind="stable")].tolist()
+    candidates = points_between(low, high, STUDY.valid_places)
+    from_middle = np.argsort(np.abs(np.arange(len(candidates)) - len(candidates) // 2), kind="stable")
+    candidates = candidates[from_middle].tolist()
     error = None
-    for value in [start, *middle] if start is not None and low <= start <= high else middle:
+    for value in [start, *candidates] if start is not None and low <= start <= high else candidates:
         try:
-            return _Cases(document, goal, [value]).case(0)[1]
+            return _KeyStudy(document, goal, [value]).case(0)[1]
         except SceneError as refused:
             error = error or refused
-    own = [mistake for mistake in error.mistakes if mistake.where == goal.places["by"][0]]
-    raise SceneError(*(own or error.mistakes))
+    mistakes_of_key = [mistake for mistake in error.mistakes if mistake.where == goal.locations["by"][0]]
+    raise SceneError(*(mistakes_of_key or error.mistakes))
 
 
-def _effort(goal, scene):
-    """How finely the column is searched: closed forms of one cable cost little."""
+def _search_effort(goal, scene):
+    """The `Effort` of a search, by the cost of the column: closed forms of one cable cost little."""
     model, size, columns = scene.model, abs(goal.value), [goal.column]
     if goal.column.needs == "limits":  # whose margins are relative
         size, columns = 1.0, [column for limit in limits_of(scene) for _, _, column in limit.terms]
@@ -240,10 +242,10 @@ def _effort(goal, scene):
     return Effort(40, 40, scale=size)
 
 
-def _numbers(goal, document, values):
-    """The column at values of the key, NaN where it has none, and the status of each."""
+def _column_values(goal, document, values):
+    """The column at values of the key, shape (n,), NaN where it has none, and status texts of the rows."""
     numbers, statuses = np.full(len(values), np.nan), [""] * len(values)
-    tables, refused = tables_of(_Cases(document, goal, values), range(len(values)))
+    tables, refused = tables_of(_KeyStudy(document, goal, values), range(len(values)))
     rows = evaluate_tables(tables, [goal.column]) if tables else {}
     for case, (cells, status, *_) in rows.items():
         statuses[case] = status
@@ -253,31 +255,31 @@ def _numbers(goal, document, values):
     return numbers, statuses
 
 
-def _why_none(goal, found, statuses):
-    """Why there is no solution: what the column reaches and where, that it does not change, or that it has no value."""
-    places, values = found.known
+def _no_solution_message(goal, zeros_found, statuses):
+    """Text why there is no solution: the column has no value, does not change, or reaches only from one to another."""
+    points, values = zeros_found.evaluated
     key, name = goal.key.name, goal.column.name
-    where = f"{key} from {goal.of_key(found.low, found.high)}"
-    if not len(places):
+    searched = f"{key} from {goal.of_key(zeros_found.low, zeros_found.high)}"
+    if not len(points):
         reason = next((status for status in statuses if status and not has_answer(status)), "it has no value")
-        return f"no solution of {goal}: none of {where} gives a value of {name}: {reason}"
+        return f"no solution of {goal}: none of {searched} gives a value of {name}: {reason}"
     unit = f" {goal.column.unit}" if goal.column.unit else ""
     reached = values + goal.value
-    if found.constant:
+    if zeros_found.constant:
         return f"no solution of {goal}: {name} does not depend on {key}, it is {reached[0]:.6g}{unit}"
     extremes = int(np.argmin(values)), int(np.argmax(values))
-    ends = [f"{reached[k]:.6g}{unit} (at {goal.of_key(places[k])})" for k in extremes]
+    ends = [f"{reached[k]:.6g}{unit} (at {goal.of_key(points[k])})" for k in extremes]
     elsewhere = "" if goal.between else f"; {goal.elsewhere}"
-    return f"no solution of {goal}: over {where} {name} reaches from {ends[0]} to {ends[1]}{elsewhere}"
+    return f"no solution of {goal}: over {searched} {name} reaches from {ends[0]} to {ends[1]}{elsewhere}"
 
 
 # --------------------------------------------------------------------------------------------------------- the tables
 
 
-def find_table(goal, found, columns):
+def find_table(goal, solutions, columns):
     """`Table` of the solutions, and list of `Row`; `columns` from `shown_columns`."""
-    rows = evaluate(found.scenes, columns)
-    cells = [{goal.key.header: value, **row.cells} for value, row in zip(found.values, rows, strict=True)]
+    rows = evaluate(solutions.scenes, columns)
+    cells = [{goal.key.header: value, **row.cells} for value, row in zip(solutions.values, rows, strict=True)]
     fields = (field_of_key(goal.key), *(column.field for column in columns), STATUS)
 
     def errors():
@@ -302,10 +304,9 @@ def shown_columns(goal, document, names=None):
     """
     _, scene = check_goal(goal, document)
     if names is None:
-        own = (goal.column.name, goal.key.name.rpartition(".")[2])
-        usual = map(find, kind_of(scene).usual_columns)
-        also_shown = [column for column in usual if column.name not in own and not why_not(scene, column)]
-        return [goal.column, *also_shown]
+        in_goal = (goal.column.name, goal.key.name.rpartition(".")[2])
+        others = [column for column in map(find, kind_of(scene).usual_columns) if column.name not in in_goal]
+        return [goal.column, *(column for column in others if not why_not(scene, column))]
     columns = [goal.column]
     with Mistakes() as mistakes:
         for name in filter(None, (part.strip() for part in names.split(","))):
@@ -334,28 +335,32 @@ def evaluate_found(study, tables, columns, explain=False, estimate=False):
     """
     goal = goal_of_study(study)
     others = [column for column in columns if column.needs != "find"]
-    place = next((k for k, column in enumerate(columns) if column.needs == "find"), None)
+    index_of_key = next((k for k, column in enumerate(columns) if column.needs == "find"), None)
     empty = [None] * sum(column.name != "status" for column in columns)
     values, solved, rows = {}, [], {}
     for case in (case for table in tables for case in table.cases.tolist()):
         try:
-            values[case], scene = _solution(goal, study.document_of(case))
+            values[case], scene = _only_solution(goal, study.document_of(case))
             solved.append(CaseTable(np.array([case]), scene, {}))
         except SceneError as error:
             rows[case] = empty, error.without_places, {}, ()
         except CablestudyError as error:
             rows[case] = empty, " ".join(str(error).split()), {}, ()
-    for case, (cells, *more) in (evaluate_tables(solved, others, explain, estimate) if solved else {}).items():
-        rows[case] = cells if place is None else [*cells[:place], values[case], *cells[place:]], *more
+    evaluated = evaluate_tables(solved, others, explain, estimate) if solved else {}
+    for case, (cells, *rest_of_row) in evaluated.items():
+        if index_of_key is not None:
+            cells = [*cells[:index_of_key], values[case], *cells[index_of_key:]]
+        rows[case] = cells, *rest_of_row
     return rows
 
 
-def _solution(goal, document):
+def _only_solution(goal, document):
     """The only value of the key of a case, and its scene; NoSolutionError where there are several."""
-    found = solve(goal, document)
-    if len(found.values) > 1:
-        listed = ", ".join(goal.of_key(value) for value in found.values[: STUDY.shown_values])
-        more = f" and {len(found.values) - STUDY.shown_values} more" if len(found.values) > STUDY.shown_values else ""
-        many = counted(len(found.values), "value")
-        raise NoSolutionError(f"{goal}: {many} of {goal.key.name}: {listed}{more} (find.between chooses one)")
-    return found.values[0], found.scenes[0]
+    solutions = solve(goal, document)
+    count = len(solutions.values)
+    if count > 1:
+        listed = ", ".join(goal.of_key(value) for value in solutions.values[: STUDY.shown_values])
+        listed += f" and {count - STUDY.shown_values} more" if count > STUDY.shown_values else ""
+        values = f"{counted(count, 'value')} of {goal.key.name}"
+        raise NoSolutionError(f"{goal}: {values}: {listed} (find.between chooses one)")
+    return solutions.values[0], solutions.scenes[0]

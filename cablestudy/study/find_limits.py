@@ -6,7 +6,7 @@ from math import nan
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.all_columns import find
-from cablestudy.study.find import Found, find_table, scenes_at, search
+from cablestudy.study.find import Solutions, find_table, scenes_at, search
 from cablestudy.study.limits import NOT_MET
 from cablestudy.study.status import has_answer
 from cablestudy.study.study_rows import checks_of
@@ -29,7 +29,7 @@ def ranges(goal, document, columns):
 
     Returns
     -------
-    found : Found
+    zeros_found : Solutions
     table : Table
     rows : list of Row
 
@@ -40,54 +40,57 @@ def ranges(goal, document, columns):
     NoSolutionError
         No value of the key meets all limits; the message has the nearest, and what is not met there.
     """
-    found, statuses, notes = search(goal, document, enclose=True)
-    ends = _ends(found, statuses)
+    zeros_found, statuses, notes = search(goal, document, enclose=True)
+    ends = _range_ends(zeros_found, statuses)
     if not ends:
-        raise NoSolutionError(_why_none(goal, document, found, statuses))
+        raise NoSolutionError(_no_range_message(goal, document, zeros_found, statuses))
     key = goal.key.name
     notes += [f"all limits hold {end} {key} = {goal.of_key(value)}: {reason}" for end, value, reason in ends if reason]
     values = [value for _, value, _ in ends]
-    found = Found(values, scenes_at(goal, document, values), notes)
-    shown = [GOVERNING, *(column for column in columns if column.needs != "limits")]
-    table, rows = find_table(goal, found, shown)
+    solutions = Solutions(values, scenes_at(goal, document, values), notes)
+    shown_columns = [GOVERNING, *(column for column in columns if column.needs != "limits")]
+    table, rows = find_table(goal, solutions, shown_columns)
     for (end, _, reason), cells in zip(ends, table.rows, strict=True):
         cells |= {END.name: end} | ({GOVERNING.header: None} if reason else {})
-    return found, replace(table, fields=(END, *table.fields)), rows
+    return solutions, replace(table, fields=(END, *table.fields)), rows
 
 
-def _ends(found, statuses):
-    """The two ends of each range, rising: from or to, value of the key, and why it ends there though all limits hold.
+def _range_ends(zeros_found, statuses):
+    """The two ends of each range of the key in which all limits hold, rising: list of (str, float, str).
 
-    Ranges are runs of values with margins that are not negative, between zeros and jumps of the least margin, values
-    without an answer, and the ends of what was searched. The reason is empty where some limit does not hold beyond.
+    `from` or `to`, value of the key, and the reason if the range ends there though all limits hold, else empty. Ranges
+    are runs of values with margins that are not negative, between zeros and jumps of the least margin, values without
+    an answer, and the ends of the search. `statuses` is value of the key -> status of its row.
     """
-    limits = {*found.places, *found.jumps}
+    limits = {*zeros_found.roots, *zeros_found.jumps}
     margins = {value: nan for value, status in statuses.items() if not has_answer(status)}
-    margins |= dict(zip(*(known.tolist() for known in found.known), strict=True)) | dict.fromkeys(limits, 0.0)
-    places, ends = sorted(margins), []
+    values, evaluated_margins = (array.tolist() for array in zeros_found.evaluated)
+    margins |= dict(zip(values, evaluated_margins, strict=True)) | dict.fromkeys(limits, 0.0)
+    points, ends = sorted(margins), []
 
-    def end(word, place, beyond):
-        known = 0 <= beyond < len(places)
-        reason = f"beyond, {statuses.get(places[beyond])}" if known else "the end of what was searched"
-        return word, places[place], "" if places[place] in limits else reason
+    def end(word, index, next_index):
+        searched = 0 <= next_index < len(points)
+        reason = f"beyond, {statuses.get(points[next_index])}" if searched else "the end of what was searched"
+        return word, points[index], "" if points[index] in limits else reason
 
-    for holds, run in groupby(range(len(places)), lambda place: margins[places[place]] >= 0):
-        first, *_, last = [*run] * 2
-        if holds and any(margins[places[place]] > 0 for place in range(first, last + 1)):
+    for holds, run in groupby(range(len(points)), lambda index: margins[points[index]] >= 0):
+        indices = list(run)
+        if holds and any(margins[points[index]] > 0 for index in indices):
+            first, last = indices[0], indices[-1]
             ends += [end("from", first, first - 1), end("to", last, last + 1)]
     return ends
 
 
-def _why_none(goal, document, found, statuses):
-    """Why there is no range: what is not met where the least margin is largest, or why there is no answer."""
-    where = f"no value of {goal.key.name} from {goal.of_key(found.low, found.high)}"
-    places, margins = found.known
-    if not len(places):
+def _no_range_message(goal, document, zeros_found, statuses):
+    """Text why there is no range: the limits not met where the least margin is largest, or why there is no answer."""
+    searched = f"no value of {goal.key.name} from {goal.of_key(zeros_found.low, zeros_found.high)}"
+    points, margins = zeros_found.evaluated
+    if not len(points):
         reason = next((status for status in statuses.values() if not has_answer(status)), "no limit has a value")
-        return f"{where} has an answer: {reason}"
-    best = float(places[margins.argmax()])
+        return f"{searched} has an answer: {reason}"
+    best = float(points[margins.argmax()])
     (checks,) = checks_of(scenes_at(goal, document, [best]))
     broken = ", ".join(check.governing for check in checks if check.status == NOT_MET)
     nearest = f"nearest is {goal.of_key(best)}, with a least margin of {100 * margins.max():.3g} %"
     elsewhere = "" if goal.between else f"; {goal.elsewhere}"
-    return f"{where} meets all limits: {nearest}; not met there: {broken}{elsewhere}"
+    return f"{searched} meets all limits: {nearest}; not met there: {broken}{elsewhere}"

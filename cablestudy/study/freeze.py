@@ -30,27 +30,28 @@ def freeze_cable(document, scene):
     NoSolutionError, ConvergenceError
         There is no reference state.
     """
-    value, case, stated = document.given, Case(_without_case(scene)), scene.cable.unstretched_length
+    contents, case, stated = document.given, Case(_without_case(scene)), scene.cable.unstretched_length
     case.results.check(case.index)
-    return {**value, "cable": _with_length(value["cable"], case.reference_length if stated is None else stated)}
+    return {**contents, "cable": _with_length(contents["cable"], case.reference_length if stated is None else stated)}
 
 
 def freeze_suspension(document, scene):
-    """Contents of the file of a `SuspensionScene` with the lengths of all its cables.
+    """Contents of the file of a `SuspensionScene` with the lengths of all its cables; parameters as of `freeze_cable`.
 
-    Free points, and bodies as far as they move, stand where the reference state has them: there a search begins.
+    Free points and bodies have the positions of the reference state, from which the search for an equilibrium starts.
     """
-    value, group = document.given, SuspensionCase(_without_case(scene)).group
-    found, lengths = group.reference, dict(zip(scene.cables, group.cables.reference_length[0].tolist(), strict=True))
+    contents, group = document.given, SuspensionCase(_without_case(scene)).group
+    equilibrium, lengths = group.reference, group.cables.reference_length[0].tolist()
+    lengths = dict(zip(scene.cables, lengths, strict=True))
     lengths |= {name: cable.unstretched_length for name, cable in scene.cables.items() if cable.unstretched_length}
-    changed = {"cables": {name: _with_length(cable, lengths[name]) for name, cable in value["cables"].items()}}
+    changed = {"cables": {name: _with_length(cable, lengths[name]) for name, cable in contents["cables"].items()}}
     if scene.links:
-        distances = zip(value["links"].items(), found.suspension.link_length[0].tolist(), strict=True)
+        distances = zip(contents["links"].items(), equilibrium.suspension.link_length[0].tolist(), strict=True)
         changed["links"] = {name: {"length": f"{length!r} m", **link} for (name, link), length in distances}
-    if "cable" in value:
-        changed["cable"] = _unstated(value["cable"])
-    kept = {key: own for key, own in value.items() if key not in OF_LENGTHS}
-    return kept | changed | _places(value, scene, found)
+    if "cable" in contents:
+        changed["cable"] = _without_lengths(contents["cable"])
+    unchanged = {key: entry for key, entry in contents.items() if key not in OF_LENGTHS}
+    return unchanged | changed | _tables_of_bodies(contents, scene, equilibrium)
 
 
 def _without_case(scene):
@@ -58,30 +59,31 @@ def _without_case(scene):
     return scene.model_copy(update={"case": None})
 
 
-def _unstated(cable):
-    """A table of a cable, or of all, without what it states of lengths, tensions and sags."""
-    return {key: own for key, own in cable.items() if key not in STATED}
+def _without_lengths(cable):
+    """A table of a cable, or of all cables, without the keys of lengths, tensions and sags."""
+    return {key: entry for key, entry in cable.items() if key not in STATED}
 
 
 def _with_length(cable, length):
     """A table of a cable with its unstretched length instead. [m]"""
-    return {**_unstated(cable), "unstretched_length": f"{float(length)!r} m"}
+    return {**_without_lengths(cable), "unstretched_length": f"{float(length)!r} m"}
 
 
-def _places(value, scene, found):
-    """The tables of points and bodies with what was found of places and attitudes."""
-    position = np.where(np.abs(found.position[0]) > STUDY.dust * found.longest[0], found.position[0], 0.0)
-    places = dict(zip(found.suspension.body_names, position.tolist(), strict=True))
-    turned = dict(zip(found.suspension.body_names, to_angles(found.rotation[0]).tolist(), strict=True))
-    points, bodies = dict(value.get("points", {})), dict(value.get("bodies", {}))
+def _tables_of_bodies(contents, scene, equilibrium):
+    """The tables `points` and `bodies` with the positions and attitudes of an equilibrium."""
+    position = equilibrium.position[0]
+    position = np.where(np.abs(position) > STUDY.dust * equilibrium.longest[0], position, 0.0)
+    positions = dict(zip(equilibrium.suspension.body_names, position.tolist(), strict=True))
+    attitudes = dict(zip(equilibrium.suspension.body_names, to_angles(equilibrium.rotation[0]).tolist(), strict=True))
+    points, bodies = dict(contents.get("points", {})), dict(contents.get("bodies", {}))
     for name, point in scene.points.items():
         if point.free:
-            points[name] = {**points[name], "at": places[name]}
+            points[name] = {**points[name], "at": positions[name]}
     for name, body in scene.bodies.items():
         if not body.free:
             continue
-        own = {**bodies[name], "at": places[name]}
+        body_table = {**bodies[name], "at": positions[name]}
         if {"roll", "pitch", "yaw"} & set(body.free):
-            own["attitude"] = turned[name]
-        bodies[name] = own
+            body_table["attitude"] = attitudes[name]
+        bodies[name] = body_table
     return ({"points": points} if points else {}) | ({"bodies": bodies} if bodies else {})

@@ -14,7 +14,7 @@ from cablestudy.study.all_columns import find, key_column
 from cablestudy.study.columns import Column
 
 SIGN = re.compile("([<>=!]+)")
-LIMITS = "limits"  # in the place of a goal: the values of a key for which all limits of the scene hold
+LIMITS = "limits"  # in place of COLUMN = VALUE: the values of a key for which all limits of the scene hold
 _GOAL = "expected COLUMN = VALUE, for example 'sag = 2 m'"
 
 
@@ -33,8 +33,8 @@ class Goal:
         Of the key: its unit and limits.
     between : tuple of float, or None
         Range of the key, rising, in SI.
-    places : dict
-        Part of the goal (column, value, by, between) -> what messages name: its place, and its key in a file or "".
+    locations : dict
+        Part of the goal (column, value, by, between) -> for messages (its position, its key in a file or "").
     """
 
     column: Column
@@ -42,7 +42,7 @@ class Goal:
     key: Column
     quantity: Quantity
     between: tuple | None
-    places: dict
+    locations: dict
 
     def __str__(self):
         unit = f" {self.column.unit}" if self.column.unit else ""
@@ -50,8 +50,8 @@ class Goal:
 
     @property
     def elsewhere(self):
-        """Text to write to search another range, for messages."""
-        return f"{self.places['between'][1] or '--between LOW:HIGH'} searches elsewhere"
+        """Advice for messages how to search another range."""
+        return f"{self.locations['between'][1] or '--between LOW:HIGH'} searches elsewhere"
 
     def of_key(self, *values):
         """Values of the key with their unit, for messages."""
@@ -60,7 +60,7 @@ class Goal:
 
 
 def read_find(goal, by, between):
-    """The `Find` of the command line, and what messages name as its parts.
+    """The `Find` of the command line, and `Goal.locations` of its parts.
 
     Parameters
     ----------
@@ -89,23 +89,23 @@ def read_find(goal, by, between):
         if len(ends) != 2 or not all(ends):
             raise SceneError(f"--between {between}: expected LOW:HIGH, for example 100N:10kN")
     options = {"column": "find", "value": "find", "by": f"--by {by}", "between": f"--between {between}"}
-    places = {part: (option, "") for part, option in options.items()}
-    return Find.model_construct(column=column, value=value, by=by, between=ends), places
+    locations = {part: (option, "") for part, option in options.items()}
+    return Find.model_construct(column=column, value=value, by=by, between=ends), locations
 
 
 def goal_of_study(study):
     """The `Goal` of a study with `find`; errors as of `read_goal`."""
-    places = {part: (study.source.where(("find", part)), f"find.{part}") for part in Find.model_fields}
-    return read_goal(study.find, places, study.document)
+    locations = {part: (study.source.where(("find", part)), f"find.{part}") for part in Find.model_fields}
+    return read_goal(study.find, locations, study.document)
 
 
-def read_goal(asked, places, document):
+def read_goal(stated, locations, document):
     """The `Goal` of a `Find`.
 
     Parameters
     ----------
-    asked : Find
-    places : dict
+    stated : Find
+    locations : dict
         See `Goal`.
     document : Document
         Of a scene, whose reader knows best what is wrong with a key that there is not.
@@ -117,17 +117,17 @@ def read_goal(asked, places, document):
     """
     parts = {}
     steps = {
-        "column": ((), lambda: _number_column(asked.column)),
-        "value": (("column",), lambda column: number_in_unit(asked.value, column, lambda: read_scene(document))),
-        "by": ((), lambda: _quantity(asked.by, document)),
-        "between": (("by",), lambda quantity: asked.between and _range(asked.between, quantity)),
+        "column": ((), lambda: _number_column(stated.column)),
+        "value": (("column",), lambda column: number_in_unit(stated.value, column, lambda: read_scene(document))),
+        "by": ((), lambda: _quantity_of_key(stated.by, document)),
+        "between": (("by",), lambda quantity: stated.between and _range(stated.between, quantity)),
     }
     with Mistakes() as mistakes:
-        for part, (needed, read) in steps.items():
-            if parts.keys() >= set(needed):
-                with mistakes.at(*places[part]):
-                    parts[part] = read(*(parts[name] for name in needed))
-    return Goal(parts["column"], parts["value"], key_column(asked.by), parts["by"], parts["between"], places)
+        for part, (needs, read) in steps.items():
+            if parts.keys() >= set(needs):
+                with mistakes.at(*locations[part]):
+                    parts[part] = read(*(parts[name] for name in needs))
+    return Goal(parts["column"], parts["value"], key_column(stated.by), parts["by"], parts["between"], locations)
 
 
 def _number_column(name):
@@ -141,6 +141,7 @@ def _number_column(name):
 
 
 def _expected(column):
+    """Beginning of a message on a wrong value of a column."""
     return f"expected a number in {column.unit}, or with a unit" if column.unit else "expected a number"
 
 
@@ -165,7 +166,7 @@ def number_in_unit(value, column, scene_of):
     except ValueError as error:
         raise ValueError(f"{column.name}: {_expected(column)}, got {show(value)}{error}") from None
     if unit in ("%", "percent") and column.unit == "N":
-        raise ValueError(_share_of(float(number) / 100, value, column, scene_of))
+        raise ValueError(_share_message(float(number) / 100, value, column, scene_of))
     try:
         number = float(number * common_factor(unit, column.unit) if unit else number)
     except ValueError as error:
@@ -175,8 +176,8 @@ def number_in_unit(value, column, scene_of):
     return number
 
 
-def _share_of(share, value, column, scene_of):
-    """What to write for a tension as a share of the breaking force of its cable, where the scene has one."""
+def _share_message(share, value, column, scene_of):
+    """Message on a tension in percent, with the force to write instead where the scene has a breaking force."""
     try:
         scene = scene_of()
     except SceneError:  # it may lack what is to be found
@@ -184,22 +185,22 @@ def _share_of(share, value, column, scene_of):
     cables, owner = scene.cables if scene else {}, column.name.rpartition(".")[0]
     cable = cables.get(owner) if owner or len(cables) > 1 else next(iter(cables.values()), None)
     force = getattr(cable, "section_breaking_force", None)
-    known = (
+    suggestion = (
         force
         and f"write {column.name} = {share * force:.6g} N, which is that share of the breaking force of {force:.6g} N"
     )
-    hint = known or "give the tension in N; of the breaking force, utilisation = is a share"
+    hint = suggestion or "give the tension in N; of the breaking force, utilisation = is a share"
     return f"{column.name}: expected a force, got {show(value)}: {hint}"
 
 
-def _quantity(key, document):
-    """The Quantity of a key."""
+def _quantity_of_key(key, document):
+    """The `Quantity` of a key; ValueError where it is none, or several numbers."""
     path = split_key(key)
     quantity = quantity_of(key)
     items = value_at(document.value, path)
     if quantity is not None and isinstance(items, list):
-        first = ".".join((*path, *(["0", "0"] if items and isinstance(items[0], list) else ["0"])))
-        raise ValueError(f"holds several numbers: give one of them, for example {first}")
+        example = ".".join((*path, *(["0", "0"] if items and isinstance(items[0], list) else ["0"])))
+        raise ValueError(f"holds several numbers: give one of them, for example {example}")
     if quantity is None:
         try:
             read_scene(document.with_sets([(key, 1, "")]))
@@ -212,6 +213,7 @@ def _quantity(key, document):
 
 
 def _range(ends, quantity):
+    """The two ends of a range of a key, rising, in SI."""
     low, high = (quantity.read(end) for end in ends)
     if not (isinstance(low, float) and isinstance(high, float)):
         raise ValueError(f"expected two numbers, got {show(ends[0])} and {show(ends[1])}")

@@ -14,7 +14,7 @@ class OneCableGroup(Group):
     """A `Group` of one case whose body is held where end 2 of its cable is.
 
     Its errors are those of the cable; that by a drag that changes along the cable is in `rounding_error`, since rows of
-    one cable add it to those of motion. The place of end 2 has none.
+    one cable add it to those of motion. The position of end 2 has none.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ class OneCableGroup(Group):
     def __init__(self, case):
         self._case, self.reference, self._loaded, self._coordinates = case, equilibria_of([case]), None, {}
         self._conductors = None  # their errors are in those of the case
-        self.cable_places, self.body_places = {CABLE: 0}, {GONDOLA: 0}
+        self.cable_indices, self.body_indices = {CABLE: 0}, {GONDOLA: 0}
         results, index = case.results, case.index
         self._rounding_errors = [float(max(results.statics_rounding[index], results.model_error[index]))]
         self._rounding_movement = np.zeros((1, 1, 6))
@@ -61,6 +61,6 @@ class GondolaOnCable(SuspensionCase):
 
 def gondola_on_cable(case):
     """The `GondolaOnCable` of a case, made once."""
-    if "gondola_on_cable" not in case.known:
-        case.known["gondola_on_cable"] = GondolaOnCable(case)
-    return case.known["gondola_on_cable"]
+    if "gondola_on_cable" not in case.computed:
+        case.computed["gondola_on_cable"] = GondolaOnCable(case)
+    return case.computed["gondola_on_cable"]

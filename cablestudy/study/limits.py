@@ -47,7 +47,7 @@ class SceneLimit:
 
 @dataclass(frozen=True)
 class Check:
-    """A limit where its margin is least.
+    """Check of a limit in the load case, and at the cable, where its margin is least.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Check:
     case, cable : str
         The load case that governs, and of a column of several cables the cable, else "".
     value, error : float or None
-        Of the column there, and its estimated relative error; None where nothing is known.
+        Of the column there, and its estimated relative error; None where there is none.
     failures : dict
         Load case -> why there is no value in it.
     """
@@ -84,7 +84,7 @@ class Check:
 
     @property
     def status(self):
-        """OK, NOT_MET, or in which load case there is no answer, and why."""
+        """OK, NOT_MET, or the load cases without an answer, and why."""
         holds = self.value is not None and (self.margin > 0 or ("=" in self.limit.sign and self.margin == 0))
         return unanswered([self]) or (OK if holds else NOT_MET)
 
@@ -100,13 +100,13 @@ def limits_of(scene, document=None):
     SceneError
         All that it cannot have, at their places in its document where this is given.
     """
-    found, written = [], document.value.get("limits", {}) if document else {}
+    limits, tables = [], document.value.get("limits", {}) if document else {}
     with Mistakes() as mistakes:
         for name, table in scene.limits.items():
-            path = "limits", name, *["that"] * isinstance(written.get(name), dict)
+            path = "limits", name, *["that"] * isinstance(tables.get(name), dict)
             with mistakes.at(document.where(path) if document else "", ".".join(path)):
-                found.append(_limit(scene, name, table))
-    return found
+                limits.append(_limit(scene, name, table))
+    return limits
 
 
 def limits_by_case(scene):
@@ -120,25 +120,25 @@ def limits_by_case(scene):
 
 def _limit(scene, name, table):
     """The `SceneLimit` of a table; ValueError says what is wrong."""
-    asked = comparison(table.that)
-    pairs = kind_of(scene).of_each_cable(scene, asked.column) or [("", find(asked.column))]
+    stated = comparison(table.that)
+    pairs = kind_of(scene).of_each_cable(scene, stated.column) or [("", find(stated.column))]  # cable, its column
     column = pairs[0][1]
     if column.text or column.needs in ("run", "limits") or column.name == "iterations":
         raise ValueError(f"{column.name} is no result that a limit could hold for")
-    bound = number_in_unit(asked.number, column, lambda: scene)
+    bound = number_in_unit(stated.number, column, lambda: scene)
     if abs(bound) < STUDY.least_limit:
         raise ValueError(f"a margin is relative to the limit, which must not be 0: {table.that}")
-    terms, refused = [], []
+    terms, refusals = [], []
     for case in table.cases or (*scene.cases, *({REFERENCE} - scene.cases.keys())):
-        there = in_case(scene, case)
-        lacking = [why_not(there, column) for _, column in pairs]
-        lost = getattr(there.load_case, "lost", ())  # which has nothing that could be held against a limit
-        terms += [(case, *pair) for pair, reason in zip(pairs, lacking, strict=True)
+        scene_in_case = in_case(scene, case)
+        reasons = [why_not(scene_in_case, column) for _, column in pairs]
+        lost = getattr(scene_in_case.load_case, "lost", ())  # cables without values that limits could bound
+        terms += [(case, *pair) for pair, reason in zip(pairs, reasons, strict=True)
                   if not reason and pair[0] not in lost]  # fmt: skip
-        refused += [lacking[0] + (f" (load case {case})" if table.cases else "")] if all(lacking) else []
-    if refused and (table.cases or not terms):
-        raise ValueError(refused[0])
-    return SceneLimit(name, table.that, asked.sign, bound, tuple(terms))
+        refusals += [reasons[0] + (f" (load case {case})" if table.cases else "")] if all(reasons) else []
+    if refusals and (table.cases or not terms):
+        raise ValueError(refusals[0])
+    return SceneLimit(name, table.that, stated.sign, bound, tuple(terms))
 
 
 def in_case(scene, case):
@@ -182,9 +182,9 @@ def least_margin(limit, rows):
 
 
 def unanswered(checks):
-    """In which load cases there is no answer, and why, in one line; empty where there is one in all."""
-    found = {case: reason for check in checks for case, reason in check.failures.items()}
-    return "; ".join(f"no answer in {case}: {reason}" for case, reason in found.items())
+    """Text on load cases without an answer, and why, in one line; empty where all have one."""
+    reasons = {case: reason for check in checks for case, reason in check.failures.items()}
+    return "; ".join(f"no answer in {case}: {reason}" for case, reason in reasons.items())
 
 
 def limits_table(checks):
@@ -193,10 +193,10 @@ def limits_table(checks):
     rows, errors = [], []
     for check in checks:
         limit, unit = check.limit, check.limit.terms[0][2].unit
-        where = limit.name, limit.that, check.case, check.cable
-        rows.append(dict(zip(names, (*where, check.value, limit.bound, unit, check.margin, check.status), strict=True)))
-        own = {"value": check.error, "margin": check.margin_error}
-        errors.append({name: error for name, error in own.items() if error is not None})
-    shown = [name for name in names if name not in ("cable", "unit") or any(row[name] for row in rows)]
-    fields = tuple(Field(name, name, label=name == "name") for name in shown)
+        cells = limit.name, limit.that, check.case, check.cable
+        rows.append(dict(zip(names, (*cells, check.value, limit.bound, unit, check.margin, check.status), strict=True)))
+        known_errors = {"value": check.error, "margin": check.margin_error}
+        errors.append({name: error for name, error in known_errors.items() if error is not None})
+    shown_names = [name for name in names if name not in ("cable", "unit") or any(row[name] for row in rows)]
+    fields = tuple(Field(name, name, label=name == "name") for name in shown_names)
     return Table(fields, rows, errors=lambda: iter(errors))

@@ -1,4 +1,4 @@
-"""Effect of a load case on cables: from the cable in its reference state to the cable of the day.
+"""Effect of a load case on cables: from the cable in its reference state to the cable under the loads of the case.
 
 Temperature changes the unstretched length, L (1 + alpha dT), and leaves the mass of the cable as it is. Ice adds to the
 mass per length, and so to the weight and to the inertia. A steady wind adds a uniform force per unstretched length,
@@ -58,15 +58,15 @@ def point_loads(values, of_case):
     return positions, fractions, forces - (masses * values.given("gravity")[..., None])[..., None] * UP, masses
 
 
-def placed_on_cable(places, length):
-    """Places of point loads, with a place on the cable also for those that have none.
+def placed_on_cable(positions, length):
+    """Positions of point loads, with a position on the cable also for those that have none.
 
     The arrays of a batch have as many loads for each cable as the one with the most. Those that do not exist, and those
     beyond the end of a cable, whose case is refused, are spread along the longest part without a load.
 
     Parameters
     ----------
-    places : ndarray, shape (..., k)
+    positions : ndarray, shape (..., k)
         Arc length, not a number where there is no load. [m]
     length : ndarray, shape (...)
         Unstretched. [m]
@@ -77,16 +77,16 @@ def placed_on_cable(places, length):
         In any order. [m]
     """
     end = length[..., None]
-    absent = ~(places < end)
-    edges = np.concatenate([0 * end, np.sort(np.where(absent, end, places)), end], axis=-1)
+    absent = ~(positions < end)
+    edges = np.concatenate([0 * end, np.sort(np.where(absent, end, positions)), end], axis=-1)
     gaps = np.diff(edges)
     longest = gaps.argmax(axis=-1)[..., None]
-    begin, gap = (np.take_along_axis(part, longest, axis=-1) for part in (edges, gaps))
+    start, gap = (np.take_along_axis(array, longest, axis=-1) for array in (edges, gaps))
     number = np.cumsum(absent, axis=-1)
-    return np.where(absent, begin + gap * number / (number[..., -1:] + 1), places)
+    return np.where(absent, start + gap * number / (number[..., -1:] + 1), positions)
 
 
-def with_loads(span, values, of_case, warm=None):
+def with_loads(span, values, of_case, length_ratio=None):
     """Cables with their point loads.
 
     Parameters
@@ -95,11 +95,11 @@ def with_loads(span, values, of_case, warm=None):
         Fields of shape (n,).
     values, of_case
         As of `point_loads`.
-    warm : ndarray, shape (n,), optional
-        Unstretched lengths of the cables over those along which places are stated. [-]
+    length_ratio : ndarray, shape (n,), optional
+        Unstretched lengths of the cables over those along which positions are stated. [-]
     """
     positions, fractions, forces, masses = point_loads(values, of_case)
-    positions = positions if warm is None else positions * warm[:, None]
+    positions = positions if length_ratio is None else positions * length_ratio[:, None]
     if not positions.shape[-1]:
         return span
     forces = (forces[..., None, :] * span.frame[..., None, :, :]).sum(axis=-1)
@@ -113,7 +113,7 @@ def with_loads(span, values, of_case, warm=None):
     )
 
 
-def loaded_spans(span, values, strain, shift=None, changed=None, drag=None):
+def loaded_spans(span, values, strain, shift=None, length_changes=None, drag=None):
     """Cables under the loads of their cases, with the unstretched lengths that the case gives them.
 
     Parameters
@@ -125,9 +125,9 @@ def loaded_spans(span, values, strain, shift=None, changed=None, drag=None):
         Chord strain in the reference state. [-]
     shift : ndarray, shape (n,), optional
         Displacement of end 2 along x beside the moves of the case. [m]
-    changed : ndarray, shape (2, n), optional
-        Relative change of the unstretched lengths, by default `elongation`; ice and wind per unstretched length over
-        those of the scenes. [-]
+    length_changes : ndarray, shape (2, n), optional
+        Relative change of the unstretched lengths, by default `elongation`; and ratio of ice and wind per unstretched
+        length to those of the scenes, by default 1. [-]
     drag : SteadyDrag, optional
         With the mean pressures along the cables; without it with the pressures halfway between their ends.
 
@@ -142,16 +142,16 @@ def loaded_spans(span, values, strain, shift=None, changed=None, drag=None):
         moves = moves + shift[:, None, None] * END_2_ALONG_X
     if moves.any():
         ends = ends + moves
-        span, strain = _moved(span, strain, ends, moves)
-    longer, share = (elongation(values), 1.0) if changed is None else changed
-    warm = 1.0 + longer
-    span = replace(span, mass=span.mass / warm + ice_mass(values) * share)
-    drag = steady_drag(values, ends, share) if drag is None else drag
-    if drag.pressed.any():
-        span = _in_wind(span, ends, drag.uniform(span.frame[..., 0, :]))
+        span, strain = _between_moved_ends(span, strain, ends, moves)
+    elongations, load_ratio = (elongation(values), 1.0) if length_changes is None else length_changes
+    length_ratio = 1.0 + elongations
+    span = replace(span, mass=span.mass / length_ratio + ice_mass(values) * load_ratio)
+    drag = steady_drag(values, ends, load_ratio) if drag is None else drag
+    if drag.normal_drag.any():
+        span = _with_uniform_drag(span, ends, drag.uniform(span.frame[..., 0, :]))
     span = with_loads(span, values, of_case=True)
-    span = replace(span, load_positions=span.load_positions * warm[:, None])
-    return span.with_chord_strain((strain - longer) / warm), drag
+    span = replace(span, load_positions=span.load_positions * length_ratio[:, None])
+    return span.with_chord_strain((strain - elongations) / length_ratio), drag
 
 
 def elongation(values):
@@ -160,7 +160,7 @@ def elongation(values):
 
 
 def shrunk(values):
-    """Which cables have next to no length left at the temperature of their case, shape (...); they do not exist."""
+    """True of cables with next to no length left at the temperature of their case, shape (...); they do not exist."""
     return 1.0 + values.given("elongation") < STUDY.least_length
 
 
@@ -173,16 +173,22 @@ def ice_mass(values):
     return layer + np.where(gravity > 0, weight / np.where(gravity > 0, gravity, 1.0), 0.0)
 
 
-def steady_drag(values, ends, share=1.0):
-    """`SteadyDrag` on cables between ends, shape (n, 2, 3) [m], with the pressures halfway between these.
+def steady_drag(values, ends, load_ratio=1.0):
+    """`SteadyDrag` on n cables, with the pressures halfway between their ends.
 
-    With `share` of it on an unstretched length. [-]
+    Parameters
+    ----------
+    values : SceneValues or CaseTable
+    ends : ndarray, shape (n, 2, 3)
+        [m]
+    load_ratio : float or ndarray, shape (n,)
+        Factor on the drag per unstretched length. [-]
     """
     pressure = np.nan_to_num(values.given("load_case.wind.dynamic_pressure"))
     if not pressure.any():
         return SteadyDrag(pressure, np.zeros((len(values), 3)))
     angle = np.nan_to_num(values.given("load_case.wind.direction"))
-    drag = SteadyDrag(np.where(pressure > 0, pressure * drag_width(values), 0.0) * share, wind_direction(angle))
+    drag = SteadyDrag(np.where(pressure > 0, pressure * drag_width(values), 0.0) * load_ratio, wind_direction(angle))
     profile = Profile.of(*(values.given(f"load_case.wind.{key}") for key in ("exponent", "at")), values.grounds)
     if profile is None:
         return drag
@@ -211,7 +217,7 @@ def uneven_drag_errors(drag, catenary, stretched=False):
     -------
     error : ndarray, shape (n,)
         Estimated relative error of the equilibrium. [-]
-    sag : ndarray, shape (n,)
+    sag_error : ndarray, shape (n,)
         That of the sag: no less. [-]
     end_forces : ndarray, shape (n, 2, 3)
         Change of the force on what holds the two ends, global axes, to first order. [N]
@@ -226,16 +232,16 @@ def uneven_drag_errors(drag, catenary, stretched=False):
     the height, `profile_error` finds the changes, which are larger, to all orders.
     """
     if drag.profile is None:
-        error, sag, ends = _first_order(drag, catenary, stretched)
+        error, sag_error, ends = _first_order_errors(drag, catenary, stretched)
     else:
         growing = drag.profile.exponent > 0
-        error, sag, ends = *np.zeros((2, len(growing))), np.zeros((len(growing), 2, 3))
-        for chosen, changes in ((growing, profile_error.changes), (~growing, _first_order)):
+        error, sag_error, ends = *np.zeros((2, len(growing))), np.zeros((len(growing), 2, 3))
+        for chosen, changes in ((growing, profile_error.changes), (~growing, _first_order_errors)):
             if chosen.any():
-                error[chosen], sag[chosen], ends[chosen] = changes(drag.take(chosen), catenary.take(chosen))
-    errors = np.stack([error, np.fmax(sag, error)])
+                error[chosen], sag_error[chosen], ends[chosen] = changes(drag.take(chosen), catenary.take(chosen))
+    errors = np.stack([error, np.fmax(sag_error, error)])
     errors = STUDY.second_order * bounded(errors)
-    return *np.where(drag.pressed > 0, errors, 0.0), ends * np.array([1.0, -1.0])[:, None]
+    return *np.where(drag.normal_drag > 0, errors, 0.0), ends * np.array([1.0, -1.0])[:, None]
 
 
 def bounded(error):
@@ -243,38 +249,44 @@ def bounded(error):
     return np.minimum(np.nan_to_num(error, nan=STUDY.unknown_error), STUDY.unknown_error)
 
 
-def _first_order(drag, catenary, stretched=False):
-    """Error, that of the sag, and change of the tension vector at both ends, see `uneven_drag_errors`."""
+def _first_order_errors(drag, catenary, stretched=False):
+    """Errors of equilibrium and sag, and change of the tension vector at both ends, to first order.
+
+    The symbols of `uneven_drag_errors` are here: d `difference`, its integral `accumulated`, A `compliance`, c
+    `constant`, N `change`.
+    """
     span, length = catenary.span, catenary.span.unstretched_length
     nodes, weights = np.polynomial.legendre.leggauss(CABLE.drag_points)
-    places, near = (1 + nodes) / 2, [*range(CABLE.drag_points), 0, -1]
-    force = span.in_frame(catenary.at(places)[1], "global")
+    positions, nearest = (1 + nodes) / 2, [*range(CABLE.drag_points), 0, -1]
+    force = span.in_frame(catenary.at(positions)[1], "global")
     tension = np.sqrt((force**2).sum(axis=-1, keepdims=True))
     tension = np.maximum(tension, STUDY.slack * np.maximum(tension.max(axis=1, keepdims=True), STUDY.slack))
     tangent, stiffness = force / tension, np.asarray(span.axial_stiffness)[:, None, None]
-    there = (1 + tension / stiffness) * across(drag.direction[:, None], tangent)
+    actual = (1 + tension / stiffness) * across(drag.direction[:, None], tangent)
     uniform = across(drag.direction, span.frame[..., 0, :])
     if stretched:
         uniform = uniform * (1 + catenary.mean_tension / span.axial_stiffness)[:, None]
-    differs = (drag.pressed * length)[:, None, None] * (there - uniform[:, None])
-    passed = running_integral(nodes) @ differs
+    difference = (drag.normal_drag * length)[:, None, None] * (actual - uniform[:, None])
+    accumulated = running_integral(nodes) @ difference
     outer = tangent[..., :, None] * tangent[..., None, :]
     compliance = (np.eye(3) - outer) / tension[..., None] + outer / stiffness[..., None]
-    mean = (weights[:, None, None] / 2 * compliance).sum(axis=1)
-    gap = (weights[:, None] / 2 * (compliance @ passed[..., None])[..., 0]).sum(axis=1)
-    constant = np.linalg.solve(mean, gap[..., None])[:, None, :, 0]
-    change = constant - passed
+    mean_compliance = (weights[:, None, None] / 2 * compliance).sum(axis=1)
+    # displacement of end 2 by the drag alone, which the constant takes back
+    end_gap = (weights[:, None] / 2 * (compliance @ accumulated[..., None])[..., 0]).sum(axis=1)
+    constant = np.linalg.solve(mean_compliance, end_gap[..., None])[:, None, :, 0]
+    change = constant - accumulated
     # at the points, and with the change at the ends over the tension near them
-    ends = constant - np.stack([0 * passed[:, 0], (weights[:, None] / 2 * differs).sum(axis=1)], axis=1)
-    pulled = np.abs((np.concatenate([change, ends], axis=1) * tangent[:, near]).sum(axis=-1)) / tension[:, near, 0]
-    moved = (running_integral(nodes) @ (compliance @ change[..., None])[..., 0])[:, CABLE.drag_points // 2]
-    whole = np.hypot(np.hypot(moved[:, 0], moved[:, 1]), moved[:, 2])
-    aside, sag = profile_error.shares_at_middle(whole, np.abs(moved[:, 2]), catenary)
-    return np.maximum(pulled.max(axis=-1), aside), sag, ends
+    ends = constant - np.stack([0 * accumulated[:, 0], (weights[:, None] / 2 * difference).sum(axis=1)], axis=1)
+    along_cable = (np.concatenate([change, ends], axis=1) * tangent[:, nearest]).sum(axis=-1)
+    tension_change = np.abs(along_cable) / tension[:, nearest, 0]
+    at_middle = (running_integral(nodes) @ (compliance @ change[..., None])[..., 0])[:, CABLE.drag_points // 2]
+    distance = np.hypot(np.hypot(at_middle[:, 0], at_middle[:, 1]), at_middle[:, 2])
+    shape_error, sag_error = profile_error.shares_at_middle(distance, np.abs(at_middle[:, 2]), catenary)
+    return np.maximum(tension_change.max(axis=-1), shape_error), sag_error, ends
 
 
 def wind_direction(angle):
-    """Unit vector of a horizontal wind, zero where it is not for rounding only, shape (..., 3). [-]
+    """Unit vector of a horizontal wind, exactly zero where rounding alone makes a component differ, shape (..., 3). [-]
 
     Parameters
     ----------
@@ -285,7 +297,7 @@ def wind_direction(angle):
     return np.where(np.abs(level) < STUDY.rounded_direction, 0.0, level)
 
 
-def _moved(span, strain, ends, moves):
+def _between_moved_ends(span, strain, ends, moves):
     """Cables between moved ends, and their chord strains, which keep the digits of a small movement.
 
     Parameters
@@ -294,19 +306,19 @@ def _moved(span, strain, ends, moves):
     strain : ndarray, shape (n,)
         Before the movement.
     ends, moves : ndarray, shape (n, 2, 3)
-        Places after the movement, and the movement. [m]
+        Positions after the movement, and the movement. [m]
     """
     step = moves[:, 1] - moves[:, 0]
     still = ~step.any(axis=-1)
     vector = span.frame[..., 0, :] * span.chord[:, None] + step
     chord = np.where(still, span.chord, np.sqrt((vector**2).sum(axis=-1)))
-    longer = ((vector + (vector - step)) * step).sum(axis=-1) / (chord + span.chord)
-    first, last = ends[:, 0], ends[:, 1]
-    moved = Span.between(first, last, span.axial_stiffness, span.mass, span.gravity, chord=chord).broadcast()
-    return moved, strain + longer * (1 + strain) / span.chord
+    chord_change = ((vector + (vector - step)) * step).sum(axis=-1) / (chord + span.chord)
+    end_1, end_2 = ends[:, 0], ends[:, 1]
+    moved_span = Span.between(end_1, end_2, span.axial_stiffness, span.mass, span.gravity, chord=chord).broadcast()
+    return moved_span, strain + chord_change * (1 + strain) / span.chord
 
 
-def _in_wind(span, ends, wind):
+def _with_uniform_drag(span, ends, wind):
     """Cables whose uniform load is weight and wind together: along another direction than the vertical.
 
     Those without wind are as in a batch without it, to the last digit.
@@ -319,18 +331,19 @@ def _in_wind(span, ends, wind):
     wind : ndarray, shape (n, 3)
         Force of the steady wind per unstretched length, global axes. [N/m]
     """
-    blown = wind.any(axis=-1)
+    in_wind = wind.any(axis=-1)
     load = (span.mass * span.gravity)[:, None] * UP - wind
-    size = np.sqrt((load**2).sum(axis=-1))
-    gravity = np.where(blown, size / span.mass, span.gravity)
-    vertical = np.where((blown & (size > 0))[:, None], load / np.where(size > 0, size, 1.0)[:, None], UP)
-    first, last = ends[:, 0], ends[:, 1]
+    magnitude = np.sqrt((load**2).sum(axis=-1))
+    gravity = np.where(in_wind, magnitude / span.mass, span.gravity)
+    direction = load / np.where(magnitude > 0, magnitude, 1.0)[:, None]
+    vertical = np.where((in_wind & (magnitude > 0))[:, None], direction, UP)
+    end_1, end_2 = ends[:, 0], ends[:, 1]
     turned = Span.between(
-        first, last, span.axial_stiffness, span.mass, gravity, chord=span.chord, vertical=vertical
+        end_1, end_2, span.axial_stiffness, span.mass, gravity, chord=span.chord, vertical=vertical
     ).broadcast()
     return replace(
         turned,
-        cosine=np.where(blown, turned.cosine, span.cosine),
-        sine=np.where(blown, turned.sine, span.sine),
-        level=np.where(blown[:, None], turned.level, span.level),
+        cosine=np.where(in_wind, turned.cosine, span.cosine),
+        sine=np.where(in_wind, turned.sine, span.sine),
+        level=np.where(in_wind[:, None], turned.level, span.level),
     )

@@ -15,21 +15,21 @@ from cablestudy.study.status import OK
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
 
-ALONG = [find(name).field for name in ("max_tension", "angle_1", "angle_2")]  # of the cable
+OF_CABLE = [find(name).field for name in ("max_tension", "angle_1", "angle_2")]
 
 
 @dataclass(frozen=True)
 class LoadPath:
-    """Places of a load that travels.
+    """Positions of a load that travels along a cable, with the equilibrium in each.
 
     Attributes
     ----------
     name : str
         Of the load.
     cables : list of LoadedCable
-        The cable with the load in each place that has an answer.
+        The cable with the load in each position that has an answer.
     table : Table
-        A row for each place, by its share of the unstretched length.
+        A row for each position, by its share of the unstretched length.
     failures : list of str
         Why rows lack an answer, or a clearance.
     """
@@ -40,7 +40,7 @@ class LoadPath:
     failures: list
 
 
-def load_path(document, scene, asked):
+def load_path(document, scene, option):
     """The `LoadPath` of a load of a scene.
 
     Parameters
@@ -48,8 +48,8 @@ def load_path(document, scene, asked):
     document : Document
     scene : CableScene or SuspensionScene
         The same in SI.
-    asked : str
-        Name of the load, `load1` or `CABLE.load1`, and after a colon how many places: 39 by default.
+    option : str
+        Name of the load, `load1` or `CABLE.load1`, and after a colon the number of positions: 39 by default.
 
     Raises
     ------
@@ -58,20 +58,20 @@ def load_path(document, scene, asked):
     NoSolutionError, ConvergenceError
         There is no reference state.
     """
-    name, count = _read(asked, scene.load_paths)
+    name, count = _load_and_count(option, scene.load_paths)
     kind, cable = kind_of(scene), name.rpartition(".")[0]
     frozen, path = read_scene(read_document(kind.freeze(document, scene))), scene.load_paths[name]
     load, fractions = frozen.value_at(path), [(k + 1) / (count + 1) for k in range(count)]
     cables, rows, failures = [], [], {}
     for fraction in fractions:
-        row, moved = {"fraction": fraction}, load.model_copy(update={"at": None, "fraction": fraction})
+        row, load_at_fraction = {"fraction": fraction}, load.model_copy(update={"at": None, "fraction": fraction})
         try:
-            found = kind.loaded_cables(kind.case(frozen.with_value(path, moved)))
-            hanging = next((one for one in found if one.name == cable), None)
-            if hanging is None:  # a load case without it
+            loaded_cables = kind.loaded_cables(kind.case(frozen.with_value(path, load_at_fraction)))
+            loaded_cable = next((loaded for loaded in loaded_cables if loaded.name == cable), None)
+            if loaded_cable is None:  # a load case without it
                 raise NoSolutionError(f"{cable} is not there")
-            row |= _row(hanging, name)
-            cables.append(hanging)
+            row |= _row(loaded_cable, name)
+            cables.append(loaded_cable)
             status = NO_GROUND if lacks_clearance(row) else OK
         except (NoSolutionError, ConvergenceError) as error:
             status = str(error)
@@ -79,33 +79,35 @@ def load_path(document, scene, asked):
             failures.setdefault(status, []).append(f"{fraction:.4g}")
         rows.append(row | {"status": status})
     texts = [
-        f"{name} at {first_of(where, STUDY.listed_places)} of the length: {status}"
-        for status, where in failures.items()
+        f"{name} at {first_of(positions, STUDY.listed_places)} of the length: {status}"
+        for status, positions in failures.items()
     ]
     return LoadPath(name, cables, _table(rows), texts)
 
 
-def _read(asked, names):
-    """Name of a load and number of places."""
-    name, colon, count = asked.partition(":")
+def _load_and_count(option, names):
+    """Name of a load and number of positions; SceneError where one of them is wrong."""
+    name, colon, count = option.partition(":")
     if name not in names:
-        raise SceneError(f"--locus {asked}: no such load ({suggestion(name, list(names))})")
-    number = int(count) if re.fullmatch(r"[0-9]{1,4}", count) else 0
-    if colon and not 0 < number <= STUDY.most_load_places:
+        raise SceneError(f"--locus {option}: no such load ({suggestion(name, list(names))})")
+    position_count = int(count) if re.fullmatch(r"[0-9]{1,4}", count) else 0
+    if colon and not 0 < position_count <= STUDY.most_load_places:
         raise SceneError(
-            f"--locus {asked}: how many places: expected a whole number from 1 to {STUDY.most_load_places}"
+            f"--locus {option}: how many places: expected a whole number from 1 to {STUDY.most_load_places}"
         )
-    return name, number or STUDY.load_places
+    return name, position_count or STUDY.load_places
 
 
 def _row(cable, name):
     """Cells of a load on its cable, and of the cable."""
-    own = dict(zip(cable.load_names, cable.rows(), strict=True))[name]
+    cells_of_load = dict(zip(cable.load_names, cable.rows(), strict=True))[name]
     angles = [float(find(column).compute(cable)) for column in ("angle_1", "angle_2")]
-    return own | dict(zip((field.name for field in ALONG), (float(cable.form.max_tension), *angles), strict=True))
+    cells_of_cable = zip([field.name for field in OF_CABLE], (float(cable.form.max_tension), *angles), strict=True)
+    return cells_of_load | dict(cells_of_cable)
 
 
 def _table(rows):
-    on_both_sides = [FIELDS["tension_1"], FIELDS["tension_2"]]  # of which the largest is along the cable
-    own = [field for field in fields_in(rows) if field not in on_both_sides]
-    return Table((Field("fraction", "fraction", label=True), *own, *ALONG, STATUS), rows)
+    """Table of the rows, without the tensions on both sides of the load: `max_tension` is the larger one."""
+    on_both_sides = [FIELDS["tension_1"], FIELDS["tension_2"]]
+    fields_of_load = [field for field in fields_in(rows) if field not in on_both_sides]
+    return Table((Field("fraction", "fraction", label=True), *fields_of_load, *OF_CABLE, STATUS), rows)

@@ -28,13 +28,13 @@ MILLI = 1e3
 
 @dataclass(frozen=True)
 class TimeOptions:
-    """Options of the command as numbers: SceneError for those that are wrong, or have no effect."""
+    """Options of the command, and their numbers; SceneError for those that are wrong, or have no effect."""
 
     duration: str  # DURATION, or DURATION:COUNT
     input: str | None = None
     size: str | None = None
     length: str | None = None  # of a gust
-    output: str | None = None  # what is shown of the measured coordinates
+    output: str | None = None  # measured coordinate that is shown
 
     def __post_init__(self):
         if self.length is not None and self.input != "gust":
@@ -53,6 +53,7 @@ class TimeOptions:
 
     @cached_property
     def _end_and_count(self):
+        """Last point of time [s] and number of rows of the table."""
         text, colon, count = self.duration.partition(":")
         option = f"--time {self.duration}"
         end = within(option, read_positive(option, text, "s"), STUDY.durations, "s")
@@ -69,7 +70,7 @@ class TimeOptions:
 
     @cached_property
     def stated_length(self):
-        """[s], or None."""
+        """Length of a gust that --length states, or None. [s]"""
         return None if self.length is None else read_positive(f"--length {self.length}", self.length, "s")
 
     def gust(self, wind, turbulence):
@@ -80,18 +81,19 @@ class TimeOptions:
         if self.input == "wind":
             return Input(f"the wind rises by {size:.4g} m/s at once", "m/s", *_step(size, self.times))
         length = self.stated_length or wind.length_scale / wind.speed
-        within("--length of the gust", length, [part * self.times[-1] for part in STUDY.gust_lengths], "s")
-        what, phase = f"a 1-cosine gust of {size:.4g} m/s within {length:.4g} s", self.times / length
-        driving = np.where(phase < 1, size / 2 * (1 - np.cos(2 * np.pi * phase)), 0.0)
-        return Input(what, "m/s", size, time_response.gust(1.0, length), driving)
+        within("--length of the gust", length, [bound * self.times[-1] for bound in STUDY.gust_lengths], "s")
+        description, phase = f"a 1-cosine gust of {size:.4g} m/s within {length:.4g} s", self.times / length
+        values = np.where(phase < 1, size / 2 * (1 - np.cos(2 * np.pi * phase)), 0.0)
+        return Input(description, "m/s", size, time_response.gust(1.0, length), values)
 
-    def step(self, what, unit="m"):
-        """`Input` of a step of a displacement [m], or a rotation [rad]."""
+    def step(self, moving_part, unit="m"):
+        """`Input` of a step of a displacement [m], or a rotation [rad], of a part that `moving_part` names."""
         size = self.size_or(STUDY.winch_step, unit)
-        return Input(f"{what} by {MILLI * size:.4g} m{unit} at once", f"m{unit}", *_step(size, self.times))
+        return Input(f"{moving_part} by {MILLI * size:.4g} m{unit} at once", f"m{unit}", *_step(size, self.times))
 
 
 def _step(size, times):
+    """`size`, `components` and `values` of an `Input` that is a step."""
     return size, time_response.step(1.0), np.full(len(times), size)
 
 
@@ -109,14 +111,14 @@ class Input:
     Attributes
     ----------
     what : str
-        In words.
+        Description in words.
     unit : str
-        In which it is shown: mm, mrad or m/s.
+        For tables and pictures: mm, mrad or m/s.
     size : float
         [m], [rad] or [m/s]
     components : list of time_response.Component
         For a size of one.
-    driving : ndarray, shape (m,)
+    values : ndarray, shape (m,)
         The input at the points of time. [m], [rad] or [m/s]
     """
 
@@ -124,12 +126,12 @@ class Input:
     unit: str
     size: float
     components: list
-    driving: np.ndarray
+    values: np.ndarray
 
     @property
-    def shown(self):
-        """In its unit, shape (m,)."""
-        return self.driving * (MILLI if self.unit != "m/s" else 1.0)
+    def values_in_unit(self):
+        """The input at the points of time in `unit`, shape (m,)."""
+        return self.values * (MILLI if self.unit != "m/s" else 1.0)
 
 
 @dataclass(frozen=True)
@@ -140,20 +142,20 @@ class TimeCase:
     ----------
     options : TimeOptions
     input : Input
-    found : TimeResponse
+    response : TimeResponse
     gain : float
         Of the loop. [rad/s]
     name, unit : str
-        Of what is measured; the unit mm or mrad.
+        Of the measured coordinate; the unit mm or mrad.
     winches : tuple of str
         Their names.
     remarks : tuple of str
-        What else is to be known.
+        On approximations, and warnings.
     """
 
     options: TimeOptions
     input: Input
-    found: object
+    response: object
     gain: float
     name: str
     unit: str
@@ -162,52 +164,53 @@ class TimeCase:
 
     @property
     def time(self):
-        """Shape (m,). [s]"""
+        """Points of time, shape (m,). [s]"""
         return self.options.times
 
     @property
     def busiest(self):
         """Number of the winch that moves most."""
-        return int(np.abs(self.found.winch).max(axis=0).argmax())
+        return int(np.abs(self.response.winch).max(axis=0).argmax())
 
     @cached_property
     def step(self):
-        """The `StepResponse` of what is measured; None in a gust, without a loop, or where nothing moves."""
-        kept = None if self.options.input == "gust" else self.found.final
-        return None if kept is None else step_response(self.time, self.found.measured, kept)
+        """`StepResponse` of the measured coordinate; None in a gust, without a loop, or where nothing moves."""
+        final = None if self.options.input == "gust" else self.response.final
+        return None if final is None else step_response(self.time, self.response.measured, final)
 
     @property
     def notes(self):
-        """Notes on what happens, and on the error: list of str."""
-        found, winch = self.found, self.busiest
-        moved = f"{self.name}: at most {self._largest(found.measured)}"
-        if found.open_loop is not None:
-            moved += f"; without the loop {self._largest(found.open_loop)}"
-        speed = MILLI * np.abs(found.winch_speed[:, winch]).max()
+        """Notes on input, largest displacements, speeds and error: list of str."""
+        response, winch = self.response, self.busiest
+        largest_displacement = f"{self.name}: at most {self._largest(response.measured)}"
+        if response.open_loop is not None:
+            largest_displacement += f"; without the loop {self._largest(response.open_loop)}"
+        speed = MILLI * np.abs(response.winch_speed[:, winch]).max()
         return [
             f"input: {self.input.what}",
-            moved,
+            largest_displacement,
             *([] if self.step is None else [f"{self.name}: {step_words(self.step, self.options.times)}"]),
-            f"{self.winches[winch]}: at most {self._largest(found.winch[:, winch], 'mm')}, and {speed:.4g} mm/s",
-            f"estimated error by modes left out: {found.error:.1e} of the largest displacement",
+            f"{self.winches[winch]}: at most {self._largest(response.winch[:, winch], 'mm')}, and {speed:.4g} mm/s",
+            f"estimated error by modes left out: {response.error:.1e} of the largest displacement",
             *self.remarks,
         ]
 
     def _largest(self, value, unit=None):
-        place = int(np.argmax(np.abs(value)))
-        return f"{MILLI * value[place]:.4g} {unit or self.unit} at {self.time[place]:.4g} s"
+        """Text of the largest value over time, of shape (m,) [m] or [rad], and its time."""
+        index = int(np.argmax(np.abs(value)))
+        return f"{MILLI * value[index]:.4g} {unit or self.unit} at {self.time[index]:.4g} s"
 
 
 def step_words(step, time):
-    """A `StepResponse` in words, with the points of time [s] from which it is."""
+    """A `StepResponse` in words; `time` are the points of time by which it was computed. [s]"""
     settling = f"not within {time[-1]:.4g} s" if step.settling_time is None else f"{step.settling_time:.4g} s"
     if step.taken_back:
         words = f"settling time {settling} (to 2 % of the largest displacement)"
     else:
         rise = f"not within {time[-1]:.4g} s" if step.rise_time is None else f"{step.rise_time:.4g} s"
         words = f"overshoot {100 * step.overshoot:.3g} %, rise time {rise} (10 to 90 %), settling time {settling} (2 %)"
-    coarse = f"; steps of {time[1]:.3g} s are too long for these numbers: --time with a shorter duration, or more rows"
-    return words + ("" if step.resolved else coarse)
+    remark = f"; steps of {time[1]:.3g} s are too long for these numbers: --time with a shorter duration, or more rows"
+    return words + ("" if step.resolved else remark)
 
 
 def time_case(document, scene, closed_loop, options, names=None, wind_keys=("wind",)):
@@ -223,9 +226,9 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
         With a stable loop.
     options : TimeOptions
     names : dict, optional
-        Those of the user for winches, references and outputs of the plant that have others there.
+        Name in the plant -> name for the user, of winches, references and outputs where they differ.
     wind_keys : sequence of str
-        Without which no wind acts on it.
+        Keys of the scene without which no wind acts on it.
 
     Raises
     ------
@@ -233,33 +236,35 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
         An unknown input or output, or the scene has no wind for it.
     """
     names = names or {}
+    # name for the user -> name of the input in the plant
     winches = {names.get(key := f"winch.{name}", key): key for name in closed_loop.scene.winches}
     references = {names.get(key := f"reference.{name}", key): key for name in closed_loop.measured}
     outputs = [names.get(key := f"{closed_loop.body_name}.{name}", key) for name in closed_loop.measured]
     kind = options.input or next(iter(winches))
     number_of("--input", kind, [*winches, *references, *OF_WIND])
-    shown = number_of("--output", options.output, outputs) if options.output else 0
+    output_number = number_of("--output", options.output, outputs) if options.output else 0
     if kind in references and not options.output:
-        shown = list(references).index(kind)
+        output_number = list(references).index(kind)
     if kind in OF_WIND:
         for key in wind_keys:
             if attribute(scene, key) is None:
                 raise missing(document, key, f"loop --input {kind}")
-        asked, driven = options.gust(scene.wind, closed_loop.scene.wind.turbulence[0]), WIND_INPUT
+        driving_input, input_name = options.gust(scene.wind, closed_loop.scene.wind.turbulence[0]), WIND_INPUT
     elif kind in references:
         coordinate = references[kind].removeprefix("reference.")
-        asked, driven = options.step(f"the {kind} moves", unit_of(coordinate)), references[kind]
+        driving_input, input_name = options.step(f"the {kind} moves", unit_of(coordinate)), references[kind]
     else:
-        driven = winches[kind]
-        reels = closed_loop.scene.winches[driven.removeprefix("winch.")].direction is None
-        asked = options.step(f"{kind} reels in" if reels else f"the {kind} moves")
-    output = closed_loop.measured_outputs[shown]
-    found = in_time(closed_loop, output, driven, asked.components, options.times).times(asked.size)
+        input_name = winches[kind]
+        is_reel = closed_loop.scene.winches[input_name.removeprefix("winch.")].direction is None
+        driving_input = options.step(f"{kind} reels in" if is_reel else f"the {kind} moves")
+    output = closed_loop.measured_outputs[output_number]
+    of_unit_input = in_time(closed_loop, output, input_name, driving_input.components, options.times)
+    response = of_unit_input.times(driving_input.size)
     dampings = [cable.damping for cable in closed_loop.scene.cables.values()]
     delayed_up_to = 0.0 if closed_loop.loop.slight_delay else closed_loop.loop.right_up_to
-    remarks = remarks_of(closed_loop.scene.control, delayed_up_to, found, dampings)
-    unit = f"m{unit_of(closed_loop.measured[shown])}"
-    return TimeCase(options, asked, found, closed_loop.loop.gain, outputs[shown], unit, tuple(winches), remarks)
+    remarks = remarks_of(closed_loop.scene.control, delayed_up_to, response, dampings)
+    measured = outputs[output_number], f"m{unit_of(closed_loop.measured[output_number])}"
+    return TimeCase(options, driving_input, response, closed_loop.loop.gain, *measured, tuple(winches), remarks)
 
 
 def in_time(closed_loop, output, input_, components, times):
@@ -285,19 +290,19 @@ def in_time(closed_loop, output, input_, components, times):
         The state space overflows.
     """
     plant = closed_loop.plant
-    whole = plant.viscous_motion
-    found = [
-        _responses(closed_loop, motion, space, output, input_, components, times)
-        for motion, space in ((whole, None), (whole.within(plant.coarse_space), plant.coarse_space))
+    all_coordinates = plant.viscous_motion
+    results = [
+        _response_in_space(closed_loop, motion, space, output, input_, components, times)
+        for motion, space in ((all_coordinates, None), (all_coordinates.within(plant.coarse_space), plant.coarse_space))
     ]
-    found = loop_response.compared(*found)
+    results = loop_response.compared(*results)
     if closed_loop.loop.gain:
-        return found
-    return replace(found, winch=np.zeros_like(found.winch), winch_speed=np.zeros_like(found.winch_speed))
+        return results
+    return replace(results, winch=np.zeros_like(results.winch), winch_speed=np.zeros_like(results.winch_speed))
 
 
 def unit_of(coordinate):
-    """Of a measured coordinate: m or rad."""
+    """Unit of a measured coordinate: m or rad."""
     return "rad" if coordinate in ROTATIONS else "m"
 
 
@@ -306,27 +311,35 @@ def uniform_gust(gusts):
     return gusts.directions[0] @ gusts.uniform
 
 
-def _responses(closed_loop, motion, space, output, input_, components, times):
-    """`TimeResponse` with the motion, or with that in a space of its coordinates."""
+def _response_in_space(closed_loop, motion, space, output, input_, components, times):
+    """`TimeResponse` of a linear system, of all coordinates or of those in a subspace; others as of `in_time`.
+
+    Parameters
+    ----------
+    motion : LinearSystem
+        Of r coordinates.
+    space : ndarray, shape (n, r), or None
+        Basis of the subspace; None where all n coordinates are kept.
+    """
     loop = closed_loop.loop
     loads, allocation = np.zeros((len(closed_loop.motion), 1)), loop.allocation
     if closed_loop.gusts is not None:
-        along = uniform_gust(closed_loop.gusts)
-        loads[: len(along), 0] = along
+        gust_force = uniform_gust(closed_loop.gusts)
+        loads[: len(gust_force), 0] = gust_force
     if space is not None:
         loads, allocation = space.T @ loads, replace(allocation, measured=allocation.measured @ space)
     inputs, outputs = labels(closed_loop.layout, closed_loop.winches, closed_loop.markers)
     winches = inputs[: len(closed_loop.winches)]
-    size = len(motion) - sum(not one.wheel for one in closed_loop.actuators)
-    coordinates = tuple((f"coordinate_{k + 1}", MODAL) for k in range(size))
+    coordinate_count = len(motion) - sum(not actuator.wheel for actuator in closed_loop.actuators)
+    coordinates = tuple((f"coordinate_{k + 1}", MODAL) for k in range(coordinate_count))
     measured = tuple((name, unit_of(name)) for name in closed_loop.measured)
-    named = Labels(coordinates, winches, ((WIND_INPUT, "m/s"),), outputs, measured)
+    labels_of_space = Labels(coordinates, winches, ((WIND_INPUT, "m/s"),), outputs, measured)
     control = LinearControl(allocation, loop.gain, loop.notches, loop.law_space, loop.law_names)
-    closed = state_space(motion, loads, named, control, closed_loop.actuators, added=True)
-    alone = state_space(motion, loads, named, None, closed_loop.actuators)
-    reeled = [closed.output_names.index(name) for name, _ in winches]
-    places = closed.output_names.index(output), reeled, closed.input_names.index(input_)
-    return loop_response.responses(closed, alone, *places, components, times)
+    with_loop = state_space(motion, loads, labels_of_space, control, closed_loop.actuators, added=True)
+    without_loop = state_space(motion, loads, labels_of_space, None, closed_loop.actuators)
+    winch_outputs = [with_loop.output_names.index(name) for name, _ in winches]
+    numbers = with_loop.output_names.index(output), winch_outputs, with_loop.input_names.index(input_)
+    return loop_response.responses(with_loop, without_loop, *numbers, components, times)
 
 
 def remarks_of(drive, right_up_to, response, dampings):
@@ -358,26 +371,26 @@ def time_table(solved):
 
     Markdown has the winch that moves most.
     """
-    found, unit, name = solved.found, solved.unit, solved.name
+    response, unit, name = solved.response, solved.unit, solved.name
     of_wind = solved.input.unit == "m/s"
     columns = [
         (Field("time_s", "time", "s"), solved.time),
         (Field("wind_m_per_s", "wind", "m/s") if of_wind else Field(f"input_{solved.input.unit}", "input",
-         solved.input.unit), solved.input.shown),
-        (Field(f"{name}_{unit}", name, unit), MILLI * found.measured),
+         solved.input.unit), solved.input.values_in_unit),
+        (Field(f"{name}_{unit}", name, unit), MILLI * response.measured),
     ]  # fmt: skip
-    if found.open_loop is not None:
-        columns.append((Field(f"{name}_open_loop_{unit}", "open loop", unit), MILLI * found.open_loop))
-    for place, winch in enumerate(solved.winches):
-        hidden = place != solved.busiest
+    if response.open_loop is not None:
+        columns.append((Field(f"{name}_open_loop_{unit}", "open loop", unit), MILLI * response.open_loop))
+    for index, winch in enumerate(solved.winches):
+        hidden = index != solved.busiest
         columns += [
-            (Field(f"{winch}_mm", winch, "mm", hidden=hidden), MILLI * found.winch[:, place]),
-            (Field(f"{winch}_speed_mm_per_s", "speed", "mm/s", hidden=hidden), MILLI * found.winch_speed[:, place]),
+            (Field(f"{winch}_mm", winch, "mm", hidden=hidden), MILLI * response.winch[:, index]),
+            (Field(f"{winch}_speed_mm_per_s", "speed", "mm/s", hidden=hidden), MILLI * response.winch_speed[:, index]),
         ]
-    shown = np.stack([_rounded(value)[:: solved.options.every] for _, value in columns], axis=1)
-    return Table.of([field for field, _ in columns], shown.tolist())
+    rows = np.stack([_without_rounding(value)[:: solved.options.every] for _, value in columns], axis=1)
+    return Table.of([field for field, _ in columns], rows.tolist())
 
 
-def _rounded(value):
-    """The same without what is rounding of zero."""
+def _without_rounding(value):
+    """Values with zero in place of what is rounding."""
     return np.where(np.abs(value) > STUDY.time_rounding * np.abs(value).max(), value, 0.0)

@@ -54,7 +54,7 @@ def loop_table(document, scene, estimate=False):
 
 
 def has_loop(case):
-    """True if the loop gain of a case can be had, of an unstable loop too."""
+    """True if a case has a loop gain over frequency, which an unstable loop has too."""
     if not case.moves:  # refused before anything was computed
         return False
     try:
@@ -89,16 +89,16 @@ def resonances(closed_loop):
         system = residues((loop or closed_loop.motion).eigen, *by_forces(closed_loop.motion, forces, loop))
         system = replace(system, outputs=system.outputs[rows], direct=system.direct[rows])
         poles, residue = system.poles, np.abs(system.outputs.T * system.inputs)
-        above = poles.imag > 0
+        upper = poles.imag > 0
         with np.errstate(divide="ignore", invalid="ignore"):  # on an undamped pole
-            response = np.abs(np.diagonal(system.response(1j * np.abs(poles[above])), axis1=1, axis2=2))
-            shows = residue[above] > STUDY.cancelled_pole * np.abs(poles[above].real)[:, None] * response
-        resonant.append(poles[above][shows.any(axis=1)])
+            response = np.abs(np.diagonal(system.response(1j * np.abs(poles[upper])), axis1=1, axis2=2))
+            shows = residue[upper] > STUDY.cancelled_pole * np.abs(poles[upper].real)[:, None] * response
+        resonant.append(poles[upper][shows.any(axis=1)])
     return np.concatenate(resonant)
 
 
 def frequencies_of(closed_loop, span):
-    """Frequencies of a table: those of equal ratios that are asked for, and others beside the resonances. [Hz]
+    """Frequencies of a table: those of `span` at equal ratios, and others beside the resonances. [Hz]
 
     Parameters
     ----------
@@ -109,18 +109,21 @@ def frequencies_of(closed_loop, span):
     """
     low, high, count = span
     poles = resonances(closed_loop) / (2 * np.pi)
-    near = np.abs(poles)[:, None] + np.abs(poles.real)[:, None] * np.concatenate([-HALF_WIDTHS[1:], HALF_WIDTHS])
-    near = near[(near > low) & (near < high)]
-    return np.unique(np.concatenate([np.geomspace(low, high, count), near]))
+    near_poles = np.abs(poles)[:, None] + np.abs(poles.real)[:, None] * np.concatenate([-HALF_WIDTHS[1:], HALF_WIDTHS])
+    near_poles = near_poles[(near_poles > low) & (near_poles < high)]
+    return np.unique(np.concatenate([np.geomspace(low, high, count), near_poles]))
 
 
 def drawn_frequencies(closed_loop, span):
-    """Frequencies of a picture: as close as the margins are looked for, and in even steps around the circle that L
-    describes near each pole. [Hz]"""
+    """Frequencies of a picture: those at which margins are searched, and even steps around the circles of L. [Hz]
+
+    Parameters as of `frequencies_of`; L describes a circle near each pole.
+    """
     low, high, _ = span
-    around = around_poles(resonances(closed_loop))
-    close = np.concatenate([closed_loop.gains.frequencies(closed_loop.loop.gain), around]) / (2 * np.pi)
-    return np.unique(np.concatenate([frequencies_of(closed_loop, span), close[(close > low) & (close < high)]]))
+    on_circles = around_poles(resonances(closed_loop))
+    dense = np.concatenate([closed_loop.gains.frequencies(closed_loop.loop.gain), on_circles]) / (2 * np.pi)
+    dense = dense[(dense > low) & (dense < high)]
+    return np.unique(np.concatenate([frequencies_of(closed_loop, span), dense]))
 
 
 def around_poles(poles):
@@ -136,19 +139,19 @@ def loop_gain(closed_loop, frequency):
 
 def curves(closed_loop, frequency):
     """Loop gain L, sensitivity S = (I + L)^-1 and complementary sensitivity T = S L, complex, shape (3, m, k, k)."""
-    value = loop_gain(closed_loop, frequency)
+    loop_gains = loop_gain(closed_loop, frequency)
     with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode L is infinite
-        difference = np.eye(value.shape[-1]) + value
-        sensitivity = np.linalg.inv(difference) if value.shape[-1] > 1 else 1 / difference
-        return np.stack([value, sensitivity, sensitivity @ value])
+        return_difference = np.eye(loop_gains.shape[-1]) + loop_gains
+        sensitivity = np.linalg.inv(return_difference) if loop_gains.shape[-1] > 1 else 1 / return_difference
+        return np.stack([loop_gains, sensitivity, sensitivity @ loop_gains])
 
 
 def singular_values(value):
     """Singular values of matrices, descending, shape (m, k); not a number where an entry is not finite."""
     finite = np.isfinite(value).all(axis=(-2, -1))
-    found = np.full(value.shape[:-1], np.nan)
-    found[finite] = np.linalg.svd(value[finite], compute_uv=False)
-    return found
+    values = np.full(value.shape[:-1], np.nan)
+    values[finite] = np.linalg.svd(value[finite], compute_uv=False)
+    return values
 
 
 def decibels(value):
@@ -170,13 +173,13 @@ def response_table(closed_loop, span):
     frequency, columns = frequencies_of(closed_loop, span), {}
     for name, value in zip(CURVES, curves(closed_loop, frequency), strict=True):
         title = name.replace("_", " ")
-        sizes = decibels(singular_values(value)).T
-        if len(sizes) == 1:
-            columns[Field(f"{name}_dB", title, "dB")] = sizes[0]
+        magnitudes = decibels(singular_values(value)).T
+        if len(magnitudes) == 1:
+            columns[Field(f"{name}_dB", title, "dB")] = magnitudes[0]
             columns[Field(f"{name}_phase_deg", f"{title} phase", "deg")] = Phase()(value[:, 0, 0])
         else:
-            columns[Field(f"{name}_largest_dB", f"{title} largest", "dB")] = sizes[0]
-            columns[Field(f"{name}_smallest_dB", f"{title} smallest", "dB")] = sizes[-1]
+            columns[Field(f"{name}_largest_dB", f"{title} largest", "dB")] = magnitudes[0]
+            columns[Field(f"{name}_smallest_dB", f"{title} smallest", "dB")] = magnitudes[-1]
     return over_frequency(frequency, columns)
 
 

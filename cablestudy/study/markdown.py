@@ -18,9 +18,9 @@ class TextGrid(NamedTuple):
     sides: list
     body: list
 
-    def columns(self, places):
-        """The Grid of some columns."""
-        heads, sides, *body = ([row[place] for place in places] for row in (self.heads, self.sides, *self.body))
+    def columns(self, indices):
+        """`TextGrid` of the columns with some indices."""
+        heads, sides, *body = ([row[index] for index in indices] for row in (self.heads, self.sides, *self.body))
         return TextGrid(heads, sides, body)
 
     def widths(self):
@@ -31,17 +31,17 @@ class TextGrid(NamedTuple):
 def whole(table):
     """Yield a table as text, its `digits` significant ones in each number, first and last rows of a long one."""
     fields = [field for field in table.fields if not field.hidden]
-    left_out = 0
+    omitted = 0
     if table.single:
         grid = _one_row(fields, table.rows[0], table.digits)
     elif table.across:
         grid = _side_by_side(fields, table.rows, table.across, table.digits)
     else:
-        rows, left_out = _ends(table.rows)
-        grid = _rows(fields, rows, left_out, table.digits)
+        rows, omitted = _first_and_last(table.rows)
+        grid = _rows(fields, rows, omitted, table.digits)
     yield rendered(grid, padding=2)
-    if left_out:
-        yield _note_on_rows(table, left_out)
+    if omitted:
+        yield _note_on_rows(table, omitted)
 
 
 def fitted(table, width):
@@ -60,62 +60,63 @@ def fitted(table, width):
     Returns
     -------
     text : str
-    left_out : list of str
+    omitted_fields : list of str
         Names of columns, without units; "printed values" for all of these.
     """
-    rows, omitted = _ends(table.rows)
-    fields = [field for field in table.fields if not field.hidden and not _says_nothing(field, rows)]
+    rows, omitted = _first_and_last(table.rows)
+    fields = [field for field in table.fields if not field.hidden and not _is_redundant(field, rows)]
     if table.single:
-        return _beside(_one_row(fields, rows[0], table.digits), width), []
+        return _in_blocks(_one_row(fields, rows[0], table.digits), width), []
     if table.across:
-        return _beside(_side_by_side(fields, rows, table.across, table.digits), width), []
+        return _in_blocks(_side_by_side(fields, rows, table.across, table.digits), width), []
     grid = _rows(fields, rows, omitted, table.digits)
     fitting = wrapped(grid, width)
     if fitting is None and 0 < len(rows) <= STUDY.few_rows:
-        names = fields[0].name if _names_rows(fields[0], rows) else ""
-        return _beside(_side_by_side(fields, rows, names, table.digits), width), []
-    fitting, places = (fitting, list(range(len(fields)))) if fitting else _narrowed(grid, fields, width)
-    text = rendered(fitting or grid.columns(places)) + (_note_on_rows(table, omitted) if omitted else "")
-    left_out = [field for place, field in enumerate(fields) if place not in places]
-    return text, list(dict.fromkeys("printed values" if field.printed else field.plain for field in left_out))
+        names = fields[0].name if _is_unique_text(fields[0], rows) else ""
+        return _in_blocks(_side_by_side(fields, rows, names, table.digits), width), []
+    fitting, indices = (fitting, list(range(len(fields)))) if fitting else _with_columns_left_out(grid, fields, width)
+    text = rendered(fitting or grid.columns(indices)) + (_note_on_rows(table, omitted) if omitted else "")
+    omitted_fields = [field for index, field in enumerate(fields) if index not in indices]
+    return text, list(dict.fromkeys("printed values" if field.printed else field.plain for field in omitted_fields))
 
 
-def _narrowed(grid, fields, width):
-    """The grid with wrapped heads and as many columns as fit, None where not one does; and the places of these.
+def _with_columns_left_out(grid, fields, width):
+    """The grid with wrapped heads and as many columns as fit, None where not one does; and the indices of these.
 
     Columns are left out from the right: printed values first, then secondary ones, and why a row failed last.
     """
 
-    def order(place):
-        field = fields[place]
-        return not field.printed, not field.secondary, bool(field.unless), -place
+    def order(index):
+        field = fields[index]
+        return not field.printed, not field.secondary, bool(field.unless), -index
 
-    fitting, places = wrapped(grid, width, heads=True), list(range(len(fields)))
-    for place in sorted(places[1:], key=order):
+    fitting, indices = wrapped(grid, width, heads=True), list(range(len(fields)))
+    for index in sorted(indices[1:], key=order):
         if fitting is None:
-            places.remove(place)
-            fitting = wrapped(grid.columns(places), width, heads=True)
-    return fitting, places
+            indices.remove(index)
+            fitting = wrapped(grid.columns(indices), width, heads=True)
+    return fitting, indices
 
 
-def _says_nothing(field, rows):
-    """Whether all cells of a column are the text with which it need not be shown."""
+def _is_redundant(field, rows):
+    """True if all cells of a column are the text with which it need not be shown, such as `ok`."""
     return field.unless and all(row.get(field.name) == field.unless for row in rows)
 
 
-def _names_rows(field, rows):
-    """Whether the texts of a column tell the rows apart."""
+def _is_unique_text(field, rows):
+    """True if the cells of a column are texts, all different, which can name the rows."""
     names = {row.get(field.name) for row in rows}
     return len(names) == len(rows) and all(isinstance(name, str) for name in names)
 
 
-def _ends(rows):
-    """The rows shown, first and last ones of many, and how many are left out between them."""
+def _first_and_last(rows):
+    """The rows shown, first and last ones of many, and the number of those left out between them."""
     left_out, half = max(0, len(rows) - STUDY.table_rows), STUDY.table_rows // 2
     return ([*rows[:half], *rows[-half:]] if left_out else list(rows)), left_out
 
 
 def _note_on_rows(table, left_out):
+    """Line of text on the rows that are left out in the middle of a table."""
     total, half = len(table.rows), STUDY.table_rows // 2
     return (
         f"\n{left_out} of {total} rows are left out here, from {half + 1} to {total - half}"
@@ -137,18 +138,18 @@ def _rows(fields, rows, left_out, digits):
 
 def _one_row(fields, row, digits):
     """One line for each quantity of a row that has a value."""
-    known = [field for field in fields if row.get(field.name) is not None]
-    cells = _columns(known, [row], digits)
-    body = [[field.title, cell, field.shown_unit] for field, (cell,) in zip(known, cells, strict=True)]
+    with_value = [field for field in fields if row.get(field.name) is not None]
+    cells = _columns(with_value, [row], digits)
+    body = [[field.title, cell, field.shown_unit] for field, (cell,) in zip(with_value, cells, strict=True)]
     return TextGrid(["quantity", "value", "unit"], ["left", "right", "left"], body)
 
 
 def _side_by_side(fields, rows, names, digits):
     """One line for each quantity and one column for each row; `names` is the field of their heads, or empty."""
     others = [field for field in fields if field.name != names]
-    known = [field for field in others if any(row.get(field.name) is not None for row in rows)]
-    columns = zip(known, _columns(known, rows, digits), strict=True)
-    heads = [str(row[names]) if names else f"row {place}" for place, row in enumerate(rows, 1)]
+    with_value = [field for field in others if any(row.get(field.name) is not None for row in rows)]
+    columns = zip(with_value, _columns(with_value, rows, digits), strict=True)
+    heads = [str(row[names]) if names else f"row {number}" for number, row in enumerate(rows, 1)]
     return TextGrid(
         ["quantity", *heads, "unit"],
         ["left", *["right"] * len(rows), "left"],
@@ -158,7 +159,7 @@ def _side_by_side(fields, rows, names, digits):
 
 def _columns(fields, rows, digits):
     """The cells of each field."""
-    return [[row[place] for row in _cells(fields, rows, digits)] for place in range(len(fields))]
+    return [[row[index] for row in _cells(fields, rows, digits)] for index in range(len(fields))]
 
 
 def _cells(fields, rows, digits):
@@ -168,20 +169,20 @@ def _cells(fields, rows, digits):
 
 
 def _side(name, rows):
-    """On which side the cells of a column stand: numbers on the right."""
+    """Alignment of the cells of a column: numbers `right`, texts `left`."""
     return "left" if not rows or any(isinstance(row.get(name), str) for row in rows) else "right"
 
 
-def _beside(grid, width):
-    """A Grid with one line for each quantity as text, its rows in as many tables as the width needs."""
+def _in_blocks(grid, width):
+    """Text of a grid with a line for each quantity and a column for each row, as several tables if it is too wide."""
     values = range(1, len(grid.heads) - 1)
-    for parts in range(1, len(values) + 1):
-        count = -(-len(values) // parts)
-        blocks = [(0, *values[begin : begin + count], len(grid.heads) - 1) for begin in range(0, len(values), count)]
-        fitting = [wrapped(grid.columns(places), width, STUDY.narrowest_column // 2) for places in blocks]
+    for block_count in range(1, len(values) + 1):
+        count = -(-len(values) // block_count)
+        blocks = [(0, *values[start : start + count], len(grid.heads) - 1) for start in range(0, len(values), count)]
+        fitting = [wrapped(grid.columns(indices), width, STUDY.narrowest_column // 2) for indices in blocks]
         if all(fitting):
             break
-    return "\n".join(rendered(block or grid.columns(places)) for block, places in zip(fitting, blocks, strict=True))
+    return "\n".join(rendered(block or grid.columns(indices)) for block, indices in zip(fitting, blocks, strict=True))
 
 
 def wrapped(grid, width, narrowest=STUDY.narrowest_column, heads=False):
@@ -202,24 +203,25 @@ def wrapped(grid, width, narrowest=STUDY.narrowest_column, heads=False):
     columns = list(zip(*grid.body, strict=True)) or [()] * len(grid.heads)
     widths = grid.widths()
     narrowest = min(narrowest, width // 3)
-    least = [_least_width(*column, narrowest) for column in zip(longest, columns, strict=True)]
+    least_widths = [_least_width(*column, narrowest) for column in zip(longest, columns, strict=True)]
     for _ in range(sum(widths) + 3 * len(widths) + 1 - width):
-        widest = max(range(len(widths)), key=lambda place: (widths[place] > least[place], widths[place]))
-        if widths[widest] == least[widest]:
+        widest = max(range(len(widths)), key=lambda index: (widths[index] > least_widths[index], widths[index]))
+        if widths[widest] == least_widths[widest]:
             return None
         widths[widest] -= 1
-    first, *more = ([head.replace("\xa0", " ") for head in line] for line in _lines_of(whole_units, widths))
-    return TextGrid(first, grid.sides, [*more, *chain.from_iterable(_lines_of(row, widths) for row in grid.body)])
+    first_line, *body = ([head.replace("\xa0", " ") for head in line] for line in _lines_of(whole_units, widths))
+    body += chain.from_iterable(_lines_of(row, widths) for row in grid.body)
+    return TextGrid(first_line, grid.sides, body)
 
 
 def _least_width(head, cells, narrowest):
     """The least width of a column whose texts may be wrapped, but no numbers."""
-    own = max(map(text_width, cells), default=0)
-    return max(text_width(head), min(own, narrowest) if any(map(_is_text, cells)) else own)
+    width_of_cells = max(map(text_width, cells), default=0)
+    return max(text_width(head), min(width_of_cells, narrowest) if any(map(_is_text, cells)) else width_of_cells)
 
 
 def _is_text(cell):
-    """Whether a cell is neither empty nor a number."""
+    """True if a cell is neither empty nor a number."""
     try:
         float(cell or 0)
     except ValueError:
@@ -228,20 +230,20 @@ def _is_text(cell):
 
 
 def _on_two_lines(head):
-    """The longer half of a head that is divided between two words, as short as can be."""
+    """The longer line of a head on two lines, divided between the words where that line is shortest."""
     words = head.split(" ")
-    halves = [max(" ".join(words[:place]), " ".join(words[place:]), key=text_width) for place in range(1, len(words))]
+    halves = [max(" ".join(words[:index]), " ".join(words[index:]), key=text_width) for index in range(1, len(words))]
     return min((head, *halves), key=text_width)
 
 
 def _lines_of(row, widths):
     """The cells of a row on as many lines as their widths need: list of rows."""
-    lines = [wrap(cell, own) if text_width(cell) > own else [cell] for cell, own in zip(row, widths, strict=True)]
+    lines = [wrap(cell, width) if text_width(cell) > width else [cell] for cell, width in zip(row, widths, strict=True)]
     return [list(cells) for cells in zip_longest(*lines, fillvalue="")]
 
 
 def rendered(grid, padding=0):
-    """A Grid as text, without line breaks in its cells; columns are at least `padding` wider than their heads."""
+    """A grid as Markdown, without line breaks in its cells; columns are at least `padding` wider than their heads."""
     import tabulate
 
     tabulate.MIN_PADDING = padding
@@ -253,7 +255,7 @@ def text_width(text):
     """Characters that a text takes on a terminal."""
     if text.isascii():
         return len(text)
-    return sum(0 if combining(one) else 2 if east_asian_width(one) in "WF" else 1 for one in text)
+    return sum(0 if combining(character) else 2 if east_asian_width(character) in "WF" else 1 for character in text)
 
 
 # --------------------------------------------------------------------------------------------------------- cells
@@ -269,7 +271,7 @@ def _digits(values, least):
 
 
 def _cell(field, row, digits):
-    """A cell; of a difference from a printed value, both."""
+    """Text of a cell; of a difference from a printed value, both the value and the difference."""
     if not field.printed:
         return short(field.shown(row), digits).replace("|", "\\|")
     printed, difference = row.get(field.printed), row.get(field.name)
@@ -279,7 +281,7 @@ def _cell(field, row, digits):
 
 
 def short(value, digits=STUDY.table_digits):
-    """A cell with so many significant digits, without an exponent from 1e-4 to 1e8."""
+    """Text of a value with so many significant digits, without an exponent from 1e-4 to 1e8."""
     if value is None:
         return ""
     if not isinstance(value, float):
@@ -293,7 +295,7 @@ def short(value, digits=STUDY.table_digits):
 
 
 def signed(value):
-    """A difference with its sign, two significant digits."""
+    """Text of a difference with its sign, two significant digits."""
     if value == 0:
         return "0"
     text = f"{value:+.2g}"

@@ -1,4 +1,4 @@
-"""Elements of many cables on one mesh, in equilibrium, and their motion; and of which mesh a case is."""
+"""Elements of many cables on one mesh, in equilibrium, and their motion; and the mesh of a case."""
 
 from functools import cached_property
 
@@ -37,8 +37,8 @@ class BatchElements:
     def dynamics(self, planes):
         """`Dynamics` of all cables."""
         if planes not in self._dynamics:
-            few = self.record is None  # other levels follow
-            self._dynamics[planes] = Dynamics(self.state, planes, few)
+            only_requested = self.record is None  # other levels of the error estimate follow
+            self._dynamics[planes] = Dynamics(self.state, planes, only_requested)
         return self._dynamics[planes]
 
     def ends(self, planes):
@@ -55,12 +55,12 @@ class BatchElements:
             self._stiffness[planes, axis] = stiffness.tolist()
         return self._stiffness[planes, axis]
 
-    def take(self, places):
-        """Those of some cables, shape (m,)."""
-        if len(places) == len(self.span.chord):
+    def take(self, indices):
+        """`BatchElements` of the cables at some indices, shape (m,)."""
+        if len(indices) == len(self.span.chord):
             return self
-        record = self.record and self.record.of(places)
-        return BatchElements(self.state.take(places), record, self.span.take(places), self._elements)
+        record = self.record and self.record.of(indices)
+        return BatchElements(self.state.take(indices), record, self.span.take(indices), self._elements)
 
     @cached_property
     def wave_time(self):
@@ -70,8 +70,8 @@ class BatchElements:
         """
         state, span = self.state, self.span
         force = state.tension * state.force[:, None, None]
-        slow = np.sqrt(span.mass[:, None, None] * state.stretch / force)
-        time = (state.mesh.point_weights * slow).sum(axis=-1).max(axis=-1)
+        slowness = np.sqrt(span.mass[:, None, None] * state.stretch / force)
+        time = (state.mesh.point_weights * slowness).sum(axis=-1).max(axis=-1)
         # elements of one piece follow each other and are alike
         return (span.unstretched_length * time * self._elements).tolist()
 
@@ -79,8 +79,8 @@ class BatchElements:
     def turn(self):
         """Largest angle between the tangent at end 1 and the tangent elsewhere, of each cable. [rad]"""
         direction = self.state.direction
-        apart = direction - direction[:, :1, :1]
-        return np.sqrt((apart**2).sum(axis=-1).max(axis=(-2, -1))).tolist()
+        difference = direction - direction[:, :1, :1]
+        return np.sqrt((difference**2).sum(axis=-1).max(axis=(-2, -1))).tolist()
 
 
 class CableElements:
@@ -89,12 +89,12 @@ class CableElements:
     Parameters
     ----------
     models : BatchElements
-    place : int
+    index : int
         Of the cable among them.
     """
 
-    def __init__(self, models, place):
-        self._models, self._place = models, place
+    def __init__(self, models, index):
+        self._models, self._index = models, index
 
     @property
     def mesh(self):
@@ -104,34 +104,34 @@ class CableElements:
     @cached_property
     def state(self):
         """`State` of the elements."""
-        return self._models.state.take(self._place)
+        return self._models.state.take(self._index)
 
     @property
     def convergence(self):
-        """How the statics of the elements were found; None for the closed form."""
-        return self._models.record and self._models.record.of(self._place)
+        """`Record` of the iteration to equilibrium; None where the elements lie on the closed form."""
+        return self._models.record and self._models.record.of(self._index)
 
     def dynamics(self, planes):
         """`Dynamics` of this cable; its modes are computed with those of the others."""
-        return self._models.dynamics(planes).take(self._place)
+        return self._models.dynamics(planes).take(self._index)
 
     def end_model(self, planes, damping):
         """`Superelement` of this cable."""
-        return self._models.ends(planes).model(damping, self._place)
+        return self._models.ends(planes).model(damping, self._index)
 
     def end_stiffness_along(self, planes, axis):
         """Static stiffness of end 2 along x, y or z, see `BatchElements`. [N/m]"""
-        return self._models.end_stiffness_along(planes, axis)[self._place]
+        return self._models.end_stiffness_along(planes, axis)[self._index]
 
     @property
     def wave_time(self):
         """Travel time of a transverse wave along the longest smooth piece, see `BatchElements`. [s]"""
-        return self._models.wave_time[self._place]
+        return self._models.wave_time[self._index]
 
     @property
     def turn(self):
         """Largest angle between the tangent at end 1 and another one, see `BatchElements`. [rad]"""
-        return self._models.turn[self._place]
+        return self._models.turn[self._index]
 
 
 def mesh_of(case):
@@ -143,15 +143,15 @@ def mesh_of(case):
         No equilibrium, a cable that hangs folded, more loads than elements, or more nodes than `fixed_nodes`.
     """
     results, index = case.results, case.index
-    pieces, carried = results.pieces(index), case.span.point_masses
+    pieces, point_masses = results.pieces(index), case.span.point_masses
     if case.level is not None:
         elements, order = case.level
         if len(pieces) == 2:
-            return mesh_pieces(pieces, (elements,), order, point_masses=carried)
+            return mesh_pieces(pieces, (elements,), order, point_masses=point_masses)
         # on each piece as many as its share of the waves needs
         shares = results.travel_shares(index, pieces) if elements > 1 else [1.0] * (len(pieces) - 1)
-        return mesh_pieces(pieces, counts_of_pieces(elements, shares), order, point_masses=carried)
-    return fixed_mesh(results, index, carried)
+        return mesh_pieces(pieces, counts_of_pieces(elements, shares), order, point_masses=point_masses)
+    return fixed_mesh(results, index, point_masses)
 
 
 def fixed_mesh(results, case, carried=()):
@@ -184,14 +184,14 @@ def model_of(case):
 
     Returns
     -------
-    Model
+    CableElements
 
     Raises
     ------
     NoSolutionError, ConvergenceError
         There are none.
     """
-    models = _solved(case.results, [case.index], mesh_of(case), case.level)
+    models = _solve_group(case.results, [case.index], mesh_of(case), case.level)
     if models.record is not None and not models.record.converged[0]:
         raise equilibrium.refusal(models.record.of(0), models.state.mesh)
     return CableElements(models, 0)
@@ -203,27 +203,28 @@ def numbers_of(model):
     return nodes * min(3 * nodes, STUDY.modes_at_ends)
 
 
-def give_elements(cases, found):
-    """Let cases have the elements that were solved for their statics, where their motion needs no others.
+def give_elements(cases, groups):
+    """Set the models of cases to the elements that were solved for their statics, where their motion needs no others.
 
     Parameters
     ----------
     cases : dict
         Number in the batch -> Case.
-    found : list of (ndarray of int, ElementResults)
+    groups : list of (ndarray of int, ElementResults)
         Numbers in the batch, and their elements.
     """
-    for numbers, elements in found:
+    for numbers, elements in groups:
         batch = elements.models
         if len(numbers) > 1 and 3 * (batch.state.mesh.nodes - 2) > CABLE.cheap_freedoms:
             continue
-        for place, number in enumerate(numbers.tolist()):
+        for index, number in enumerate(numbers.tolist()):
             case = cases.get(number)
             if case is not None and not case.span.point_masses:
-                _give(case, CableElements(batch, place))
+                _set_model(case, CableElements(batch, index))
 
 
-def _give(case, elements):
+def _set_model(case, elements):
+    """Set the model of a case, also for equal cases in its cache."""
     case.model = elements
     cable, key = case.key_of("model")
     case.cache.results(cable, case.size)[key] = elements
@@ -241,28 +242,28 @@ def solve_models(cases):
     """
     groups, seen = {}, set()
     for case in cases:
-        where = case.key_of("model")
-        if where in case.cache or where in seen:
+        cable_and_key = case.key_of("model")
+        if cable_and_key in case.cache or cable_and_key in seen:
             continue
-        seen.add(where)
+        seen.add(cable_and_key)
         try:
             mesh = mesh_of(case)
         except (NoSolutionError, ConvergenceError):
             continue
         if 3 * (mesh.nodes - 2) <= CABLE.cheap_freedoms:
-            kind = mesh, case.level, case.planar, bool(case.results.mirror_symmetric[case.index])
-            groups.setdefault(kind, []).append(case)
+            group_key = mesh, case.level, case.planar, bool(case.results.mirror_symmetric[case.index])
+            groups.setdefault(group_key, []).append(case)
     for (mesh, level, *_), members in groups.items():
-        if len(members) == 1:
+        if len(members) == 1:  # which solves its own when asked
             continue
-        models = _solved(members[0].results, [case.index for case in members], mesh, level)
-        for place, case in enumerate(members):
-            if models.record is None or models.record.converged[place]:
-                _give(case, CableElements(models, place))
+        models = _solve_group(members[0].results, [case.index for case in members], mesh, level)
+        for index, case in enumerate(members):
+            if models.record is None or models.record.converged[index]:
+                _set_model(case, CableElements(models, index))
 
 
-def _solved(results, cases, mesh, level):
-    """Models of some cases of a batch."""
+def _solve_group(results, cases, mesh, level):
+    """`BatchElements` of cases of a batch on one mesh, at a level of refinement, or fixed elements if it is None."""
     for case in cases:
         results.check(case)
     if level is None:

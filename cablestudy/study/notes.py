@@ -1,4 +1,4 @@
-"""Notes and warnings of a row: what was modelled, what was left out, and how far it can be trusted."""
+"""Notes and warnings of a row: the model, what it leaves out, and its errors; each function returns or yields texts."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from cablestudy.study.status import SLACK
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.superelement import grows_with_modes
 
-STATED_TENSIONS = ("preload",), ("tension", "value")  # of a cable
+STATED_TENSIONS = ("preload",), ("tension", "value")  # paths in the table of a cable
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
 NOTHING = ("nothing to model",)
 STATIC = (CLOSED_FORM, "left out: inertia and modes, which no column needs")
@@ -24,20 +24,20 @@ def of_refined(case, error, tried):
         f"motion: {mesh.elements} element(s) of order {mesh.order} about the closed form, {case.dof} unknowns;"
         f" estimated error {error:.1e}, asked for {case.scene.model.accuracy:g}"
     )
-    planes = [name for name in ("in_plane", "out_of_plane", "dynamics") if name in case.known]
+    planes = [name for name in ("in_plane", "out_of_plane", "dynamics") if name in case.computed]
     if case.planar and planes in (["in_plane"], ["out_of_plane"]):
-        there, excluded = ("in", "across") if planes == ["in_plane"] else ("across", "in")
-        yield f"left out: motion {excluded} the cable's plane, since all that is asked for moves {there} it"
+        asked_motion, excluded = ("in", "across") if planes == ["in_plane"] else ("across", "in")
+        yield f"left out: motion {excluded} the cable's plane, since all that is asked for moves {asked_motion} it"
     yield f"compared: {tried} models, coarse to fine"
 
 
 def of_system(case):
     """Yield notes on the linear system of gondola and cable, or of the bare cable, that was solved."""
-    closed_loop = max((one.described for one in case.solved_winds), key=lambda one: len(one.motion))
-    some = f"{len(closed_loop.modes)} coupled modes up to {closed_loop.modes.frequency[-1]:.4g} Hz"
-    more = len(closed_loop.motion) - len(closed_loop.modes)
-    what = "the cable" if case.scene.gondola is None else "gondola and cable"
-    yield f"motion of {what}: {some}, and {more} static shapes for those above"
+    closed_loop = max((wind.described for wind in case.solved_winds), key=lambda wind: len(wind.motion))
+    kept = f"{len(closed_loop.modes)} coupled modes up to {closed_loop.modes.frequency[-1]:.4g} Hz"
+    static_shapes = len(closed_loop.motion) - len(closed_loop.modes)
+    system = "the cable" if case.scene.gondola is None else "gondola and cable"
+    yield f"motion of {system}: {kept}, and {static_shapes} static shapes for those above"
 
 
 def of_gondola(case):
@@ -50,10 +50,10 @@ def of_fixed(case):
     """Notes on fixed elements; warnings where a stress is too large, or their statics far from the continuous cable."""
     model, error, warnings = case.scene.model, statics_error(case), strength_warning(case)
     averaged = float(case.results.drag_error[case.index]) if case.scene.load_case.grows_with_height else 0.0
-    known = f", in which the wind is averaged over the height: estimated error {averaged:.1e}" if averaged else ""
+    averaging = f", in which the wind is averaged over the height: estimated error {averaged:.1e}" if averaged else ""
     notes = (
         f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says",
-        f"statics: {case.model.convergence}; tensions and sag within {error:.1e} of the closed form{known}",
+        f"statics: {case.model.convergence}; tensions and sag within {error:.1e} of the closed form{averaging}",
     )
     if error <= max(STUDY.poor_statics, averaged):
         return notes, warnings
@@ -84,21 +84,21 @@ def averaged_wind(load_case, error, remedy=""):
 
 def of_closed_form(case, over_strength):
     """Warnings on a case in closed form: a stress above the strength, a wind whose growth matters. Tuple of str."""
-    found = strength_warning(case) if over_strength else ()
+    warnings = strength_warning(case) if over_strength else ()
     if not case.scene.load_case.grows_with_height or case.index in case.results.failures:
-        return found
+        return warnings
     error = float(case.results.drag_error[case.index])
-    return found + averaged_wind(case.scene.load_case, error, "; the elements of model: {elements: 100} follow it")
+    return warnings + averaged_wind(case.scene.load_case, error, "; the elements of model: {elements: 100} follow it")
 
 
 def judged_by(scene):
-    """Whose modes decide whether the loop of a cable of fixed elements is stable: at most one note."""
+    """At most one note, on a loop: modes of the fixed elements, not of the cable, decide whether it is stable."""
     if scene.winch is None or scene.winch.controller is None:
         return ()
     return ("loop: judged by the modes of these elements, and not by those of the cable above",)
 
 
-def of_comparison(errors, status, what="motion"):
+def of_comparison(errors, status, quantity="motion"):
     """Yield notes on the comparison of a fixed model with a finer one.
 
     Parameters
@@ -107,47 +107,48 @@ def of_comparison(errors, status, what="motion"):
         Header -> relative error, None where it is not known.
     status : str
         Of the finer model's row.
-    what : str
+    quantity : str
         What was compared, in a word.
     """
-    known = {name: error for name, error in errors.items() if error is not None}
-    unknown = [name for name in errors if name not in known]
-    if known:
-        worst = max(known, key=known.get)
+    known_errors = {name: error for name, error in errors.items() if error is not None}
+    unknown = [name for name in errors if name not in known_errors]
+    if known_errors:
+        worst = max(known_errors, key=known_errors.get)
         yield (
-            f"{what}: estimated error {known[worst]:.1e}, of {worst}, "
+            f"{quantity}: estimated error {known_errors[worst]:.1e}, of {worst}, "
             f"against a model to an accuracy of {STUDY.reference_accuracy:g}"
         )
     if unknown:
-        yield f"{what}: the error of {first_of(unknown, STUDY.listed_columns)} is not known: {status}"
+        yield f"{quantity}: the error of {first_of(unknown, STUDY.listed_columns)} is not known: {status}"
 
 
-def larger_by_loop(found):
-    """A note on what the loop moves more than the winches at rest would, at most one. Returns a tuple of str.
+def larger_by_loop(motions):
+    """A note on RMS displacements that are larger with the loop than without, at most one. Returns a tuple of str.
 
     Parameters
     ----------
-    found : iterable of (str, float, float)
-        What moves, its RMS displacement with the loop and with the winches at rest [mm]; differences that three digits
+    motions : iterable of (str, float, float)
+        Name of a displacement, its RMS with the loop and with the winches at rest [mm]; differences that three digits
         hide do not count.
     """
-    shown = [(name, f"{closed:.3g}", f"{at_rest:.3g}") for name, closed, at_rest in found if closed > at_rest]
-    larger = [f"{name} {closed} mm, not {at_rest} mm" for name, closed, at_rest in shown if closed != at_rest]
+    rounded = [(name, f"{closed:.3g}", f"{at_rest:.3g}") for name, closed, at_rest in motions if closed > at_rest]
+    larger = [f"{name} {closed} mm, not {at_rest} mm" for name, closed, at_rest in rounded if closed != at_rest]
     named = first_of(larger, STUDY.listed_columns)
     return (f"note: with the loop the RMS is larger than with the winch at rest: {named}",) if larger else ()
 
 
-def beyond_linear(found):
-    """A note on what moves farther than its motion is linear, at most one. Returns a tuple of str.
+def beyond_linear(motions):
+    """A note on displacements beyond the linear range, at most one. Returns a tuple of str.
 
     Parameters
     ----------
-    found : iterable of (str, float or None, float or None)
-        What moves, its largest expected displacement, and how far it moves linearly; None where there is none. [mm]
+    motions : iterable of (str, float or None, float or None)
+        Name of a displacement, its largest expected value, and its linear range; None where there is none. [mm]
     """
-    far = [f"{name} (peak {peak:.4g} mm, linear to {reach:.4g} mm)" for name, peak, reach in found
-           if None not in (peak, reach) and peak > reach]  # fmt: skip
-    return (f"note: beyond the range of linear motion: {first_of(far, STUDY.listed_columns)}",) if far else ()
+    exceeding = [f"{name} (peak {peak:.4g} mm, linear to {linear_range:.4g} mm)" for name, peak, linear_range in motions
+           if None not in (peak, linear_range) and peak > linear_range]  # fmt: skip
+    listed = first_of(exceeding, STUDY.listed_columns)
+    return (f"note: beyond the range of linear motion: {listed}",) if exceeding else ()
 
 
 def slack_warning(row):
@@ -202,31 +203,31 @@ def reference_without_loads(scene):
     )
 
 
-def long_cables(named, length, chord, stated):
-    """Notes, at most one, on sags and tensions that only a cable has that is much longer than its span.
+def long_cables(names, length, chord, stated):
+    """Notes, at most one, on stated sags and tensions of cables much longer than their spans.
 
-    A sag above two spans, or so little tension, is an equilibrium as any other, but mostly a slip of a unit.
+    A sag above two spans, or so little tension, is an equilibrium as any other, but mostly a mistaken unit.
 
     Parameters
     ----------
-    named : sequence of str
-        What messages call each cable; empty of the only one.
+    names : sequence of str
+        Of each cable in messages; empty of the only one.
     length, chord : sequence of float
         Unstretched length in the reference state, distance of the ends. [m]
     stated : sequence of (str or None)
-        What each states; of a cable that states its length nothing is told.
+        Key by which each cable states its length, tension or sag; there is no note on a stated length.
 
     Returns
     -------
     tuple of str
     """
-    told = [
-        f"{name}{': ' if name else ''}the stated {kind.replace('_', ' ')} is that of a cable of {own:.4g} m, "
-        f"{own / span:.3g} times the distance of its ends"
-        for name, own, span, kind in zip(named, length, chord, stated, strict=True)
-        if kind not in (None, "unstretched_length") and own > LIKELY_RATIO[1] * span
+    texts = [
+        f"{name}{': ' if name else ''}the stated {kind.replace('_', ' ')} is that of a cable of {cable_length:.4g} m, "
+        f"{cable_length / span:.3g} times the distance of its ends"
+        for name, cable_length, span, kind in zip(names, length, chord, stated, strict=True)
+        if kind not in (None, "unstretched_length") and cable_length > LIKELY_RATIO[1] * span
     ]
-    return (f"note: {first_of(told, STUDY.listed_columns)}",) if told else ()
+    return (f"note: {first_of(texts, STUDY.listed_columns)}",) if texts else ()
 
 
 def long_cable(case):
@@ -239,7 +240,7 @@ def long_cable(case):
 
 
 def share_hint(document, scene, failure):
-    """Hint where a tension is refused as too small, and a share of the breaking force is likely to be meant.
+    """Hint for a tension refused as too small, which is likely to be meant as a share of the breaking force.
 
     Parameters
     ----------
@@ -254,8 +255,9 @@ def share_hint(document, scene, failure):
     str
         Empty, or a blank and the hint in brackets.
     """
-    known = getattr(getattr(scene, "cable", None), "section_breaking_force", None)  # a suspension has several cables
-    if BELOW_LEAST not in failure or known is None:
+    cable = getattr(scene, "cable", None)  # None of a suspension
+    breaking_force = getattr(cable, "section_breaking_force", None)
+    if BELOW_LEAST not in failure or breaking_force is None:
         return ""
     for path in STATED_TENSIONS:
         value = document.value["cable"]
@@ -285,7 +287,7 @@ def growing_damping(scene):
 
 
 def unknown_rms_error(modes):
-    """Why an RMS with modal damping states no error, in words; `modes` says how many there are."""
+    """Text why the error of an RMS with modal damping is not known; `modes` is its part on their number."""
     return (
         f"the error of the RMS is not known: modal damping grows with the number of modes, here {modes}; "
         "hysteretic and Kelvin-Voigt damping have a limit"
@@ -308,22 +310,23 @@ def air_damping(case):
 
 
 def statics_error(case):
-    """Relative error of the statics of fixed elements against the closed form, the largest of three. [-]
+    """Relative error of the statics of fixed elements against the closed form. [-]
 
-    Of mean tension, largest tension, and sag; a sag below a thousandth of the chord counts relative to that.
+    The largest one of mean tension, largest tension, and sag; a sag below a thousandth of the chord counts relative to
+    that.
     """
-    own, closed, index = case.statics, case.results.statics, case.index
-    mean, largest, sag = (float(part[index]) for part in (closed.mean_tension, closed.max_tension, closed.sag))
+    statics, closed, index = case.statics, case.results.statics, case.index
+    mean, largest, sag = (float(values[index]) for values in (closed.mean_tension, closed.max_tension, closed.sag))
     errors = [
-        abs(float(own.sag) - sag) / max(abs(sag), STUDY.flat_cable * float(case.results.span.chord[index])),
-        relative(float(own.mean_tension), mean),
-        relative(float(own.max_tension), largest),
+        abs(float(statics.sag) - sag) / max(abs(sag), STUDY.flat_cable * float(case.results.span.chord[index])),
+        relative(float(statics.mean_tension), mean),
+        relative(float(statics.max_tension), largest),
     ]
     return max(error for error in errors if not np.isnan(error))  # a slack part without weight has no sag
 
 
 def gondola_notes(case):
-    """Lines on which modes share the gondola's motion, where none has half of its static compliance.
+    """Notes on the modes that share the gondola's motion, where none has half of its static compliance.
 
     Parameters
     ----------
@@ -334,17 +337,17 @@ def gondola_notes(case):
     str
     """
     mode = case.gondola_mode.mode
-    frequency, share, first = mode.modes.frequency, mode.shares, mode.number
-    if share[first] >= STUDY.shared_compliance:
+    frequency, share, gondola_mode = mode.modes.frequency, mode.shares, mode.number
+    if share[gondola_mode] >= STUDY.shared_compliance:
         return
-    others = sorted(
-        (k for k in range(len(share)) if k != first and share[k] >= STUDY.shown_compliance), key=lambda k: -share[k]
-    )
+    others = [k for k in range(len(share)) if k != gondola_mode and share[k] >= STUDY.shown_compliance]
+    others.sort(key=lambda k: -share[k])
     listed = ", ".join(f"{frequency[k]:.4g} Hz ({share[k]:.3g})" for k in others[:6])
     yield (
-        f"gondola: the mode of {frequency[first]:.4g} Hz has only {share[first]:.3g} of its static compliance; "
-        f"others move it too: {listed}"
+        f"gondola: the mode of {frequency[gondola_mode]:.4g} Hz has only {share[gondola_mode]:.3g} of its static "
+        f"compliance; others move it too: {listed}"
     )
-    tie = [k for k in others if share[k] >= share[first] * (1 - 10 * (case.scene.model.accuracy or 0.0))]
+    least_tie = share[gondola_mode] * (1 - 10 * (case.scene.model.accuracy or 0.0))
+    tie = [k for k in others if share[k] >= least_tie]
     if tie:
         yield f"gondola: a tie, within the error the mode of {frequency[tie[0]]:.4g} Hz has as large a share"

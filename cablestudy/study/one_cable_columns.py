@@ -10,7 +10,7 @@ from cablestudy.study.gondola_on_cable import gondola_on_cable
 from cablestudy.study.row import evaluate_cases
 from cablestudy.study.suspension import columns as of_suspensions
 
-# name in a suspension -> own name of a scene of one cable
+# name of a column in a suspension -> its name in a scene of one cable
 ALIASES = {
     "cable_mass": "mass",
     "max_utilisation": "utilisation",
@@ -26,7 +26,7 @@ ALIASES = {
     **{f"{GONDOLA}.{name}_x": name for name in ("linear_range", "force_displacement")},
     **{f"{GONDOLA}.{name}": name for name in ("peak", "exposure", "corrected", "corrected_exposure")},
 }  # fmt: skip
-# the same of a cable with fixed ends
+# likewise, of a cable with fixed ends only
 OF_BARE_CABLE = {f"{CABLE}.rms_tension": "tension_rms", f"{CABLE}.midspan_rms": "midspan_rms"}
 # keys of a suspension -> those of a scene of one cable
 KEYS = {"control": "winch.controller", f"cables.{CABLE}.section_breaking_force": "cable.section_breaking_force"}
@@ -42,9 +42,9 @@ def own_name(name, bare):
 
 
 def column_of_one_cable(column, bare):
-    """The `Column` that gives the number of any column in a scene of one cable, which has its own header.
+    """The `Column` of a scene of one cable that has the number of any column; its header may differ.
 
-    Itself; its own of another name; or one that takes the gondola on its cable as a suspension.
+    It is the column itself; one of another name; or a new one that takes the gondola on its cable as a suspension.
 
     Parameters
     ----------
@@ -63,8 +63,8 @@ def column_of_one_cable(column, bare):
         if closed_loop:
             case.check_winch_speed()
         suspension = gondola_on_cable(case)
-        found = column.compute(suspension)
-        return found if isinstance(found, tuple) else (found, suspension.statics_error(column))
+        result = column.compute(suspension)
+        return result if isinstance(result, tuple) else (result, suspension.statics_error(column))
 
     return replace(column, needs=needs, compute=compute, each=True, mode=(), key=_keys(column))
 
@@ -76,17 +76,17 @@ def _keys(column):
 
 
 def why_not(scene, column):
-    """Why a scene of one cable cannot have a column, or an empty text."""
+    """Reason for which a scene of one cable cannot have a column; empty where it can."""
     bare = scene.gondola is None
-    own, there = column_of_one_cable(column, bare), {CABLE, "", *([] if bare else [GONDOLA])}
+    own_column, owners = column_of_one_cable(column, bare), {CABLE, "", *([] if bare else [GONDOLA])}
     owner = "" if is_own(column) else column.name.rpartition(".")[0]
     if owner in scene.cases:
         name = column.name.partition(".")[2]
         return f"{owner} is a load case: --case {owner}, or vary: [{{case: [{owner}]}}], has the column {name}"
-    if owner in there:
-        if own.without and attribute(scene, own.without) is not None:
-            return f"{column.name} is of a cable with fixed ends: the scene must not have the key {own.without}"
-        if key := lacks(scene, own):
+    if owner in owners:
+        if own_column.without and attribute(scene, own_column.without) is not None:
+            return f"{column.name} is of a cable with fixed ends: the scene must not have the key {own_column.without}"
+        if key := lacks(scene, own_column):
             return f"{column.name} needs the key {key}, which the scene does not have"
         if is_own(column) or own_name(column.name, bare):
             return ""
@@ -96,15 +96,16 @@ def why_not(scene, column):
 def evaluate(scenes, columns, estimate=False):
     """Rows as of `row.evaluate_cases`, with columns of suspensions too: cells have the headers asked for."""
     bare = all(scene.gondola is None for scene in scenes)
-    own = {column.header: column_of_one_cable(column, bare) for column in columns}
-    rows = evaluate_cases(scenes, list({column.header: column for column in own.values()}.values()), estimate)
-    if all(header == column.header for header, column in own.items()):
+    own_columns = {column.header: column_of_one_cable(column, bare) for column in columns}
+    rows = evaluate_cases(scenes, list({column.header: column for column in own_columns.values()}.values()), estimate)
+    if all(header == column.header for header, column in own_columns.items()):
         return rows
-    return [_renamed(row, own) for row in rows]
+    return [_with_asked_headers(row, own_columns) for row in rows]
 
 
-def _renamed(row, own):
-    """A row of own columns with the headers that were asked for: `own` has the column of each."""
-    cells = {header: row.cells[column.header] for header, column in own.items()}
-    errors = {header: row.errors[column.header] for header, column in own.items() if column.header in row.errors}
+def _with_asked_headers(row, own_columns):
+    """A row with other headers: `own_columns` is header asked for -> the column computed for it."""
+    headers = {header: column.header for header, column in own_columns.items()}
+    cells = {header: row.cells[computed] for header, computed in headers.items()}
+    errors = {header: row.errors[computed] for header, computed in headers.items() if computed in row.errors}
     return replace(row, cells={**cells, "status": row.cells["status"]}, errors=errors)

@@ -12,7 +12,7 @@ from cablestudy.study.tolerances import STUDY
 
 
 def pareto_front(points):
-    """Which points no other one beats: is at most as large in each coordinate, and smaller in one.
+    """True of points on the front: no other point is at most as large in each coordinate, and smaller in one.
 
     Parameters
     ----------
@@ -22,42 +22,42 @@ def pareto_front(points):
     Returns
     -------
     ndarray of bool, shape (n,)
-        Of equal points on the front, all.
+        Equal points on the front are all true.
     """
     if not len(points):
         return np.zeros(0, dtype=bool)
-    unique, place = np.unique(points, axis=0, return_inverse=True)
+    unique, inverse = np.unique(points, axis=0, return_inverse=True)
     on_front = np.zeros(len(unique), dtype=bool)
-    on_front[_front(unique, np.arange(len(unique)))] = True
-    return on_front[place.ravel()]
+    on_front[_front_indices(unique, np.arange(len(unique)))] = True
+    return on_front[inverse.ravel()]
 
 
-def _front(points, places):
-    """Those places of distinct points, in lexicographic order, that are on the front."""
-    if len(places) <= STUDY.pareto_points:
-        chosen = points[places]
-        dominated = np.tril(_all_at_most(chosen, chosen).T, -1).any(axis=1)
-        return places[~dominated]
-    half = len(places) // 2
-    first, second = _front(points, places[:half]), _front(points, places[half:])
-    dominated = _dominated(points[first, 1:], points[second, 1:])
-    return np.concatenate([first, second[~dominated]])
+def _front_indices(points, indices):
+    """Indices of the front among some indices into distinct points in lexicographic order."""
+    if len(indices) <= STUDY.pareto_points:
+        compared = points[indices]
+        dominated = np.tril(_at_most_in_all(compared, compared).T, -1).any(axis=1)
+        return indices[~dominated]
+    half = len(indices) // 2
+    front_of_first, front_of_second = _front_indices(points, indices[:half]), _front_indices(points, indices[half:])
+    dominated = _dominated(points[front_of_first, 1:], points[front_of_second, 1:])
+    return np.concatenate([front_of_first, front_of_second[~dominated]])
 
 
-def _all_at_most(lower, upper):
-    """Whether each point of one set is at most as large as each of another in all coordinates: shape (n, k)."""
+def _at_most_in_all(lower, upper):
+    """True where point i of one set is at most as large as point j of another in all coordinates: shape (n, k)."""
     return (lower[:, None] <= upper[None]).all(axis=2)
 
 
-def _dominated(by, points):
-    """Which points have one of another set that is at most as large in all coordinates: shape (k,)."""
-    if by.shape[1] == 2:
-        order = np.argsort(by[:, 0])
-        least = np.minimum.accumulate(by[order, 1])
-        before = np.searchsorted(by[order, 0], points[:, 0], side="right")
-        return (before > 0) & (least[before - 1] <= points[:, 1])
-    if by.shape[1] < 2:
-        return (by.min(axis=0) <= points).all(axis=1)
-    width = max(1, STUDY.pareto_numbers // by.size)
-    blocks = [points[first : first + width] for first in range(0, len(points), width)]
-    return np.concatenate([_all_at_most(by, block).any(axis=0) for block in blocks])
+def _dominated(others, points):
+    """True of points that have a point of another set at most as large in all coordinates: shape (k,)."""
+    if others.shape[1] == 2:
+        order = np.argsort(others[:, 0])
+        least_so_far = np.minimum.accumulate(others[order, 1])
+        count_before = np.searchsorted(others[order, 0], points[:, 0], side="right")
+        return (count_before > 0) & (least_so_far[count_before - 1] <= points[:, 1])
+    if others.shape[1] < 2:
+        return (others.min(axis=0) <= points).all(axis=1)
+    block_size = max(1, STUDY.pareto_numbers // others.size)
+    blocks = [points[start : start + block_size] for start in range(0, len(points), block_size)]
+    return np.concatenate([_at_most_in_all(others, block).any(axis=0) for block in blocks])

@@ -30,48 +30,49 @@ def write_parquet(table, file):
         for field in table.fields
     ])  # fmt: skip
     rows = iter(table.rows)
-    with ParquetWriter(_Pipe(file), schema) as writer:
-        while some := list(islice(rows, STUDY.parquet_rows)):
-            columns = [[_cell(row.get(name), name in texts) for row in some] for name in schema.names]
+    with ParquetWriter(_WriteOnlyFile(file), schema) as writer:
+        while block := list(islice(rows, STUDY.parquet_rows)):
+            columns = [[_cell(row.get(name), name in texts) for row in block] for name in schema.names]
             arrays = [pyarrow.array(cells, kind) for cells, kind in zip(columns, schema.types, strict=True)]
             writer.write_batch(pyarrow.record_batch(arrays, schema=schema))
 
 
 def _holds_text(field, rows):
-    """Whether some cells of a column are text; rows that are computed as they are written are not looked at."""
+    """True if some cells of a column are text; rows that are computed as they are written are not looked at."""
     return field.text or (isinstance(rows, list) and any(isinstance(row.get(field.name), str) for row in rows))
 
 
 def _cell(value, text):
+    """A value as text or as a float, None where there is none."""
     if value is None:
         return None
     return (value if isinstance(value, str) else exact(value)) if text else float(value)
 
 
-class _Pipe:
-    """What pyarrow needs of a file, of one that cannot tell where it is."""
+class _WriteOnlyFile:
+    """A file with the methods that pyarrow needs to write it, even if it has no `tell`, as a pipe."""
 
     closed = False
 
     def __init__(self, file):
-        self._file, self._place = file, 0
+        self._file, self._position = file, 0
 
     def write(self, data):
         """Write bytes."""
         self._file.write(data)
-        self._place += len(data)
+        self._position += len(data)
         return len(data)
 
     def tell(self):
-        """How many bytes are written."""
-        return self._place
+        """Number of bytes written."""
+        return self._position
 
     def flush(self):
-        """Hand over what is written."""
+        """Flush the file."""
         self._file.flush()
 
     def writable(self):
-        """It is."""
+        """True."""
         return True
 
     def close(self):

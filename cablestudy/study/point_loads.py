@@ -1,4 +1,4 @@
-"""Point loads on cables where they hang: places, slopes and tensions of the cable on both sides."""
+"""Point loads on cables in equilibrium: positions, slopes and tensions of the cable on both sides."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ from cablestudy.scene.load_tables import load_name
 from cablestudy.study.columns import SHAPELESS
 from cablestudy.study.table import Field, Table
 
-# what a table has of each load -> unit; 1 is the side of end 1, slopes are positive where the cable rises towards end 2
+# quantity of each load in a table -> unit; 1 is the side of end 1, slopes are positive where the cable rises to end 2
 UNITS = {"x": "m", "y": "m", "z": "m", "sag": "m", "clearance": "m", "slope_1": "deg", "slope_2": "deg",
          "tension_1": "N", "tension_2": "N"}  # fmt: skip
 NO_GROUND = "no clearance: the ground is not known there"
@@ -29,9 +29,9 @@ class LoadedCable:
     name : str
         Of a cable of a suspension; empty of one cable.
     form : Catenary or State
-        The cable where it hangs.
+        The cable in equilibrium.
     end_1 : ndarray, shape (3,)
-        Place of end 1, of a suspension of the end `from`. [m]
+        Position of end 1, of a suspension of the end `from`. [m]
     length : float
         Unstretched length in the reference state. [m]
     loads : tuple of Load
@@ -54,21 +54,22 @@ class LoadedCable:
     def rows(self):
         """Cells of each load by the headers of FIELDS: list of dict.
 
-        `sag` is the vertical distance from the chord down to the load, `clearance` that from there down to the ground:
-        None where the ground is not known there, and left out without any.
+        `sag` is the vertical distance from the chord down to the load, `clearance` that from the load down to the
+        ground: None where the ground is not known there, and left out without any ground.
         """
         shares = np.array([load.at / self.length if load.fraction is None else load.fraction for load in self.loads])
-        local = places(self.form, shares)
-        local = np.where(np.abs(local) > CABLE.distance_rounding * np.asarray(self.form.span.chord), local, 0.0)
-        there, tension = local + self.end_1, tensions_at_point_loads(self.form, shares)
-        found = dict(zip("xyz", there.T, strict=True)) | {"sag": below_chord(self.form, shares, local)}
+        from_end_1 = places(self.form, shares)
+        rounding = CABLE.distance_rounding * np.asarray(self.form.span.chord)
+        from_end_1 = np.where(np.abs(from_end_1) > rounding, from_end_1, 0.0)
+        positions, tension = from_end_1 + self.end_1, tensions_at_point_loads(self.form, shares)
+        columns = dict(zip("xyz", positions.T, strict=True)) | {"sag": below_chord(self.form, shares, from_end_1)}
         if self.ground is not None:
-            found["clearance"] = heights_above(there, self.ground)
+            columns["clearance"] = heights_above(positions, self.ground)
         slopes = np.degrees(np.arctan2(tension[..., 2], np.hypot(tension[..., 0], tension[..., 1])))
         on_both_sides = (*slopes.T, *np.sqrt((tension**2).sum(axis=-1)).T)
-        found |= dict(zip(("slope_1", "slope_2", "tension_1", "tension_2"), on_both_sides, strict=True))
-        headers = [FIELDS[name].name for name in found]
-        numbers = (np.stack(list(found.values()), axis=-1) + 0.0).tolist()
+        columns |= dict(zip(("slope_1", "slope_2", "tension_1", "tension_2"), on_both_sides, strict=True))
+        headers = [FIELDS[name].name for name in columns]
+        numbers = (np.stack(list(columns.values()), axis=-1) + 0.0).tolist()
         return [{h: None if np.isnan(n) else n for h, n in zip(headers, row, strict=True)} for row in numbers]
 
 
@@ -88,14 +89,14 @@ def of_one_cable(case):
 
 def of_suspension(case):
     """The cables of a `SuspensionCase` that carry loads: list of LoadedCable; raises as `of_one_cable`."""
-    found, lengths, cables = case.equilibrium, case.group.cables.reference_length[case.place], []
-    for place, name in enumerate(case.scene.cables):
+    equilibrium, lengths, cables = case.equilibrium, case.group.cables.reference_length[case.index], []
+    for index, name in enumerate(case.scene.cables):
         if not (loads := case.scene.loads_on(name)):
             continue
-        catenary = found.catenary.take(place)
+        catenary = equilibrium.catenary.take(index)
         if catenary.slack:
             raise NoSolutionError(f"{name}: {SHAPELESS}")
-        cables.append(LoadedCable(name, catenary, found.ends[place, 0], lengths[place], loads, case.scene.ground))
+        cables.append(LoadedCable(name, catenary, equilibrium.ends[index, 0], lengths[index], loads, case.scene.ground))
     return cables
 
 
@@ -105,10 +106,10 @@ def loads_table(cables, failures):
     Parameters
     ----------
     cables : list of LoadedCable
-    failures : list
-        Takes why a cell has no value.
+    failures : list of str
+        Reasons why cells have no value are appended.
     """
-    rows = [{"load": name, **row} for one in cables for name, row in zip(one.load_names, one.rows(), strict=True)]
+    rows = [{"load": name, **row} for cable in cables for name, row in zip(cable.load_names, cable.rows(), strict=True)]
     failures += [f"{row['load']}: {NO_GROUND}" for row in rows if lacks_clearance(row)]
     return Table((Field("load", "load", label=True), *fields_in(rows)), rows)
 

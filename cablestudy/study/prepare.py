@@ -58,7 +58,7 @@ def _check_plot(study):
     """Raise SceneError for names under `plot:` that are neither columns of the study nor varied keys."""
     if not study.plot:
         return
-    names = {("x",): study.plot.x} | {("y", place): name for place, name in enumerate(study.plot.y)}
+    names = {("x",): study.plot.x} | {("y", index): name for index, name in enumerate(study.plot.y)}
     names |= {("color",): study.plot.color}
     with Mistakes() as mistakes:
         for path, name in names.items():
@@ -70,7 +70,7 @@ def _check_plot(study):
 def _drawn_column(study, name):
     """Raise ValueError for a name that is no column of the study, or text."""
     try:
-        column = _listed(study, name)
+        column = _study_column(study, name)
     except ValueError:
         if "." not in name:
             raise
@@ -92,9 +92,9 @@ def columns_of(study):
     columns = [key_column(study.find.by)] if study.find else []
     _, scene = study.case(0)
     with Mistakes() as mistakes:
-        for place, name in enumerate(study.columns):
-            by_option = place >= len(study.columns) - len(study.asked)
-            with mistakes.at(study.where(("columns", place)), "" if by_option else f"columns.{place}"):
+        for index, name in enumerate(study.columns):
+            by_option = index >= len(study.columns) - len(study.asked)
+            with mistakes.at(study.where(("columns", index)), "" if by_option else f"columns.{index}"):
                 column = find(name)
                 if any(column.header == other.header for other in columns):
                     raise ValueError(f"{column.name} is listed twice")
@@ -105,10 +105,11 @@ def columns_of(study):
 
 
 def _no_case_has(study, column):
+    """True if none of the first cases of a study can have a column."""
     return all(why_not(study.case(index)[1], column) for index in range(min(study.count, CHECK_ALL)))
 
 
-def _listed(study, name):
+def _study_column(study, name):
     """The column of a name, with its unit or without; ValueError where the study does not list it."""
     column = column_named(study, name)
     if column.needs != "find" and not {column.name, column.header}.intersection(study.columns):
@@ -118,7 +119,7 @@ def _listed(study, name):
 
 def compared(study, name):
     """Header of the column that a tolerance names; ValueError where it is not in the study, or never compared."""
-    column = _listed(study, name)
+    column = _study_column(study, name)
     if column.text or column.name == NEVER_COMPARED:
         raise ValueError(f"{name} {'is text' if column.text else 'is never compared'}")
     return column.header
@@ -126,19 +127,22 @@ def compared(study, name):
 
 def tolerances_of(study):
     """The relative tolerances that a study file states: header, or ALL_COLUMNS -> number; SceneError for mistakes."""
-    found = {}
+    tolerances = {}
     with Mistakes() as mistakes:
         for name, value in study.tolerances.items():
             with mistakes.at(study.source.where(("check", name), of_key=True), f"check.{name}"):
                 header = name if name == ALL_COLUMNS else compared(study, name)
-                if header in found:
+                if header in tolerances:
                     raise ValueError("given twice")
-                found[header] = value
-    return found
+                tolerances[header] = value
+    return tolerances
 
 
 def _printed_values(study, columns):
-    """As the last result of `prepare`; a table that does not fit the study raises SceneError."""
+    """Headers and rows of the table of printed values, as `reference` of `prepare`.
+
+    SceneError where the table does not fit the study.
+    """
     if study.reference_path is None:
         return [], []
     names, rows = read_csv(study.reference_path)
@@ -148,10 +152,10 @@ def _printed_values(study, columns):
         messages.append(f"{len(rows)} rows, and the study has {study.count} cases")
     numbers = [{name: number(row[name]) for name in names} for row in rows]
     messages += [
-        f"row {place}, {name}: not a number: {row[name]!r}"
-        for place, (row, known) in enumerate(zip(rows, numbers, strict=True), 1)
+        f"row {row_number}, {name}: not a number: {row[name]!r}"
+        for row_number, (row, numbers_of_row) in enumerate(zip(rows, numbers, strict=True), 1)
         for name in names
-        if row[name].strip() and known[name] is None
+        if row[name].strip() and numbers_of_row[name] is None
     ]
     if messages:
         where = study.where(("reference",))
@@ -160,7 +164,7 @@ def _printed_values(study, columns):
 
 
 def _is_loaded(study):
-    """Whether the first case of a study has point loads or a load case, or the study varies the case."""
+    """True if the first case of a study has point loads or a load case, or the study varies the case."""
     try:
         _, scene = study.case(0)
     except SceneError:
@@ -170,10 +174,11 @@ def _is_loaded(study):
 
 def fields_of(study, columns, referenced):
     """Tuple of the fields of a study's table; `referenced` are the headers of columns that have printed values."""
-    shown = {column.name for column in columns}
+    column_names = {column.name for column in columns}
     if _is_loaded(study):  # what is stated holds in the reference state, the column in the case
-        shown.difference_update(("preload", "sag"))
-    fields = [known.field for known in varied_keys(study) if not shown.intersection(SHOWN_BY.get(known.key, ()))]
+        column_names.difference_update(("preload", "sag"))
+    varied = varied_keys(study)
+    fields = [key.field for key in varied if not column_names.intersection(SHOWN_BY.get(key.key, ()))]
     for column in columns:
         if column.name == "status":
             continue

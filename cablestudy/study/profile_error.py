@@ -1,8 +1,8 @@
 """Errors of cables whose drag is taken as uniform in a wind that grows with the height, against that where they hang.
 
 The tension vector at Gauss's points is N = N_0 + c - integral of d, with N_0 under the uniform drag, the difference
-d(s) of the drag where the cable hangs from that, and the constant c for which the ends stay where they are: the
-integral of r' = N/EA + N/|N| is the chord. d depends on the form: c and d are found in turns, c by Newton's method.
+d(s) of the drag where the cable hangs from the uniform one, and the constant c for which the ends stay where they are:
+the integral of r' = N/EA + N/|N| is the chord. d depends on the form: c and d are found in turns, c by Newton's method.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from cablestudy.study.tolerances import STUDY
 
 
 def changes(drag, catenary):
-    """Changes of cables between their ends as their drag follows the wind where they hang.
+    """Changes of cables with fixed ends by the drag of the wind where they hang, in place of the uniform drag.
 
     Parameters
     ----------
@@ -28,54 +28,60 @@ def changes(drag, catenary):
     error : ndarray, shape (n,)
         The larger one of the change of the tension vector over the tension and of the movement at mid-length over the
         distance from the chord there. [-]
-    sag : ndarray, shape (n,)
+    sag_error : ndarray, shape (n,)
         Vertical movement at mid-length over the vertical distance from the chord there. [-]
     ends : ndarray, shape (n, 2, 3)
         Change of the tension vector at both ends, global axes. [N]
+
+    Notes
+    -----
+    Symbols as at the head of the file: N_0 `at_points`, d `difference`, c `constant`, r' `slope`.
     """
     span = catenary.span
     nodes, weights = np.polynomial.legendre.leggauss(CABLE.drag_points)
     points, weights, running = (1 + nodes) / 2, weights / 2, running_integral(nodes)
-    stiffness, length = (np.asarray(part)[:, None, None] for part in (span.axial_stiffness, span.unstretched_length))
-    given = span.in_frame(catenary.at(np.concatenate([points, [0.0, 1.0]]))[1], "global")
-    first, where = given[:, :-2], places_along(catenary, points)
-    uniform = drag.averaged(across(drag.direction, span.frame[..., 0, :]))[:, None]
-    constant, moved = np.zeros((len(first), 1, 3)), np.zeros_like(first)
-    start, tension, tangent = _slope(first, stiffness)
+    stiffness, length = (np.asarray(array)[:, None, None] for array in (span.axial_stiffness, span.unstretched_length))
+    uniform_force = span.in_frame(catenary.at(np.concatenate([points, [0.0, 1.0]]))[1], "global")
+    at_points, positions = uniform_force[:, :-2], places_along(catenary, points)
+    uniform_drag = drag.times_mean_pressure(across(drag.direction, span.frame[..., 0, :]))[:, None]
+    constant, displacement = np.zeros((len(at_points), 1, 3)), np.zeros_like(at_points)
+    start, tension, tangent = _slope(at_points, stiffness)
     for _ in range(STUDY.profile_steps):
-        there = (1 + tension / stiffness) * across(drag.direction[:, None], tangent)
-        there = drag.locally(there, lambda moved=moved: where + length * moved)
-        differs = drag.pressed[:, None, None] * length * (there - uniform)
-        loaded = first - running @ differs
-        slope, tension, tangent = _slope(loaded + constant, stiffness)
-        share, gap = weights[:, None] / tension, (weights[:, None] * (slope - start)).sum(axis=1)
-        mean = (share.sum(axis=1, keepdims=True) + 1 / stiffness) * np.eye(3)
-        mean = mean - ((share * tangent)[..., :, None] * tangent[..., None, :]).sum(axis=1)
-        step = np.linalg.solve(mean, gap[..., None])[:, None, :, 0]
+        actual_drag, moved = (1 + tension / stiffness) * across(drag.direction[:, None], tangent), length * displacement
+        actual_drag = drag.times_local_pressure(actual_drag, lambda moved=moved: positions + moved)
+        difference = drag.normal_drag[:, None, None] * length * (actual_drag - uniform_drag)
+        without_constant = at_points - running @ difference
+        slope, tension, tangent = _slope(without_constant + constant, stiffness)
+        weight_over_tension, gap = weights[:, None] / tension, (weights[:, None] * (slope - start)).sum(axis=1)
+        # derivative of the integral of r' with c
+        jacobian = (weight_over_tension.sum(axis=1, keepdims=True) + 1 / stiffness) * np.eye(3)
+        jacobian = jacobian - ((weight_over_tension * tangent)[..., :, None] * tangent[..., None, :]).sum(axis=1)
+        step = np.linalg.solve(jacobian, gap[..., None])[:, None, :, 0]
         constant = constant - step
-        slope, tension, tangent = _slope(loaded + constant, stiffness)
-        before, moved = moved, running @ (slope - start)
-    ends = constant - np.stack([0 * differs[:, 0], (weights[:, None] * differs).sum(axis=1)], axis=1)
-    change = np.concatenate([loaded + constant - first, ends], axis=1)
-    pulled = ((_size(change) + _size(step)) / np.maximum(_size(given), np.finfo(float).tiny)).max(axis=-1)
-    middle = np.stack([moved, moved - before])[:, :, CABLE.drag_points // 2]
-    aside, sag = shares_at_middle(_size(middle).sum(axis=0), np.abs(middle[..., 2]).sum(axis=0), catenary)
-    return np.maximum(pulled, aside), sag, ends
+        slope, tension, tangent = _slope(without_constant + constant, stiffness)
+        previous, displacement = displacement, running @ (slope - start)
+    ends = constant - np.stack([0 * difference[:, 0], (weights[:, None] * difference).sum(axis=1)], axis=1)
+    change = np.concatenate([without_constant + constant - at_points, ends], axis=1)
+    force_size = np.maximum(_size(uniform_force), np.finfo(float).tiny)
+    tension_change = ((_size(change) + _size(step)) / force_size).max(axis=-1)
+    middle = np.stack([displacement, displacement - previous])[:, :, CABLE.drag_points // 2]
+    shape_error, sag_error = shares_at_middle(_size(middle).sum(axis=0), np.abs(middle[..., 2]).sum(axis=0), catenary)
+    return np.maximum(tension_change, shape_error), sag_error, ends
 
 
-def shares_at_middle(moved, vertical, catenary):
-    """Movements at mid-length over the distance from the chord there: whole and vertical, both of shape (n,). [-]
+def shares_at_middle(distance, vertical, catenary):
+    """Movement at mid-length over the distance from the chord there, and likewise vertically, each of shape (n,). [-]
 
     Parameters
     ----------
-    moved, vertical : ndarray, shape (n,)
+    distance, vertical : ndarray, shape (n,)
         Over the unstretched length. [-]
     catenary : Catenary
         Of shape (n,).
     """
-    away = catenary.span.in_frame(catenary.at(np.array([0.5]))[0], "global")[:, 0]
+    offset = catenary.span.in_frame(catenary.at(np.array([0.5]))[0], "global")[:, 0]
     tiny = np.finfo(float).tiny
-    return moved / np.maximum(_size(away), tiny), vertical / np.maximum(np.abs(away[..., 2]), tiny)
+    return distance / np.maximum(_size(offset), tiny), vertical / np.maximum(np.abs(offset[..., 2]), tiny)
 
 
 def _slope(force, stiffness):
@@ -85,6 +91,7 @@ def _slope(force, stiffness):
 
 
 def _size(vectors):
+    """Lengths of vectors along the last axis."""
     return np.sqrt((vectors**2).sum(axis=-1))
 
 

@@ -1,4 +1,4 @@
-"""Lengths that follow from what scenes of one cable state of their reference state: a tension, a sag, or a length."""
+"""Unstretched lengths of cables by the tension, sag or length that scenes of one cable state in the reference state."""
 
 from functools import partial
 from itertools import product
@@ -11,7 +11,7 @@ from cablestudy.study import load_cases
 from cablestudy.study.tolerances import STUDY
 
 
-def chord_strain(span, values, warm=None):
+def chord_strain(span, values, length_ratio=None):
     """Chord strain of each cable in its reference state, and reasons where there is none.
 
     Parameters
@@ -19,43 +19,58 @@ def chord_strain(span, values, warm=None):
     span : Span
         Without point loads, fields of shape (n,).
     values : SceneValues or CaseTable
-    warm : ndarray, shape (n,), optional
-        Unstretched lengths of the spans over those that the scenes mean. [-]
+    length_ratio : ndarray, shape (n,), optional
+        Unstretched lengths of the spans over those that the scenes state. [-]
+
+    Returns
+    -------
+    strain : ndarray, shape (n,)
+        Chord over unstretched length, less one. [-]
+    reasons : dict
+        Case -> why there is no such cable.
     """
     strain, reasons = np.zeros(len(values)), {}
     length = values.given("cable.unstretched_length")
-    length = length if warm is None else length * warm
-    given = np.isfinite(length)
-    strain[given] = (span.chord[given] - length[given]) / length[given]
-    loaded = values.given("cable.reference.loads") > 0
-    states = [(~loaded, span)]
-    if loaded.any():
-        states.append((loaded, load_cases.with_loads(span, values, of_case=False, warm=warm)))
-    for (chosen, state), search in product(states, _searches(values)):
-        _search_strain(state, chosen, search, strain, reasons)
+    length = length if length_ratio is None else length * length_ratio
+    states_length = np.isfinite(length)
+    strain[states_length] = (span.chord[states_length] - length[states_length]) / length[states_length]
+    with_loads = values.given("cable.reference.loads") > 0
+    states = [(~with_loads, span)]
+    if with_loads.any():
+        states.append((with_loads, load_cases.with_loads(span, values, of_case=False, length_ratio=length_ratio)))
+    for (of_state, spans), search in product(states, _searches(values)):
+        _search_strain(spans, of_state, search, strain, reasons)
     return strain, reasons
 
 
 def _searches(values):
-    """What cables may state instead of a length: values, shape (n,), search of many, search of one or its refusal."""
-    found = [(values.given("cable.sag"), initial_length.strains_for_sag, initial_length.no_strain_for_sag)]
-    stated = [(values.given("cable.stated_preload"), "mean")]
-    places = values.words("cable.tension.at")
-    stated += [(np.where(places == at, values.given("cable.stated_tension"), np.nan), at) for at in set(places) - {""}]
-    for tension, at in stated:
-        many, one = initial_length.strains_for_tension, initial_length.closer_strain_for_tension
-        found.append((tension, partial(many, at=at), partial(one, at=at)))
-    return found
+    """Quantities that cables may state instead of a length: list of (ndarray, callable, callable).
+
+    Stated values, shape (n,), not a number where there is none; search of the chord strain for many cables; and for one
+    cable with more effort, which may raise NoSolutionError.
+    """
+    searches = [(values.given("cable.sag"), initial_length.strains_for_sag, initial_length.no_strain_for_sag)]
+    tensions = [(values.given("cable.stated_preload"), "mean")]
+    positions = values.words("cable.tension.at")
+    stated = values.given("cable.stated_tension")
+    tensions += [(np.where(positions == at, stated, np.nan), at) for at in set(positions) - {""}]
+    for tension, at in tensions:
+        search_many, search_one = initial_length.strains_for_tension, initial_length.shorter_strain_for_tension
+        searches.append((tension, partial(search_many, at=at), partial(search_one, at=at)))
+    return searches
 
 
-def _search_strain(span, chosen, search, strain, reasons):
-    """Find the chord strain of the chosen cables that state a value; `strain` and `reasons` are filled in."""
+def _search_strain(span, of_state, search, strain, reasons):
+    """Find the chord strains, by one entry of `_searches`, of cables in a state; `strain` and `reasons` are filled in.
+
+    `of_state` is true of the cables that are in the state of the spans, with their loads or without, shape (n,).
+    """
     target, search_many, search_one = search
-    chosen = np.flatnonzero(chosen & np.isfinite(target))
-    if not len(chosen):
+    cases = np.flatnonzero(of_state & np.isfinite(target))
+    if not len(cases):
         return
-    strain[chosen] = search_many(span.take(chosen), target[chosen])
-    for case in chosen[~np.isfinite(strain[chosen])].tolist():
+    strain[cases] = search_many(span.take(cases), target[cases])
+    for case in cases[~np.isfinite(strain[cases])].tolist():
         try:
             strain[case] = search_one(span.take(case), target[case])
         except NoSolutionError as error:

@@ -65,20 +65,20 @@ class Settings:
 SETTINGS = Settings()
 
 
-def levels(first):
+def levels(least_sum):
     """Yield levels (elements along the piece with most waves, order), finer and finer.
 
     Parameters
     ----------
-    first : float
+    least_sum : float
         Sum of the orders to begin with.
     """
-    total = min(max(ceil(first), SETTINGS.lowest), SETTINGS.finest)
+    total = min(max(ceil(least_sum), SETTINGS.lowest), SETTINGS.finest)
     while True:
         elements = ceil(total / (SETTINGS.highest - 4))
         order = ceil(total / elements)
-        for more in (0, 2, 4):  # an odd step may leave the symmetric shapes as they are
-            yield elements, order + more
+        for increment in (0, 2, 4):  # an odd step may leave the symmetric shapes as they are
+            yield elements, order + increment
         if total >= SETTINGS.finest:
             return
         total = min(ceil(SETTINGS.growth * elements * (order + 4)), SETTINGS.finest)
@@ -93,12 +93,12 @@ def levels_for(case, waves):
 
 
 def resolving(waves):
-    """Sum of orders from which so many half-waves along a piece are resolved."""
+    """Least sum of orders along a piece that resolves a number of half-waves along it."""
     return SETTINGS.per_wave * waves + SETTINGS.beside_waves
 
 
 def needs_of(case, required):
-    """Motion of the cable on which the frequencies of one case depend.
+    """Half-waves and frequency that the model of one case must at least resolve.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def needs_of(case, required):
     waves : float
         Estimated number of transverse half-waves along the cable, for the first level. [-]
     least : float
-        Frequency on which they depend in any case, known before them; 0 for none. [Hz]
+        Lower bound of the axial frequency among them, known before they are computed; 0 without one. [Hz]
 
     Raises
     ------
@@ -121,11 +121,11 @@ def needs_of(case, required):
     results, axial = case.results, required.axial
     axial_waves, travel_time = float(results.axial_waves[case.index]), float(results.travel_time[case.index])
     # Dunkerley: masses on the cable lower its axial mode k at most by this
-    carried = sum(mass for _, mass in case.span.point_masses)
-    slower = np.sqrt(1 + (axial * np.pi / 2) ** 2 * carried)
+    mass_on_cable = sum(mass for _, mass in case.span.point_masses)
+    lowered_by = np.sqrt(1 + (axial * np.pi / 2) ** 2 * mass_on_cable)
     # half of k c/(2 L): neighbouring modes shift an axial one
-    least = axial * axial_waves / (4 * travel_time) / slower if axial else 0.0
-    return _half_waves(case, required), least
+    least_frequency = axial * axial_waves / (4 * travel_time) / lowered_by if axial else 0.0
+    return _half_waves(case, required), least_frequency
 
 
 def _half_waves(case, required):
@@ -167,7 +167,7 @@ class Refinement:
     values, errors : dict
         Header -> number, and its estimated relative error: those within the accuracy.
     failures : dict
-        Header -> CablestudyError of a column that cannot be had.
+        Header -> CablestudyError of a column that reaches no accuracy.
     tried : int
         Levels examined.
     """
@@ -187,16 +187,17 @@ class Refinement:
         self.used, self._accuracy = self.case, self.case.scene.model.accuracy
         index, results = self.case.index, self.case.results
         self._rounding = float(results.motion_rounding[index])
-        self._found, self._missing, self._last_waves, self._needed = {}, {}, 0.0, 0.0
-        self._reached, self._best, self._no_gain = "the finest model is too coarse", inf, 0
+        self._values_of_level, self._last_failures, self._last_waves, self._least_orders = {}, {}, 0.0, 0.0
+        self._message, self._least_error, self._levels_without_gain = "the finest model is too coarse", inf, 0
         self._levels = levels_for(self.case, self.waves)
         self.advance()
 
     def advance(self):
         """Go to the next level that resolves the waves known so far."""
-        level = next((one for one in self._levels if one[0] * one[1] >= self._needed), None)
+        fine_enough = (level for level in self._levels if level[0] * level[1] >= self._least_orders)
+        level = next(fine_enough, None)
         if level is None:
-            self._give_up(self._reached)
+            self._give_up(self._message)
         else:
             self.finer = self.case.refined(*level)
 
@@ -208,21 +209,22 @@ class Refinement:
             self._give_up(f"about {self.waves:.3g} waves along the cable, and {unknowns} unknowns, are too many")
             return
         try:
-            found = self._values_where_resolved()
+            sampled = self._values_where_resolved()
         except CablestudyError as error:
-            found = {}, {}, {None: error}, 0.0
-        if found is not None:
-            self._judge(*found)
+            sampled = {}, {}, {None: error}, 0.0  # of all columns
+        if sampled is not None:
+            self._judge(*sampled)
         if self.finer is not None:
             self.advance()
 
     def _too_large(self):
-        many = self.waves > SETTINGS.many_waves
-        limit = SETTINGS.most_dense if many else SETTINGS.most_unknowns
-        return (self._found or many) and self.finer.in_plane.dof > limit
+        """True if the model of this level has too many unknowns to be solved."""
+        many_waves = self.waves > SETTINGS.many_waves
+        limit = SETTINGS.most_dense if many_waves else SETTINGS.most_unknowns
+        return (self._values_of_level or many_waves) and self.finer.in_plane.dof > limit
 
     def _unresolved(self, frequency):
-        """Error by transverse waves that are not resolved, 0 where they are; and how many half-waves there are. [-]"""
+        """Error by transverse waves that are not resolved, 0 where they are; and the number of half-waves. [-]"""
         if not frequency:
             return 0.0, 0.0
         waves, turn = self.finer.waves(frequency)
@@ -230,57 +232,61 @@ class Refinement:
         return 0.0 if resolved else SETTINGS.unresolved * turn, waves
 
     def _values_where_resolved(self):
-        """Values, errors and failures of a sample, and the error by waves that are not resolved; None of too many."""
-        found, (unresolved, waves) = None, self._unresolved(self.least)
+        """Values, errors and failures of a sample, and the error by unresolved waves; None where this is too large."""
+        sampled, (unresolved, waves) = None, self._unresolved(self.least)
         if unresolved <= self._accuracy:
-            found = self.sample(self.finer, self.failures)
-            unresolved, waves = self._unresolved(max(found[0].values(), default=0.0))
+            sampled = self.sample(self.finer, self.failures)
+            unresolved, waves = self._unresolved(max(sampled[0].values(), default=0.0))
         settled, self._last_waves = abs(waves - self._last_waves) < 0.1 * self._last_waves, waves
         if unresolved <= self._accuracy:
-            return *found, unresolved
-        self._found, self._needed = {}, min(resolving(waves), SETTINGS.finest)
+            return *sampled, unresolved
+        self._values_of_level, self._least_orders = {}, min(resolving(waves), SETTINGS.finest)
         if settled and resolving(waves) > SETTINGS.finest:
             most = (SETTINGS.finest - SETTINGS.beside_waves) / SETTINGS.per_wave
             self._give_up(f"more waves along a piece of the cable than the {most:.0f} that the finest model resolves")
         return None
 
-    def _judge(self, values, known_errors, failures, unresolved):
-        """Keep the values that are within the accuracy, and end the search where no others remain."""
+    def _judge(self, values, estimated_errors, failures, unresolved):
+        """Keep the values that are within the accuracy, and end the search where no others remain.
+
+        Parameters are the results of `_values_where_resolved`.
+        """
         self._refuse(failures)
-        pending = failures.keys() - self.failures.keys()
+        pending = failures.keys() - self.failures.keys()  # a finer level may have them
         if not values:
             if not pending:
                 self.used, self.finer = self.finer, None
             return
-        errors = {header: max(self._rounding, unresolved, known_errors[header]) for header in values}
-        good = {header: error for header, error in errors.items() if error <= self._accuracy}
-        self._found, self.used, self.errors = values, self.finer, good
-        self.values = {header: values[header] for header in good}
-        if len(good) == len(values):
+        errors = {header: max(self._rounding, unresolved, estimated_errors[header]) for header in values}
+        within_accuracy = {header: error for header, error in errors.items() if error <= self._accuracy}
+        self._values_of_level, self.used, self.errors = values, self.finer, within_accuracy
+        self.values = {header: values[header] for header in within_accuracy}
+        if len(within_accuracy) == len(values):
             self.finer = self.finer if pending else None
             return
         worst = max(errors.values())
-        self._no_gain = self._no_gain + 1 if self._best <= worst < SETTINGS.rounding_limit else 0
-        self._best = min(worst, self._best)
-        self._reached = f"the error reached is about {self._best:.1e}"
-        if self._no_gain == SETTINGS.without_gain:
-            self._give_up(self._reached)
+        without_gain = self._least_error <= worst < SETTINGS.rounding_limit
+        self._levels_without_gain = self._levels_without_gain + 1 if without_gain else 0
+        self._least_error = min(worst, self._least_error)
+        self._message = f"the error reached is about {self._least_error:.1e}"
+        if self._levels_without_gain == SETTINGS.without_gain:
+            self._give_up(self._message)
 
     def _refuse(self, failures):
-        """Refuse the columns that failed again in the same way: a finer level may have the mode that a coarse lacks."""
+        """Refuse columns that failed twice in the same way, or often: a finer level may have a mode that this lacks."""
         missing = {}
         for header, error in failures.items():
-            before, count = self._missing.get(header, (None, 0))
+            previous_error, count = self._last_failures.get(header, (None, 0))
             missing[header] = error, count + 1
-            if count and (str(before) == str(error) or count == SETTINGS.trials):
+            if count and (str(previous_error) == str(error) or count == SETTINGS.trials):
                 self.failures[header] = error
-        self._missing = missing
+        self._last_failures = missing
 
     def _give_up(self, reached):
-        """End the search; the values that are not within the accuracy cannot be had."""
+        """End the search; values that are not within the accuracy fail, with a message on what was reached."""
         self.finer = None
-        missing = {header: error for header, (error, _) in self._missing.items()}
-        remaining = self._found.keys() - self.values.keys()
+        missing = {header: error for header, (error, _) in self._last_failures.items()}
+        remaining = self._values_of_level.keys() - self.values.keys()
         error = ConvergenceError(f"accuracy {self._accuracy:g} cannot be had: {reached}")
         self.failures |= missing | dict.fromkeys(remaining, error)
         if not (self.failures or self.values):
@@ -302,11 +308,11 @@ def refine(searches, prepare):
     waiting = [search for search in searches if search.finer is not None]
     while waiting:
         level = min(search.finer.level for search in waiting)
-        chosen = [search for search in waiting if search.finer.level == level]
-        chosen = chosen[: max(1, SETTINGS.numbers // chosen[0].finer.size)]
-        if len(chosen) > 1:
-            prepare([search.finer for search in chosen])
-        for search in chosen:
+        batch = [search for search in waiting if search.finer.level == level]
+        batch = batch[: max(1, SETTINGS.numbers // batch[0].finer.size)]
+        if len(batch) > 1:
+            prepare([search.finer for search in batch])
+        for search in batch:
             search.examine()
         waiting = [search for search in waiting if search.finer is not None]
 
@@ -318,5 +324,5 @@ def with_accuracy(scene, accuracy):
 
 
 def reference_scene(scene):
-    """That to an accuracy of `reference_accuracy`."""
+    """Copy of a scene with a model to `STUDY.reference_accuracy`."""
     return with_accuracy(scene, STUDY.reference_accuracy)

@@ -10,13 +10,13 @@ from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
 
 PARTICIPATION = "N/(m sqrt(kg))"  # unit
-STATE = Field("state", "state", text=True)  # of a conductor that stretches for good, see `LinearCables.labels`
+STATE = Field("state", "state", text=True)  # of a conductor with permanent elongation, see `LinearCables.labels`
 
 
 def static_table(scene, estimate=False):
     """`Table` and `Row` of every static and stiffness column that a scene has the keys for.
 
-    `estimate`: whether to estimate the errors of deflections by fixed elements; those of other statics cost nothing.
+    With `estimate` also of the errors of deflections by fixed elements; the errors of other statics cost nothing.
     """
     kinds = ("scene", "statics", "stiffness")
     columns = [column for column in COLUMNS if column.needs in kinds and not lacks(scene, column)]
@@ -28,36 +28,39 @@ def static_table(scene, estimate=False):
 
 def shape_table(case):
     """Table of the static shape of a case, point by point; with loads, also of the deflections."""
-    moved = {}
+    deflections = {}
     if len(case.span.load_positions):
         from cablestudy.study.deflection import nodal_deflections
 
         mesh, full, linear = nodal_deflections(case)
-        positions, moved = mesh.node_positions, {"deflection": full, "linear_deflection": linear}
+        positions, deflections = mesh.node_positions, {"deflection": full, "linear_deflection": linear}
     elif case.exact_statics:
         positions = np.linspace(0.0, 1.0, STUDY.shape_points)
     else:
         positions = case.state.mesh.node_positions
-    data = _along(case.span, positions, *shape(case, positions))
-    for word, block in moved.items():
-        data |= {f"{word}_{axis}_m": part for axis, part in zip("xyz", (block @ case.span.frame).T, strict=True)}
-    return Table(_fields_along(data), _rows_along(data))
+    columns = _columns_along(case.span, positions, *shape(case, positions))
+    for word, deflection in deflections.items():
+        components = zip("xyz", (deflection @ case.span.frame).T, strict=True)
+        columns |= {f"{word}_{axis}_m": component for axis, component in components}
+    return Table(_fields_along(columns), _rows_along(columns))
 
 
-def _along(span, positions, places, tension):
+def _columns_along(span, positions, coordinates, tension):
     """Header -> values along a cable: arc length, coordinates, tension."""
-    data = {"s_m": positions * float(span.unstretched_length)}
-    data |= {f"{axis}_m": coordinate for axis, coordinate in zip("xyz", places.T, strict=True)}
-    return data | {"tension_N": tension}
+    columns = {"s_m": positions * float(span.unstretched_length)}
+    columns |= {f"{axis}_m": coordinate for axis, coordinate in zip("xyz", coordinates.T, strict=True)}
+    return columns | {"tension_N": tension}
 
 
 def _fields_along(headers):
+    """Fields of columns by their headers, which end with the unit."""
     words = [(name, *name.rpartition("_")) for name in headers]
     return tuple(Field(name, word.replace("_", " "), unit) for name, word, _, unit in words)
 
 
-def _rows_along(data):
-    return [dict(zip(data, map(float, values), strict=True)) for values in zip(*data.values(), strict=True)]
+def _rows_along(columns):
+    """Rows of a table: list of dict header -> number, from header -> array."""
+    return [dict(zip(columns, map(float, values), strict=True)) for values in zip(*columns.values(), strict=True)]
 
 
 def shapes_table(cables):
@@ -66,54 +69,64 @@ def shapes_table(cables):
     Parameters
     ----------
     cables : dict
-        Name -> `Catenary` of the cable, and the place of its end 1, shape (3,) [m].
+        Name -> `Catenary` of the cable, and the position of its end 1, shape (3,) [m].
     """
     rows, headers = [], ("s_m", "x_m", "y_m", "z_m", "tension_N")
-    for name, (catenary, begin) in cables.items():
+    for name, (catenary, end_1) in cables.items():
         edges = np.cumsum(split(catenary.span).fraction)[:-1]
         positions = np.unique(np.concatenate([np.linspace(0.0, 1.0, STUDY.shape_points), edges]))
-        found = _placed(ClosedStatics(catenary), catenary.span, begin, positions)
-        rows += [{"cable": name, **row} for row in _rows_along(_along(catenary.span, positions, *found))]
+        form = _form(ClosedStatics(catenary), catenary.span, end_1, positions)
+        rows += [{"cable": name, **row} for row in _rows_along(_columns_along(catenary.span, positions, *form))]
     return Table((Field("cable", "cable", label=True), *_fields_along(headers)), rows)
 
 
 def shape(case, positions):
     """Global coordinates [m], shape (j, 3), and tension [N] at shares of the unstretched length."""
-    return _placed(case.statics, case.span, case.end_1, positions)
+    return _form(case.statics, case.span, case.end_1, positions)
 
 
-def _placed(statics, span, begin, positions):
-    """`shape` of the statics of a cable whose end 1 is at a place."""
+def _form(statics, span, end_1, positions):
+    """Global coordinates and tension as of `shape`, by the statics of a cable with the position of its end 1 [m]."""
     displacement, tension = statics.shape(positions)
-    local = displacement + np.outer(positions * (1 + float(span.chord_strain)), [1.0, 0.0, 0.0])
-    return np.asarray(begin) + local @ span.frame * float(span.unstretched_length), tension
+    in_chord_frame = displacement + np.outer(positions * (1 + float(span.chord_strain)), [1.0, 0.0, 0.0])
+    return np.asarray(end_1) + in_chord_frame @ span.frame * float(span.unstretched_length), tension
 
 
 def mode_table(case, modes):
     """Table of the `Modes` of a case."""
     participation = np.abs(case.participation(modes))
     # a participation is rounding relative to the largest of all modes and to the largest that its mode could have
-    moving = case.span.mass * case.span.unstretched_length * case.state.mesh.node_masses.sum()
-    largest = (2 * np.pi * modes.frequency) ** 2 * np.sqrt(moving)
+    moving_mass = case.span.mass * case.span.unstretched_length * case.state.mesh.node_masses.sum()
+    largest = (2 * np.pi * modes.frequency) ** 2 * np.sqrt(moving_mass)
     floor = 1e-12 * np.maximum(largest, participation.max(initial=0.0))
     field = Field("participation", "participation", PARTICIPATION)
-    more = {field: np.where(participation > floor, participation, 0.0)}
-    return modes_as_rows(case, modes, range(len(modes)), more)
+    further_columns = {field: np.where(participation > floor, participation, 0.0)}
+    return modes_as_rows(case, modes, range(len(modes)), further_columns)
 
 
-def modes_as_rows(case, modes, chosen, more):
-    """Table of chosen modes of a case, by indices: number, kind, symmetry, frequency, and more (Field -> values)."""
+def modes_as_rows(case, modes, chosen, further_columns):
+    """Table of some modes of a case.
+
+    Parameters
+    ----------
+    case : Case
+    modes : Modes
+    chosen : sequence of int
+        Indices of the modes shown.
+    further_columns : dict
+        `Field` -> values of all modes, shown after number, type, symmetry and frequency.
+    """
     fields = (*(Field(name, name) for name in ("number", "type", "symmetry")), Field("frequency_Hz", "frequency", "Hz"))
-    numbers = modes.frequency, *more.values()
+    numbers = modes.frequency, *further_columns.values()
     lines = [(int(k) + 1, modes.kind[k], modes.symmetry[k], *(float(values[k]) for values in numbers)) for k in chosen]
-    return Table.of((*fields, *more), lines, errors=lambda: _errors_of_modes(case, modes, chosen))
+    return Table.of((*fields, *further_columns), lines, errors=lambda: _errors_of_modes(case, modes, chosen))
 
 
 def _errors_of_modes(case, modes, chosen):
     """Yield the estimated error of each chosen frequency, where it is known: header -> number."""
-    from cablestudy.study.case_modes import errors_of
+    from cablestudy.study.case_modes import frequency_errors
 
-    errors, _ = errors_of(case, modes.first(int(max(chosen, default=-1)) + 1))
+    errors, _ = frequency_errors(case, modes.first(int(max(chosen, default=-1)) + 1))
     for k in chosen:
         yield {} if errors[k] is None else {"frequency_Hz": errors[k]}
 

@@ -11,9 +11,8 @@ from cablestudy.cable.newton import UNDETERMINED
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study import load_cases
+from cablestudy.study import load_cases, one_cable_conductors
 from cablestudy.study.columns import LIMP
-from cablestudy.study.one_cable_conductors import hanging_alike, uneven_stretch_errors
 from cablestudy.study.push import pushed_ends
 from cablestudy.study.reference_length import chord_strain
 from cablestudy.study.statics import ClosedStatics
@@ -26,12 +25,17 @@ NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffne
 class Results:
     """Closed-form results of a batch of n cases, each computed when it is first needed.
 
-    A single case is a batch of one. `values` are `SceneValues` or a `CaseTable`. Numbers of a case in `failures` mean
-    nothing. `alike` are `HangingAlike` where they are known.
+    A single case is a batch of one. Numbers of a case in `failures` mean nothing.
+
+    Parameters
+    ----------
+    values : SceneValues or CaseTable
+    equivalent_cables : EquivalentCables, optional
+        Those of all cases, where the caller has them.
     """
 
-    def __init__(self, values, alike=None):
-        self.values, self._along, self._alike = values, {}, alike
+    def __init__(self, values, equivalent_cables=None):
+        self.values, self._along, self._equivalent_cables = values, {}, equivalent_cables
 
     def given(self, path):
         """A number that each scene states, shape (n,); see `SceneValues.given`."""
@@ -39,45 +43,52 @@ class Results:
 
     @cached_property
     def _span_and_reasons(self):
-        """The cables, case -> why its cable does not exist, the lengths, and the drag; a taut one takes its place."""
+        """Cables in their load cases: `Span`, reasons (case -> why its cable does not exist), lengths, `SteadyDrag`.
+
+        A taut cable is in the place of one that does not exist. Lengths are unstretched, in the reference state. [m]
+        """
         span, changed = load_cases.bare_spans(self.values), None
-        strain, reasons = (np.zeros(len(self.values)), {}) if self._alike else chord_strain(span, self.values)
-        if self.alike is not None:
-            span, changed = self.alike.in_place_of(span, self.values, strain, reasons)
+        none = np.zeros(len(self.values)), {}  # equivalent cables bring theirs
+        strain, reasons = none if self._equivalent_cables else chord_strain(span, self.values)
+        if self.equivalent_cables is not None:
+            span, changed = self.equivalent_cables.replace_in(span, self.values, strain, reasons)
         for case in np.flatnonzero(load_cases.shrunk(self.values)).tolist():
             reasons[case] = "at the temperature of the case next to nothing is left of the cable's length"
         length = span.with_chord_strain(strain).unstretched_length
 
-        def at(shift, drag=None):
-            loaded, drag = load_cases.loaded_spans(span, self.values, strain, shift, changed, drag)
-            return _loads_on_cable(loaded, reasons), drag
+        def loaded_with(shift, drag=None):
+            """Cables with end 2 displaced along x [m], with the mean pressures of a drag, and their drag."""
+            spans, drag = load_cases.loaded_spans(span, self.values, strain, shift, changed, drag)
+            return _loads_on_cable(spans, reasons), drag
 
-        def blown(shift):
-            found, drag = at(shift)
+        def loaded_at(shift):
+            """Cables with end 2 displaced along x [m], and their drag, by the mean pressure where they hang."""
+            spans, drag = loaded_with(shift)
             for _ in range(0 if drag.profile is None else STUDY.pressure_passes):
-                mean = drag.profile.mean_pressure(solve(found), drag.end_1)
-                moving = np.abs(mean - drag.mean) > STUDY.pressure_change * np.abs(drag.mean)
-                if not moving.any():
+                pressure = drag.profile.mean_pressure(solve(spans), drag.end_1)
+                changing = np.abs(pressure - drag.mean) > STUDY.pressure_change * np.abs(drag.mean)
+                if not changing.any():
                     break
-                found, drag = at(shift, replace(drag, mean=np.where(moving, mean, drag.mean)))
-            return found, drag
+                spans, drag = loaded_with(shift, replace(drag, mean=np.where(changing, pressure, drag.mean)))
+            return spans, drag
 
         push = self.values.push
-        self._push = pushed_ends(lambda shift: blown(shift)[0], push) if push.any() else None
-        found, drag = blown(self._push and self._push.shift)
+        self._push = pushed_ends(lambda shift: loaded_at(shift)[0], push) if push.any() else None
+        loaded, drag = loaded_at(self._push and self._push.shift)
         for case in np.flatnonzero(~self._push.record.converged).tolist() if self._push else ():
             reasons.setdefault(case, f"{UNPUSHED} ({self._push.record.describe(case)})")
-        return found, reasons, length, drag
+        return loaded, reasons, length, drag
 
     @cached_property
-    def alike(self):
-        """`HangingAlike` of the conductors that stretch for good; None where there is none."""
-        return self._alike or hanging_alike(self.values, Results)
+    def equivalent_cables(self):
+        """`EquivalentCables` of conductors with permanent elongation; None where there is none."""
+        return self._equivalent_cables or one_cable_conductors.equivalent_cables(self.values, Results)
 
     @cached_property
     def state(self):
-        """In which state each conductor is, see `LinearCables.labels`; empty of linear cables: ndarray, shape (n,)."""
-        return np.full(len(self.values), "") if self.alike is None else self.alike.labels_of(len(self.values))
+        """State of each conductor, see `LinearCables.labels`; empty of linear cables: ndarray, shape (n,)."""
+        count, cables = len(self.values), self.equivalent_cables
+        return np.full(count, "") if cables is None else cables.labels_of(count)
 
     @property
     def span(self):
@@ -107,12 +118,12 @@ class Results:
 
     @property
     def limp(self):
-        """Which cables are longer than their chord without any load: no tension, and no definite form, shape (n,)."""
+        """True of cables longer than their chord without any load: no tension, and no definite form, shape (n,)."""
         return self.catenary.record.reason == UNDETERMINED
 
     @property
     def form(self):
-        """The cables where they hang: what `cable.geometry` takes."""
+        """The cables in equilibrium: the argument of functions of `cable.geometry`."""
         return self.catenary
 
     @property
@@ -122,7 +133,7 @@ class Results:
 
     @property
     def end_1(self):
-        """Places of end 1, shape (n, 3). [m]"""
+        """Positions of end 1, shape (n, 3). [m]"""
         return self.values.ends[0] + self.values.moves[:, 0]
 
     @cached_property
@@ -138,7 +149,7 @@ class Results:
     @cached_property
     def pushed(self):
         """Displacement of end 2 along x by the forces of the load cases, shape (n,) [m], and its relative error."""
-        self._span_and_reasons  # noqa: B018, which finds it
+        self._span_and_reasons  # noqa: B018, sets `_push`
         none = np.zeros(len(self.values))
         return (none, none) if self._push is None else (self._push.shift, self._push.error)
 
@@ -153,8 +164,7 @@ class Results:
         return ClosedStatics(self.catenary)
 
     def end_stiffness_along(self, axis, moved=None):
-        """Static stiffness of end 2, end 1 fixed, shape (n,): force along x, y or z (0, 1, 2), by default by its own
-        movement, or by that along another axis. [N/m]"""
+        """Static stiffness of end 2, end 1 fixed, shape (n,); see `Case.end_stiffness_along`. [N/m]"""
         key = axis, axis if moved is None else moved
         if key not in self._along:
             self._along[key] = along(self.span, self.catenary.end_stiffness, *key)
@@ -162,7 +172,7 @@ class Results:
 
     @property
     def end_stiffness_chord(self):
-        """That along the chord, shape (n,). [N/m]"""
+        """Static stiffness of end 2 along the chord, end 1 fixed, shape (n,). [N/m]"""
         return self.catenary.end_stiffness[..., 0, 0]
 
     # ---------------------------------------------------------------------------------------- what motion depends on
@@ -184,8 +194,8 @@ class Results:
 
     @cached_property
     def _uneven(self):
-        """Whether drag changes along a cable: in a steady wind, with a fixed number of elements, shape (n,)."""
-        return (self.drag.pressed > 0) & np.isfinite(self.given("model.elements"))
+        """True where drag changes along a cable: in a steady wind, with a fixed number of elements, shape (n,)."""
+        return (self.drag.normal_drag > 0) & np.isfinite(self.given("model.elements"))
 
     @cached_property
     def drag(self):
@@ -233,14 +243,16 @@ class Results:
 
     @cached_property
     def _drag_errors(self):
-        if not self.drag.pressed.any():
-            return self.drag.pressed, self.drag.pressed
+        """Relative errors of all results and of the sag by drag taken as uniform, each of shape (n,). [-]"""
+        if not self.drag.normal_drag.any():
+            return self.drag.normal_drag, self.drag.normal_drag
         return load_cases.uneven_drag_errors(self.drag, self.catenary)[:2]
 
     @cached_property
     def model_error(self):
         """Relative error of all results: by the drag, and by conductors that are no linear cables, shape (n,). [-]"""
-        return self.drag_error if self.alike is None else self.drag_error + uneven_stretch_errors(self)
+        stretched = self.equivalent_cables is not None
+        return self.drag_error + one_cable_conductors.uneven_stretch_errors(self) if stretched else self.drag_error
 
     @cached_property
     def sag_rounding(self):
@@ -293,7 +305,7 @@ class Results:
 
     @cached_property
     def _bent(self):
-        """Whether a segment bends so that it is divided into shorter pieces, shape (n,)."""
+        """True where a segment bends so much that it is divided into shorter pieces, shape (n,)."""
         fraction = self.catenary.segments.fraction
         middle = np.cumsum(fraction, axis=-1) - fraction / 2
         return (fraction > np.abs(middle - self.catenary.singularities)).any(axis=-1)
@@ -317,22 +329,26 @@ class Results:
 
 
 def _loads_on_cable(span, reasons):
-    """The span with the loads of stand-ins on the cable; adds the cables that end before a load to the reasons."""
+    """Spans whose loads are all on the cable; adds to the reasons the cables that end before a load.
+
+    In cables that do not exist the loads are moved onto the taut cable in their place.
+    """
     if not span.load_positions.shape[-1]:
         return span
-    length, last = span.unstretched_length, span.load_positions[:, -1]
-    for case in np.flatnonzero(last >= length).tolist():
-        reasons.setdefault(case, f"the load at {last[case]:.6g} m is beyond the cable's end, at {length[case]:.6g} m")
+    length, last_position = span.unstretched_length, span.load_positions[:, -1]
+    for case in np.flatnonzero(last_position >= length).tolist():
+        position, end = last_position[case], length[case]
+        reasons.setdefault(case, f"the load at {position:.6g} m is beyond the cable's end, at {end:.6g} m")
     if not reasons:
         return span
     return replace(span, load_positions=np.sort(load_cases.placed_on_cable(span.load_positions, length)))
 
 
 def along(span, stiffness, axis, moved=None):
-    """Stiffness along the global axis 0, 1 or 2 (x, y, z) from one in the chord frame, shape (..., 3, 3). [N/m]
+    """Stiffness along a global axis (0, 1, 2: x, y, z) from a matrix in the chord frame, shape (..., 3, 3). [N/m]
 
-    Of a movement along the same axis, or along another one. Without a matrix product, whose rounding would depend on
-    the number of cables.
+    By a displacement along the same axis, or along axis `moved`. Without a matrix product, whose rounding would depend
+    on the number of cables.
     """
-    turn, other = span.frame[..., axis], span.frame[..., axis if moved is None else moved]
-    return sum(turn[..., i] * stiffness[..., i, j] * other[..., j] for i in range(3) for j in range(3))
+    direction, displacement = span.frame[..., axis], span.frame[..., axis if moved is None else moved]
+    return sum(direction[..., i] * stiffness[..., i, j] * displacement[..., j] for i in range(3) for j in range(3))

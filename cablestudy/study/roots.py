@@ -1,4 +1,4 @@
-"""All places where a function of one number is zero: a scan, its gaps and extrema refined, and Brent's method."""
+"""All zeros of a function of one number x: a scan, its gaps and extrema refined, and Brent's method."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -18,17 +18,17 @@ class Effort:
     points : int
         On each side in a range of about a decade.
     steps : int
-        Halvings of each gap between what has a value and what has none, and steps of each search for an extremum.
+        Halvings of each gap between a point with a value and one without, and steps of each search for an extremum.
     rtol : float
-        To which a zero is found, relative.
+        Relative tolerance of a zero.
     reach : float
-        Largest factor between the start and a place that is tried, see `ranges_about`.
+        Largest factor between the start and a point that is tried, see `ranges_about`.
     noise : float
-        Error of the function where it should be zero: a zero leaves no more than that.
+        Error of the function: at a zero it is no larger than that.
     scale : float
-        Size of the numbers whose difference the function is: what differs less than its rounding is equal.
+        Size of the numbers whose difference the function is: values that differ by their rounding are equal.
     parts : int
-        Into which the gap between what has a value and what has none is divided at once.
+        Number of parts into which the gap between a point with a value and one without is divided at once.
     costly : bool
         Whether such gaps are left alone where the function is far from zero, and jumps found as finely as their ends.
     """
@@ -43,7 +43,7 @@ class Effort:
     costly: bool = False
 
     def equal(self, values):
-        """True if values of the function are equal but for rounding; of fewer than two nothing is known."""
+        """True if two or more values of the function are equal but for rounding."""
         return len(values) > 1 and np.ptp(values) <= STUDY.constant_spread * (np.abs(values).max() + self.scale)
 
 
@@ -53,29 +53,29 @@ class Zeros:
 
     Attributes
     ----------
-    places : list of float
-        Of the zeros, rising.
+    roots : list of float
+        The zeros, rising.
     jumps : list of float
-        Where the function changes its sign without being zero, rising.
+        Points at which the function changes its sign without being zero, rising.
     plateaus : list of (float, float)
-        Between which places tried the function stays zero; only the first place of each is among the zeros.
+        Intervals in which the function stays zero; only the first point of each is among the zeros.
     gaps : list of (float, float)
-        Between places of which one has a value and one has none, rising: what was left alone of a costly function.
+        Intervals with a value at one end and none at the other, rising, that were not searched further.
     low, high : float
         Ends of the range that was searched.
-    known : tuple of ndarray
-        Places that have a value, rising, and the values, each of shape (k,).
+    evaluated : tuple of ndarray
+        Points that have a value, rising, and the values, each of shape (k,).
     constant : bool
         Whether the function has one value wherever it has any.
     """
 
-    places: list
+    roots: list
     jumps: list
     plateaus: list
     gaps: list
     low: float
     high: float
-    known: tuple
+    evaluated: tuple
     constant: bool
 
 
@@ -91,11 +91,11 @@ class _SignFoundError(Exception):
     """An extremum lies beyond zero."""
 
 
-# ---------------------------------------------------------------------------------------------------- what is tried
+# ------------------------------------------------------------------------------------------------ points to try
 
 
-def ranges_about(start, low, high, points, reach=np.inf):
-    """Yield places to try about a start, each time beyond those before, in the end up to both limits or the reach.
+def ranges_about(start, low, high, count, reach=np.inf):
+    """Yield points to try about a start, each time beyond those before, in the end up to both limits or the reach.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def ranges_about(start, low, high, points, reach=np.inf):
         From low to high.
     low, high : float
         Limits. Where low is not negative the ranges grow by factors of the start, else by distances from it.
-    points : int
+    count : int
         On each side, in a range of about a decade.
     reach : float
         Largest factor or, in units of the start, distance.
@@ -115,42 +115,43 @@ def ranges_about(start, low, high, points, reach=np.inf):
     """
     signed = low < 0
     if not signed and start == 0:
-        yield [np.array([]), places_between(low, high, points)]
+        yield [np.array([]), points_between(low, high, count)]
         return
     size = (abs(start) or min(1.0, (high - low) / 8)) if signed else start
-    before = start, start
+    previous_ends = start, start
     for factor in (factor for factor in STUDY.range_factors if factor <= reach):
-        away = size * factor
-        ends = (max(low, start - away if signed else start / factor), min(high, start + away if signed else away))
-        sides = [_side(start, *pair, signed, points) for pair in zip(before, ends, strict=True)]
-        if before == (start, start):
+        distance = size * factor
+        below, above = (start - distance, start + distance) if signed else (start / factor, distance)
+        ends = max(low, below), min(high, above)
+        sides = [_side(start, *pair, signed, count) for pair in zip(previous_ends, ends, strict=True)]
+        if previous_ends == (start, start):
             sides = [np.append(side, start) for side in sides]
         if any(map(len, sides)):
             yield sides
-        before = ends
+        previous_ends = ends
 
 
-def _side(start, near, far, signed, points):
-    """Places beyond one end of a range up to the end of the next."""
+def _side(start, near, far, signed, count):
+    """Points beyond one end of a range up to the end of the next."""
     if near == far:
         return np.array([])
     if not signed:
-        return _geometric(near, far, points)[1:]
+        return _geometric(near, far, count)[1:]
     if near == start:
-        return np.linspace(near, far, points + 1)[1:]
-    return start + _geometric(near - start, far - start, points)[1:]
+        return np.linspace(near, far, count + 1)[1:]
+    return start + _geometric(near - start, far - start, count)[1:]
 
 
-def _geometric(near, far, points):
-    """Places at equal ratios between two of one sign; zero at the far end is one more."""
-    last = far or near * STUDY.least_positive
-    count = max(points, min(STUDY.many_decades * points, round(points * abs(log10(last / near)) / 2)))
-    places = np.geomspace(near, last, count + 1)
-    return np.append(places, 0.0) if far == 0 else np.append(places[:-1], far)
+def _geometric(near, far, count):
+    """Points at equal ratios between two numbers of one sign; zero at the far end is one more."""
+    end = far or near * STUDY.least_positive
+    intervals = max(count, min(STUDY.many_decades * count, round(count * abs(log10(end / near)) / 2)))
+    points = np.geomspace(near, end, intervals + 1)
+    return np.append(points, 0.0) if far == 0 else np.append(points[:-1], far)
 
 
-def places_between(low, high, points):
-    """Places between two limits, both among them: at equal ratios over more than a factor of four, else at equal steps.
+def points_between(low, high, count):
+    """Points between two limits, both among them: at equal ratios over more than a factor of four, else at equal steps.
 
     Parameters as of `ranges_about`.
 
@@ -159,8 +160,8 @@ def places_between(low, high, points):
     ndarray
     """
     if low >= 0 and high > 4 * low:
-        return _geometric(high, low, STUDY.many_decades * points)[::-1]
-    return np.linspace(low, high, STUDY.many_decades * points + 1)
+        return _geometric(high, low, STUDY.many_decades * count)[::-1]
+    return np.linspace(low, high, STUDY.many_decades * count + 1)
 
 
 # --------------------------------------------------------------------------------------------------------- the search
@@ -170,7 +171,7 @@ def zeros(function, ranges, effort, enclose=False, cheaper=None):
     """Search ranges one after the other until one has a zero, and then for all zeros in it.
 
     A side of a range that has no value anywhere ends the search on that side, once there are values elsewhere. Two
-    zeros between neighbouring places are found by way of the extremum between them, unless they are so close that the
+    zeros between neighbouring points are found by way of the extremum between them, unless they are so close that the
     values about them do not tell.
 
     Parameters
@@ -178,13 +179,13 @@ def zeros(function, ranges, effort, enclose=False, cheaper=None):
     function : callable
         ndarray of shape (n,) -> ndarray of shape (n,), NaN where there is no value.
     ranges : iterable of list of ndarray
-        Places of each side, see `ranges_about`.
+        Points of each side, see `ranges_about`.
     effort : Effort
     enclose : bool
-        Whether the search goes on until the function is negative, or has no value, at both ends of what was tried.
+        Whether the search goes on until the function is negative, or has no value, at both ends of the range tried.
     cheaper : callable, optional
-        Two places -> cheaper function of one place, tried first between them: its zero is taken where the function has
-        the same value.
+        Two points -> cheaper function of one number, tried first between them: its zero is taken where the function
+        has the same value.
 
     Returns
     -------
@@ -193,127 +194,127 @@ def zeros(function, ranges, effort, enclose=False, cheaper=None):
     scan = _Scan(function, effort, cheaper)
     ended_sides = set()
     for sides in ranges:
-        open_sides = {number: places for number, places in enumerate(sides) if number not in ended_sides}
+        open_sides = {side: points for side, points in enumerate(sides) if side not in ended_sides}
         if not open_sides:
             break
         scan.evaluate(np.concatenate(list(open_sides.values())))
         if len(scan.finite()[0]):
-            ended_sides |= {number for number, places in open_sides.items() if all(map(isnan, map(scan.value, places)))}
-        found, jumps = scan.search()
-        if found and not (enclose and scan.rises_to_an_end()):
+            ended_sides |= {side for side, points in open_sides.items() if all(map(isnan, map(scan.value, points)))}
+        roots, jumps = scan.search()
+        if roots and not (enclose and scan.rises_to_an_end()):
             break
-    if not found and not (jumps and effort.costly):
+    if not roots and not (jumps and effort.costly):
         scan.approach_zero()  # there may be a zero, else a message names how close the function comes
-        found, jumps = scan.search()
-    with_values = scan.finite()
+        roots, jumps = scan.search()
+    evaluated = scan.finite()
     ends = min(scan.tried), max(scan.tried)
-    return Zeros(found, jumps, scan.plateaus, scan.gaps_left(), *ends, with_values, effort.equal(with_values[1]))
+    return Zeros(roots, jumps, scan.plateaus, scan.gaps_left(), *ends, evaluated, effort.equal(evaluated[1]))
 
 
 class _Scan:
-    """Places where the function was evaluated, and what is found between them."""
+    """Points at which the function was evaluated, and the zeros, jumps and plateaus between them."""
 
     def __init__(self, function, effort, cheaper):
         self._function, self._effort, self._cheaper = function, effort, cheaper
-        self.tried = {}  # place -> value, NaN where there is none; what the search looks at
-        self._others = {}  # the same of places about a zero
+        self.tried = {}  # x -> value, NaN where there is none; the points between which is searched
+        self._near_zeros = {}  # likewise, of points that were evaluated on the way to a zero
         self.plateaus = []
 
-    def evaluate(self, places):
-        """Evaluate the function at places where it was not yet."""
-        new = [place for place in dict.fromkeys(np.asarray(places, dtype=float).tolist()) if place not in self.tried]
+    def evaluate(self, points):
+        """Evaluate the function at those points where it was not evaluated yet."""
+        new = [x for x in dict.fromkeys(np.asarray(points, dtype=float).tolist()) if x not in self.tried]
         if new:
             values = np.asarray(self._function(np.array(new)), dtype=float)
             self.tried.update(zip(new, values.tolist(), strict=True))
 
-    def value(self, place):
-        """The function at a place about a zero."""
-        if place not in self.tried and place not in self._others:
-            self._others[place] = float(self._function(np.array([place]))[0])
-        return self.tried.get(place, self._others.get(place))
+    def value(self, x):
+        """The function at a point on the way to a zero."""
+        if x not in self.tried and x not in self._near_zeros:
+            self._near_zeros[x] = float(self._function(np.array([x]))[0])
+        return self.tried.get(x, self._near_zeros.get(x))
 
     def finite(self):
-        """Places that have a value, rising, and the values: two arrays of shape (k,)."""
-        known = sorted((place, value) for place, value in self.tried.items() if not isnan(value))
-        return tuple(np.array(known).reshape(-1, 2).T)
+        """Points that have a value, rising, and the values: two arrays of shape (k,)."""
+        finite = sorted((x, value) for x, value in self.tried.items() if not isnan(value))
+        return tuple(np.array(finite).reshape(-1, 2).T)
 
     def rises_to_an_end(self):
-        """True if the function is positive at the lowest or the highest place tried."""
+        """True if the function is positive at the lowest or the highest point tried."""
         return any(self.tried[end(self.tried)] > 0 for end in (min, max))
 
     def search(self):
-        """The zeros and jumps between the places tried: two lists of places, rising."""
+        """The zeros and jumps between the points tried: two lists of numbers, rising."""
         for _ in range(STUDY.bracket_rounds):
             self._refine_edges()
             self._refine_extrema()
             try:
-                return self._zeros()
+                return self._roots_and_jumps()
             except _NoValueError:
-                continue  # the place without a value is among those tried now
+                continue  # the point without a value is among those tried now
         return [], []
 
     def _refine_edges(self):
-        """Divide each gap between a place that has a value and a neighbour that has none."""
+        """Divide each gap between a point that has a value and a neighbour that has none."""
         parts = self._effort.parts
         for _ in range(ceil(self._effort.steps / log2(parts))):
             wide = [gap for gap, may_cross in self._gaps() if may_cross]
             if not wide:
                 return
-            self.evaluate([_way(a, b)(part / parts) for a, b in wide for part in range(1, parts)])
+            self.evaluate([_interpolation(a, b)(k / parts) for a, b in wide for k in range(1, parts)])
 
     def gaps_left(self):
-        """Gaps between a place that has a value and one that has none that were not divided."""
+        """Gaps between a point that has a value and one that has none that were not divided."""
         return [gap for gap, may_cross in self._gaps() if not may_cross]
 
     def _gaps(self):
-        """Yield each wide gap between a place with a value and a neighbour without one, and if it may hold a zero."""
-        known = sorted(self.tried.items())
-        for k, ((a, f), (b, g)) in enumerate(pairwise(known)):
+        """Yield each wide gap between a point with a value and a neighbour without one, and if it may hold a zero."""
+        tried = sorted(self.tried.items())
+        for k, ((a, f), (b, g)) in enumerate(pairwise(tried)):
             if isnan(f) != isnan(g) and b - a > STUDY.edge * max(abs(a), abs(b)):
-                yield (a, b), self._may_cross(known, k)
+                yield (a, b), self._may_cross(tried, k)
 
-    def _may_cross(self, known, k):
-        """Whether a zero may lie between places k and k + 1 of `known`, one of which has no value.
+    def _may_cross(self, tried, k):
+        """True if a zero may lie between points k and k + 1 of `tried`, one of which has no value.
 
-        Of a costly function that is so where its last change, carried on, comes near to zero in this gap.
+        Of a costly function that is so where its last change, extrapolated, comes near to zero in this gap.
         """
-        last, before = (k, k - 1) if isnan(known[k + 1][1]) else (k + 1, k + 2)
-        if not (self._effort.costly and 0 <= before < len(known)) or isnan(known[before][1]):
+        nearer, farther = (k, k - 1) if isnan(tried[k + 1][1]) else (k + 1, k + 2)
+        if not (self._effort.costly and 0 <= farther < len(tried)) or isnan(tried[farther][1]):
             return True
-        (place, value), (other, earlier) = known[last], known[before]
-        carried = (value - earlier) * (known[k + 1][0] - known[k][0]) / abs(place - other)
-        return value * carried <= 0 and abs(value) <= STUDY.bends * abs(carried)
+        (x, value), (x_before, value_before) = tried[nearer], tried[farther]
+        extrapolated = (value - value_before) * (tried[k + 1][0] - tried[k][0]) / abs(x - x_before)
+        return value * extrapolated <= 0 and abs(value) <= STUDY.bends * abs(extrapolated)
 
     def _refine_extrema(self):
-        """Where the function comes closest to zero between its neighbours there may be two zeros, or one."""
-        places, values = self.finite()
+        """Minimise the distance from zero about each point closer to it than its neighbours: two zeros may be there."""
+        points, values = self.finite()
         if self._effort.equal(values):
             return
         size, sign = np.abs(values), np.sign(values)
-        for k in range(1, len(places) - 1):
-            around = max(size[k - 1], size[k + 1])
-            least = size[k] <= min(size[k - 1], size[k + 1]) and (sign[k - 1 : k + 2] == sign[k]).all()
-            if least and around >= 2 * size[k] > 0:  # else the extremum is too far from zero
-                self._minimise(places[k - 1], places[k + 1], sign[k])
+        for k in range(1, len(points) - 1):
+            larger_neighbour = max(size[k - 1], size[k + 1])
+            is_minimum = size[k] <= min(size[k - 1], size[k + 1]) and (sign[k - 1 : k + 2] == sign[k]).all()
+            if is_minimum and larger_neighbour >= 2 * size[k] > 0:  # else the extremum is too far from zero
+                self._minimise(points[k - 1], points[k + 1], sign[k])
 
     def approach_zero(self):
-        """Search for the extremum about the place where the function is closest to zero, for a message to name it."""
-        places, values = self.finite()
-        k = int(np.argmin(np.abs(values))) if len(places) else 0
-        if 0 < k < len(places) - 1 and not self._effort.equal(values):
-            self._minimise(places[k - 1], places[k + 1], np.sign(values[k]))
+        """Search for the extremum about the point where the function is closest to zero, for a message to name it."""
+        points, values = self.finite()
+        k = int(np.argmin(np.abs(values))) if len(points) else 0
+        if 0 < k < len(points) - 1 and not self._effort.equal(values):
+            self._minimise(points[k - 1], points[k + 1], np.sign(values[k]))
 
     def _minimise(self, low, high, sign):
-        """Search for the extremum between two places, until the sign changes; what is tried is kept."""
+        """Search for the extremum between two points, until the sign changes; values are kept in `tried`."""
         from scipy.optimize import minimize_scalar
 
-        place_at = _way(low, high)
+        point_at = _interpolation(low, high)
         farthest = np.abs(self.finite()[1]).max()  # finite, unlike inf: the search fits parabolas
 
-        def distance(part):
-            place = place_at(part)
-            self.evaluate([place])
-            value = sign * self.tried[place]
+        def distance(fraction):
+            x = point_at(fraction)
+            self.evaluate([x])
+            value = sign * self.tried[x]
             if value <= 0:
                 raise _SignFoundError
             return farthest if isnan(value) else value
@@ -324,75 +325,76 @@ class _Scan:
         except _SignFoundError:
             pass
 
-    def _zeros(self):
-        """The zeros and jumps between neighbouring places that have values."""
+    def _roots_and_jumps(self):
+        """The zeros and jumps between neighbouring points that have values: two lists; sets `plateaus`."""
         if self._effort.equal(self.finite()[1]):
             return [], []
         least = STUDY.constant_spread * self._effort.scale
-        known = [(place, 0.0 if abs(value) <= least else value) for place, value in sorted(self.tried.items())]
-        jumps, found = [], [known[0][0]] if known[0][1] == 0 else []
+        tried = [(x, 0.0 if abs(value) <= least else value) for x, value in sorted(self.tried.items())]
+        jumps, roots = [], [tried[0][0]] if tried[0][1] == 0 else []
         self.plateaus = []
-        for (a, f), (b, g) in pairwise(known):
+        for (a, f), (b, g) in pairwise(tried):
             if f == g == 0:  # it stays at zero: one zero, where that begins
-                begin = self.plateaus.pop()[0] if self.plateaus and self.plateaus[-1][1] == a else a
-                self.plateaus.append((begin, b))
+                start = self.plateaus.pop()[0] if self.plateaus and self.plateaus[-1][1] == a else a
+                self.plateaus.append((start, b))
             elif g == 0:
-                found.append(b)
+                roots.append(b)
             elif f * g < 0:
                 try:
-                    place = self._brent(a, b)
+                    x = self._root_between(a, b)
                 except _JumpFoundError as jump:
                     jumps.append(jump.args[0])
                     continue
-                continuous = abs(self.value(place)) <= max(STUDY.jump * abs(g - f), self._effort.noise)
-                (found if continuous else jumps).append(place)
-        return sorted(found), sorted(jumps)
+                is_zero = abs(self.value(x)) <= max(STUDY.jump * abs(g - f), self._effort.noise)
+                (roots if is_zero else jumps).append(x)
+        return sorted(roots), sorted(jumps)
 
-    def _brent(self, low, high):
-        """Where the function changes its sign between two places of different sign."""
+    def _root_between(self, low, high):
+        """Point between two of different sign at which the function changes its sign, if it can by the cheaper one."""
         if cheaper := self._cheaper and self._cheaper(low, high):
             try:
-                place = self._bracketed(cheaper, low, high)
-                if self.value(place) == cheaper(place):
-                    return place
+                x = self._find_sign_change(cheaper, low, high)
+                if self.value(x) == cheaper(x):
+                    return x
             except (_NoValueError, _JumpFoundError):
                 pass
         try:
-            return self._bracketed(self.value, low, high)
-        except _NoValueError as none:
-            self.tried[none.args[0]] = np.nan
+            return self._find_sign_change(self.value, low, high)
+        except _NoValueError as no_value:
+            self.tried[no_value.args[0]] = np.nan
             raise
 
-    def _bracketed(self, function, low, high):
-        """Where a function changes its sign between two places of different sign, by Brent's method."""
+    def _find_sign_change(self, function, low, high):
+        """Point between two of different sign at which a function changes its sign, by Brent's method."""
         from scipy.optimize import brentq
 
-        place_at, ends, known = _way(low, high), {}, {low: self.value(low), high: self.value(high)}
+        point_at, end_values = _interpolation(low, high), {low: self.value(low), high: self.value(high)}
+        change = end_values[high] - end_values[low]
+        ends = {}  # whether the function is positive -> last point where it is so, and its value
 
-        def value(part):
-            place = place_at(part)
-            number = known[place] if place in known else function(place)
+        def value(fraction):
+            x = point_at(fraction)
+            number = end_values[x] if x in end_values else function(x)
             if isnan(number):
-                raise _NoValueError(place)
-            ends[number > 0] = place, number
+                raise _NoValueError(x)
+            ends[number > 0] = x, number
             if self._effort.costly and len(ends) == 2:
                 (a, f), (b, g) = ends.values()
                 if abs(b - a) <= STUDY.edge * max(abs(a), abs(b)) and abs(g - f) >= STUDY.abrupt * abs(change):
-                    raise _JumpFoundError(place)
+                    raise _JumpFoundError(x)
             return number
 
-        change = known[high] - known[low]
-        return place_at(brentq(value, 0.0, 1.0, xtol=1e-15, rtol=self._effort.rtol, maxiter=500))
+        return point_at(brentq(value, 0.0, 1.0, xtol=1e-15, rtol=self._effort.rtol, maxiter=500))
 
 
-def _way(low, high):
-    """Function of a part of the way, from 0 to 1, to a place between two: at equal ratios where they are far apart."""
+def _interpolation(low, high):
+    """Function of a fraction, from 0 to 1, to a point between two: at equal ratios where they are far apart."""
 
-    def place_at(part):
-        if part in (0.0, 1.0):
-            return high if part else low
+    def point_at(fraction):
+        if fraction in (0.0, 1.0):
+            return high if fraction else low
         if low > 0 and high > 4 * low:
-            return float(low * (high / low) ** part)
-        return float(low + (high - low) * part)
+            return float(low * (high / low) ** fraction)
+        return float(low + (high - low) * fraction)
 
-    return place_at
+    return point_at

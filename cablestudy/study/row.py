@@ -1,4 +1,4 @@
-"""Rows of a table: the columns of cases, to the accuracy of each, with the reason where one cannot be had."""
+"""Rows of a table: the columns of cases, to the accuracy of each, with the reason where one has no value."""
 
 import time
 from dataclasses import dataclass
@@ -36,15 +36,15 @@ class Row:
     Attributes
     ----------
     cells : dict
-        Header -> float, or None where it cannot be had; `status` is a text.
+        Header -> float, or None where it has no value; `status` is a text.
     case : Case
         With the model that was used.
     notes : tuple of str
-        What was modelled and what was left out.
+        On the model, and what it leaves out.
     errors : dict
         Header -> estimated relative error against the continuous cable; None where it is not known.
     warnings : tuple of str
-        What a user should know who asks for no notes.
+        For users who ask for no notes too.
     """
 
     cells: dict
@@ -59,13 +59,13 @@ class Row:
 
     @property
     def failed(self):
-        """True if some column cannot be had."""
+        """True if some column has no value."""
         return not has_answer(self.cells["status"])
 
-    def table(self, columns, more=()):
-        """The row as a `Table` of some columns and its status, with more cells between them: pairs of `Field`, cell."""
-        fields = (*(column.field for column in columns), *(field for field, _ in more), STATUS)
-        cells = self.cells | {field.name: cell for field, cell in more}
+    def table(self, columns, further_cells=()):
+        """The row as a `Table` of some columns, further cells (pairs of `Field`, cell), and its status."""
+        fields = (*(column.field for column in columns), *(field for field, _ in further_cells), STATUS)
+        cells = self.cells | {field.name: cell for field, cell in further_cells}
         return Table(fields, [cells], single=True, errors=self.known_errors)
 
 
@@ -87,13 +87,13 @@ class _Answer:
     slack: bool = False
 
     def fail(self, columns, error):
-        """Let columns without a value fail."""
+        """Record an error as the failure of those columns that have no value yet."""
         for column in columns:
             if column.header not in self.values:
                 self.failures.setdefault(column.header, error)
 
     def compute(self, columns):
-        """Compute columns of this case alone, with the errors that they state; those that cannot be had fail."""
+        """Compute columns of this case alone, with the errors that they state, or their failures."""
         for column in columns:
             if column.header in self.failures:
                 continue
@@ -107,16 +107,16 @@ class _Answer:
                 self.errors[column.header] = None if isnan(error) else float(error)
 
     def row(self, required, seconds=None):
-        """The finished row; seconds is the time that it took. [s]"""
+        """The finished `Row`; seconds is the time that it took. [s]"""
         cells = {**required.empty, **self.values}
         errors = {name: error for name, error in self.errors.items() if name not in self.failures}
         if required.run:
-            known = None not in errors.values() and (errors or not self.failures)
-            run = {"dof": self.dof, "error_estimate": max(errors.values(), default=0.0) if known else None}
+            errors_known = None not in errors.values() and (errors or not self.failures)
+            run = {"dof": self.dof, "error_estimate": max(errors.values(), default=0.0) if errors_known else None}
             run["solve_time_ms"] = 1e3 * seconds if required.clock else None
             cells.update((header, number) for header, number in run.items() if header in cells)
         doubts = (OVER_STRENGTH, self.over_strength), (SLACK, self.slack)
-        cells["status"] = status_of(self.failures, *(words for words, there in doubts if there))
+        cells["status"] = status_of(self.failures, *(words for words, applies in doubts if applies))
         return Row(cells, self.case, tuple(self.notes), errors, self.warnings)
 
 
@@ -157,7 +157,7 @@ def evaluate_named(document, scene, names, command, estimate=False):
 
 
 def evaluate_cases(scenes, columns, estimate=False):
-    """Compute the columns of many scenes: closed forms of all at once, and what some share once.
+    """Compute the columns of many scenes: closed forms of all at once, and results shared by some only once.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def evaluate_cases(scenes, columns, estimate=False):
     Returns
     -------
     list of Row
-        Each as if it were alone, to the last digit. Where a column cannot be had its cell is empty, and the status says
+        Each as if it were alone, to the last digit. Where a column has no value its cell is empty, and the status says
         why.
     """
     groups = {}
@@ -178,93 +178,94 @@ def evaluate_cases(scenes, columns, estimate=False):
         groups.setdefault((load_count(scene), scene.model.elements is None), []).append(index)
     rows, cache, required = [None] * len(scenes), Cache(), ColumnRequirements(columns)
     for (_, exact), indices in groups.items():
-        width = len(indices) if exact else _fixed_at_once([scenes[index] for index in indices])
-        for own in batched(indices, width):
-            chosen = [scenes[index] for index in own]
-            for index, row in zip(own, _rows_alike(chosen, required, exact, cache, estimate), strict=True):
+        rows_at_once = len(indices) if exact else _fixed_rows_at_once([scenes[index] for index in indices])
+        for piece in batched(indices, rows_at_once):
+            rows_of_piece = _rows_of_batch([scenes[index] for index in piece], required, exact, cache, estimate)
+            for index, row in zip(piece, rows_of_piece, strict=True):
                 rows[index] = row
     return rows
 
 
 def batched(sequence, width):
-    """Yield pieces of a sequence, of a length at most."""
-    for first in range(0, len(sequence), width):
-        yield sequence[first : first + width]
+    """Yield the pieces of a sequence that have at most `width` entries."""
+    for start in range(0, len(sequence), width):
+        yield sequence[start : start + width]
 
 
-def _fixed_at_once(scenes):
-    """How many scenes with fixed elements are solved at once: what a processor's cache holds of their modes. [-]"""
+def _fixed_rows_at_once(scenes):
+    """Number of scenes with fixed elements to solve at once, whose modes a processor's cache holds. [-]"""
     return max(1, min(STUDY.rows_at_once, SETTINGS.numbers // max(models.numbers_of(scene.model) for scene in scenes)))
 
 
-def _rows_alike(scenes, required, exact, cache, estimate):
+def _rows_of_batch(scenes, required, exact, cache, estimate):
     """Yield the rows of scenes whose cables carry equally many loads, all with fixed elements or none (`exact`)."""
-    begin = time.perf_counter()
+    start_time = time.perf_counter()
     results = Results(SceneValues(scenes))
     closed, elements = closed_form(results, required), ()
     if not (exact or required.scene_only):
         closed, elements = by_elements(results, required, closed)
     cells = closed.cells()
-    closed_time = (time.perf_counter() - begin) / len(scenes)
-    solve = _solver(required, exact)
+    closed_time = (time.perf_counter() - start_time) / len(scenes)
+    solve = _solving_function(required, exact)
     if not (solve or required.run):
         yield from _closed_rows(results, closed, cells, required, cache)
         return
-    width = 1 if required.clock else STUDY.rows_at_once  # a time is that of a row alone
-    for first in range(0, len(scenes), width):
-        begin, indices = time.perf_counter(), range(first, min(first + width, len(scenes)))
+    rows_at_once = 1 if required.clock else STUDY.rows_at_once  # a time is that of a row alone
+    for start in range(0, len(scenes), rows_at_once):
+        start_time, indices = time.perf_counter(), range(start, min(start + rows_at_once, len(scenes)))
         answers = [_answer(Case(scenes[index], results, index, cache=cache), closed, cells[index], required)
                    for index in indices]  # fmt: skip
         if elements:
             models.give_elements({answer.case.index: answer.case for answer in answers}, elements)
         if solve:
             solve(answers, required, estimate or required.estimate)
-        seconds = closed_time + time.perf_counter() - begin
+        seconds = closed_time + time.perf_counter() - start_time
         for index, answer in zip(indices, answers, strict=True):
             if (required.modes or required.system) and len(scenes) > 1:  # of many rows none keeps its modes
                 answer.case = Case(scenes[index], results, index)
             yield answer.row(required, seconds)
 
 
-def _solver(required, exact):
-    """What computes the columns that are no closed form of many cases; None where there are none."""
+def _solving_function(required, exact):
+    """Function for the columns that are no closed form of many cases; None where there are none."""
     if required.scene_only or (exact and not required.of_models):
         return None
-    return _solve_to_accuracy if exact else _solve_fixed
+    return _solve_to_accuracy if exact else _solve_fixed_elements
 
 
 def _closed_rows(results, closed, cells, required, cache):
     """Yield the rows of cases that need nothing but closed forms."""
-    about = notes.NOTHING if required.scene_only else notes.STATIC
+    note = notes.NOTHING if required.scene_only else notes.STATIC
     for index in range(len(results.values)):
         failures, errors = closed.failures.get(index, {}), closed.errors_of(index)
         if failures:
             errors = {name: error for name, error in errors.items() if name not in failures}
         row = {**required.empty, **cells[index], "status": closed.status(index)}
-        case, over = Case(results.values.scenes[index], results, index, cache=cache), index in closed.over_strength
-        yield Row(row, case, about, errors, () if required.scene_only else notes.of_closed_form(case, over))
+        case = Case(results.values.scenes[index], results, index, cache=cache)
+        over_strength = index in closed.over_strength
+        yield Row(row, case, note, errors, () if required.scene_only else notes.of_closed_form(case, over_strength))
 
 
 def _answer(case, closed, cells, required):
-    """What the closed form gives of a row."""
+    """The `_Answer` of a case with all numbers of its closed form."""
     failures = dict(closed.failures.get(case.index, {}))
     values = {header: number for header, number in cells.items() if header not in failures}
     errors = dict(closed.errors_of(case.index))
-    about = notes.NOTHING if required.scene_only else notes.STATIC
-    over = case.index in closed.over_strength
-    warnings = notes.of_closed_form(case, over) if case.exact_statics and not required.scene_only else ()
-    return _Answer(case, values, failures, errors, about, over, warnings=warnings)
+    note = notes.NOTHING if required.scene_only else notes.STATIC
+    over_strength = case.index in closed.over_strength
+    warnings = notes.of_closed_form(case, over_strength) if case.exact_statics and not required.scene_only else ()
+    return _Answer(case, values, failures, errors, note, over_strength, warnings=warnings)
 
 
 # ------------------------------------------------------------------------------------------------- to an accuracy
 
 
 def _solve_to_accuracy(answers, required, _):
-    """Compute what is not known in closed form, with models refined to the accuracy of each case."""
+    """Compute the columns without a closed form, with models refined to the accuracy of each case."""
     searches = []
-    for place, answer in enumerate(answers):
-        if required.system and place % STUDY.coupled_rows_at_once == 0:
-            _prepare_systems(answers[place : place + STUDY.coupled_rows_at_once], required)
+    for index, answer in enumerate(answers):
+        if required.system and index % STUDY.coupled_rows_at_once == 0:
+            _prepare_systems(answers[index : index + STUDY.coupled_rows_at_once], required)
         answer.compute(required.single)
         if required.system:
             _solve_system(answer, required)
@@ -278,11 +279,11 @@ def _solve_to_accuracy(answers, required, _):
                 answer.fail(columns, error)
     refine([search for _, _, search in searches], models.solve_models)
     for answer, needed, search in searches:
-        _take_over(answer, needed, search)
+        _add_found(answer, needed, search)
 
 
 def _prepare_systems(answers, required):
-    """Compute the modes that gondola, loop and wind need, of many rows together: of those that lack no key for them."""
+    """Compute in one call the modes for gondola, loop and wind of many rows, of those that lack no key for them."""
     from cablestudy.study.one_cable_system import prepare
 
     cases = [
@@ -295,12 +296,12 @@ def _prepare_systems(answers, required):
 
 
 def _modal_gondola(scene):
-    """Whether the damping of a gondola grows with the number of modes."""
+    """True if the damping of a gondola grows with the number of modes."""
     return scene.gondola is not None and grows_with_modes(scene.cable.damping)
 
 
 def _solve_system(answer, required):
-    """Compute what gondola and cable do as one linear system, which states its own errors."""
+    """Compute the columns of gondola and cable as one linear system, which states its own errors."""
     case, columns = answer.case, required.system
     drag, accuracy = case.results.model_error[case.index], case.scene.model.accuracy
     if _modal_gondola(case.scene):
@@ -310,11 +311,11 @@ def _solve_system(answer, required):
         name = column.header
         if name not in answer.values or answer.errors.get(name) is None:
             continue
-        if answer.errors[name] > accuracy and is_own(column):  # those of suspensions state what they have
+        if answer.errors[name] > accuracy and is_own(column):  # columns of suspensions state the error they reach
             text = f"{name}: estimated error {answer.errors[name]:.1e}, asked for {accuracy:g}"
             answer.failures[name] = ConvergenceError(text)
             del answer.values[name]
-        answer.errors[name] += float(drag)  # which no finer model would take away
+        answer.errors[name] += float(drag)  # of any model, however fine
     answer.dof = case.system_size
     answer.slack = required.in_wind and case.moves and goes_slack(case)
     gondola = any(column.needs == "gondola" and column.header in answer.values for column in columns)
@@ -322,29 +323,29 @@ def _solve_system(answer, required):
 
 
 def _system_notes(answer, gondola, damped):
-    """What was modelled of gondola and cable as one linear system; of the `gondola`: whether something was computed."""
-    case, found = answer.case, answer.notes
+    """Notes on gondola and cable as one linear system; `gondola`: whether a number of its mode was computed."""
+    case, texts = answer.case, answer.notes
     if case.moves:
-        found = (notes.CLOSED_FORM, *notes.of_system(case))
+        texts = (notes.CLOSED_FORM, *notes.of_system(case))
     elif gondola:
-        found = (notes.CLOSED_FORM, *notes.of_gondola(case))
+        texts = (notes.CLOSED_FORM, *notes.of_gondola(case))
     if case.moves or damped:
-        found += notes.assumed_damping(case.scene) + notes.air_damping(case)
-    return found + _gondola_notes(answer)
+        texts += notes.assumed_damping(case.scene) + notes.air_damping(case)
+    return texts + _gondola_notes(answer)
 
 
 def _gondola_notes(answer):
-    """What the frequency of the gondola stands for, where it was computed."""
+    """Notes on the modes that share the gondola's motion, where its frequency was computed."""
     return tuple(notes.gondola_notes(answer.case)) if "gondola_frequency_Hz" in answer.values else ()
 
 
-def _take_over(answer, needed, search):
-    """Put what a search has found into the answer."""
+def _add_found(answer, required, search):
+    """Add the frequencies, errors, failures and notes of a `Refinement` to an answer, with the case that it used."""
     solved = {name: wind for name, wind in answer.case.__dict__.items() if name in ("in_wind", "in_cable_wind")}
     answer.case, answer.dof = search.used, max(search.used.dof, answer.dof)
     answer.case.__dict__.update(solved)
     drag = float(search.used.results.model_error[search.used.index])
-    for column in needed.modes:
+    for column in required.modes:
         name = column.header
         if name in search.values:
             answer.values[name] = search.values[name]
@@ -353,30 +354,30 @@ def _take_over(answer, needed, search):
             answer.failures[name] = search.failures.get(name, search.failures.get(None))
     if search.values:
         worst = max(answer.errors[name] for name in search.values)
-        found = (notes.CLOSED_FORM, *notes.of_refined(search.used, worst, search.tried))
-        answer.notes = found + tuple(line for line in answer.notes if line not in found)
+        texts = (notes.CLOSED_FORM, *notes.of_refined(search.used, worst, search.tried))
+        answer.notes = texts + tuple(line for line in answer.notes if line not in texts)
 
 
 # -------------------------------------------------------------------------------------------------- fixed elements
 
 
-def _solve_fixed(answers, required, estimate):
-    """Compute everything beside the scene with the elements of each scene, and hold it against the continuous cable."""
-    alive = [answer for answer in answers if answer.case.index not in answer.case.results.failures]
-    if not alive:
+def _solve_fixed_elements(answers, required, estimate):
+    """Compute the columns with the fixed elements of each scene, and estimate errors against the continuous cable."""
+    solvable = [answer for answer in answers if answer.case.index not in answer.case.results.failures]
+    if not solvable:
         return
-    if len(alive) > 1 and required.of_models:
-        models.solve_models([answer.case for answer in alive])
-    for place, answer in enumerate(alive):
-        if required.system and place % STUDY.coupled_rows_at_once == 0:
-            _prepare_systems(alive[place : place + STUDY.coupled_rows_at_once], required)
-        _fixed_answer(answer, required, estimate or len(answers) == 1)
+    if len(solvable) > 1 and required.of_models:
+        models.solve_models([answer.case for answer in solvable])
+    for index, answer in enumerate(solvable):
+        if required.system and index % STUDY.coupled_rows_at_once == 0:
+            _prepare_systems(solvable[index : index + STUDY.coupled_rows_at_once], required)
+        _compute_motion(answer, required, estimate or len(answers) == 1)
     if estimate and required.of_models:
-        _estimate_motion(alive, required)
+        _estimate_errors(solvable, required)
 
 
-def _fixed_answer(answer, required, noted):
-    """What the motion of one case gives, beside its statics; notes on request."""
+def _compute_motion(answer, required, noted):
+    """Compute the columns of one case of fixed elements that its statics do not give; `noted`: with notes."""
     case, answer.notes = answer.case, ()
     if not (required.of_models or required.run or noted):
         return
@@ -390,7 +391,7 @@ def _fixed_answer(answer, required, noted):
     answer.slack = required.in_wind and goes_slack(case)
     for column in columns:
         if column.least_error is not None and column.header in answer.values:
-            answer.errors.setdefault(column.header, None)
+            answer.errors.setdefault(column.header, None)  # not known without a finer model
     unknowns = case.dof if required.modes else (2 if case.planar else 3) * (model.mesh.nodes - 2)
     answer.dof = max(unknowns, case.system_size)
     if noted:
@@ -400,25 +401,22 @@ def _fixed_answer(answer, required, noted):
             answer.notes += notes.assumed_damping(case.scene) + notes.air_damping(case) + notes.judged_by(case.scene)
 
 
-def _estimate_motion(answers, required):
-    """Add the errors of what is no closed form of many cases, against a finer model."""
-    found = {*required.modes, *required.system, *required.single}
-    columns = [column for column in required.physical if column in found]
+def _estimate_errors(answers, required):
+    """Add the errors, against a finer model, of the columns that are no closed form of many cases."""
+    of_models = {*required.modes, *required.system, *required.single}
+    columns = [column for column in required.physical if column in of_models]
     scenes = [reference_scene(answer.case.scene) for answer in answers]
-    what = "motion" if required.modes or required.system else "deflections"
+    quantity = "motion" if required.modes or required.system else "deflections"
     for answer, finer in zip(answers, evaluate_cases(scenes, columns), strict=True):
-        found = {
-            column.header: _difference(answer.values[column.header], finer, column.header)
-            for column in columns
-            if column.header in answer.values
-        }
-        answer.errors |= found
-        answer.notes += tuple(notes.of_comparison(found, finer.cells["status"], what))
+        headers = [column.header for column in columns if column.header in answer.values]
+        errors = {header: _difference(answer.values[header], finer, header) for header in headers}
+        answer.errors |= errors
+        answer.notes += tuple(notes.of_comparison(errors, finer.cells["status"], quantity))
 
 
 def _difference(value, finer, header):
-    """Relative error of a value against the row of a finer model, the error of which is added; None if not known."""
-    truth = finer.cells[header]
-    if finer.failed and truth is None:
+    """Relative error of a value against the row of a finer model, and the error of that; None if not known. [-]"""
+    reference = finer.cells[header]
+    if finer.failed and reference is None:
         return None
-    return relative(value, truth) + (finer.errors.get(header) or 0.0)
+    return relative(value, reference) + (finer.errors.get(header) or 0.0)

@@ -28,27 +28,27 @@ class SceneKind:
     evaluate_table : callable
         `CaseTable`, columns -> as `closed_form.evaluate_table`; None where each case takes its own scene.
     why_not : callable
-        Scene, column -> why the scene cannot have it, or an empty text.
+        Scene, column -> reason for which the scene cannot have it, empty where it can.
     of_each_cable : callable
         Scene, name of a column -> list of cable and its column of that name, where the name stands for those of several
         cables; else empty.
     is_cheap : callable
-        Column -> whether it costs so little that `find` may try many values.
+        Column -> True if it costs so little that `find` may try many values.
     usual_columns : tuple of str
-        What `find` shows beside the column that it solves.
+        Names of the columns that `find` shows beside the column of its goal.
     notes_on_stated : callable
-        Scene -> notes, at most one, on what the tensions and sags that it states mean; raises NoSolutionError and
+        Scene -> notes, at most one, on the meaning of the tensions and sags that it states; raises NoSolutionError and
         ConvergenceError where a suspension has no stable equilibrium.
     notes_on_found : callable
-        Case that was found -> the same.
+        Case of a solution of `find` -> notes as of `notes_on_stated`.
     freeze : callable
-        Document, scene -> what its file would say with unstretched lengths, see `freeze.freeze_cable`.
+        Document, scene -> contents of its file with unstretched lengths, see `freeze.freeze_cable`.
     case : callable
         Scene -> `Case` or `SuspensionCase`.
     loaded_cables : callable
-        That -> list of `LoadedCable`; raises NoSolutionError and ConvergenceError.
+        Case -> list of `LoadedCable`; raises NoSolutionError and ConvergenceError.
     compared_models : str
-        Module of what `trade` compares.
+        Name of the module with the models that `trade` compares.
     """
 
     evaluate: Callable
@@ -66,7 +66,7 @@ class SceneKind:
 
     @property
     def trade(self):
-        """The module of what `trade` compares: imported when first used."""
+        """The module with the models that `trade` compares: imported when first used."""
         return import_module(self.compared_models)
 
 

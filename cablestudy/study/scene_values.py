@@ -19,38 +19,39 @@ from cablestudy.study.columns import attribute, lacks, without
 
 # names in keys of quantities that are no columns: a scene takes their sine, compares them one by one, or cables follow
 NOT_COLUMNS = ("materials", "inclination", "attitude", "ends", "loads", "forces", "moves", "stress_strain")
-NO_LOAD = np.nan, np.nan, (0.0, 0.0, 0.0), 0.0  # in the place of one of `merged_loads`
+NO_LOAD = np.nan, np.nan, (0.0, 0.0, 0.0), 0.0  # an entry of `merged_loads` where a cable has fewer loads than others
 
 
 class SceneValues:
     """Values of scenes whose cables carry loads at equally many places."""
 
     def __init__(self, scenes):
-        self.scenes, self._found, self._known = scenes, {}, {}
+        self.scenes, self._values, self._numbers = scenes, {}, {}
 
     def __len__(self):
         return len(self.scenes)
 
-    def take(self, places):
-        """Those of some scenes, by their indices, shape (m,)."""
-        return SceneValues([self.scenes[place] for place in places.tolist()])
+    def take(self, indices):
+        """`SceneValues` of the scenes at some indices, shape (m,)."""
+        return SceneValues([self.scenes[index] for index in indices.tolist()])
 
     def given(self, path):
         """A number of each scene, like `cable.section_area`, in SI; NaN where there is none: shape (n,)."""
-        if path not in self._known:
-            self._known[path] = np.array(self._at(path), dtype=float)
-        return self._known[path]
+        if path not in self._numbers:
+            self._numbers[path] = np.array(self._values_at(path), dtype=float)
+        return self._numbers[path]
 
-    def _at(self, path):
-        """What each scene has at a path with dots: list. The tables on the way are looked up once for all keys."""
-        if path not in self._found:
+    def _values_at(self, path):
+        """Value of each scene at a path with dots: list. The tables on the way are looked up once for all keys."""
+        if path not in self._values:
             table, _, name = path.rpartition(".")
-            self._found[path] = [getattr(one, name, None) for one in (self._at(table) if table else self.scenes)]
-        return self._found[path]
+            holders = self._values_at(table) if table else self.scenes
+            self._values[path] = [getattr(holder, name, None) for holder in holders]
+        return self._values[path]
 
     def words(self, path):
         """A word of each scene, like `cable.tension.at`; empty where there is none: ndarray of str, shape (n,)."""
-        return np.array([word or "" for word in self._at(path)])
+        return np.array([word or "" for word in self._values_at(path)])
 
     def lacking(self, column):
         """Case -> NoSolutionError, of the cases that lack a key which a column needs."""
@@ -60,35 +61,35 @@ class SceneValues:
 
     @cached_property
     def ends(self):
-        """Places of end 1 and end 2, each of shape (n, 3). [m]"""
-        return np.array(self._at("cable.end_1")), np.array(self._at("cable.end_2"))
+        """Positions of end 1 and end 2, each of shape (n, 3). [m]"""
+        return np.array(self._values_at("cable.end_1")), np.array(self._values_at("cable.end_2"))
 
     @cached_property
     def moves(self):
         """Displacements of end 1 and end 2 by the load cases, shape (n, 2, 3). [m]"""
-        return np.stack([np.array(self._at(f"load_case.moves.{end}")) for end in ("end_1", "end_2")], axis=1)
+        return np.stack([np.array(self._values_at(f"load_case.moves.{end}")) for end in ("end_1", "end_2")], axis=1)
 
     @cached_property
     def push(self):
         """Forces of the load cases on end 2 along x, shape (n,). [N]"""
-        return np.array(self._at("load_case.forces.end_2"))[:, 0]
+        return np.array(self._values_at("load_case.forces.end_2"))[:, 0]
 
     @property
     def grounds(self):
         """Ground of each scene: list of n."""
-        return self._at("ground")
+        return self._values_at("ground")
 
     def loads(self, of_case):
-        """Point loads of the cables themselves, `of_case` with those of their chosen cases; see `load_arrays`."""
-        return load_arrays(self._at("loads" if of_case else "cable.loads"))
+        """Point loads of the cables, with `of_case` also those of their load cases; see `load_arrays`."""
+        return load_arrays(self._values_at("loads" if of_case else "cable.loads"))
 
 
-def load_arrays(listed):
-    """Point loads of n cables as arrays, those at one place added, as many for each as for the one with the most.
+def load_arrays(loads_of_cables):
+    """Point loads of n cables as arrays, those at one position added, k for each as for the cable with the most.
 
     Parameters
     ----------
-    listed : list of tuple of Load
+    loads_of_cables : list of tuple of Load
 
     Returns
     -------
@@ -99,35 +100,35 @@ def load_arrays(listed):
     masses : ndarray, shape (n, k)
         [kg]
     """
-    if not any(listed):
-        return tuple(np.zeros((len(listed), 0, *size)) for size in ((), (), (3,), ()))
-    merged = [merged_loads(loads) for loads in listed]
+    if not any(loads_of_cables):
+        return tuple(np.zeros((len(loads_of_cables), 0, *size)) for size in ((), (), (3,), ()))
+    merged = [merged_loads(loads) for loads in loads_of_cables]
     count = max(map(len, merged), default=0)
-    merged = [loads + [NO_LOAD] * (count - len(loads)) for loads in merged]
-    return tuple(np.array([[load[part] for load in loads] for loads in merged]).reshape(len(listed), count, *size)
-                 for part, size in ((0, ()), (1, ()), (2, (3,)), (3, ())))  # fmt: skip
+    merged, shape = [loads + [NO_LOAD] * (count - len(loads)) for loads in merged], (len(merged), count)
+    return tuple(np.array([[load[field] for load in loads] for loads in merged]).reshape(*shape, *size)
+                 for field, size in ((0, ()), (1, ()), (2, (3,)), (3, ())))  # fmt: skip
 
 
 def merged_loads(loads):
-    """(position, fraction, force, mass) of point loads, those at one place added, ascending from end 1."""
-    found = {}
+    """(position, fraction, force, mass) of point loads, those at one position added, ascending from end 1."""
+    merged = {}
     for load in loads:
-        place = np.nan if load.at is None else load.at, np.nan if load.fraction is None else load.fraction
+        position = np.nan if load.at is None else load.at, np.nan if load.fraction is None else load.fraction
         key = load.at, load.fraction
         force, mass = np.array((0.0, 0.0, 0.0) if load.force is None else load.force), load.mass or 0.0
-        if key in found:
-            force, mass = found[key][2] + force, found[key][3] + mass
-        found[key] = (*place, force, mass)
-    return sorted(found.values(), key=lambda load: load[:2])
+        if key in merged:
+            force, mass = merged[key][2] + force, merged[key][3] + mass
+        merged[key] = (*position, force, mass)
+    return sorted(merged.values(), key=lambda load: load[:2])
 
 
 def load_count(scene):
-    """At how many places the cable of a scene carries loads, alone and with its case: two numbers. [-]"""
+    """Number of positions at which the cable carries point loads, in the reference state and in its load case. [-]"""
     return places_of(scene.cable.loads), places_of(scene.loads)
 
 
 def places_of(loads):
-    """At how many places point loads are. [-]"""
+    """Number of positions of point loads. [-]"""
     return len({(load.at, load.fraction) for load in loads}) if loads else 0
 
 
@@ -139,15 +140,15 @@ class CaseTable:
     """Cases of a study that differ in plain numbers only; their values as of `SceneValues`."""
 
     cases: np.ndarray  # their numbers, from 0, shape (n,)
-    scene: CableScene  # what they share; each varied number is an array, shape (n,), in SI, and so are its properties
-    values: dict  # dotted key -> that array
+    scene: CableScene  # one for all; each varied number is an array, shape (n,), in SI, and so are its properties
+    values: dict  # dotted key that is varied -> that array
 
     def __len__(self):
         return len(self.cases)
 
-    def take(self, places):
-        """Those of some cases, by their indices, shape (m,)."""
-        return self if len(places) == len(self) else _chosen(self.scene, self.cases, self.values, places)
+    def take(self, indices):
+        """`CaseTable` of the cases at some indices, shape (m,)."""
+        return self if len(indices) == len(self) else _table_of_cases(self.scene, self.cases, self.values, indices)
 
     def given(self, path):
         """A number of each case in SI, see `SceneValues.given`."""
@@ -163,9 +164,9 @@ class CaseTable:
 
     @property
     def ends(self):
-        """Places of both ends, see `SceneValues.ends`."""
-        cable = self.scene.cable
-        return tuple(np.stack([self._array(place) for place in end], axis=-1) for end in (cable.end_1, cable.end_2))
+        """Positions of both ends, see `SceneValues.ends`."""
+        ends = self.scene.cable.end_1, self.scene.cable.end_2
+        return tuple(np.stack([self._array(coordinate) for coordinate in end], axis=-1) for end in ends)
 
     @property
     def moves(self):
@@ -184,21 +185,22 @@ class CaseTable:
 
     def loads(self, of_case):
         """Point loads, see `SceneValues.loads`."""
-        return tuple(np.repeat(part, len(self), axis=0) for part in SceneValues([self.scene]).loads(of_case))
+        return tuple(np.repeat(array, len(self), axis=0) for array in SceneValues([self.scene]).loads(of_case))
 
     def _array(self, value):
+        """A number of the scene, or None, for each case, shape (n,)."""
         return np.broadcast_to(np.array(np.nan if value is None else value, dtype=float), (len(self),))
 
-    def scene_of(self, place):
+    def scene_of(self, index):
         """The scene of the case at an index into `cases`, numbers only."""
-        return _with_values(self.scene, {key: float(values[place]) for key, values in self.values.items()})
+        return _with_values(self.scene, {key: float(values[index]) for key, values in self.values.items()})
 
 
 def tables_of(study, cases):
     """Read many cases of a study.
 
-    Cases share a table when they differ only in keys that are quantities. What the study varies beside them (a
-    material, a mapping, a gain that is sometimes `auto`) divides the cases; a case unlike all others is read alone.
+    Cases share a table when they differ only in keys that are quantities. Other varied keys (a material, a mapping, a
+    gain that is sometimes `auto`) divide the cases; a case unlike all others is read alone.
 
     Parameters
     ----------
@@ -214,20 +216,21 @@ def tables_of(study, cases):
         Case -> SceneError of each other one.
     """
     cases = np.asarray(cases, dtype=int)
+    # step of each entry in each case, shape (cases, entries)
     steps = np.array(np.unravel_index(cases, [len(entry) for entry in study.entries] or [1])).T
-    numeric = [place for place, entry in enumerate(study.entries) if all(map(_is_column, entry.keys))]
-    groups = np.unique(np.delete(steps, numeric, axis=1), axis=0, return_inverse=True)[1].ravel()
-    tables, alone = [], []
+    numeric_entries = [index for index, entry in enumerate(study.entries) if all(map(_is_column, entry.keys))]
+    groups = np.unique(np.delete(steps, numeric_entries, axis=1), axis=0, return_inverse=True)[1].ravel()
+    tables, remaining = [], []
     for group in range(groups.max(initial=-1) + 1):
-        here = np.flatnonzero(groups == group)
+        members = np.flatnonzero(groups == group)
         values = {}
-        for place in numeric:
-            values |= _numbers(study.entries[place], steps[here, place])
-        table = _table(study, cases[here], values) if len(here) > 1 and values else None
+        for index in numeric_entries:
+            values |= _numbers(study.entries[index], steps[members, index])
+        table = _table(study, cases[members], values) if len(members) > 1 and values else None
         tables += [table] if table else []
-        alone += np.setdiff1d(cases[here], table.cases if table else []).tolist()
+        remaining += np.setdiff1d(cases[members], table.cases if table else []).tolist()
     refused = {}
-    for case in alone:
+    for case in remaining:
         try:
             tables.append(CaseTable(np.array([case]), study.case(case)[1], {}))
         except SceneError as error:
@@ -236,21 +239,24 @@ def tables_of(study, cases):
 
 
 def _is_column(key):
+    """True if a key is a quantity that can be an array in one scene for many cases."""
     return quantity_of(key) is not None and not set(split_key(key)).intersection(NOT_COLUMNS)
 
 
 def _numbers(entry, steps):
-    """Dotted key -> values in SI at the steps of an entry; not a number where a value is none."""
-    unique, place = np.unique(steps, return_inverse=True)
-    found = {}
+    """Dotted key -> values in SI at the steps of an entry; not a number where a value is invalid."""
+    unique, inverse = np.unique(steps, return_inverse=True)
+    numbers = {}
     for key, written, _ in entry.columns:
         read = quantity_of(key).read
-        chosen = written.at(unique) if isinstance(written, Sampled) else [written[step] for step in unique.tolist()]
-        found[key] = np.array([_number(read, value) for value in chosen])[place]
-    return found
+        sampled = isinstance(written, Sampled)
+        written_values = written.at(unique) if sampled else [written[step] for step in unique.tolist()]
+        numbers[key] = np.array([_number(read, value) for value in written_values])[inverse]
+    return numbers
 
 
 def _number(read, written):
+    """A value of the file in SI, read by a quantity's function; not a number where it is invalid."""
     try:
         value = read(written)
     except (PydanticCustomError, ValueError):
@@ -259,20 +265,20 @@ def _number(read, written):
 
 
 def _table(study, cases, values):
-    """The table of the cases whose numbers are valid, alone and together; None when there is none."""
+    """The table of the cases whose numbers are valid, each by itself and together; None when there is none."""
     valid = ~np.isnan(list(values.values())).any(axis=0)
     scene = _first_scene(study, cases[valid])
     if scene is None or not all(isinstance(scene.value_at(split_key(key)), float) for key in values):
         return None
-    table = _chosen(scene, cases, values, valid)
-    holds = np.ones(len(table.cases), dtype=bool)
-    for part in _tables_in(table.scene):
-        for together in part.relations():
-            for _, one_holds, _ in together:
-                holds &= one_holds
-    if holds.all():
+    table = _table_of_cases(scene, cases, values, valid)
+    valid_together = np.ones(len(table.cases), dtype=bool)
+    for table_of_keys in _tables_in(table.scene):
+        for relations in table_of_keys.relations():
+            for _, valid_relation, _ in relations:
+                valid_together &= valid_relation
+    if valid_together.all():
         return table
-    return _chosen(scene, table.cases, table.values, holds) if holds.any() else None
+    return _table_of_cases(scene, table.cases, table.values, valid_together) if valid_together.any() else None
 
 
 def _first_scene(study, cases):
@@ -285,14 +291,14 @@ def _first_scene(study, cases):
     return None
 
 
-def _chosen(scene, cases, values, chosen):
-    """The table of chosen cases."""
+def _table_of_cases(scene, cases, values, chosen):
+    """The `CaseTable` of some cases: `chosen` are their indices, or a mask."""
     values = {key: numbers[chosen] for key, numbers in values.items()}
     return CaseTable(cases[chosen], _with_values(scene, values), values)
 
 
 def _with_values(scene, values):
-    """Copy of a scene with other numbers at some dotted keys."""
+    """Copy of a scene with new numbers at some dotted keys."""
     for key, value in values.items():
         scene = scene.with_value(split_key(key), value)
     return scene
@@ -302,6 +308,6 @@ def _tables_in(table):
     """A table and all tables in it."""
     yield table
     for value in table.__dict__.values():
-        for inside in value if isinstance(value, tuple) else value.values() if isinstance(value, dict) else (value,):
-            if isinstance(inside, KeyTable):
-                yield from _tables_in(inside)
+        for inner in value if isinstance(value, tuple) else value.values() if isinstance(value, dict) else (value,):
+            if isinstance(inner, KeyTable):
+                yield from _tables_in(inner)

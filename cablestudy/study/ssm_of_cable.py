@@ -9,7 +9,7 @@ from cablestudy.control import response, statespace
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.study.case import Case
-from cablestudy.study.case_modes import about_errors, modes
+from cablestudy.study.case_modes import modes, notes_on_errors
 from cablestudy.study.notes import assumed_damping, strength_warning
 from cablestudy.study.report import PARTICIPATION, modes_as_rows
 from cablestudy.study.ssm import DAMPING_NOTES, StateSpaceOptions, fewest_modes, left_out
@@ -132,7 +132,7 @@ class Choice:
         case, options = self.case, self.options
         notes = [
             *self.about_model,
-            *about_errors(case, self.modes.first(int(max(self.chosen, default=-1)) + 1)),
+            *notes_on_errors(case, self.modes.first(int(max(self.chosen, default=-1)) + 1)),
             left_out(case.end_model.inertia_share(*options.pair), self.chosen, options.ends, options.residual),
         ]
         if options.attached != "loop":

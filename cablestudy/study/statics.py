@@ -30,10 +30,24 @@ class ClosedStatics:
         return self._catenary.sag
 
     def shape(self, positions):
-        """Displacement from the chord, shape (j, 3), and tension, shape (j,) [N], of one cable.
+        """Displacement from the chord and tension of one cable.
 
-        Displacements are in unstretched lengths, in the chord frame; `positions`, shape (j,), are arc lengths over
-        unstretched length. NoSolutionError where a part of the cable is slack.
+        Parameters
+        ----------
+        positions : ndarray, shape (j,)
+            Arc lengths over unstretched length. [-]
+
+        Returns
+        -------
+        displacement : ndarray, shape (j, 3)
+            Over the unstretched length, in the chord frame. [-]
+        tension : ndarray, shape (j,)
+            [N]
+
+        Raises
+        ------
+        NoSolutionError
+            A part of the cable is slack.
         """
         if np.any(self._catenary.slack):
             raise NoSolutionError(SHAPELESS)
@@ -57,13 +71,14 @@ class ElementStatics:
         span, weights = state.span, state.mesh.point_weights
         force = (state.tension * np.asarray(state.force)[..., None, None])[..., None] * state.direction
         up = np.asarray(span.up)[..., None, None, :]
-        level = force - (force * up).sum(axis=-1, keepdims=True) * up
+        horizontal = force - (force * up).sum(axis=-1, keepdims=True) * up
 
         def mean(values):
+            """Integral of values at the Gauss points over the unstretched length, over this length."""
             return (weights * values).reshape(*np.shape(state.force), -1).sum(axis=-1)
 
         self.mean_tension = mean(state.tension) * state.force
-        self.horizontal_tension = mean(np.sqrt((level**2).sum(axis=-1)))
+        self.horizontal_tension = mean(np.sqrt((horizontal**2).sum(axis=-1)))
         self.max_tension, self.min_tension = state.max_tension, state.min_tension
         self.stretched_length = span.unstretched_length * (1 + self.mean_tension / span.axial_stiffness)
         self.iterations = record.steps
@@ -72,10 +87,10 @@ class ElementStatics:
     def sag(self):
         """Vertical distance from chord to cable at mid-span, shape (...). [m]"""
         state = self._state
-        blown = np.asarray(state.span.vertical)[..., 2] != 1  # out of the vertical
-        found = sag(state, self._middle)
-        return np.where(blown, sag_and_swing(state, midspan(state))[0], found) if blown.any() else found
+        swung = np.asarray(state.span.vertical)[..., 2] != 1  # by the wind, out of the vertical plane
+        in_plane_sag = sag(state, self._middle)
+        return np.where(swung, sag_and_swing(state, midspan(state))[0], in_plane_sag) if swung.any() else in_plane_sag
 
     def shape(self, positions):
-        """Static form of one cable at some places, see `ClosedStatics.shape`."""
+        """Static form of one cable, see `ClosedStatics.shape`."""
         return interpolate(self._state, positions)

@@ -19,9 +19,9 @@ def evaluate(scenes, columns, estimate=False):
     estimate : bool
         Whether to estimate the errors of fixed elements though they are no column, and to write notes.
     """
-    own = [column for column in columns if column.needs != "limits"]
-    rows = kind_of(scenes[0]).evaluate(scenes, own, estimate) if scenes else []
-    return rows if len(own) == len(columns) else list(map(_with_limits, rows, checks_of(scenes)))
+    without_limits = [column for column in columns if column.needs != "limits"]
+    rows = kind_of(scenes[0]).evaluate(scenes, without_limits, estimate) if scenes else []
+    return rows if len(without_limits) == len(columns) else list(map(_with_limits, rows, checks_of(scenes)))
 
 
 def checks_of(scenes, limits_of=limits_of):
@@ -38,32 +38,34 @@ def checks_of(scenes, limits_of=limits_of):
     list
         Of each scene: list of `limits.Check`, or the SceneError of one that cannot have its limits.
     """
-    limits = [_known_or_error(limits_of, scene) for scene in scenes]
-    rows = _rows_of_cases(scenes, [[] if isinstance(known, SceneError) else known for known in limits])
+    limits, errors = [], {}
+    for index, scene in enumerate(scenes):
+        try:
+            limits.append(limits_of(scene))
+        except SceneError as error:
+            limits.append([])
+            errors[index] = error
+    rows = _rows_of_cases(scenes, limits)
     return [
-        known if isinstance(known, SceneError) else [least_margin(limit, own) for limit in known]
-        for known, own in zip(limits, rows, strict=True)
+        errors.get(index) or [least_margin(limit, rows[index]) for limit in limits_of_scene]
+        for index, limits_of_scene in enumerate(limits)
     ]
 
 
 def _rows_of_cases(scenes, limits):
-    """Rows with the columns of the limits of scenes, by load case: list of dict. Cases alike are solved together."""
-    groups, rows = {}, [{} for _ in scenes]
-    for place, own in enumerate(limits):
-        for case, columns in columns_by_case(own, kind_of(scenes[place]).is_cheap).items():
-            groups.setdefault(tuple(columns), (columns, []))[1].append((place, case))
+    """Load case -> `Row` with the columns of the limits of each scene: list of dict.
+
+    Scenes in cases with equal columns are solved together.
+    """
+    groups, rows = {}, [{} for _ in scenes]  # headers -> columns, and (index, case) with these
+    for index, limits_of_scene in enumerate(limits):
+        for case, columns in columns_by_case(limits_of_scene, kind_of(scenes[index]).is_cheap).items():
+            groups.setdefault(tuple(columns), (columns, []))[1].append((index, case))
     for columns, members in groups.values():
-        found = evaluate([in_case(scenes[place], case) for place, case in members], list(columns.values()))
-        for (place, case), row in zip(members, found, strict=True):
-            rows[place][case] = row
+        computed = evaluate([in_case(scenes[index], case) for index, case in members], list(columns.values()))
+        for (index, case), row in zip(members, computed, strict=True):
+            rows[index][case] = row
     return rows
-
-
-def _known_or_error(limits_of, scene):
-    try:
-        return limits_of(scene)
-    except SceneError as error:
-        return error
 
 
 def _with_limits(row, checks):
@@ -93,29 +95,29 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
     Returns
     -------
     dict
-        Case -> list of numbers in the order of the columns but `status`, None where one cannot be had; status; dict of
-        header -> estimated relative error where it exceeds `rounding` or, None, is not known; notes.
+        Case -> list of numbers in the order of the columns but `status`, None where one has no value; status; dict of
+        header -> estimated relative error where it exceeds `STUDY.rounding` or, None, is not known; notes.
     """
     headers = [column.header for column in columns if column.name != "status"]
-    found, scenes = {}, {}
+    answers, scenes = {}, {}
     for table in tables:
         cases = table.cases.tolist()
         closed = None if explain else _by_arrays(table, columns)
         if closed is None:
-            scenes.update((case, table.scene_of(place)) for place, case in enumerate(cases))
+            scenes.update((case, table.scene_of(index)) for index, case in enumerate(cases))
         else:
-            found.update((case, (*row, ())) for case, row in zip(cases, closed, strict=True))
+            answers.update((case, (*row, ())) for case, row in zip(cases, closed, strict=True))
     for case, row in zip(scenes, evaluate(list(scenes.values()), columns, explain or estimate), strict=True):
         numbers = [row.cells[header] for header in headers]
-        found[case] = numbers, row.cells["status"], _beyond_rounding(row.errors), row.notes if explain else ()
-    return found
+        answers[case] = numbers, row.cells["status"], _above_rounding(row.errors), row.notes if explain else ()
+    return answers
 
 
 def _by_arrays(table, columns):
-    """As `SceneKind.evaluate_table`; None too of a case alone, whose object costs less than arrays."""
+    """Rows as of `SceneKind.evaluate_table`; None also for a single case, whose object costs less than arrays."""
     return None if len(table.cases) == 1 else kind_of(table.scene).evaluate_table(table, columns)
 
 
-def _beyond_rounding(errors):
+def _above_rounding(errors):
     """Those estimated errors that are above rounding, or not known."""
     return {name: error for name, error in errors.items() if error is None or error > STUDY.rounding}

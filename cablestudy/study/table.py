@@ -52,7 +52,7 @@ class Field:
         return self.unit if self.printed else shown_unit(self.unit)
 
     def shown(self, row):
-        """Its cell in a row, in that unit."""
+        """Its cell in a row, in `shown_unit`."""
         value = row.get(self.name)
         return celsius(value) if self.shown_unit != self.unit and isinstance(value, float) else value
 
@@ -94,14 +94,14 @@ class Table:
         return cls(tuple(fields), [dict(zip(names, line, strict=True)) for line in lines], **options)
 
     def chosen(self, names=(), top=None):
-        """Some columns, in the order of their names, behind those that name the rows or vary; and the first rows.
+        """The table with some columns, behind those that name the rows or vary, and with the first rows.
 
         Parameters
         ----------
         names : sequence of str
-            With or without units; empty for all columns.
+            Of columns in their order, with or without units; empty for all columns.
         top : int or None
-            How many rows; None for all.
+            Number of rows; None for all.
 
         Raises
         ------
@@ -110,34 +110,35 @@ class Table:
         """
         if not names and top is None:
             return self
-        asked = dict.fromkeys(replace(self.field(name), hidden=False, unless="") for name in names)
-        labels = [field for field in self.fields if field.label and field not in asked]
-        last = [field for field in self.fields if field.kept and field.name not in {field.name for field in asked}]
-        fields = (*labels, *self._varied(asked), *asked, *last) if asked else self.fields
-        shown = {field.name for field in fields}
+        named_fields = dict.fromkeys(replace(self.field(name), hidden=False, unless="") for name in names)
+        labels = [field for field in self.fields if field.label and field not in named_fields]
+        named = {field.name for field in named_fields}
+        kept_fields = [field for field in self.fields if field.kept and field.name not in named]
+        fields = (*labels, *self._varied(named_fields), *named_fields, *kept_fields) if named_fields else self.fields
+        shown_names = {field.name for field in fields}
 
         def errors():
             for row in islice(self.errors(), top):
-                yield {name: error for name, error in row.items() if name in shown}
+                yield {name: error for name, error in row.items() if name in shown_names}
 
         return replace(self, fields=fields, rows=self.rows[:top], errors=self.errors and errors)
 
-    def _varied(self, asked):
-        """The varied fields that are shown beside those asked for: all, but for what is the same as one of these."""
+    def _varied(self, named_fields):
+        """The varied fields shown beside those that were named: none if one of these varies, nor keys of equal name."""
         varied = [field for field in (*self.fields, *self.more) if field.varied]
-        plain = {field.plain for field in asked}
-        if any(field.varied for field in asked):
+        plain = {field.plain for field in named_fields}
+        if any(field.varied for field in named_fields):
             return []
         return [field for field in varied if field.plain.rpartition(".")[2] not in plain]
 
     def field(self, name):
         """The field of a name, with its unit or without; SceneError where there is none."""
-        found = next((field for field in (*self.fields, *self.more) if name in (field.name, field.plain)), None)
-        if found:
-            return found
+        field = next((field for field in (*self.fields, *self.more) if name in (field.name, field.plain)), None)
+        if field:
+            return field
         names = {name: field.plain for field in self.fields for name in (field.name, field.plain)}
-        near = get_close_matches(name, names, 1)
-        hint = f"did you mean {names[near[0]]}?" if near else f"it has {', '.join(dict.fromkeys(names.values()))}"
+        similar = get_close_matches(name, names, 1)
+        hint = f"did you mean {names[similar[0]]}?" if similar else f"it has {', '.join(dict.fromkeys(names.values()))}"
         raise SceneError(f"--columns: the table has no column {name!r} ({hint})")
 
     def render(self, style):
@@ -157,8 +158,9 @@ class Table:
         return {"md": partial(whole, self), "csv": self._csv, "json": self._json, "jsonl": self._jsonl}[style]()
 
     def _csv(self):
+        """Yield the lines of CSV."""
         names = [field.name for field in self.fields]
-        line = _Line()
+        line = _LastLine()
         writer = csv.writer(line, lineterminator="\n")
         writer.writerow(names)
         yield line.text
@@ -171,16 +173,17 @@ class Table:
             yield line.text
 
     def _json(self):
+        """Yield the pieces of one JSON object, row by row."""
         units = {field.name: field.unit for field in self.fields}
         yield '{\n "columns": ' + _indented(units, 1)
         lists = {"rows": self._plain_rows()} | ({} if self.errors is None else {"errors": self.errors()})
         for name, rows in lists.items():
             yield f',\n "{name}": ['
-            before = "\n  "
+            separator = "\n  "
             for row in rows:
-                yield before + _indented(row, 2)
-                before = ",\n  "
-            yield "]" if before == "\n  " else "\n ]"
+                yield separator + _indented(row, 2)
+                separator = ",\n  "
+            yield "]" if separator == "\n  " else "\n ]"
         yield "\n}\n"
 
     def _jsonl(self):
@@ -192,7 +195,7 @@ class Table:
             yield {field.name: row.get(field.name) for field in self.fields}
 
 
-class _Line:
+class _LastLine:
     """File for csv.writer that keeps the last line written."""
 
     def write(self, text):
@@ -262,20 +265,20 @@ class TableFiles:
         return os.path.join(self.folder, f"{self.stem}.shard-{number}-of-{count}.sqlite")
 
     def shards(self):
-        """The shards that are there: (number, count) -> path."""
+        """The existing shards: (number, count) -> path."""
         pattern = re.compile(re.escape(self.stem) + r"\.shard-(\d+)-of-(\d+)\.sqlite")
         paths = glob.glob(os.path.join(glob.escape(self.folder), glob.escape(self.stem) + ".shard-*.sqlite"))
-        found = [(pattern.fullmatch(os.path.basename(path)), path) for path in paths]
-        return dict(sorted(((int(match[1]), int(match[2])), path) for match, path in found if match))
+        matches = [(pattern.fullmatch(os.path.basename(path)), path) for path in paths]
+        return dict(sorted(((int(match[1]), int(match[2])), path) for match, path in matches if match))
 
     def check_writable(self):
-        """Raise SceneError unless the folder is there or can be made, and the files be written; make nothing yet."""
-        there = os.path.abspath(self.folder)
-        while not os.path.lexists(there):
-            there = os.path.dirname(there)
-        if not os.path.isdir(there):
-            raise SceneError(f"--out {self.folder}: {os.path.relpath(there)} is a file, not a folder")
-        if not os.access(there, os.W_OK | os.X_OK):
+        """Raise SceneError unless the folder exists or can be made and the files can be written; change nothing."""
+        folder = os.path.abspath(self.folder)
+        while not os.path.lexists(folder):
+            folder = os.path.dirname(folder)
+        if not os.path.isdir(folder):
+            raise SceneError(f"--out {self.folder}: {os.path.relpath(folder)} is a file, not a folder")
+        if not os.access(folder, os.W_OK | os.X_OK):
             raise SceneError(f"--out {self.folder}: cannot be written to")
         folders = [path for path in (self.csv, self.md, self.run, self.rows) if os.path.isdir(path)]
         if folders:
@@ -300,11 +303,11 @@ class TableFiles:
             raise SceneError(f"--out {self.folder}: cannot be made ({error.strerror})") from None
 
     def clear(self):
-        """Remove what a run that was killed while it wrote a table left; the rows must be locked."""
+        """Remove temporary files of a run that was killed while it wrote a table; the rows must be locked."""
         for path in (self.csv, self.md, self.run):
-            for left in glob.glob(os.path.join(glob.escape(self.folder), glob.escape(leftovers(path)) + "*")):
+            for temporary in glob.glob(os.path.join(glob.escape(self.folder), glob.escape(leftovers(path)) + "*")):
                 with suppress(OSError):
-                    os.unlink(left)
+                    os.unlink(temporary)
 
     def write(self, study, table, provenance):
         """Write the table and its provenance, each file whole or not at all."""
@@ -327,27 +330,27 @@ def stream_csv(path):
     names = [name.strip() for name in next(lines, (1, ()))[1]]
     if not names:
         raise SceneError(f"{path}: {NO_TABLE} (it is empty)")
-    twice = [name for name in dict.fromkeys(names) if names.count(name) > 1]
-    if twice:
-        raise SceneError(*(f"{path}: column {name!r} is there twice" for name in twice))
+    repeated = [name for name in dict.fromkeys(names) if names.count(name) > 1]
+    if repeated:
+        raise SceneError(*(f"{path}: column {name!r} is there twice" for name in repeated))
     return names, _rows(path, names, lines)
 
 
 def _cells(path):
     """Yield the number of each line that is neither empty nor a comment, and its cells."""
-    place = 0
+    line_number = 0
 
     def lines(file):
-        nonlocal place
+        nonlocal line_number
         for line in file:
-            place += 1
+            line_number += 1
             if line.strip() and not line.startswith("#"):
                 yield line
 
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
             for cells in csv.reader(lines(file), strict=True):
-                yield place, cells
+                yield line_number, cells
     except OSError as error:
         raise SceneError(f"{path}: cannot be read ({error.strerror or error})") from None
     except (csv.Error, UnicodeError) as error:
@@ -356,14 +359,14 @@ def _cells(path):
 
 def _rows(path, names, lines):
     """Yield line and row, a dict; raise SceneError at the end for those with a wrong number of cells."""
-    wrong = []
-    for place, (line, row) in enumerate(lines, 1):
+    mistakes = []
+    for row_number, (line, row) in enumerate(lines, 1):
         if len(row) != len(names):
-            wrong.append(f"{path}:{line}: row {place} has {len(row)} cells, and the table {len(names)} columns")
-        elif not wrong:
+            mistakes.append(f"{path}:{line}: row {row_number} has {len(row)} cells, and the table {len(names)} columns")
+        elif not mistakes:
             yield line, dict(zip(names, row, strict=True))
-    if wrong:
-        raise SceneError(*wrong)
+    if mistakes:
+        raise SceneError(*mistakes)
 
 
 def number(text):
@@ -376,12 +379,21 @@ def number(text):
 
 
 def joined(answers):
-    """Tables of load cases as one of each name: name of a case -> name -> Table, dict of name -> Table."""
-    names = dict.fromkeys(name for tables in answers.values() for name in tables)
-    return {name: _joined({case: tables[name] for case, tables in answers.items() if name in tables}) for name in names}
+    """Tables of several load cases, those of one name joined: dict of name -> Table.
+
+    Parameters
+    ----------
+    answers : dict
+        Name of a case -> name of a table -> Table.
+    """
+    by_name = {}
+    for case, tables in answers.items():
+        for name, table in tables.items():
+            by_name.setdefault(name, {})[case] = table
+    return {name: _joined_table(tables) for name, tables in by_name.items()}
 
 
-def _joined(tables):
+def _joined_table(tables):
     """The rows of several tables in one, each with its case in front.
 
     Parameters
@@ -394,14 +406,12 @@ def _joined(tables):
     Table
         Tables of one row each become columns side by side in Markdown.
     """
-    fields = dict.fromkeys(field for table in tables.values() for field in table.fields if field.name != "status")
-    last = dict.fromkeys(field for table in tables.values() for field in table.fields if field.name == "status")
+    fields = dict.fromkeys(field for table in tables.values() for field in table.fields)
+    fields = (Field("case", "case", label=True), *sorted(fields, key=lambda field: field.name == "status"))
     rows = [{"case": name, **row} for name, table in tables.items() for row in table.rows]
 
     def errors():
         return chain.from_iterable(table.errors() if table.errors else ({},) for table in tables.values())
 
     single = all(table.single for table in tables.values())
-    return Table(
-        (Field("case", "case", label=True), *fields, *last), rows, errors=errors, across="case" if single else ""
-    )
+    return Table(fields, rows, errors=errors, across="case" if single else "")

@@ -38,10 +38,10 @@ class StudyTolerances:
     slack: float = 1e-60  # share of the largest tension below which a cable is slack: no quotient by it overflows
     # a relative error that says no more than that nothing is known; no number larger is stated
     unknown_error: float = 1e30
-    # share of its part of a cable at which a place without a load is: no load is likely there
+    # share of its part of a cable at which an entry without a load is put: no load is likely there
     place_without_load: float = 0.6180339887
     profile_steps: int = 3  # in which c and d settle; what is left in the last one is added to the error
-    push_steps: int = 200  # of the search for the place of a pushed end
+    push_steps: int = 200  # of the search for the position of a pushed end
     epsilon: float = 4e-16  # rounding of one number
     # of the larger one of force and tension: what may be left of the force where rounding ends the search
     balanced: float = 1e-9

@@ -1,8 +1,8 @@
 """Command `trade`: error against time, for every model that a user can choose, of one cable or of a suspension.
 
-The error is relative to the continuous cable (`reference_of`). The time is what one more case of a sweep costs:
-processor time from the scene to the numbers, statics included, on one thread, after all imports and cached constants.
-What is particular to one cable is in `trade_models`, what to suspensions in `suspension.trade`: the same functions.
+The error is relative to the continuous cable (`reference_of`). The time is that of one more case of a sweep: processor
+time from the scene to the numbers, statics included, on one thread, after all imports and cached constants. The modules
+`trade_models`, for one cable, and `suspension.trade` have functions of equal names, which `kind_of(scene).trade` gives.
 """
 
 import os
@@ -41,7 +41,7 @@ def models_of(scene, columns):
 
 
 def columns_to_compare(document, scene, names=None):
-    """The columns to compare, and notes which of the default ones are left out, and why: two lists.
+    """The columns to compare, and notes on the default columns that are left out, and why: two lists.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def columns_to_compare(document, scene, names=None):
         return [column for column, reason in reasons.items() if not reason], notes
     columns = []
     for name in names.split(","):
-        column = kind_of(scene).trade.comparable(scene, _named(name.strip()))
+        column = kind_of(scene).trade.comparable(scene, _column_of_option(name.strip()))
         if column.name in [other.name for other in columns]:
             raise SceneError(f"--columns: {column.name} is listed twice")
         reason, key = why_not(scene, column), kind_of(scene).trade.missing_key(scene, column)
@@ -75,13 +75,13 @@ def columns_to_compare(document, scene, names=None):
 
 
 def _why_left_out(scene, column):
-    """Why a default column is left out, or an empty text."""
+    """Reason for which a default column is left out; empty where it is not."""
     key = kind_of(scene).trade.missing_key(scene, column)
     return f"needs the key {key}" if key else _why_no_reference(scene, column)
 
 
-def _named(name):
-    """The column of a name in --columns."""
+def _column_of_option(name):
+    """The column of a name in --columns, which depends on the model; SceneError where there is none."""
     if not name:
         raise SceneError("--columns: names separated by commas, e.g. end_stiffness,cable_frequency")
     try:
@@ -112,18 +112,18 @@ class Reference:
 def reference_of(scene, columns):
     """`Reference` of some columns of a scene.
 
-    Statics and stiffness have a closed form. For everything that moves, elements of high order are refined until the
-    values of two successive levels agree.
+    Statics and stiffness have a closed form. For modes, gondola, loop and wind elements of high order are refined until
+    the values of two successive levels agree.
 
     Raises
     ------
     NoSolutionError, ConvergenceError
         There is no equilibrium.
     """
-    particular = kind_of(scene).trade
-    case = particular.reference_case(scene)
-    levels = particular.reference_levels(case)
-    reference = Reference(warnings=particular.strength_warning(case))
+    kind_module = kind_of(scene).trade
+    case = kind_module.reference_case(scene)
+    levels = kind_module.reference_levels(case)
+    reference = Reference(warnings=kind_module.strength_warning(case))
     for column in columns:
         name = column.name
         try:
@@ -131,9 +131,9 @@ def reference_of(scene, columns):
             if reason:
                 raise NoSolutionError(reason)
             if column.needs in DISCRETE:
-                error, number, note = _converged(levels(column), column, particular.exact_value)
+                error, number, note = _refined_value(levels(column), column, kind_module.exact_value)
             else:
-                number, error = particular.exact_value(column, case)
+                number, error = kind_module.exact_value(column, case)
                 error, note = max(error, STUDY.rounding), "closed form"
         except CablestudyError as failure:
             reference.failures[name] = one_line(failure)
@@ -143,29 +143,33 @@ def reference_of(scene, columns):
 
 
 def _why_no_reference(scene, column):
-    """Why a column has no value for the continuous cable, or an empty text."""
+    """Reason for which a column has no value for the continuous cable; empty where it has one."""
     modal = column.needs in ("loop", "wind") and any_grows_with_modes(scene.cables.values())
     return MODAL.partition(", or fixed")[0] if modal else ""
 
 
-def _converged(levels, column, exact_value):
-    """Estimated error of a value that moves, the value, and its model: where two successive levels differ least."""
-    steps, before, failure = [], None, "no two models have a value"
+def _refined_value(levels, column, exact_value):
+    """Estimated relative error of a column, its value, and the name of its model, refined until the value settles.
+
+    Of the `levels`, (name, case) finer and finer, it is the one whose value differs least from the level before.
+    `exact_value` is a function of column and case for a number and its relative error by anything but its elements.
+    """
+    candidates, previous, failure = [], None, "no two models have a value"
     for note, case in levels:
         try:
-            now, own = exact_value(column, case)
+            number, own_error = exact_value(column, case)
         except CablestudyError as error:
-            before, failure = None, one_line(error)
+            previous, failure = None, one_line(error)
             continue
-        if before:
-            difference = max(relative(now, before[0]), STUDY.rounding)
-            steps.append((difference, max(difference, own), now, note))
-            if difference <= STUDY.agreed_levels or min(steps)[0] < min(difference, STUDY.rounded_difference):
+        if previous:
+            difference = max(relative(number, *previous), STUDY.rounding)
+            candidates.append((difference, max(difference, own_error), number, note))
+            if difference <= STUDY.agreed_levels or min(candidates)[0] < min(difference, STUDY.rounded_difference):
                 break
-        before = (now,)
-    if not steps:
+        previous = (number,)  # which may be None: a gain without a limit
+    if not candidates:
         raise ConvergenceError(f"no reference: {failure}")
-    difference, *best = min(steps)
+    difference, *best = min(candidates)
     if difference > STUDY.no_reference:
         raise ConvergenceError(f"no reference: the finest models differ by {difference:.1e}")
     return best
@@ -187,7 +191,7 @@ class Measurement:
     stated : dict
         Column name -> relative error that the model states of itself, of the columns of which it states one. [-]
     status : str
-        `ok`, or which columns have no value and why.
+        `ok`, or the columns without a value, and why.
     """
 
     def __init__(self, model, scene, columns, reference):
@@ -198,9 +202,8 @@ class Measurement:
             self.dof = None if case is None else model.count_dof(case)
         except CablestudyError:
             self.dof = None
-        self._seconds = {
-            "": [seconds] if seconds > STUDY.timing_budget else []
-        }  # all columns together, then each alone
+        # of all columns together (""), and of each alone
+        self._seconds = {"": [seconds] if seconds > STUDY.timing_budget else []}
         if len(columns) > 1:
             self._seconds |= {c.name: [] for c in columns if c.name in values and c.needs in model.needs}
         self.errors = {
@@ -225,10 +228,10 @@ class Measurement:
                 times.append(seconds)
 
     def _run(self, columns):
-        """What the model computes, and its processor time [s], which other programs on the machine do not change."""
-        begin = time.process_time()
-        found = self._model.solve(self._scene, columns)
-        return found, time.process_time() - begin
+        """Result of `ComparedModel.solve`, and its processor time, which other programs hardly change. [s]"""
+        start = time.process_time()
+        results = self._model.solve(self._scene, columns)
+        return results, time.process_time() - start
 
     @cached_property
     def time(self):
@@ -255,7 +258,7 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Trade:
-    """Error against time."""
+    """Error against time of the models of a scene."""
 
     columns: list  # of Column: those that have a reference
     reference: Reference
@@ -265,29 +268,29 @@ class Trade:
     def front(self):
         """Set of names: the Pareto front of time and largest error, among the models that have every column."""
         complete = [(entry.time, entry.largest, entry) for entry in self.entries if entry.largest is not None]
-        return {entry.name for entry in _on_front(complete)}
+        return {entry.name for entry in _entries_on_front(complete)}
 
     def front_of(self, column):
         """List of Measurement: the Pareto front of one column and its time alone, fastest first."""
         name = column.name
-        able = [(entry.times[name], entry.errors[name], entry) for entry in self.entries if name in entry.times]
-        return sorted(_on_front(able), key=lambda entry: entry.times[name])
+        measured = [(entry.times[name], entry.errors[name], entry) for entry in self.entries if name in entry.times]
+        return sorted(_entries_on_front(measured), key=lambda entry: entry.times[name])
 
     def fastest(self, column, target):
         """Name and time of the fastest model whose error in one column is at most a target; of equals the first."""
         name = column.name
-        able = [entry for entry in self.entries if name in entry.times and entry.errors[name] <= target]
-        least = min((entry.times[name] for entry in able), default=None)
-        for entry in able:
+        accurate_enough = [entry for entry in self.entries if name in entry.times and entry.errors[name] <= target]
+        least = min((entry.times[name] for entry in accurate_enough), default=None)
+        for entry in accurate_enough:
             if entry.times[name] <= STUDY.equal_times * least:
                 return f"{entry.name} ({1e3 * entry.times[name]:.2g} ms)"
         return "none"
 
 
-def _on_front(points):
-    """The models on the Pareto front of times, errors and models: list of Measurement."""
+def _entries_on_front(points):
+    """The entries on the Pareto front of points, which are (time, error, Measurement): list of Measurement."""
     numbers = np.array([point[:2] for point in points], dtype=float).reshape(-1, 2)
-    return [entry for (*_, entry), best in zip(points, pareto_front(numbers), strict=True) if best]
+    return [entry for (*_, entry), on_front in zip(points, pareto_front(numbers), strict=True) if on_front]
 
 
 def compare(scene, columns, repeats=5, models=None):
@@ -308,28 +311,28 @@ def compare(scene, columns, repeats=5, models=None):
         There is no equilibrium, or no column has a reference.
     """
     reference = reference_of(scene, columns)
-    known = [column for column in columns if column.name in reference.values]
-    if not known:
-        raise ConvergenceError("; ".join(f"{name}: {why}" for name, why in reference.failures.items()))
-    models = models_of(scene, known) if models is None else models
+    with_reference = [column for column in columns if column.name in reference.values]
+    if not with_reference:
+        raise ConvergenceError("; ".join(f"{name}: {reason}" for name, reason in reference.failures.items()))
+    models = models_of(scene, with_reference) if models is None else models
     entries, runs = [], (repeats + 1) * len(models)
     for model in models:
         doing(f"run {len(entries) + 1} of {runs}: {model.name}")
-        entries.append(Measurement(model, scene, known, reference))
+        entries.append(Measurement(model, scene, with_reference, reference))
     for number in range(1, repeats + 1):  # in rounds, so that a disturbance does not fall on one model alone
-        for place, entry in enumerate(entries):
-            doing(f"run {number * len(models) + place + 1} of {runs}: {entry.name}")
+        for index, entry in enumerate(entries):
+            doing(f"run {number * len(models) + index + 1} of {runs}: {entry.name}")
             entry.repeat()
-    return Trade(known, reference, entries)
+    return Trade(with_reference, reference, entries)
 
 
 # ------------------------------------------------------------------------------------------------------------- tables
 
 
-def table_of(trade, shown=False):
+def table_of(trade, for_markdown=False):
     """Table with one row for each model, the reference first.
 
-    `shown`, for Markdown: errors and times are rounded, errors below the reference's own are `< 1e-12`.
+    With `for_markdown` errors and times are rounded, and errors below the reference's own are `< 1e-12`.
     """
     fields = [Field("family", "family"), Field("model", "model"), Field("dof", "dof"), Field("time_ms", "time", "ms")]
     for column in trade.columns:
@@ -342,7 +345,7 @@ def table_of(trade, shown=False):
     limits["largest_error"] = max(limits.values())
     rows = [{"family": "reference", "model": CONTINUOUS, **limits, "status": "ok"}]
     rows += [_row(entry, trade.front) for entry in trade.entries]
-    return Table(tuple(fields), [_rounded(row, limits) for row in rows] if shown else rows)
+    return Table(tuple(fields), [_row_for_markdown(row, limits) for row in rows] if for_markdown else rows)
 
 
 def _row(entry, front):
@@ -362,7 +365,7 @@ def _row(entry, front):
     }
 
 
-def _rounded(row, limits):
+def _row_for_markdown(row, limits):
     """A row for Markdown; limits: error column -> the reference's own error."""
     texts = dict(row)
     for name, limit in limits.items():
@@ -378,7 +381,7 @@ def _rounded(row, limits):
 
 
 def notes_of(trade):
-    """List of lines: how the reference was computed, and which model is the fastest below an error."""
+    """List of lines: on the reference, on the times, and on the fastest model below each error."""
     reference = trade.reference
     lines = [
         f"reference: {c.name} {reference.values[c.name]!r} {c.unit}, {reference.notes[c.name]}; "
@@ -398,16 +401,16 @@ def file_name(scene):
     return f"trade-{'stdin' if scene == '-' else os.path.basename(scene)}"
 
 
-def write(trade, place, title):
+def write(trade, files, title):
     """Write the table to `TableFiles`; the title has the scene and its changes."""
     names = [f"{target:.0e}" for target in TARGETS]
     fields = (Field("column", "column"), *(Field(name, f"error below {name}") for name in names))
     lines = [(column.name, *(trade.fastest(column, float(name)) for name in names)) for column in trade.columns]
     libraries = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy"))
     text = (
-        f"# Error against time: {title}\n\n{table_of(trade, shown=True).render('md')}\n"
+        f"# Error against time: {title}\n\n{table_of(trade, for_markdown=True).render('md')}\n"
         f"Times: Python {platform.python_version()}, {libraries}, {platform.machine()}, one thread; "
         f"processor time. Read the ratios: another machine has other milliseconds.\n\n"
         f"## The fastest model below an error\n\n{Table.of(fields, lines).render('md')}"
     )
-    place.write_texts(table_of(trade).render("csv"), text)
+    files.write_texts(table_of(trade).render("csv"), text)

@@ -63,10 +63,18 @@ class ComparedModel:
     compute: Callable = value  # column, Case -> float
     count_dof: Callable = lambda case: case.dof or case.dynamics.dof  # Case -> number of free displacements
     stated_error: Callable = lambda *_: None  # column, Case -> relative error that the model states of a value, or None
-    arrange: Callable = list  # columns -> in which order they are computed
+    arrange: Callable = list  # columns -> the same in the order in which they are computed
 
     def solve(self, scene, columns):
-        """Case, None where it cannot be built; column name -> value; and name -> reason of a column without one."""
+        """Compute columns of a scene with this model.
+
+        Returns
+        -------
+        case : Case or None
+            None where it cannot be built.
+        values, failures : dict
+            Column name -> value; column name -> reason of a column without one.
+        """
         values, failures = {}, {}
         try:
             case = self.build(scene, columns)
@@ -99,10 +107,10 @@ def reference_case(scene):
 
 
 def reference_levels(case):
-    """Ever finer models of what moves: a function, `Column` -> list of (name, Case)."""
+    """Finer and finer models for a column that needs modes: a function, `Column` -> list of (name, Case)."""
     finer = [(f"{n} x order {order} about the closed form", case.refined(n, order)) for n, order in LEVELS]
-    what = "the cable" if case.scene.gondola is None else "gondola and cable"
-    systems = [(f"{what} to {power(accuracy)}", fixed_to(accuracy, case.scene)) for accuracy in CLOSELY]
+    system = "the cable" if case.scene.gondola is None else "gondola and cable"
+    systems = [(f"{system} to {power(accuracy)}", fixed_to(accuracy, case.scene)) for accuracy in CLOSELY]
     return lambda column: systems if column.needs in SYSTEM else finer
 
 
@@ -118,35 +126,35 @@ def missing_key(scene, column):
 
 
 def comparable(scene, column):
-    """A column as its own one of a scene of one cable; SceneError where it is one of suspensions alone."""
-    own = column_of_one_cable(column, scene.gondola is None)
-    if not is_own(own):
+    """The column of one cable with the number of a column; SceneError where only suspensions have it."""
+    own_column = column_of_one_cable(column, scene.gondola is None)
+    if not is_own(own_column):
         raise SceneError(f"--columns: {column.name}: the models of one cable that are compared do not have it")
-    return own
+    return own_column
 
 
 def models_of(scene, columns):
     """List of every `ComparedModel` on which the value of some column depends."""
-    found = [
-        ComparedModel("closed form", "catenary", _accurate, ("statics", "stiffness"), _static_value, lambda _: 0),
-        ComparedModel("closed form", "Irvine", _accurate, ("modes",), _irvine_frequency, lambda _: 0),
+    models = [
+        ComparedModel("closed form", "catenary", _most_accurate, ("statics", "stiffness"), _static_value, lambda _: 0),
+        ComparedModel("closed form", "Irvine", _most_accurate, ("modes",), _irvine_frequency, lambda _: 0),
     ]
 
     def add(family, name, build, **options):
-        found.append(ComparedModel(family, name, build, **options))
+        models.append(ComparedModel(family, name, build, **options))
 
-    row = {
-        "compute": _of_row,
+    options_of_row = {
+        "compute": _cell_of_row,
         "count_dof": lambda row: row.cells["dof"],
         "stated_error": lambda column, row: row.errors.get(column.header),
     }
     for accuracy in ACCURACIES:
-        add("error control", f"accuracy {power(accuracy)}", partial(_controlled, accuracy), **row)
+        add("error control", f"accuracy {power(accuracy)}", partial(_row_to_accuracy, accuracy), **options_of_row)
     for family, name, n, order, mass in element_models():
         add(family, name, partial(fixed if order == 1 else _spectral, n, order, mass))
     if scene.gondola is not None:
         _add_of_gondola(add)
-    return [model for model in found if any(column.needs in model.needs for column in columns)]
+    return [model for model in models if any(column.needs in model.needs for column in columns)]
 
 
 def element_models():
@@ -161,8 +169,8 @@ def _add_of_gondola(add):
     """Add the models of a gondola's motion."""
     for family, build in (("modes + residual", _with_residual), ("modes alone", _without_residual)):
         for n in MODES:
-            add(family, f"{n} {family}", partial(build, n), needs=("gondola", "wind"), compute=_of_modes)
-    add("sum over poles", "sum over poles", _summed, needs=("wind",))
+            add(family, f"{n} {family}", partial(build, n), needs=("gondola", "wind"), compute=_by_reduced_modes)
+    add("sum over poles", "sum over poles", _by_poles, needs=("wind",))
     for kind, space in (("uniform", np.linspace), ("log", np.geomspace)):
         for n in POINTS:
             add(f"{kind} grid", f"{kind} {n} points", partial(_on_grid, space, n), needs=("wind",))
@@ -182,7 +190,7 @@ def fixed(elements, order, mass, scene, _=()):
 
 
 def with_elements(scene, elements, order, mass):
-    """Copy of a scene with exactly these elements."""
+    """Copy of a scene with a fixed number of elements, their order and their mass matrix."""
     model = {"accuracy": None, "elements": elements, "order": order, "mass": mass}
     return scene.model_copy(update={"model": scene.model.model_copy(update=model)})
 
@@ -193,15 +201,17 @@ def fixed_to(accuracy, scene, _=()):
 
 
 def _spectral(elements, order, mass, scene, _):
+    """The case of a scene with fixed elements, so many for each segment between point loads."""
     return fixed(elements * (1 + load_count(scene)[1]), order, mass, scene)
 
 
-def _controlled(accuracy, scene, columns):
-    """The row to an accuracy."""
+def _row_to_accuracy(accuracy, scene, columns):
+    """The `Row` of a scene to an accuracy, in the place of a case."""
     return evaluate(with_accuracy(scene, accuracy), [*columns, find("dof")])
 
 
-def _of_row(column, row):
+def _cell_of_row(column, row):
+    """The number of a column in a `Row`; NoSolutionError where it is empty."""
     if row.failed and row.cells[column.header] is None:
         raise NoSolutionError(row.cells["status"])
     return row.cells[column.header]
@@ -210,10 +220,11 @@ def _of_row(column, row):
 # ------------------------------------------------------------------------------------------------------ closed forms
 
 
-_accurate = partial(fixed_to, ACCURACIES[-1])
+_most_accurate = partial(fixed_to, ACCURACIES[-1])
 
 
 def _static_value(column, case):
+    """A number of the statics; NoSolutionError for other columns."""
     if column.needs in DISCRETE:
         raise NoSolutionError("statics alone")
     return value(column, case)
@@ -245,41 +256,42 @@ def _irvine_frequency(column, case):
 
 def _with_residual(count, scene, _):
     """The lowest modes and the static part of all others, as by `ssm --modes`."""
-    case = _accurate(scene).refined(*BASE)
-    return _with_ends(case, Ends(case.dynamics, case.frame, count).model(scene.cable.damping))
+    case = _most_accurate(scene).refined(*BASE)
+    return _with_end_model(case, Ends(case.dynamics, case.frame, count).model(scene.cable.damping))
 
 
 def _without_residual(count, scene, _):
     """The lowest modes of the paper's bars alone, as by `ssm --modes --no-residual`."""
     case = fixed(PAPER, 1, "lumped", scene)
-    whole = case.end_model
-    return _with_ends(case, whole.truncate(np.arange(min(count, len(whole.omega)))))
+    all_modes = case.end_model
+    return _with_end_model(case, all_modes.truncate(np.arange(min(count, len(all_modes.omega)))))
 
 
-def _with_ends(case, model):
-    """The case with another `Superelement` in the place of its own."""
+def _with_end_model(case, model):
+    """The case with another `Superelement` in the place of its cable's."""
     case.end_model = model
     case.end_stiffness_along = lambda axis: float(model.stiffness[3 + axis, 3 + axis])
     gondola = case.scene.gondola
     if gondola is not None and gondola.mass is not None:
-        system = _on_gondola(model, case)
+        system = _gondola_system(model, case)
         case.gondola_mode = ModeOfSystem(system)
         case.in_wind = in_wind_of(case, kind=partial(OfSystem, system))
     return case
 
 
-def _on_gondola(model, case):
-    """`LinearSystem` of the gondola on a `Superelement`, driven by the winch; its place is the last coordinate."""
-    unit, mass, winch = np.eye(6), np.array([[case.scene.gondola.mass]]), case.scene.winch
-    driving = GONDOLA if winch is not None and winch.location == "gondola" else GROUND
-    system = assemble([model], unit[:, [GONDOLA]], mass, unit[:, [driving]])
-    damping, place, none = system.damping.copy(), np.eye(len(system))[[-1]], np.zeros((1, 1))
+def _gondola_system(model, case):
+    """`LinearSystem` of the gondola on a `Superelement`, driven by the winch; its position is the last coordinate."""
+    identity, mass, winch = np.eye(6), np.array([[case.scene.gondola.mass]]), case.scene.winch
+    driven_end = GONDOLA if winch is not None and winch.location == "gondola" else GROUND
+    system = assemble([model], identity[:, [GONDOLA]], mass, identity[:, [driven_end]])
+    damping = system.damping.copy()
     damping[-1, -1] += case.gondola_air_damping
-    return replace(system, damping=damping, c=(place, 0 * place, 0 * place), d=(none, none, none))
+    position, none = np.eye(len(system))[[-1]], np.zeros((1, 1))
+    return replace(system, damping=damping, c=(position, 0 * position, 0 * position), d=(none, none, none))
 
 
-def _of_modes(column, case):
-    """A number of reduced modes, which have no other loop and no other wind than those of the gondola's place."""
+def _by_reduced_modes(column, case):
+    """A number by reduced modes; NoSolutionError for columns of the loop, of winches and of the wind on the cable."""
     if column.needs == "loop" or (column.needs == "wind" and re.search("winch|cable_wind|all_wind", column.name)):
         raise NoSolutionError("not by reduced modes")
     return value(column, case)
@@ -291,7 +303,7 @@ class ModeOfSystem:
     Parameters
     ----------
     system : LinearSystem
-        Its last coordinate is the gondola's place.
+        Its last coordinate is the gondola's position.
     """
 
     def __init__(self, system):
@@ -303,7 +315,7 @@ class ModeOfSystem:
 
     @property
     def damping_ratio(self):
-        """The winch at rest: 1 without oscillation. [-]"""
+        """Damping ratio of the mode with the winch at rest, 1 without oscillation [-]; and None, no error."""
         ratio = damping_ratios(self._system, *self._system.lowest(len(self._system)))
         return min(ratio[self.number], 1.0), None
 
@@ -314,7 +326,7 @@ class OfSystem(DynamicAnalysis):
     Parameters
     ----------
     system : LinearSystem
-        Its only output is the gondola's place, the last coordinate.
+        Its only output is the gondola's position, the last coordinate.
     *args
         As of `DynamicAnalysis`.
     """
@@ -340,7 +352,7 @@ class OfSystem(DynamicAnalysis):
         if unstable_pole(eigen.poles) is not None:
             raise NoSolutionError("the loop is unstable with these modes")
         # x = row z of the analysis: its forces on z by the gusts are row^T times the force on x
-        row, by_gusts = closed_loop.motion.c[0][closed_loop.outputs[GONDOLA_X]].real, closed_loop.gusts.into
+        row, by_gusts = closed_loop.motion.c[0][closed_loop.outputs[GONDOLA_X]].real, closed_loop.gusts.input_matrix
         forces = np.zeros((len(self._system), by_gusts.shape[1]))
         forces[-1] = row[: len(by_gusts)] @ by_gusts / (row @ row)
         system = residues(eigen, *by_forces(self._system, forces, loop))
@@ -351,15 +363,16 @@ class OfSystem(DynamicAnalysis):
 # ---------------------------------------------------------------------------------------------- frequency integration
 
 
-def _summed(scene, _):
-    return _accurate(scene).refined(*BASE)
+def _by_poles(scene, _):
+    """The case with one fixed model of high order, whose variances are sums over poles."""
+    return _most_accurate(scene).refined(*BASE)
 
 
 def _on_grid(space, points, scene, _):
-    """By the trapezoidal rule on a grid about the gondola's frequency, in equal steps or equal ratios."""
-    case = _summed(scene, _)
-    middle = find("gondola_frequency_static").compute(case)
-    return by_trapezoids(case, space(*(np.array(GRID) * middle), points))
+    """The case with RMS by the trapezoidal rule on a grid about the gondola's frequency, by a function `space`."""
+    case = _by_poles(scene, _)
+    gondola_frequency = find("gondola_frequency_static").compute(case)
+    return by_trapezoids(case, space(*(np.array(GRID) * gondola_frequency), points))
 
 
 def by_trapezoids(case, frequency):

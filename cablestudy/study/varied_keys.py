@@ -1,4 +1,4 @@
-"""Columns of the keys that a study varies: numbers in SI where every value is one, else text as it is written."""
+"""Columns of the keys that a study varies: numbers in SI where every value is a number, else text as in the file."""
 
 import json
 from dataclasses import dataclass
@@ -66,7 +66,7 @@ def varied_keys(study):
 
 def varied_key(study, name):
     """The VariedKey of a name, with or without its unit; None where the study varies no such key."""
-    return next((known for known in varied_keys(study) if name in (known.key, known.header)), None)
+    return next((varied for varied in varied_keys(study) if name in (varied.key, varied.header)), None)
 
 
 def _varied_key(key, values):
@@ -91,10 +91,10 @@ def _unit_of(quantity, values):
 
 
 def _number(written, unit):
-    """A value in a unit; ValueError where it is none."""
+    """A value of the study as a number in a unit; ValueError where it is no such number."""
     if unit != PERCENT:
         return to_si(written, unit)
     if not (isinstance(written, str) and written.rstrip().endswith(PERCENT)):
         raise ValueError("not a share")
-    number, own = split(written)
-    return float(number * common_factor(own, PERCENT))
+    number, unit_of_share = split(written)
+    return float(number * common_factor(unit_of_share, PERCENT))

@@ -1,4 +1,4 @@
-"""Vibration of cables in the wind as lines are designed: lock-in with vortices, safe tension, galloping."""
+"""Vibration of cables in the wind by rules for power lines: lock-in with vortices, safe tension, galloping."""
 
 from dataclasses import replace
 
@@ -10,7 +10,7 @@ from cablestudy.study.table import Field
 from cablestudy.wind.drag import STROUHAL
 
 LOCK_IN = Field("lock_in_speed_m_per_s", "lock-in speed", "m/s")
-ALONG = "axial"  # kind of the modes that vortices do not drive
+AXIAL = "axial"  # kind of the modes that vortices do not drive
 SAFE = (
     "safe for a single aluminium conductor without dampers are up to 1000 m (open and flat, with snow or near water), "
     "1125 m (open and flat), 1225 m (few obstacles), 1425 m (trees, buildings), at the mean temperature of the coldest "
@@ -30,12 +30,13 @@ def with_lock_in(table, diameters):
     table : Table
         With frequencies.
     diameters : sequence of float or None
-        Of what moves in each mode, ice included; None where no cable moves across its axis, or it is not known. [m]
+        Of the cable that moves in each mode, ice included; None where no cable moves across its axis, or the diameter
+        is not known. [m]
 
     Returns
     -------
     Table
-        The same where no diameter is known.
+        Unchanged where no diameter is known.
     """
     if not any(diameters):
         return table
@@ -45,16 +46,16 @@ def with_lock_in(table, diameters):
     ]
 
     def errors():
-        for row, known in zip(rows, table.errors(), strict=True):
-            same = row[LOCK_IN.name] is not None and "frequency_Hz" in known
-            yield known | ({LOCK_IN.name: known["frequency_Hz"]} if same else {})
+        for row, errors_of_row in zip(rows, table.errors(), strict=True):
+            has_error = row[LOCK_IN.name] is not None and "frequency_Hz" in errors_of_row
+            yield errors_of_row | ({LOCK_IN.name: errors_of_row["frequency_Hz"]} if has_error else {})
 
     return replace(table, fields=(*table.fields, LOCK_IN), rows=rows, errors=errors)
 
 
 def diameters_of_modes(table, diameter):
     """The diameter for each mode of one cable in a table, see `with_lock_in`: list."""
-    return [None if row["type"] == ALONG else diameter for row in table.rows]
+    return [None if row["type"] == AXIAL else diameter for row in table.rows]
 
 
 def diameters_of_coupled_modes(table, scene):
@@ -63,10 +64,10 @@ def diameters_of_coupled_modes(table, scene):
     Of the cable that moves most; of a mode of several cables where they have one diameter.
     """
     of_cables = dict(zip(scene.cables, wind_diameters(scene).tolist(), strict=True))
-    alike = next(iter(of_cables.values())) if len(set(of_cables.values())) == 1 else None
-    parts = [row["moves"].rpartition(" ") for row in table.rows]
-    return [alike if not name and kind == "cables" else None if kind == ALONG else of_cables.get(name)
-            for name, _, kind in parts]  # fmt: skip
+    common = next(iter(of_cables.values())) if len(set(of_cables.values())) == 1 else None
+    modes_of_rows = [row["moves"].rpartition(" ") for row in table.rows]
+    return [common if not name and kind == "cables" else None if kind == AXIAL else of_cables.get(name)
+            for name, _, kind in modes_of_rows]  # fmt: skip
 
 
 def galloping_notes(load_case):
@@ -87,9 +88,9 @@ def galloping_notes(load_case):
 
 
 def tension_notes(scene, values):
-    """A note on the horizontal tension over the weight of a length of cables, the largest; tuple of str, at most one.
+    """A note on the largest horizontal tension over weight per length of the cables; tuple of str, at most one.
 
-    None of a load case with ice or wind, which is not that of every day.
+    There is none in a load case with ice or wind, since the safe values are for everyday tensions.
 
     Parameters
     ----------
@@ -100,12 +101,12 @@ def tension_notes(scene, values):
     if scene.nonzero_gravity is None or scene.load_case.ice or scene.load_case.wind:
         return ()
     constants = np.ravel(find("catenary_constant").compute(values)).tolist()
-    name, most = max(zip(scene.cables, constants, strict=True), key=lambda pair: pair[1])
-    whose, material = f" of {name}" if len(constants) > 1 else "", scene.cables[name].material
+    name, largest = max(zip(scene.cables, constants, strict=True), key=lambda pair: pair[1])
+    of_cable, material = f" of {name}" if len(constants) > 1 else "", scene.cables[name].material
     if material is None or material in scene.materials:
         safe = f"{SAFE}; {OTHERS}"
     elif material.startswith(ALUMINIUM):
         safe = SAFE
     else:
         safe = f"for {material} no published safe value is known here (those of CIGRE are for aluminium conductors)"
-    return (f"horizontal tension over weight per length{whose}: {most:.4g} m; {safe}",) if most > 0 else ()
+    return (f"horizontal tension over weight per length{of_cable}: {largest:.4g} m; {safe}",) if largest > 0 else ()

@@ -46,7 +46,7 @@ def wind_table(document, scene, on=None, estimate=False):
         Of the scene, for the places of mistakes.
     scene : CableScene
     on : {"gondola", "cable", "both"}, optional
-        What the wind acts on; by default the gondola where there is one.
+        On which the wind acts; by default the gondola where there is one.
     estimate : bool
         Whether the errors of fixed elements are to be estimated.
 
@@ -56,23 +56,24 @@ def wind_table(document, scene, on=None, estimate=False):
         One row.
     row : Row
     remarks : tuple of str
-        Lines on what is in no column.
+        Lines that belong to no column.
 
     Raises
     ------
     SceneError
-        The scene has no wind, or no gondola for what the wind acts on.
+        The scene has no wind, or no gondola on which it is to act.
     """
     if scene.gondola is None and on in (None, "cable"):
         return _bare_cable_table(document, scene, estimate)
     on = on or "gondola"
     columns, row = evaluate_named(document, scene, _names(scene, PARTS[on]), "windrms", estimate)
-    cells, more, remarks = row.cells, [], ()
+    cells, further_cells, remarks = row.cells, [], ()
     if not row.failed:
         shares, integration = _integrals(row.case, on)
         for limit, share in zip(BELOW, shares, strict=True):
-            more.append((Field(f"variance_share_below_{limit:g}_Hz", f"variance share below {limit:g} Hz"), share))
-        more.append((Field("integration_error", "integration error"), integration))
+            field = Field(f"variance_share_below_{limit:g}_Hz", f"variance share below {limit:g} Hz")
+            further_cells.append((field, share))
+        further_cells.append((Field("integration_error", "integration error"), integration))
         remarks = (*(f"note: {line}" for line in gondola_notes(row.case)), *_vortices(row.case))
         remarks += growing_damping(scene)
         remarks += beyond_linear([("gondola", *_peak_and_range(row.case, cells))])
@@ -82,11 +83,11 @@ def wind_table(document, scene, on=None, estimate=False):
         remarks += slack_warning(row)
     if on != "gondola":
         row = replace(row, notes=(*row.notes, CABLE_NOTE))
-    return row.table(columns, more), row, remarks
+    return row.table(columns, further_cells), row, remarks
 
 
 def _names(scene, parts):
-    """Names of the columns of `wind_table`, for some of what the wind acts on."""
+    """Names of the columns of `wind_table`; `parts` are the name parts of the winds, from PARTS."""
     names = [name + part for part in parts for name in OPEN] + list(GONDOLA)
     if scene.winch is not None and scene.winch.controller is not None:
         names = [name + part for part in parts for name in CLOSED] + list(LOOP) + names
@@ -98,18 +99,18 @@ def _names(scene, parts):
 
 
 def _peak_and_range(case, cells):
-    """Largest expected displacement, None where it is not shown, and how far motion is linear. [mm]"""
+    """Largest expected displacement and linear range of the gondola, None where the peak is not shown. [mm]"""
     return cells.get("peak_mm"), find("linear_range").compute(case) if "peak_mm" in cells else None
 
 
 def _strength(scene, peak=False):
-    """The utilisation at rest and perhaps at the peak, where the strength of the cable is known."""
-    shown = ["utilisation", "peak_utilisation"] if peak else ["utilisation"]
-    return shown if scene.cable.section_breaking_force is not None else []
+    """Names of the columns of utilisation, with `peak` also at the peak; none if the strength is not known."""
+    names = ["utilisation", "peak_utilisation"] if peak else ["utilisation"]
+    return names if scene.cable.section_breaking_force is not None else []
 
 
 def _bare_cable_table(document, scene, estimate):
-    """As `wind_table`, of a cable with fixed ends."""
+    """Table, row and remarks as of `wind_table`, of a cable with fixed ends."""
     columns, row = evaluate_named(document, scene, (*CABLE, *_strength(scene)), "windrms", estimate)
     remarks = () if row.failed else (*_vortices(row.case), *slack_warning(row))
     row = replace(row, notes=(*row.notes, BARE_NOTE))
@@ -119,29 +120,29 @@ def _bare_cable_table(document, scene, estimate):
 def _integrals(case, on):
     """Shares of the variance of the displacement below BELOW, and its estimated relative error by integration. [-]"""
     winds = case.winds_on(on)
-    variances = np.array([one.rms([GONDOLA_X], "value", open_loop=False)[0] ** 2 for one in winds])
-    shares = np.array([one.response.shares_below(GONDOLA_X, BELOW) for one in winds])
-    whole = variances.sum()
-    weights = variances / whole if whole else variances
-    return (weights @ shares).tolist(), max(one.response.integration_error for one in winds)
+    variances = np.array([wind.rms([GONDOLA_X], "value", open_loop=False)[0] ** 2 for wind in winds])
+    shares = np.array([wind.response.shares_below(GONDOLA_X, BELOW) for wind in winds])
+    total = variances.sum()
+    weights = variances / total if total else variances
+    return (weights @ shares).tolist(), max(wind.response.integration_error for wind in winds)
 
 
 def _vortices(case):
-    """A line where the cable has modes among the frequencies at which it sheds vortices."""
+    """Yield a note, at most one, on modes of the cable among the frequencies at which it sheds vortices."""
     if case.scene.wind_diameter is None:
         return
     low, _, high = shedding_frequencies(case.scene.wind, case.scene.wind_diameter)
-    where = f"note: the cable sheds vortices at {low:.3g} to {high:.3g} Hz"
+    beginning = f"note: the cable sheds vortices at {low:.3g} to {high:.3g} Hz"
     try:
         count, spacing = modes_between(case, low, high)
     except CablestudyError as error:
-        yield f"{where}; which modes it has there is not known: {error}"
+        yield f"{beginning}; which modes it has there is not known: {error}"
         return
     if count and spacing is None:
-        yield f"{where}, where it has {count} mode{'s' if count > 1 else ''} across its axis"
+        yield f"{beginning}, where it has {count} mode{'s' if count > 1 else ''} across its axis"
     elif count:
         yield (
-            f"{where}, where it has about {count} modes across its axis, every {spacing:.3g} Hz in each plane "
+            f"{beginning}, where it has about {count} modes across its axis, every {spacing:.3g} Hz in each plane "
             f"(an estimate from the travel time of transverse waves)"
         )
 
@@ -155,11 +156,11 @@ def modes_between(case, low, high):
     time = transverse_travel_time(case)
     if 2 * high * time > STUDY.counted_modes:
         return 2 * max(floor(2 * high * time) - ceil(max(2 * low * time, 1)) + 1, 0), 1 / (2 * time)
-    found = modes(Case(with_accuracy(case.scene, 1e-3)), upto=high)[1]
-    kinds = [kind for kind, frequency in zip(found.kind, found.frequency, strict=True) if frequency >= low]
+    computed = modes(Case(with_accuracy(case.scene, 1e-3)), upto=high)[1]
+    kinds = [kind for kind, frequency in zip(computed.kind, computed.frequency, strict=True) if frequency >= low]
     return sum(kind != "axial" for kind in kinds), None
 
 
 def transverse_travel_time(case):
-    """How long a transverse wave takes from end to end, see `Cables.travel_time`. [s]"""
+    """Travel time of a transverse wave from end to end, see `Cables.travel_time`. [s]"""
     return float(Cables(case.results.catenary.take(np.array([case.index])), UNDAMPED).travel_time[0])

@@ -27,8 +27,9 @@ class Difference:
     computed: str
 
     def __str__(self):
-        a, b = number(self.stored), number(self.computed)
-        ratio = f", ratio {b / a:.9g}" if a and b is not None else ""
+        stored_number, computed_number = number(self.stored), number(self.computed)
+        has_ratio = stored_number and computed_number is not None
+        ratio = f", ratio {computed_number / stored_number:.9g}" if has_ratio else ""
         stored, computed = (shorten(text, LONGEST_CELL) or "empty" for text in (self.stored, self.computed))
         return f"row {self.row}, {self.column}: stored {stored}, computed {computed}{ratio}"
 
@@ -55,21 +56,21 @@ def read_tolerances(texts, study):
     SceneError
         Every option that is wrong.
     """
-    given = {}
+    of_options = {}
     with Mistakes() as mistakes:
         for text in texts:
             name, sign, written = text.rpartition("=")
             with mistakes.at(f"--rtol {text}"):
-                header, value = compared(study, name.strip()) if sign else ALL_COLUMNS, _tolerance(written)
-                if header in given:
+                header, tolerance = compared(study, name.strip()) if sign else ALL_COLUMNS, _read_tolerance(written)
+                if header in of_options:
                     raise ValueError(f"given twice{'' if sign else ' for all columns'}")
-                given[header] = value
-    columns = {**tolerances_of(study), **given}
+                of_options[header] = tolerance
+    columns = {**tolerances_of(study), **of_options}
     return Tolerance(columns.pop(ALL_COLUMNS, RTOL), columns)
 
 
-def _tolerance(text):
-    """The tolerance in an option."""
+def _read_tolerance(text):
+    """The number in the text of a tolerance; ValueError where there is none."""
     try:
         value = to_si(text, "")
     except ValueError:
@@ -87,68 +88,75 @@ def compare(table, path, tolerance):
     Difference or str
         Text for columns and rows that only one of them has.
     """
-    names, stored = stream_csv(path)
-    columns = _tolerance_columns(table.fields)
-    yield from _other_columns(table, names, columns)
-    never = find(NEVER_COMPARED).header
-    cells = [(name, column) for name, column in columns.items() if name in names and name != never]
+    stored_names, stored_rows = stream_csv(path)
+    tolerance_columns = _tolerance_columns(table.fields)
+    yield from _unmatched_columns(table, stored_names, list(tolerance_columns))
+    never_compared = find(NEVER_COMPARED).header
+    compared_names = [name for name in tolerance_columns if name in stored_names and name != never_compared]
     count = 0
-    for count, (row, (_, old_row)) in enumerate(zip(table.rows, stored, strict=False), 1):
-        for name, column in cells:
-            if not _agree(name, old_row[name], row.get(name), column, row.get(column), tolerance):
-                yield Difference(count, name, old_row[name], exact(row.get(name)))
-    count += sum(1 for _ in stored)
+    for count, (row, (_, stored)) in enumerate(zip(table.rows, stored_rows, strict=False), 1):
+        for name in compared_names:
+            if not _agree(name, stored[name], row, tolerance_columns[name], tolerance):
+                yield Difference(count, name, stored[name], exact(row.get(name)))
+    count += sum(1 for _ in stored_rows)
     if count != len(table.rows):
         yield f"{count} rows stored, {len(table.rows)} computed"
 
 
-def _other_columns(table, names, columns):
-    """Yield a line for each column that only the computed table has, or only the stored one, with its `names`."""
-    before = {field.title: field.name for field in table.fields if field.distinct and field.title not in columns}
-    renamed = [name for name in names if before.get(name) not in (None, *names)]  # by versions that wrote text
+def _unmatched_columns(table, stored_names, names):
+    """Yield a line for each column that only the computed table has, of all its names, or only the stored one."""
+    new_name = {field.title: field.name for field in table.fields if field.distinct and field.title not in names}
+    # names of columns that versions of the program wrote which wrote varied keys as text
+    renamed = [name for name in stored_names if new_name.get(name) not in (None, *stored_names)]
     for name in renamed:
-        yield f"column {name}: stored as text by an earlier version, now {before[name]}: sweep it anew without --check"
-    known = {*columns, *renamed}
-    yield from (f"column {name}: stored, not computed" for name in names if name not in known)
-    known = {*names, *(before[name] for name in renamed)}
-    yield from (f"column {name}: computed, not stored" for name in columns if name not in known)
+        now = new_name[name]
+        yield f"column {name}: stored as text by an earlier version, now {now}: sweep it anew without --check"
+    matched = {*names, *renamed}
+    yield from (f"column {name}: stored, not computed" for name in stored_names if name not in matched)
+    matched = {*stored_names, *(new_name[name] for name in renamed)}
+    yield from (f"column {name}: computed, not stored" for name in names if name not in matched)
 
 
 def _tolerance_columns(fields):
     """Field name -> the column whose tolerance holds: of a difference from a printed value, the column before it."""
-    found, last = {}, None
+    column_of, column = {}, None
     for field in fields:
-        last = last if field.hidden or field.printed else field.name
-        found[field.name] = last
-    return found
+        column = column if field.hidden or field.printed else field.name
+        column_of[field.name] = column
+    return column_of
 
 
-def _agree(name, old, new, column, value, tolerance):
-    """Whether a stored text and a computed cell agree, relative to the largest of both and of their column."""
+def _agree(name, stored, row, column, tolerance):
+    """True if the stored text of a cell, the field `name`, agrees with the computed row.
+
+    The tolerance is that of a column, relative to the larger number; of a difference, also to the number in the column.
+    """
+    computed = row.get(name)
     if name == "status":
-        return _same_status(old, exact(new))
-    if not isinstance(new, float) and old == exact(new):
+        return _same_status(stored, exact(computed))
+    if not isinstance(computed, float) and stored == exact(computed):
         return True
-    a, b = number(old), new if isinstance(new, float) else number(exact(new))
+    a, b = number(stored), computed if isinstance(computed, float) else number(exact(computed))
     if a is None or b is None:
         return False
-    scale = abs(value or 0.0) if name != column else 0.0
+    scale = abs(row.get(column) or 0.0) if name != column else 0.0
     return a == b or abs(a - b) <= tolerance.of(column) * max(abs(a), abs(b), scale)
 
 
-def _same_status(old, new):
-    """Whether two statuses agree but for the last digit of numbers, in which processors differ."""
-    if old == new:
+def _same_status(stored, computed):
+    """True if two statuses agree but for the last digit of numbers, in which processors differ."""
+    if stored == computed:
         return True
-    if NUMBER.sub("0", old) != NUMBER.sub("0", new):
+    if NUMBER.sub("0", stored) != NUMBER.sub("0", computed):
         return False
-    return all(map(_same_but_last_digit, NUMBER.findall(old), NUMBER.findall(new)))
+    return all(map(_same_but_last_digit, NUMBER.findall(stored), NUMBER.findall(computed)))
 
 
-def _same_but_last_digit(old, new):
-    a, b = Decimal(old), Decimal(new)
+def _same_but_last_digit(stored, computed):
+    """True if two numbers as text differ by at most one in the last digit written."""
+    a, b = Decimal(stored), Decimal(computed)
     try:
-        digit = max(Decimal(1).scaleb(number.as_tuple().exponent) for number in (a, b))
-        return abs(a - b) <= min(digit, LAST_DIGIT_SHARE * max(abs(a), abs(b)))
+        last_digit = max(Decimal(1).scaleb(number.as_tuple().exponent) for number in (a, b))
+        return abs(a - b) <= min(last_digit, LAST_DIGIT_SHARE * max(abs(a), abs(b)))
     except ArithmeticError:  # beyond all numbers that this program writes
         return False

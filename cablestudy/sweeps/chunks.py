@@ -61,19 +61,21 @@ class Chunks:
     """
 
     def __init__(self, study, work, count, explain=False, estimate=False):
-        self._pickled, self._kept = pickle.dumps(study), (explain, estimate)
+        self._pickled, self._options = pickle.dumps(study), (explain, estimate)
         self._work = [(iter(cases), tuple(columns)) for cases, columns in work]
-        self.left, self.size, self.seconds_per_case = count, 1, None  # not handed out; of the next; as measured last
+        self.left = count  # cases that are not handed out
+        self.size = 1  # cases of the next chunk
+        self.seconds_per_case = None  # as measured last
 
     def next(self, workers=1):
         """The next chunk, or None when all cases are handed out; towards the end smaller ones, for so many workers."""
         while self._work:
             cases, columns = self._work[0]
-            share = -(-self.left // (2 * workers)) if workers > 1 else self.left
-            taken = tuple(islice(cases, max(1, min(self.size, share))))
-            if taken:
-                self.left -= len(taken)
-                return Chunk(self._pickled, versions(), columns, taken, *self._kept)
+            largest = -(-self.left // (2 * workers)) if workers > 1 else self.left
+            chosen = tuple(islice(cases, max(1, min(self.size, largest))))
+            if chosen:
+                self.left -= len(chosen)
+                return Chunk(self._pickled, versions(), columns, chosen, *self._options)
             self._work.pop(0)
         return None
 
@@ -92,28 +94,34 @@ def compute(chunk):
     """Compute a chunk, in this process or in another: Done; raises SceneError if this worker has other versions."""
     begin = time.perf_counter()
     _freeze()
-    if versions() != chunk.versions:
-        there = [(name, own, chunk.versions.get(name)) for name, own in versions().items()]
-        differing = [f"{name} {own}, not {other}" for name, own, other in there if own != other]
-        raise SceneError("a worker has " + ", ".join(differing))
+    _check_versions(chunk.versions)
     study = _study(chunk.study)
     columns = [column_named(study, name) for name in chunk.columns]
     headers = [column.header for column in columns if column.name != "status"]
-    tables, refused = tables_of(study, chunk.cases)
+    tables, errors_of_scenes = tables_of(study, chunk.cases)
     keys = {}
     for table in tables:
         keys.update(zip(table.cases.tolist(), keys_of(table, study.find), strict=True))
     evaluate = partial(evaluate_found, study) if study.find else evaluate_tables
     rows = evaluate(tables, columns, chunk.explain, chunk.estimate)
-    records, failed = [], len(refused)
+    records, failed = [], len(errors_of_scenes)
     for case in chunk.cases:
-        if case in refused:  # of many cases only some are checked before the sweep begins
-            records.append(pack(case, "", refused[case].without_places, [None] * len(headers)))
+        if case in errors_of_scenes:  # of many cases only some are checked before the sweep begins
+            records.append(pack(case, "", errors_of_scenes[case].without_places, [None] * len(headers)))
             continue
-        numbers, status, errors, notes = rows[case]
+        cells, status, errors, notes = rows[case]
         failed += not has_answer(status)
-        records.append(pack(case, keys[case], status, numbers, errors, notes))
+        records.append(pack(case, keys[case], status, cells, errors, notes))
     return Done(headers, records, failed, time.perf_counter() - begin)
+
+
+def _check_versions(expected):
+    """Raise SceneError if this process has other versions, see `fingerprint.versions`, than those expected."""
+    if versions() == expected:
+        return
+    pairs = [(name, version, expected.get(name)) for name, version in versions().items()]
+    differing = [f"{name} {version}, not {other}" for name, version, other in pairs if version != other]
+    raise SceneError("a worker has " + ", ".join(differing))
 
 
 @lru_cache(maxsize=1)
@@ -124,24 +132,25 @@ def _freeze():
 
 @lru_cache(maxsize=2)
 def _study(pickled):
+    """The StudyFile of a chunk."""
     return pickle.loads(pickled)
 
 
 def keys_of(table, find=None):
     """Hashes of the scenes of a CaseTable, and of what a study solves for in them: list of str.
 
-    They identify the rows in later runs.
-
-    Each is of the JSON of a scene: the varied numbers are put into that of one of them.
+    They identify the rows in later runs. Each is the hash of the JSON of a scene. Only one scene is written as JSON,
+    with a number in the place of each varied one that occurs nowhere else; the numbers of the cases are put there.
     """
-    marks = {key: np.array([-1e-300 / (place + 1)]) for place, key in enumerate(table.values)}
-    text = CaseTable(table.cases[:1], table.scene, marks).scene_of(0).model_dump_json().encode()
-    places = sorted((text.find(to_json(mark[0].item())), key) for key, mark in marks.items())
-    parts, numbers, end = [], [], 0
-    for begin, key in places:
-        parts.append(text[end:begin])
+    placeholders = {key: np.array([-1e-300 / (i + 1)]) for i, key in enumerate(table.values)}
+    template = CaseTable(table.cases[:1], table.scene, placeholders).scene_of(0).model_dump_json().encode()
+    written = {key: to_json(number[0].item()) for key, number in placeholders.items()}
+    positions = sorted((template.find(written[key]), key) for key in placeholders)
+    pieces, numbers, end = [], [], 0  # of the template before each number; the texts of that number in all cases
+    for begin, key in positions:
+        pieces.append(template[end:begin])
         numbers.append(to_json(table.values[key].tolist())[1:-1].split(b","))
-        end = begin + len(to_json(marks[key][0].item()))
-    end_of_text = text[end:] + (find.model_dump_json().encode() if find else b"")
-    texts = [b"".join(chain.from_iterable(zip(parts, row, strict=True))) for row in zip(*numbers, strict=True)]
+        end = begin + len(written[key])
+    end_of_text = template[end:] + (find.model_dump_json().encode() if find else b"")
+    texts = [b"".join(chain.from_iterable(zip(pieces, row, strict=True))) for row in zip(*numbers, strict=True)]
     return [blake2b(text + end_of_text, digest_size=12).hexdigest() for text in texts or [b""] * len(table.cases)]

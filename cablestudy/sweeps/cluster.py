@@ -72,15 +72,15 @@ def _client(address):
         from distributed import Client
     except ImportError:
         raise SceneError("--scheduler: dask is not installed (pip install 'cablestudy[cluster]')") from None
-    where = _address_in(address) if address.endswith(".json") else address
-    if not ADDRESS.fullmatch(where):  # dask would report it in a traceback
+    scheduler = _address_in(address) if address.endswith(".json") else address
+    if not ADDRESS.fullmatch(scheduler):  # dask would report it in a traceback
         raise SceneError(f"--scheduler {address}: expected tcp://host:port, or a scheduler file FILE.json")
     disabled = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
     with ExitStack() as at_end:
         at_end.callback(logging.disable, disabled)
         try:
-            client = Client(where, timeout=TIMEOUT, set_as_default=False)
+            client = Client(scheduler, timeout=TIMEOUT, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
             reason = " ".join(str(error).split()) or type(error).__name__
             raise SceneError(f"--scheduler {address}: no scheduler answers there ({reason:.120})") from None

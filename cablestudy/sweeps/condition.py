@@ -54,6 +54,7 @@ def parse(text, study):
 
 
 def _refuse(column, message):
+    """Raise the SceneError of a mistake at a column of the condition, from 1."""
     raise SceneError(f"--where:{column}: {message}")
 
 
@@ -69,7 +70,7 @@ class _Translator:
             self.source += ("x" if token.kind in OPERAND_KINDS else token.text) + " "
 
     def translate(self):
-        """The whole condition."""
+        """The function of the whole condition: DataFrame -> Series, see `parse`."""
         try:
             return self.condition(ast.parse(self.source, mode="eval").body)
         except SyntaxError as error:
@@ -84,9 +85,9 @@ class _Translator:
         token = self.tokens[-1] if not error.offset else self.token_at(error.offset - 1)
         if "never closed" in error.msg:
             _refuse(token.column, "'(' is never closed")
-        before = self.tokens[: self.tokens.index(token)][-1:]
-        ended = before and (before[0].kind in OPERAND_KINDS or before[0].text == ")")
-        expected = "and, or, or the end" if ended else "a column, a number or a text"
+        before = self.tokens[: self.tokens.index(token)][-1:]  # a list of one token, or empty
+        is_complete = before and (before[0].kind in OPERAND_KINDS or before[0].text == ")")
+        expected = "and, or, or the end" if is_complete else "a column, a number or a text"
         _refuse(token.column, f"expected {expected}, got {repr(token.text) if token.text else 'nothing'}")
 
     def token_at(self, offset):
@@ -94,7 +95,7 @@ class _Translator:
         return self.tokens[bisect_right(self.offsets, offset) - 1]
 
     def condition(self, node, depth=0):
-        """`and`, `or`, `not` or a comparison."""
+        """Function of a frame for a node that is `and`, `or`, `not` or a comparison."""
         if depth >= MAX_DEPTH:
             _refuse(self.token_at(node.col_offset).column, f"nested more than {MAX_DEPTH} deep")
         match node:
@@ -115,36 +116,37 @@ class _Translator:
         if isinstance(node, ast.Name | ast.Call):  # Python reads `sag (...)` and `(...) (...)` as calls
             called = getattr(node, "func", node)
             last = self.token_at(called.end_col_offset - 1)
-            after = self.tokens[self.tokens.index(last) + 1]
+            following = self.tokens[self.tokens.index(last) + 1]
             missing = "< <= > >= == or !=" if isinstance(called, ast.Name) else "and, or, or the end"
-            _refuse(after.column, f"expected {missing} after {last.text!r}")
+            _refuse(following.column, f"expected {missing} after {last.text!r}")
         got = "empty brackets" if isinstance(node, ast.Tuple) else "a condition"
         _refuse(token.column, f"expected a column, a number or a text, got {got}")
 
     def comparison(self, node):
-        """Operands with an operator between each two neighbours."""
-        parts = [node.left, *node.comparators]
-        for part in parts:
-            if not isinstance(part, ast.Name):
-                self.refuse_node(part)
-        tokens = [self.token_at(part.col_offset) for part in parts]
-        tests = [OPERATORS[type(test)] for test in node.ops]
-        ordered = [token for token, test in zip(tokens[1:], tests, strict=True) if test not in EQUALITY]
-        operands = self.operands(tokens, may_be_text=not ordered)
+        """Function of a frame for operands with an operator between each two neighbours, as `1 < sag <= 2`."""
+        nodes = [node.left, *node.comparators]
+        for operand_node in nodes:
+            if not isinstance(operand_node, ast.Name):
+                self.refuse_node(operand_node)
+        tokens = [self.token_at(operand_node.col_offset) for operand_node in nodes]
+        tests = [OPERATORS[type(sign)] for sign in node.ops]
+        after_order_sign = [token for token, test in zip(tokens[1:], tests, strict=True) if test not in EQUALITY]
+        operands = self.operands(tokens, may_be_text=not after_order_sign)
         check_kinds(operands, tokens)
-        if ordered and any(is_text(operand) for operand in operands):
-            sign = self.tokens[self.tokens.index(ordered[0]) - 1]
+        if after_order_sign and any(is_text(operand) for operand in operands):
+            sign = self.tokens[self.tokens.index(after_order_sign[0]) - 1]
             _refuse(sign.column, "texts compare by == and != only")
         unit = common_unit(operands)
         if unit and any(isinstance(operand, Variable) and operand.is_varied for operand in operands):
-            self.bare += _bare_numbers(operands, tokens, unit)
+            self.bare += _numbers_without_unit(operands, tokens, unit)
         getters = [self.getter(operand, token, unit) for operand, token in zip(operands, tokens, strict=True)]
         return chain(getters, tests)
 
     def operands(self, tokens, may_be_text):
-        """Tokens -> operands: Variable, number (Decimal, unit), or text.
+        """List of the operands of tokens: each a Variable, a number (Decimal, unit), or a text.
 
-        A word that is neither a column nor a key is text where it is compared with what may hold text.
+        A word that is neither a column nor a key is text where it is compared with what may hold text, and
+        `may_be_text` says that the signs of the comparison allow it.
         """
         operands, unknown = [], []
         for token in tokens:
@@ -154,8 +156,8 @@ class _Translator:
                 unknown.append((token, error))
                 operands.append(token.text)
         variables = [operand for operand in operands if isinstance(operand, Variable)]
-        hold_text = any(known.is_text or (known.is_varied and known.unit is None) for known in variables)
-        if unknown and not (hold_text and may_be_text):
+        may_hold_text = any(operand.is_text or (operand.is_varied and operand.unit is None) for operand in variables)
+        if unknown and not (may_hold_text and may_be_text):
             token, error = unknown[0]
             _refuse(token.column, str(error))
         if not variables:
@@ -163,7 +165,7 @@ class _Translator:
         return operands
 
     def operand(self, token):
-        """Variable, number (Decimal, unit), or text."""
+        """Variable, number (Decimal, unit) or text of a token; ValueError for an unknown word."""
         if token.kind == "text":
             return token.text[1:-1]
         if token.kind == "name":
@@ -206,24 +208,32 @@ def check_kinds(operands, tokens):
 def common_unit(operands):
     """The unit in which operands are compared: that of the first column, else of the first varied key."""
     numeric = [operand for operand in operands if isinstance(operand, Variable) and not operand.is_text]
-    units = [known.unit for known in sorted(numeric, key=lambda known: known.is_varied) if known.unit is not None]
-    return units[0] if units else ""
+    columns_first = sorted(numeric, key=lambda operand: operand.is_varied)
+    return next((operand.unit for operand in columns_first if operand.unit is not None), "")
 
 
-def _bare_numbers(operands, tokens, unit):
-    """In which unit numbers without one are taken: list of str."""
+def _numbers_without_unit(operands, tokens, unit):
+    """List of texts "14 is 14 m" on the numbers without a unit, which are taken to be in this one."""
     pairs = zip(tokens, operands, strict=True)
-    numbers = [token.text for token, own in pairs if isinstance(own, tuple) and not own[1]]
+    numbers = [token.text for token, operand in pairs if isinstance(operand, tuple) and not operand[1]]
     return [f"{number} is {number} {unit}" for number in numbers]
 
 
-def in_unit(number, own, unit):
-    """A number with its own unit as a float in another unit; without one it is in that unit already."""
-    return float(number * common_factor(own, unit) if own else number)
+def in_unit(number, written_unit, unit):
+    """A number, as written with its unit, as a float in another unit; without one it is in that unit already."""
+    return float(number * common_factor(written_unit, unit) if written_unit else number)
 
 
 def chain(getters, tests):
-    """Function of a frame: whether each value compares with the next, for example `1 < sag <= 2`."""
+    """Function of a frame: nullable boolean Series, True where each value compares with the next, as `1 < sag <= 2`.
+
+    Parameters
+    ----------
+    getters : list of callable
+        Frame -> Series of the values of each operand.
+    tests : list of callable
+        From OPERATORS, one between each two operands.
+    """
 
     def holds(frame):
         pairs = pairwise([getter(frame) for getter in getters])
@@ -236,8 +246,8 @@ def compare(first, second, test):
     """Nullable boolean Series: how two Series of numbers, or of numbers and texts, compare cell by cell."""
     if first.dtype == second.dtype == "Float64":
         return test(first, second)
-    found = [compare_cells(*pair, test) for pair in zip(first, second, strict=True)]
-    return pandas.Series(found, first.index, dtype="boolean")
+    outcomes = [compare_cells(*pair, test) for pair in zip(first, second, strict=True)]
+    return pandas.Series(outcomes, first.index, dtype="boolean")
 
 
 def compare_cells(first, second, test):

@@ -49,7 +49,7 @@ class Database:
         """
         if self.path:
             _check_beginning(self.path)
-        latest = time.monotonic() + WAIT
+        deadline = time.monotonic() + WAIT
         while True:
             try:
                 self._open()
@@ -60,11 +60,12 @@ class Database:
                     raise SceneError(f"{self.path}: cannot be written ({error})") from None
             except sqlite3.DatabaseError:  # damaged
                 return
-            if time.monotonic() > latest:
+            if time.monotonic() > deadline:
                 raise SceneError(f"{self.path}: {AT_WORK}")
             time.sleep(random.uniform(0, PAUSE))
 
     def _open(self):
+        """Open the file with its exclusive lock, and make it one of ours if it is new."""
         self._connection = sqlite3.connect(self.path, timeout=0, isolation_level=None)
         self.execute("PRAGMA locking_mode = EXCLUSIVE")
         self.execute("PRAGMA writable_schema = ON")  # reads what is left of a file that was cut
@@ -92,11 +93,11 @@ class Database:
         except sqlite3.Error:
             pass
         self._connection.close()
-        for end in ("", *SIDE_FILES) if self.path else ():
+        for suffix in ("", *SIDE_FILES) if self.path else ():
             with suppress(FileNotFoundError):
-                os.unlink(self.path + end)
+                os.unlink(self.path + suffix)
         self._connect()
-        if self.value("SELECT count(*) FROM sqlite_master"):  # of another one, which began between the two steps
+        if self.value("SELECT count(*) FROM sqlite_master"):  # of another sweep, which began between the two steps
             raise SceneError(f"{self.path}: {AT_WORK}")
 
     def execute(self, statement, values=()):
@@ -104,7 +105,7 @@ class Database:
         return self._connection.execute(statement, values)
 
     def value(self, query):
-        """The only value of the only row that a query has."""
+        """The only value in the only row of the result of a query."""
         return self.execute(query).fetchone()[0]
 
     def execute_many(self, statement, rows):
@@ -138,7 +139,7 @@ class Database:
 
 def _check_beginning(path):
     """Refuse a file that is no SQLite database, and a link to nothing, before SQLite writes anything."""
-    for name in (path, *(path + end for end in SIDE_FILES)):
+    for name in (path, *(path + suffix for suffix in SIDE_FILES)):
         if os.path.islink(name) and not os.path.exists(name):
             raise SceneError(f"{name}: is a link to {os.readlink(name)}, which is not there")
     try:

@@ -34,11 +34,11 @@ def compute_here(chunks, jobs=None):
     NoSolutionError
         Worker processes end by themselves.
     """
-    spent = 0.0
-    for done in submit_all(chunks, SerialExecutor()):
+    seconds = 0.0
+    for done in submit_all(chunks, SerialExecutor()):  # here, at first
         yield done
-        spent += done.seconds
-        if jobs != 1 and (jobs or spent > TRIAL):
+        seconds += done.seconds
+        if jobs != 1 and (jobs or seconds > TRIAL):
             break
     if not chunks.left:
         return
@@ -77,31 +77,31 @@ def retry(chunks, open_executor, workers):
 
 
 def submit_all(chunks, executor, workers=lambda: 1):
-    """The loop of every sweep: submit chunks, a few ahead of the workers, and yield what is done, in any order.
+    """Submit all chunks to an executor, a few ahead of its workers: yields Done, in any order.
 
-    Those in flight are put back if the loop is left early. Parameters as of `retry`.
+    Chunks that are not done are put back if the loop is left early. Parameters as of `retry`.
     """
-    flying = {}
+    chunk_of_future = {}
     try:
         while True:
             most = AHEAD * workers() if workers() > 1 else 1
-            while len(flying) < most and (chunk := chunks.next(workers())):
-                flying[_submit(chunk, executor, chunks)] = chunk
-            if not flying:
+            while len(chunk_of_future) < most and (chunk := chunks.next(workers())):
+                chunk_of_future[_submit(chunk, executor, chunks)] = chunk
+            if not chunk_of_future:
                 return
-            # not for ever: what is in flight may be lost with a scheduler, and asking for its workers tells
-            for future in wait(flying, LOOK_AGAIN, FIRST_COMPLETED).done:
+            # not for ever: chunks may be lost with a scheduler, which asking for its workers brings to light
+            for future in wait(chunk_of_future, LOOK_AGAIN, FIRST_COMPLETED).done:
                 done = future.result()
-                del flying[future]
+                del chunk_of_future[future]
                 chunks.measure(done)
                 yield done
     finally:
-        for chunk in flying.values():
+        for chunk in chunk_of_future.values():
             chunks.put_back(chunk)
 
 
 def _submit(chunk, executor, chunks):
-    """The future of a chunk, which is put back where the executor takes nothing any more."""
+    """Submit a chunk: its Future. Where the pool of processes is broken the chunk is put back, and the error raised."""
     try:
         return executor.submit(compute, chunk)
     except BrokenProcessPool:
@@ -140,12 +140,12 @@ def process_pool(jobs):
 
 
 def cores():
-    """How many cores this process may use."""
+    """Number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _context():
-    """How processes are started: from a server that has imported what they need, where there can be one."""
+    """Context of `multiprocessing`: processes start from a server that has imported what they need, where possible."""
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     from multiprocessing import forkserver, resource_tracker
@@ -165,5 +165,6 @@ def _begin_worker():
 
 
 def _exit_with_parent():
+    """Wait for the end of the parent process, and end this one."""
     multiprocessing.parent_process().join()
     os._exit(1)

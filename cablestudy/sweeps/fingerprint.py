@@ -36,7 +36,7 @@ def digest(identity):
     return sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:32]
 
 
-def origin(command, identity, started, **more):
+def origin(command, identity, started, **entries):
     """Record of the run that computed numbers: dict of plain values.
 
     Parameters
@@ -47,15 +47,15 @@ def origin(command, identity, started, **more):
         What the numbers depend on.
     started : datetime
         Start of the run; of a resumed run, that of its last part.
-    **more
-        Further entries.
+    **entries
+        Further ones.
     """
     return {
         "command": command,
         "fingerprint": digest(identity),
         "started": started.isoformat(timespec="seconds"),
         "duration_s": (datetime.now(UTC) - started).total_seconds(),
-        **more,
+        **entries,
         "versions": {"cablestudy": __version__, **identity["versions"], "python": platform.python_version()},
         "platform": platform.platform(),
     }
@@ -68,19 +68,19 @@ def differences(stored, current):
     """
     lines = []
     for part, prefix in (("versions", "version of "), ("scene", "")):
-        old, new = _flat(stored[part]), _flat(current[part])
+        old, new = _by_dotted_key(stored[part]), _by_dotted_key(current[part])
         for key in sorted(old.keys() | new.keys()):
-            there, now = (str(flat[key]) if key in flat else "not given" for flat in (old, new))
             if old.get(key) != new.get(key):
+                there, now = (str(values[key]) if key in values else "not given" for values in (old, new))
                 lines.append(f"{prefix}{key}: {there} there, {now} now")
     return lines
 
 
-def _flat(value, path=""):
-    """Dotted key -> plain value."""
+def _by_dotted_key(value, path=""):
+    """Dotted key -> plain value of all that nested mappings and lists hold: dict."""
     if not isinstance(value, dict | list):
         return {path: value}
-    flat = {}
+    leaves = {}
     for key, item in value.items() if isinstance(value, dict) else enumerate(value):
-        flat |= _flat(item, f"{path}.{key}" if path else str(key))
-    return flat
+        leaves |= _by_dotted_key(item, f"{path}.{key}" if path else str(key))
+    return leaves

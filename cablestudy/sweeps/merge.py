@@ -35,13 +35,13 @@ class MergedRun(Run):
             raise SceneError(f"{self.files.shard('K', 'N')}: {nothing}")
         counts = sorted({count for _, count in shards})
         if len(counts) > 1:
-            kinds = " and of ".join(map(str, counts))
-            raise SceneError(f"--out {self.files.folder}: shards of {kinds} lie there: move one kind away")
+            listed = " and of ".join(map(str, counts))
+            raise SceneError(f"--out {self.files.folder}: shards of {listed} lie there: move one kind away")
         merged, mistakes = open_store("", self.identity, self.study.count), []
         for path in shards.values():
-            mistakes += _take(path, merged)
+            mistakes += _add_shard(path, merged)
         merged.load()
-        mistakes = mistakes or self._missing(counts[0], {number for number, _ in shards}, merged)
+        mistakes = mistakes or self._missing_rows(merged, counts[0], {number for number, _ in shards})
         if mistakes:
             raise SceneError(*mistakes)
         store = open_store(self.path, self.identity, self.study.count, restart=True)
@@ -49,23 +49,25 @@ class MergedRun(Run):
         store.load()
         return store
 
-    def _missing(self, shards, there, merged):
-        """What is missing of each shard, and how to get it."""
-        found = []
-        for number in range(1, shards + 1):
-            cases = range(number - 1, self.study.count, shards)
-            lacking = [case + 1 for case in merged.select(cases, MISSING)]
-            if lacking or number not in there:
-                what = "not complete" if number in there else "no such shard"
-                listed = ", ".join(map(str, lacking[:SHOWN])) + (", ..." if len(lacking) > SHOWN else "")
-                how = command(self._words, "--out", self.files.folder, "--shard", f"{number}/{shards}", "--resume")
-                rows = f"{counted(len(lacking), 'row')} missing" + (f" ({listed})" if lacking else "")
-                found.append(f"{self.files.shard(number, shards)}: {what}, {rows}: {how}")
-        return found
+    def _missing_rows(self, merged, count, present):
+        """List of lines, one for each of `count` shards without all of its rows, with the command that computes them.
+
+        `merged` has the rows of all shards, `present` is the set of numbers, from 1, of those that are there.
+        """
+        lines = []
+        for number in range(1, count + 1):
+            missing = [case + 1 for case in merged.select(range(number - 1, self.study.count, count), MISSING)]
+            if missing or number not in present:
+                state = "not complete" if number in present else "no such shard"
+                listed = ", ".join(map(str, missing[:SHOWN])) + (", ..." if len(missing) > SHOWN else "")
+                rows = f"{counted(len(missing), 'row')} missing" + (f" ({listed})" if missing else "")
+                how = command(self._words, "--out", self.files.folder, "--shard", f"{number}/{count}", "--resume")
+                lines.append(f"{self.files.shard(number, count)}: {state}, {rows}: {how}")
+        return lines
 
 
-def _take(path, merged):
-    """Add the rows of a shard that are as they were written to a store; list of lines why they do not belong to it."""
+def _add_shard(path, merged):
+    """Add the intact rows of a shard to a store; list of lines why they do not belong to it, empty where they do."""
     with closing(Database(path)) as shard:
         try:
             stored = stored_description(shard)
@@ -78,7 +80,7 @@ def _take(path, merged):
                 return []
         except sqlite3.Error as error:
             return [f"{path}: is damaged ({error}): compute the shard again with --resume"]
-    found = differences(identity, merged.identity)
+    lines = differences(identity, merged.identity)
     changed = [part for part in ("vary", "find", "columns") if identity.get(part) != merged.identity.get(part)]
-    found += [f"{part}: not as now" for part in changed]
-    return [f"{path}: {line}" for line in found]
+    lines += [f"{part}: not as now" for part in changed]
+    return [f"{path}: {line}" for line in lines]

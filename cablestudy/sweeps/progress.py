@@ -50,19 +50,19 @@ class Progress:
         self._next = now + (BAR_INTERVAL if self._bar else LINE_INTERVAL)
         text = self.line(done)
         if self._bar:
-            full = WIDTH * done // self._total
-            text = f"\r[{'#' * full}{'.' * (WIDTH - full)}] {text}\x1b[K"
+            filled = WIDTH * done // self._total
+            text = f"\r[{'#' * filled}{'.' * (WIDTH - filled)}] {text}\x1b[K"
             self._shown = True
         self._stream.write(text if self._bar else text + "\n")
         self._stream.flush()
 
     def _is_early(self, done, seconds):
-        """Whether to write the first line now, since the sweep will take long."""
-        enough = seconds >= EARLY and done - self._known > EARLY_ROWS and not (self._announced or self._bar)
-        return enough and self.rate is not None and self._total - done > LONG * self.rate
+        """True if the first line is to be written now, since the sweep will take long."""
+        is_fair = seconds >= EARLY and done - self._known > EARLY_ROWS and not (self._announced or self._bar)
+        return is_fair and self.rate is not None and self._total - done > LONG * self.rate
 
     def _count(self, done, seconds, now):
-        """Take a report into account."""
+        """Add a report, parameters as of a call and the time now [s]; drop those of the earlier half of the rows."""
         waited = now - self._last - seconds
         self._waited += waited if waited > WAITING else 0.0
         self._last = now
@@ -73,15 +73,15 @@ class Progress:
     @property
     def rate(self):
         """Rows per second; None as long as too little is computed to tell."""
-        (begin, before), (end, done) = self._reports[0], self._reports[-1]
-        return (done - before) / (end - begin) if end - begin >= ENOUGH else None
+        (begin, done_before), (end, done) = self._reports[0], self._reports[-1]
+        return (done - done_before) / (end - begin) if end - begin >= ENOUGH else None
 
     def line(self, done):
         """Rows done, and as soon as they are known rate and remaining time."""
-        known = ""
+        text = f"{done} of {self._total} rows"
         if self.rate:
-            known = f", {self.rate:.3g} rows/s, {rounded_duration((self._total - done) / self.rate)} left"
-        return f"{done} of {self._total} rows{known}"
+            text += f", {self.rate:.3g} rows/s, {rounded_duration((self._total - done) / self.rate)} left"
+        return text
 
     def close(self):
         """Erase the bar."""

@@ -60,19 +60,19 @@ def check_sum(row, key, status, cells, errors, notes):
 
 
 def unpack(stored, headers):
-    """The Record of a row of columns, or None if what is stored, which may be anything, is none of `pack`."""
-    row, key, status, cells, errors, notes, total = stored
-    if check_sum(*stored[:-1]) != total:
+    """The RowRecord of a stored row with cells of these headers; None if it is not as `pack` returned it."""
+    row, key, status, cells, errors, notes, stored_sum = stored
+    if check_sum(*stored[:-1]) != stored_sum:
         return None
-    texts = not TEXTS.isdisjoint(headers)
+    has_texts = not TEXTS.isdisjoint(headers)
     try:
-        cells = (CELLS_AND_TEXTS if texts else CELLS).validate_json(cells)
+        cells = (CELLS_AND_TEXTS if has_texts else CELLS).validate_json(cells)
         errors, notes = ERRORS.validate_json(errors or "{}"), NOTES.validate_json(notes or "[]")
     except ValueError:
         return None
-    valid = type(row) is int and row >= 1 and isinstance(key, str) and isinstance(status, str | None)
-    valid = valid and len(cells) == len(headers)
-    if valid and texts:
+    is_valid = type(row) is int and row >= 1 and isinstance(key, str) and isinstance(status, str | None)
+    is_valid = is_valid and len(cells) == len(headers)
+    if is_valid and has_texts:
         pairs = zip(headers, cells, strict=True)
-        valid = all(cell is None or (name in TEXTS) == isinstance(cell, str) for name, cell in pairs)
-    return RowRecord(row - 1, key, status, cells, errors, notes) if valid else None
+        is_valid = all(cell is None or (name in TEXTS) == isinstance(cell, str) for name, cell in pairs)
+    return RowRecord(row - 1, key, status, cells, errors, notes) if is_valid else None

@@ -31,42 +31,50 @@ def usable(old, new):
         return frozenset(asked)
     if "run" in asked.values():
         return frozenset()
-    moving = [{name for name, needs in columns.items() if needs not in CLOSED_FORM} for columns in (stored, asked)]
+    same_motion = _columns_of_motion(stored) == _columns_of_motion(asked)
     common = stored.keys() & asked.keys()
-    return frozenset(name for name in common if asked[name] in CLOSED_FORM or moving[0] == moving[1])
+    return frozenset(name for name in common if asked[name] in CLOSED_FORM or same_motion)
+
+
+def _columns_of_motion(needs_of):
+    """Set of the columns, from a mapping of name -> what it needs, that need a model of the motion."""
+    return {name for name, needs in needs_of.items() if needs not in CLOSED_FORM}
 
 
 def reuse_rows(store, study, cases, identity):
     """Give a store with the rows of an earlier run those cases (from 0) of the edited study that are the same."""
     headers = [header for header in identity["columns"] if header != "status"]
-    names = usable(store.headers, headers)
-    partial = [header for header in headers if header in names] if not names.issuperset(headers) else []
-    records = _records(store, study, cases, headers, names) if names else ()
+    reusable = usable(store.headers, headers)
+    partial = [header for header in headers if header in reusable] if not reusable.issuperset(headers) else []
+    records = _reusable_records(store, study, cases, headers, reusable) if reusable else ()
     store.replace(identity, partial, records)
 
 
-def _records(store, study, cases, headers, names):
-    """Yield what the earlier run has for the cases: whole rows, or partial ones."""
-    old = store.headers
-    same, complete = set(old) == set(headers), names.issuperset(headers)
-    for case, stored in _matches(store, study, cases):
-        row = unpack(stored, old)
-        if row.status != OK and not same:  # another column may be the reason of its status
+def _reusable_records(store, study, cases, headers, reusable):
+    """Yield records, from `record.pack`, of the cases of a study whose scenes the store of an earlier run has.
+
+    They have cells of the headers; those that are not reusable stay empty, and the record is partial.
+    """
+    old_headers = store.headers
+    same_columns, complete = set(old_headers) == set(headers), reusable.issuperset(headers)
+    for case, stored in _stored_rows_of(store, study, cases):
+        row = unpack(stored, old_headers)
+        if row.status != OK and not same_columns:  # another column may be the reason of its status
             continue
-        known = {header: cell for header, cell in zip(old, row.cells, strict=True) if header in names}
-        cells = [known.get(header) for header in headers]
+        cell_of = {header: cell for header, cell in zip(old_headers, row.cells, strict=True) if header in reusable}
+        cells = [cell_of.get(header) for header in headers]
         yield pack(case, row.key, row.status if complete else None, cells, row.errors, row.notes)
 
 
-def _matches(store, study, cases):
-    """Yield (case, stored row) where a complete row has the key of the case's scene."""
+def _stored_rows_of(store, study, cases):
+    """Yield (case, stored row) where a complete row has the key of the scene of a case."""
     store.database.execute("CREATE TEMP TABLE cases (row INTEGER PRIMARY KEY, key TEXT)")
     store.database.execute_many("INSERT INTO cases VALUES (?, ?)", _keys(study, cases))
-    found = store.database.execute(
+    joined = store.database.execute(
         "SELECT cases.row, rows.row, rows.key, status, cells, errors, notes, sum FROM cases JOIN rows USING (key)"
         " WHERE status IS NOT NULL"
     )
-    for row, *stored in found:
+    for row, *stored in joined:
         yield row - 1, stored
     store.database.execute("DROP TABLE cases")
 

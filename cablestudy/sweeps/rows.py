@@ -19,18 +19,18 @@ CACHED_STEPS = 100_000  # of what varies, whose text in the CSV is kept: more th
 
 
 class LazyRows(Sequence):
-    """Rows that are made when they are asked for: `row_at` of each place; a slice has a slice of the places."""
+    """Rows that are made when they are asked for, each by `row_at` of an index: its case, or its row in a table."""
 
-    def __init__(self, places, row_at):
-        self.places, self._row_at = places, row_at
+    def __init__(self, indices, row_at):
+        self.indices, self._row_at = indices, row_at
 
     def __len__(self):
-        return len(self.places)
+        return len(self.indices)
 
-    def __getitem__(self, index):
-        if isinstance(index, slice):
-            return LazyRows(self.places[index], self._row_at)
-        return self._row_at(self.places[index])
+    def __getitem__(self, number):
+        if isinstance(number, slice):
+            return LazyRows(self.indices[number], self._row_at)
+        return self._row_at(self.indices[number])
 
 
 class Rows(LazyRows):
@@ -40,23 +40,24 @@ class Rows(LazyRows):
         super().__init__(cases, lambda case: self._row(store.row(case)))
         self._study, self._columns, self._reference = study, columns, reference
         self._store, self._cases = store, cases
-        self._varied = {known.key: known for known in varied_keys(study)}
+        self._varied = {varied.key: varied for varied in varied_keys(study)}
         self._texts = TEXTS.intersection(store.headers) if store else frozenset()
 
     def __iter__(self):
         return map(self._row, self._store.read(self._cases))
 
     def _row(self, record):
+        """The row of a RowRecord: header -> cell, of varied keys, computed columns and printed values."""
         cells = {**dict(zip(self._store.headers, record.cells, strict=True)), "status": record.status}
         varied = varied_cells(self._varied, self._study.overrides(record.case))
         return {**varied, **cells, **_printed(cells, self._reference, record.case)}
 
-    def errors(self, places=None):
+    def errors(self, indices=None):
         """Yield the estimated error of each cell that has one, of all rows or of some: header -> number."""
-        chosen = (self._store.row(self._cases[place]) for place in places or ())
-        least = {c.header: c.least_error for c in self._columns if c.least_error is not None}
-        for record in self._store.read(self._cases) if places is None else chosen:
-            errors = {header: record.errors.get(header, error) for header, error in least.items()}
+        least_errors = {c.header: c.least_error for c in self._columns if c.least_error is not None}
+        chosen = (self._store.row(self._cases[index]) for index in indices or ())
+        for record in self._store.read(self._cases) if indices is None else chosen:
+            errors = {header: record.errors.get(header, error) for header, error in least_errors.items()}
             cells = zip(self._store.headers, record.cells, strict=True)
             yield {name: errors[name] for name, cell in cells if cell is not None and errors.get(name) is not None}
 
@@ -64,19 +65,19 @@ class Rows(LazyRows):
         """The rows as a pandas.DataFrame: numbers as floats, other values as text."""
         import pandas
 
-        texts = list(self._store.read_texts(self._cases))
-        numbers = json.loads(f"[{','.join([cells for _, cells in texts])}]")
-        frame = pandas.DataFrame(numbers, columns=self._store.headers, dtype=object if self._texts else float)
+        stored = list(self._store.read_texts(self._cases))
+        cells_of_rows = json.loads(f"[{','.join([cells for _, cells in stored])}]")
+        frame = pandas.DataFrame(cells_of_rows, columns=self._store.headers, dtype=object if self._texts else float)
         if self._texts:
             frame = frame.astype(dict.fromkeys(frame.columns.difference(self._texts), float))
-        frame["status"] = [status for status, _ in texts]
-        steps = np.unravel_index(self._cases, [len(entry) for entry in self._study.entries] or [1])
-        for entry, taken in zip(self._study.entries, steps, strict=False):
-            unique, places = np.unique(taken, return_inverse=True)
+        frame["status"] = [status for status, _ in stored]
+        steps_of_entries = np.unravel_index(self._cases, [len(entry) for entry in self._study.entries] or [1])
+        for entry, steps in zip(self._study.entries, steps_of_entries, strict=False):
+            unique_steps, inverse = np.unique(steps, return_inverse=True)  # a cell is made once for each step
             for key, values, _ in entry.columns:
-                known = self._varied[key]
-                cells = [known.cell(values[step]) for step in unique.tolist()]
-                frame[known.header] = np.array(cells, dtype=object if known.text else float)[places]
+                varied = self._varied[key]
+                cells = [varied.cell(values[step]) for step in unique_steps.tolist()]
+                frame[varied.header] = np.array(cells, dtype=object if varied.text else float)[inverse]
         if names := self._reference[0]:
             computed = zip(self._cases, frame[names].to_dict("records"), strict=True)
             printed = [_printed(cells, self._reference, case) for case, cells in computed]
@@ -84,36 +85,35 @@ class Rows(LazyRows):
         return frame
 
     def csv_lines(self, names):
-        """Iterator of the lines of the CSV below its head; None unless its columns are varied keys and all stored ones,
-        and these are numbers.
+        """Iterator of the lines of the CSV below its head, in which stored numbers are copied as text: fast.
 
-        Stored numbers are copied as text, which a million rows need.
+        None unless the columns `names` are varied keys, then all stored ones, and these are numbers.
         """
         stored = [*self._store.headers, "status"]
-        varied = names[: -len(stored)]
-        copied = (
-            names[-len(stored) :] == stored
-            and not self._texts
-            and varied == [known.header for known in self._varied.values() if known.header in varied]
-        )
-        return self._copied(set(varied)) if copied else None
+        varied, others = names[: -len(stored)], names[-len(stored) :]
+        in_order = varied == [key.header for key in self._varied.values() if key.header in varied]
+        return self._copied_lines(set(varied)) if others == stored and in_order and not self._texts else None
 
-    def _copied(self, shown):
-        entries = [[(self._varied[key], values) for key, values, _ in e.columns] for e in self._study.entries]
-        entries = [[(known, values) for known, values in entry if known.header in shown] for entry in entries]
-        varying = [number for number, columns in enumerate(entries) if columns]
+    def _copied_lines(self, varied_headers):
+        """Yield the lines of the CSV with the varied keys of these headers, see `csv_lines`."""
+        columns_of_entries = []  # of each entry: (VariedKey, its values) of the keys shown
+        for entry in self._study.entries:
+            columns = [(self._varied[key], values) for key, values, _ in entry.columns]
+            columns_of_entries.append([column for column in columns if column[0].header in varied_headers])
+        shown_entries = [number for number, columns in enumerate(columns_of_entries) if columns]
 
         @lru_cache(CACHED_STEPS)
         def varied_text(number, step):
-            return _csv_text([*(exact(known.cell(values[step])) for known, values in entries[number]), ""])
+            cells = [exact(varied.cell(values[step])) for varied, values in columns_of_entries[number]]
+            return _csv_text([*cells, ""])  # ends with a comma
 
-        steps = product(*(range(len(entry)) for entry in self._study.entries))
-        texts = self._store.read_texts(self._cases)
+        steps_of_cases = product(*(range(len(entry)) for entry in self._study.entries))
+        stored = self._store.read_texts(self._cases)
         comma = "," if self._store.headers else ""
-        for case_steps, (status, cells) in zip(islice(steps, self._cases.start, None), texts, strict=False):
-            before = "".join([varied_text(number, case_steps[number]) for number in varying])
+        for steps, (status, cells) in zip(islice(steps_of_cases, self._cases.start, None), stored, strict=False):
+            beginning = "".join([varied_text(number, steps[number]) for number in shown_entries])
             numbers = cells[1:-1].replace("null", "")
-            yield f"{before}{numbers}{comma}{status if status == OK else _csv_text([status])}\n"
+            yield f"{beginning}{numbers}{comma}{status if status == OK else _csv_text([status])}\n"
 
 
 def table_of(study, columns, reference, store, cases):
@@ -124,39 +124,40 @@ def table_of(study, columns, reference, store, cases):
 
 def more_fields(study, fields):
     """The fields of the varied keys that a table does not show, since one of its columns does."""
-    return tuple(known.field for known in varied_keys(study) if known.field not in fields)
+    return tuple(varied.field for varied in varied_keys(study) if varied.field not in fields)
 
 
 def cases_table(study):
     """The table of what varies in each row of a study, for `sweep --dry-run`: nothing is computed or written."""
-    varied = {known.key: known for known in varied_keys(study)}
-    fields = (Field("row", "row"), *(known.field for known in varied.values()))
+    varied_by_key = {varied.key: varied for varied in varied_keys(study)}
+    fields = (Field("row", "row"), *(varied.field for varied in varied_by_key.values()))
 
     def row_at(case):
-        return {"row": case + 1, **varied_cells(varied, study.overrides(case))}
+        return {"row": case + 1, **varied_cells(varied_by_key, study.overrides(case))}
 
     return Table(fields, LazyRows(range(study.count), row_at))
 
 
-def varied_cells(varied, overrides):
-    """Cells of what varies in a case, from `StudyFile.overrides`; `varied` are the VariedKeys by their keys."""
-    return {varied[key].header: varied[key].cell(value) for key, value in overrides.items()}
+def varied_cells(varied_by_key, overrides):
+    """Header -> cell of the varied keys in a case: dict, from key -> VariedKey and from `StudyFile.overrides`."""
+    return {varied_by_key[key].header: varied_by_key[key].cell(value) for key, value in overrides.items()}
 
 
 def _csv_text(cells):
+    """One line of a CSV, without its end."""
     line = io.StringIO()
     csv.writer(line, lineterminator="").writerow(cells)
     return line.getvalue()
 
 
 def _printed(cells, reference, case):
-    """Printed values of a case, and differences of the computed ones from them."""
+    """Cells of the printed values of a case, and of the differences of the computed ones, `cells`, from them: dict."""
     names, rows = reference
     added = {}
     for name in names:
         printed, computed = rows[case][name], cells[name]
         difference = None if printed is None or computed is None else computed - printed
-        if difference is not None and abs(difference) < 1e-12 * abs(printed):
+        if difference is not None and abs(difference) < 1e-12 * abs(printed):  # rounding
             difference = 0.0
         added |= {reference_header(name, "printed"): printed, reference_header(name, "difference"): difference}
     return added

@@ -85,7 +85,7 @@ class Run:
             self.store = on_error.enter_context(closing(self._open()))
             if self.store.identity != self.identity:  # rows of the study before it was edited
                 reuse_rows(self.store, self.study, self.cases, self.identity)
-            self._known = self.done
+            self._reused = self.done
             on_error.pop_all()
         return self
 
@@ -93,6 +93,7 @@ class Run:
         self.store.close()
 
     def _open(self):
+        """The store of the rows: in memory, or in the folder with what an earlier run has left there."""
         options = self.options
         if not options.keep:
             return open_store("", self.identity, self.study.count)
@@ -101,9 +102,10 @@ class Run:
         store = open_store(self.path, self.identity, self.study.count, options.resume, options.restart, reuse)
         if not options.shard:
             self.files.clear()
-        before = self.path.removesuffix(".sqlite") + ".jsonl"
-        if options.resume and os.path.exists(before):
-            store.warnings.append(f"{before}: rows of an earlier version of cablestudy are not used; it may be deleted")
+        old_file = self.path.removesuffix(".sqlite") + ".jsonl"
+        if options.resume and os.path.exists(old_file):
+            warning = "rows of an earlier version of cablestudy are not used; it may be deleted"
+            store.warnings.append(f"{old_file}: {warning}")
         return store
 
     def compute(self):
@@ -116,14 +118,14 @@ class Run:
         NoSolutionError
             Workers die, or the scheduler is gone.
         """
-        store, options, done = self.store, self.options, self._known
+        store, options, done = self.store, self.options, self._reused
         headers = [column.header for column in self.columns]
         work = [
             (store.select(self.cases, MISSING), headers),
             (store.select(self.cases, PARTIAL), [header for header in headers if header not in store.partial]),
         ]
-        chunks = Chunks(self.study, work, len(self.cases) - self._known, options.explain, options.estimate)
-        progress = Progress(len(self.cases), self._known, options.quiet)
+        chunks = Chunks(self.study, work, len(self.cases) - self._reused, options.explain, options.estimate)
+        progress = Progress(len(self.cases), self._reused, options.quiet)
         try:
             with Interrupts() as interrupts, closing(self._results(chunks)) as results, closing(progress):
                 for chunk in results:
@@ -150,12 +152,12 @@ class Run:
 
     @property
     def done(self):
-        """How many rows are complete."""
+        """Number of complete rows."""
         return self.store.how_many(self.cases, COMPLETE)
 
     @property
     def failed(self):
-        """How many rows have no answer."""
+        """Number of rows without an answer."""
         return sum(1 for _ in self.store.failures())
 
     def check_complete(self):
@@ -168,7 +170,7 @@ class Run:
         return table_of(self.study, self.columns, self._reference, self.store, self.cases)
 
     def notes(self):
-        """Yield what was modelled, row by row, of those that are done."""
+        """Yield lines on what was modelled, of each row that is done."""
         for case in self.store.select(self.cases, COMPLETE):
             yield from (f"row {case + 1}: {note}" for note in self.store.row(case).notes)
 
@@ -184,10 +186,10 @@ class Run:
         return self.path
 
     def _record(self, command):
-        """Where the table comes from, as YAML: NAME.run.yaml beside it, never inside."""
+        """Record of the run that computed the table, as YAML: for NAME.run.yaml beside it."""
         import yaml
 
-        rows = {"total": len(self.cases), "reused": self._known, "failed": self.failed}
+        rows = {"total": len(self.cases), "reused": self._reused, "failed": self.failed}
         content = origin(command, self.identity, self._started, rows=rows)
         content["study"] = {name: value for name, value in self.identity.items() if name != "versions"}
         return yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=120)
@@ -195,12 +197,12 @@ class Run:
     def reused(self):
         """List of lines: what was found damaged, and how many rows are there already."""
         partial_rows = self.store.how_many(self.cases, PARTIAL)
-        if not (self._known or partial_rows):
+        if not (self._reused or partial_rows):
             return self.store.warnings
-        if self._known == len(self.cases) and not self.options.resume:
-            return [*self.store.warnings, f"{counted(self._known, 'row')} as stored; --restart computes anew"]
-        known = f"{self._known} of {len(self.cases)} rows are there already"
-        return [*self.store.warnings, known + (f", and some columns of {partial_rows} more" if partial_rows else "")]
+        if self._reused == len(self.cases) and not self.options.resume:
+            return [*self.store.warnings, f"{counted(self._reused, 'row')} as stored; --restart computes anew"]
+        line = f"{self._reused} of {len(self.cases)} rows are there already"
+        return [*self.store.warnings, line + (f", and some columns of {partial_rows} more" if partial_rows else "")]
 
     def failures(self, words):
         """Lines about the rows without an answer: the first of them, how many of each kind, how to see one alone.
@@ -208,30 +210,30 @@ class Run:
         `words` are the command, `sweep STUDY ...`, without what says how to compute; a study that is standard input
         cannot be read again.
         """
-        first = list(islice(self.store.failures(), SHOWN))
-        kinds = Counter(NUMBER.sub("…", status) for _, status in self.store.failures())
-        lines = [f"row {case + 1}: {status}" for case, status in first]
+        listed = list(islice(self.store.failures(), SHOWN))
+        lines = [f"row {case + 1}: {status}" for case, status in listed]
         if self.options.row is not None or not lines:
             return lines
-        counted = [f"{often} x {kind}" for kind, often in kinds.most_common(KINDS)]
-        others = kinds.total() - sum(often for _, often in kinds.most_common(KINDS))
-        counted += [f"{others} x others"] if others else []
-        lines.append(f"{kinds.total()} of {self.done} rows have no answer: " + "; ".join(counted))
-        for case, _ in first[: 0 if words[1] == "-" else REPLAYED]:
+        kinds = Counter(NUMBER.sub("…", status) for _, status in self.store.failures())
+        counts = [f"{count} x {kind}" for kind, count in kinds.most_common(KINDS)]
+        others = kinds.total() - sum(count for _, count in kinds.most_common(KINDS))
+        counts += [f"{others} x others"] if others else []
+        lines.append(f"{kinds.total()} of {self.done} rows have no answer: " + "; ".join(counts))
+        for case, _ in listed[: 0 if words[1] == "-" else REPLAYED]:
             lines.append(f"row {case + 1} alone: {command(words, '--row', case + 1)}")
         return lines
 
     def warnings(self):
         """List of lines: what a stated tension means in the first case, the rows whose numbers are doubtful."""
-        found = []
+        lines = []
         with suppress(CablestudyError):
             scene = self.study.case(0)[1]
-            found += kind_of(scene).notes_on_stated(scene)
+            lines += kind_of(scene).notes_on_stated(scene)
         for doubt, words in DOUBTS:
             rows = [str(case + 1) for case in self.store.doubtful(doubt)]
             if rows:
-                found.append(f"warning: {words} in {len(rows)} of {self.done} rows: {first_of(rows, SHOWN)}")
-        return found
+                lines.append(f"warning: {words} in {len(rows)} of {self.done} rows: {first_of(rows, SHOWN)}")
+        return lines
 
     def interrupted(self, words):
         """Lines that say how to go on with a run that was ended."""
@@ -245,7 +247,7 @@ class Run:
 
 
 def has_fixed_elements(study):
-    """True if errors of rows are estimated only where they are asked for."""
+    """True if the elements of cables are fixed, so that the errors of motion are estimated only on request."""
     model = getattr(study.case(0)[1], "model", None)
     return getattr(model, "elements", None) is not None or any(key.startswith("model") for key in study.set_keys)
 

@@ -39,29 +39,29 @@ class Selection:
         if self.bare and len(frame) in (0, len(table.rows)):
             notes.append(f"--where: without a unit {', '.join(self.bare)}")
         if self.objectives:
-            frame, lacking = self._front(frame)
-            notes += lacking
+            frame, notes_on_front = self._front(frame)
+            notes += notes_on_front
         if self.key is not None:
             frame = self._best(frame) if self.best else self._sorted(frame)
-        places = frame.index.tolist()
-        errors = partial(table.errors, places) if table.errors else None
-        shown = replace(table, rows=LazyRows(places, table.rows.__getitem__), errors=errors)
-        return shown, [*notes, f"shown: {len(places)} of {len(table.rows)} rows"]
+        indices = frame.index.tolist()  # of the rows shown, in the whole table
+        errors = partial(table.errors, indices) if table.errors else None
+        selected = replace(table, rows=LazyRows(indices, table.rows.__getitem__), errors=errors)
+        return selected, [*notes, f"shown: {len(indices)} of {len(table.rows)} rows"]
 
     def _front(self, frame):
-        """The rows that no other beats in the objectives, and a note on those that lack one."""
-        columns = {key.name: _numbers(key, frame) * (-1 if large else 1) for key, large in self.objectives}
-        numbers = pandas.DataFrame(columns, index=frame.index).dropna()
-        lacking = len(frame) - len(numbers)
-        notes = [f"--pareto: {counted(lacking, 'row')} without a value of {' or '.join(columns)}"] if lacking else []
-        return frame.loc[numbers.index[pareto_front(numbers.to_numpy(dtype=float))]], notes
+        """The rows that no other beats in the objectives, and a note, in a list, on those without a value of one."""
+        costs = {key.name: _numbers(key, frame) * (-1 if large else 1) for key, large in self.objectives}
+        complete = pandas.DataFrame(costs, index=frame.index).dropna()
+        left_out = len(frame) - len(complete)
+        notes = [f"--pareto: {counted(left_out, 'row')} without a value of {' or '.join(costs)}"] if left_out else []
+        return frame.loc[complete.index[pareto_front(complete.to_numpy(dtype=float))]], notes
 
     def _sorted(self, frame):
-        """Numbers in their order, then texts in theirs."""
+        """The rows by numbers in their order, then by texts in theirs; those with an empty cell last."""
         cells = self.key.getter()(frame)
-        texts = cells.map(lambda cell: isinstance(cell, str)).astype(bool)
+        is_text = cells.map(lambda cell: isinstance(cell, str)).astype(bool)
         order = pandas.DataFrame(
-            {"empty": cells.isna(), "is text": texts, "number": cells.mask(texts), "text": cells.where(texts)}
+            {"empty": cells.isna(), "is text": is_text, "number": cells.mask(is_text), "text": cells.where(is_text)}
         )
         rising = not self.descending
         return frame.loc[order.sort_values(list(order), ascending=[True, rising, rising, rising]).index]
@@ -70,7 +70,8 @@ class Selection:
         """The first row with the smallest or largest number."""
         numbers = _numbers(self.key, frame).dropna()
         if numbers.empty:
-            filters = [name for name, given in (("--where", self.condition), ("--pareto", self.objectives)) if given]
+            options = {"--where": self.condition, "--pareto": self.objectives}
+            filters = [name for name, value in options.items() if value]
             row = f"no row that {' and '.join(filters)} let{'s' * (len(filters) == 1)} pass" if filters else "no row"
             raise NoSolutionError(f"--best: {row} has a value of {self.key.name}")
         return frame.loc[[numbers.idxmax() if self.descending else numbers.idxmin()]]
@@ -98,51 +99,53 @@ def read_selection(study, where=None, sort=None, best=None, pareto=None):
     """
     if sort is not None and best is not None:
         raise SceneError("--sort and --best exclude each other: --best shows a single row")
-    parts = {}
+    fields = {}  # of the Selection
     readers = (where, _read_where), (pareto, _read_pareto), (sort, _read_sort), (best, _read_best)
     with Mistakes() as mistakes:
         for text, read in readers:
             with mistakes.at():
-                parts |= read(text, study) if text is not None else {}
-    return Selection(**parts) if parts else None
+                fields |= read(text, study) if text is not None else {}
+    return Selection(**fields) if fields else None
 
 
 def _read_where(text, study):
+    """Fields of the Selection for --where: dict; the readers of other options alike."""
     condition, bare = parse(text, study)
     return {"condition": condition, "bare": bare}
 
 
 def _read_sort(text, study):
     name = text.strip()
-    return {"key": _key("--sort", name.removeprefix("-"), study), "descending": name.startswith("-")}
+    return {"key": _read_variable("--sort", name.removeprefix("-"), study), "descending": name.startswith("-")}
 
 
 def _read_best(text, study):
-    key, large = _objective("--best", text, study)
+    key, large = _read_objective("--best", text, study)
     return {"key": key, "descending": large, "best": True}
 
 
 def _read_pareto(text, study):
-    objectives = [_objective("--pareto", part, study) for part in text.split(",")]
+    objectives = [_read_objective("--pareto", part, study) for part in text.split(",")]
     names = [key.name for key, _ in objectives]
-    twice = [name for name in dict.fromkeys(names) if names.count(name) > 1]
-    if twice:
-        raise SceneError(*(f"--pareto: {name} is there twice" for name in twice))
+    repeated = [name for name in dict.fromkeys(names) if names.count(name) > 1]
+    if repeated:
+        raise SceneError(*(f"--pareto: {name} is there twice" for name in repeated))
     return {"objectives": tuple(objectives)}
 
 
-def _objective(option, text, study):
-    """What `min COLUMN` or `max COLUMN` names: Variable, and whether it is to be large."""
+def _read_objective(option, text, study):
+    """Variable of `min COLUMN` or `max COLUMN`, and whether it is to be large."""
     word, _, name = text.strip().partition(" ")
     if word not in ("min", "max") or not name.strip():
         raise SceneError(f"{option}: expected 'min COLUMN' or 'max COLUMN', got {text.strip()!r:.80}")
-    key = _key(option, name.strip(), study)
+    key = _read_variable(option, name.strip(), study)
     if key.is_text:
         raise SceneError(f"{option}: {key.name} is text, which has no {word}")
     return key, word == "max"
 
 
-def _key(option, name, study):
+def _read_variable(option, name, study):
+    """The Variable of a name in an option; SceneError where there is none."""
     try:
         return variable(name, study, option)
     except ValueError as error:

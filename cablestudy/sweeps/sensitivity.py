@@ -59,16 +59,17 @@ def indices(f_a, f_b, f_ab, seed=0):
     values = values / scale
     values -= values[:2].mean()  # avoids cancellation: no index depends on the mean
     a, b, ab = values[0], values[1], values[2:]
+    # of a, b, a^2 + b^2, and of the numerators of S_i and T_i; the first row is over all points, others of resamples
     means = _bootstrap_means(np.vstack([a, b, a**2 + b**2, b * (ab - a), (a - ab) ** 2 / 2]), seed)
     variance = means[:, 2] / 2 - (means[:, 0] + means[:, 1]) ** 2 / 4
     if variance[0] <= 0:
         return None
     positive = variance > 0  # a resample of equal values has no indices
-    shares = means[positive, 3:] / variance[positive, None]
-    shares[np.abs(shares) < NEGLIGIBLE] = 0.0
-    interval = np.percentile(shares[1:], [50 * (1 - CONFIDENCE), 50 * (1 + CONFIDENCE)], axis=0)
-    found = np.vstack([shares[:1], interval]).T
-    return Indices(found[: len(ab)], found[len(ab) :])
+    samples = means[positive, 3:] / variance[positive, None]  # first orders, then totals, of each key
+    samples[np.abs(samples) < NEGLIGIBLE] = 0.0
+    interval = np.percentile(samples[1:], [50 * (1 - CONFIDENCE), 50 * (1 + CONFIDENCE)], axis=0)
+    estimates = np.vstack([samples[:1], interval]).T
+    return Indices(estimates[: len(ab)], estimates[len(ab) :])
 
 
 def _bootstrap_means(terms, seed):
@@ -114,33 +115,40 @@ class Sensitivity:
         """
         study, sample, frame = self.study, self.study.sample, table.rows.frame()
         cases = np.arange(study.count).reshape([len(entry) for entry in study.entries])
+        # the sample at each step of the other entries: groups of cases, shape (count, pages), see `Sample.coordinate`
         groups = np.moveaxis(cases, study.sample_entry, -1).reshape(-1, sample.count, sample.pages)
-        others = {known.key: known for known in varied_keys(study) if known.key not in sample.over}
-        found, notes = [], []
+        unsampled = {varied.key: varied for varied in varied_keys(study) if varied.key not in sample.over}
+        rows, notes = [], []
         for group in groups:
-            given = {key: value for key, value in study.overrides(int(group[0, 0])).items() if key in others}
-            shown = varied_cells(others, given)
-            among = ", ".join(f"{key}={value}" for key, value in given.items())
+            overrides = {key: value for key, value in study.overrides(int(group[0, 0])).items() if key in unsampled}
+            cells_of_group = varied_cells(unsampled, overrides)
+            setting = ", ".join(f"{key}={value}" for key, value in overrides.items())
             for column in self.columns:
                 estimate, reason = self._estimate(frame[column.header].to_numpy()[group])
                 if reason:
-                    notes.append(f"{column.header}{f' ({among})' if among else ''}: no indices, {reason}")
-                for key, name in enumerate(sample.over):
-                    found.append({**shown, "column": column.header, "parameter": name, **_cells(estimate, key)})
-        names = ["column", "parameter", *_cells(None, 0)]
-        fields = [*(known.field for known in others.values()), *(Field(name, name.replace("_", " ")) for name in names)]
-        return Table(tuple(fields), found), notes
+                    notes.append(f"{column.header}{f' ({setting})' if setting else ''}: no indices, {reason}")
+                for i, key in enumerate(sample.over):
+                    labels = {"column": column.header, "parameter": key}
+                    rows.append({**cells_of_group, **labels, **_index_cells(estimate, i)})
+        names = ["column", "parameter", *_index_cells(None, 0)]
+        fields = [varied.field for varied in unsampled.values()]
+        fields += [Field(name, name.replace("_", " ")) for name in names]
+        return Table(tuple(fields), rows), notes
 
-    def _estimate(self, cells):
-        """Indices of one column in one group, or None and the reason."""
-        empty = int(np.isnan(cells).sum())
+    def _estimate(self, values):
+        """Indices of one column in one group, and an empty text; or None and the reason why there are none.
+
+        `values`, shape (count, pages): at the first sample, at it with each key in turn of the second, at the second.
+        """
+        empty = int(np.isnan(values).sum())
         if empty:
-            return None, f"{empty} of {cells.size} cases have no value"
-        estimate = indices(cells[:, 0], cells[:, -1], cells[:, 1:-1].T, self.study.sample.seed)
+            return None, f"{empty} of {values.size} cases have no value"
+        estimate = indices(values[:, 0], values[:, -1], values[:, 1:-1].T, self.study.sample.seed)
         return estimate, "" if estimate else "the column does not vary"
 
 
-def _cells(estimate, key):
+def _index_cells(estimate, key):
+    """Header -> cell of the `Indices` of one sampled key, by its number; empty cells where `estimate` is None."""
     names = [f"{kind}{end}" for kind in ("first_order", "total") for end in ("", "_low", "_high")]
     if estimate is None:
         return dict.fromkeys(names)

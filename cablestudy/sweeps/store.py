@@ -50,7 +50,7 @@ class RowStore:
 
     def __init__(self, path, identity, count):
         self.database, self.path, self.count = Database(path), path, count
-        self._known = bytearray(count)
+        self._state = bytearray(count)  # of each case MISSING, PARTIAL or COMPLETE
         self.warnings = []
         self.describe(identity)
 
@@ -67,9 +67,10 @@ class RowStore:
             for statement in SCHEMA.values():
                 self.database.execute(statement)
             self._write_description()
-        self._known = bytearray(self.count)
+        self._state = bytearray(self.count)
 
     def _write_description(self, finished=False):
+        """Write the table `about`."""
         about = {"study": json.dumps(self.identity), "fingerprint": digest(self.identity)}
         about |= {"finished": int(finished), "partial": json.dumps(list(self.partial))}
         self.database.execute_many("INSERT OR REPLACE INTO about VALUES (?, ?)", about.items())
@@ -80,36 +81,37 @@ class RowStore:
             self._write_description(finished)
 
     def load(self):
-        """Take over the rows that the file has."""
-        self._known = bytearray(self.count)
+        """Take over the rows that the file has, unchecked."""
+        self._state = bytearray(self.count)
         with self.database.reported():
             query = f"SELECT row, status IS NOT NULL FROM rows WHERE row BETWEEN 1 AND {self.count}"
             for row, complete in self.database.execute(query):
-                self._known[row - 1] = COMPLETE if complete else PARTIAL
+                self._state[row - 1] = COMPLETE if complete else PARTIAL
 
     def load_valid(self):
         """Take over the rows that are as they were written; a line about the others in `warnings`."""
         self.load()
         with self.database.reported():
-            wrong = [row for row, stored in self._checked_rows("ASC", self.count) if stored is None]
-        for row in wrong:
+            damaged = [row for row, stored in self._checked_rows("ASC", self.count) if stored is None]
+        for row in damaged:
             if 1 <= row <= self.count:
-                self._known[row - 1] = MISSING
-        if wrong:
-            self.warnings.append(self._left_out(wrong))
+                self._state[row - 1] = MISSING
+        if damaged:
+            self.warnings.append(self._warning_of(damaged))
 
-    def _left_out(self, wrong):
-        listed = ", ".join(map(str, wrong[:MAX_LISTED])) + (", ..." if len(wrong) > MAX_LISTED else "")
-        rows = f"row{'s' * (len(wrong) > 1)} {listed}"
+    def _warning_of(self, damaged):
+        """Line about rows, from 1, that are left out since they are not as they were written."""
+        listed = ", ".join(map(str, damaged[:MAX_LISTED])) + (", ..." if len(damaged) > MAX_LISTED else "")
+        rows = f"row{'s' * (len(damaged) > 1)} {listed}"
         return f"{self.path}: left out what is not as it was written: {rows}"
 
-    def select(self, cases, known):
-        """Iterate over those of some cases of which so much is known: MISSING, PARTIAL or COMPLETE."""
-        return (case for case in cases if self._known[case] == known)
+    def select(self, cases, state):
+        """Iterator of those of some cases that are in a state: MISSING, PARTIAL or COMPLETE."""
+        return (case for case in cases if self._state[case] == state)
 
-    def how_many(self, cases, known):
-        """How many of some cases these are."""
-        return sum(1 for _ in self.select(cases, known))
+    def how_many(self, cases, state):
+        """Number of those of some cases that are in a state, see `select`."""
+        return sum(1 for _ in self.select(cases, state))
 
     def row(self, case):
         """The record of one row."""
@@ -147,6 +149,7 @@ class RowStore:
             self._refuse_changed(row + 1)
 
     def _refuse_changed(self, row):
+        """Raise the SceneError for a row, from 1, that is not as it was written."""
         raise SceneError(f"{self.path}: row {row} was changed while the sweep ran; --resume computes it again")
 
     def failures(self):
@@ -168,17 +171,17 @@ class RowStore:
         `headers` are those of their cells; of partial rows those that were missing.
         """
         if headers != self.headers:
-            records = [self._completed(headers, unpack(stored, headers)) for stored in records]
+            records = [self._complete(headers, unpack(stored, headers)) for stored in records]
         self.insert(records)
         for row, *_ in records:
-            self._known[row - 1] = COMPLETE
+            self._state[row - 1] = COMPLETE
 
-    def _completed(self, headers, new):
-        """A partial row with the columns that were missing."""
+    def _complete(self, headers, new):
+        """The stored partial row of a case completed by a RowRecord `new` with the cells of these headers, packed."""
         old = self.row(new.case)
-        known = dict(zip(self.headers, old.cells, strict=True)) | dict(zip(headers, new.cells, strict=True))
+        cells = dict(zip(self.headers, old.cells, strict=True)) | dict(zip(headers, new.cells, strict=True))
         errors, notes = old.errors | new.errors, [*old.notes, *new.notes]
-        return pack(new.case, new.key, new.status, list(known.values()), errors, notes)
+        return pack(new.case, new.key, new.status, list(cells.values()), errors, notes)
 
     def insert(self, records):
         """Add rows as they are: all of them, or none."""
@@ -224,31 +227,30 @@ class RowStore:
         if stored is None:
             self.begin()
             return
-        current, identity = self.identity, stored[0]
+        current, (identity, partial) = self.identity, stored
         lines = differences(identity, current)
         if lines:
             hint = "these rows cannot be used: --restart begins anew, --out DIR begins elsewhere"
             raise SceneError(*(f"{self.path}: {line}" for line in (*lines, hint)))
-        self.describe(*stored)
+        self.describe(identity, partial)
         self._keep_valid_rows(self.count if identity == current else None)
         self.load()
         self.set_finished(False)
 
     def _keep_valid_rows(self, highest):
-        """Check all rows; if something is wrong, begin anew with those that are as they were written."""
-        wrong, damage, valid = [], None, {}
+        """Check all rows; if something is wrong, begin anew with those that are as they were written.
+
+        `highest`: the largest number that a row may have; None of any.
+        """
+        damaged_rows, damage = [], None
         try:
-            tables = dict(self.database.execute("SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL"))
-            structure = self.database.value("PRAGMA quick_check(1)")
-            if structure != "ok":
-                damage = " ".join(structure.split())
-            elif tables != SCHEMA:
-                damage = "its tables were changed"
-            wrong = [row for row, stored in self._checked_rows("ASC", highest) if stored is None]
+            damage = self._damage_of_structure()
+            damaged_rows = [row for row, stored in self._checked_rows("ASC", highest) if stored is None]
         except sqlite3.Error as error:
             damage = str(error)
-        if not (damage or wrong):
+        if not (damage or damaged_rows):
             return
+        valid = {}
         for order in ("ASC", "DESC"):  # from both ends to where it is damaged
             with suppress(sqlite3.Error):
                 valid.update((row, stored) for row, stored in self._checked_rows(order, highest) if stored)
@@ -257,13 +259,24 @@ class RowStore:
         if damage:
             self.warnings.append(f"{self.path}: is damaged ({damage}); {len(valid)} of its rows could be read")
         else:
-            self.warnings.append(self._left_out(wrong))
+            self.warnings.append(self._warning_of(damaged_rows))
+
+    def _damage_of_structure(self):
+        """Text on damage of the database as SQLite finds it, or of its tables; None where they are intact."""
+        tables = dict(self.database.execute("SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL"))
+        outcome = self.database.value("PRAGMA quick_check(1)")
+        if outcome != "ok":
+            return " ".join(outcome.split())
+        return None if tables == SCHEMA else "its tables were changed"
 
     def _checked_rows(self, order, highest):
-        """Yield the number of each row and what is stored of it, None if that is not as it was written."""
+        """Yield number and stored tuple of each row, None in its place if it is not as it was written.
+
+        `order`: "ASC" or "DESC"; `highest` as of `_keep_valid_rows`.
+        """
         for stored in self.database.execute(f"SELECT {COLUMNS} FROM rows ORDER BY row {order}"):
-            valid = unpack(stored, self.headers) and (highest is None or stored[0] <= highest)
-            yield stored[0], stored if valid else None
+            is_valid = unpack(stored, self.headers) and (highest is None or stored[0] <= highest)
+            yield stored[0], stored if is_valid else None
 
     def close(self):
         """Release the file."""
@@ -307,7 +320,7 @@ def open_store(path, identity, count, resume=False, restart=False, reuse=0):
 
 
 def rows_done(database, identity):
-    """How many complete rows a database has of a study; 0 where it has those of another one, or cannot be read."""
+    """Number of complete rows of a study in a database; 0 where it has those of another one, or cannot be read."""
     try:
         stored = stored_description(database)
         return database.value(DONE) if stored and stored[0] == identity else 0
@@ -316,7 +329,7 @@ def rows_done(database, identity):
 
 
 def _is_empty(database):
-    """Whether a database has no tables; raises SceneError for one of another version."""
+    """True if a database has no tables; raises SceneError for one of another version."""
     if not database.value("SELECT count(*) FROM sqlite_master"):
         return True
     if database.value("PRAGMA user_version") != FORMAT:

@@ -47,9 +47,9 @@ class PlainRows(list):
         import pandas
 
         columns = {name: [row.get(name) for row in self] for name in self.names}
-        text = {name for name, cells in columns.items() if any(isinstance(cell, str) for cell in cells)}
+        texts = {name for name, cells in columns.items() if any(isinstance(cell, str) for cell in cells)}
         return pandas.DataFrame(
-            {name: pandas.Series(cells, dtype=object if name in text else float) for name, cells in columns.items()}
+            {name: pandas.Series(cells, dtype=object if name in texts else float) for name, cells in columns.items()}
         )
 
 
@@ -81,20 +81,20 @@ def stored_table(study, files, again):
         if store:
             opened.enter_context(closing(store))
         cases, done = range(study.count), store.how_many(range(study.count), COMPLETE) if store else 0
-        whole = table_of(study, columns, reference, store, cases) if store else None
+        table = table_of(study, columns, reference, store, cases) if store else None
         if done == study.count:
-            yield Stored(whole, files.rows, tuple(age), True)
+            yield Stored(table, files.rows, tuple(age), True)
             return
-        found = _of_csv(study, fields, files, current, problems)
-        if found is None and done:
-            rows = PlainRows((whole.rows[case] for case in store.select(cases, COMPLETE)), [f.name for f in fields])
+        stored = _stored_csv(study, fields, files, current, problems)
+        if stored is None and done:
+            rows = PlainRows((table.rows[case] for case in store.select(cases, COMPLETE)), [f.name for f in fields])
             gaps = f"{files.rows}: {done} of {study.count} rows are done; to go on: {again} --resume"
-            found = Stored(Table(fields, rows, more=whole.more), files.rows, (*age, gaps), False)
-        if found is None:
+            stored = Stored(Table(fields, rows, more=table.more), files.rows, (*age, gaps), False)
+        if stored is None:
             nothing = [] if problems else [f"{files.csv}: no such file, nor {files.rows}"]
             hint = f"nothing to show; to compute the study as it is now: {again}"
             raise SceneError(*nothing, *problems, WHILE_AT_WORK if f"{files.rows}: {AT_WORK}" in problems else hint)
-        yield found
+        yield stored
 
 
 def has_all_rows(path, current, count):
@@ -109,34 +109,34 @@ def has_all_rows(path, current, count):
 
 
 def _open_rows(study, path, current, problems):
-    """The store of the rows that belong to a study, and notes on their age; None where there is none.
+    """The store of the rows that belong to a study, and a list of notes on their age; None and [] where there is none.
 
-    Why not is added to `problems`.
+    `current` is the `fingerprint.identity` of the study; lines why there is none are added to the list `problems`.
     """
     if not os.path.exists(path):
         return None, []
     store = None
     try:
         store = RowStore(path, current, study.count)
-        stored = stored_description(store.database)
-        other = _other_study(stored[0], current) if stored else ["has no rows"]
-        if not other:
-            store.describe(*stored)
+        description = stored_description(store.database)
+        reasons = _why_other_study(description[0], current) if description else ["has no rows"]
+        if not reasons:
+            store.describe(*description)
             store.load_valid()
     except SceneError as error:
-        other = [str(error).removeprefix(f"{path}: ")]
+        reasons = [str(error).removeprefix(f"{path}: ")]
     except sqlite3.Error as error:
-        other = [f"is damaged ({error})"]
-    if other:
+        reasons = [f"is damaged ({error})"]
+    if reasons:
         if store:
             store.close()
-        problems += [f"{path}: {line}" for line in other]
+        problems += [f"{path}: {line}" for line in reasons]
         return None, []
-    return store, [*_age(path, stored[0], current), *store.warnings]
+    return store, [*_age(path, description[0], current), *store.warnings]
 
 
-def _other_study(stored, current):
-    """Lines why what is stored belongs to another study than the current one; both are from `fingerprint.identity`."""
+def _why_other_study(stored, current):
+    """Lines why stored rows are of another study than the current one, a list; both are from `fingerprint.identity`."""
     lines = differences({**stored, "versions": {}}, {**current, "versions": {}})
     changed = [what for part, what in PARTS.items() if stored.get(part) != current.get(part)]
     return [*lines, *(f"of the study before it was edited: {what} changed" for what in changed)]
@@ -147,59 +147,67 @@ def _age(path, stored, current):
     return [f"{path}: {line}" for line in differences({**stored, "scene": {}}, {**current, "scene": {}})]
 
 
-def _of_csv(study, fields, files, current, problems):
-    """The table of a study from its CSV; None, and why in `problems`, where there is none that belongs to it."""
+def _stored_csv(study, fields, files, current, problems):
+    """The `Stored` of the CSV of a study, None where there is none that belongs to it; parameters as `_open_rows`."""
     if not os.path.isfile(files.csv):
         return None
-    names, stored = stream_csv(files.csv)
-    missing = [field.name for field in fields if field.name not in names]
-    recorded = _recorded(files.run, current)
-    other = _other_study(recorded, current) if recorded else []
-    if missing and not other:
-        other = [f"of the study before it was edited, or of an earlier version: no column {first_of(missing, SHOWN)}"]
-    problems += [f"{files.csv}: {line}" for line in other]
+    stored_names, stored_rows = stream_csv(files.csv)
+    missing = [field.name for field in fields if field.name not in stored_names]
+    recorded = _recorded_identity(files.run, current)
+    reasons = _why_other_study(recorded, current) if recorded else []
+    if missing and not reasons:
+        listed = first_of(missing, SHOWN)
+        reasons = [f"of the study before it was edited, or of an earlier version: no column {listed}"]
+    if reasons:
+        problems += [f"{files.csv}: {line}" for line in reasons]
+        return None
     rows = PlainRows([], [field.name for field in fields])
-    if other or (wrong := _read_rows(study, files.csv, stored, rows)):
-        problems += [] if other else wrong
+    wrong_rows = _read_rows(study, files.csv, stored_rows, rows)
+    if wrong_rows:
+        problems += wrong_rows
         return None
     table = Table(fields, rows, more=more_fields(study, fields))
     return Stored(table, files.csv, tuple(_age(files.csv, recorded, current) if recorded else ()), True)
 
 
-def _read_rows(study, path, stored, rows):
-    """Add the rows of a stored table to `rows`; list of lines why they are not those of the study."""
-    varied = {known.key: known for known in varied_keys(study)}
-    count, wrong = 0, []
-    for count, (line, texts) in enumerate(stored, 1):
+def _read_rows(study, path, stored_rows, rows):
+    """Read the rows of a CSV, from `stream_csv`, into `rows`: list of lines why they are not those of the study."""
+    varied_by_key = {varied.key: varied for varied in varied_keys(study)}
+    count, lines = 0, []
+    for count, (line, texts) in enumerate(stored_rows, 1):
         if count > study.count:
             continue
-        cells = varied_cells(varied, study.overrides(count - 1))
-        for name, cell in cells.items():
+        cells_of_varied = varied_cells(varied_by_key, study.overrides(count - 1))
+        for name, cell in cells_of_varied.items():
             if texts.get(name, exact(cell)) != exact(cell):
                 now = f"stored {shorten(texts[name], LONGEST_CELL)}, now {exact(cell)}"
                 return [f"{path}: row {count}, {name}: {now}"]
-        row = {name: _cell(texts[name], name in TEXTS) for name in rows.names if name in texts and name not in cells}
-        damaged = [name for name, cell in row.items() if cell is None and texts[name]]
-        wrong += [
-            f"{path}:{line}: row {count}, {name}: not a finite number: {shorten(repr(texts[name]), LONGEST_CELL)}"
-            for name in damaged
-        ]
-        rows.append({**row, **cells})
+        computed = [name for name in rows.names if name in texts and name not in cells_of_varied]
+        row = {name: _cell(texts[name], name in TEXTS) for name in computed}
+        for name in computed:
+            if row[name] is None and texts[name]:
+                cell = shorten(repr(texts[name]), LONGEST_CELL)
+                lines.append(f"{path}:{line}: row {count}, {name}: not a finite number: {cell}")
+        rows.append({**row, **cells_of_varied})
     if count != study.count:
-        wrong.append(f"{path}: {counted(count, 'row')}, and the study has {counted(study.count, 'case')}")
-    return wrong[:SHOWN]
+        lines.append(f"{path}: {counted(count, 'row')}, and the study has {counted(study.count, 'case')}")
+    return lines[:SHOWN]
 
 
-def _recorded(path, current):
-    """The identity of the study whose table was written, from NAME.run.yaml; None where it cannot be read."""
+def _recorded_identity(path, current):
+    """The identity of the study whose table was written, from NAME.run.yaml; None where it cannot be read.
+
+    Its versions are those that `current`, of the study as it is now, has too.
+    """
     import yaml
 
     try:
         with open(path, encoding="utf-8") as file:
             content = yaml.safe_load(file)
-        found = {"versions": {name: content["versions"].get(name) for name in current["versions"]}, **content["study"]}
-        intact = [type(found[name]) for name in ("versions", "scene", "vary", "columns")] == [dict, dict, list, list]
-        return found if intact else None
+        versions = {name: content["versions"].get(name) for name in current["versions"]}
+        recorded = {"versions": versions, **content["study"]}
+        kinds = [type(recorded[name]) for name in ("versions", "scene", "vary", "columns")]
+        return recorded if kinds == [dict, dict, list, list] else None
     except (OSError, ValueError, yaml.YAMLError, KeyError, TypeError, AttributeError, RecursionError):
         return None
 
@@ -209,5 +217,5 @@ def _cell(text, is_text):
     if is_text or not text:
         return text or None
     value = number(text)
-    whole = value is not None and abs(value) < EXACT and WHOLE.fullmatch(text)
-    return int(text) if whole else value
+    is_integer = value is not None and abs(value) < EXACT and WHOLE.fullmatch(text)
+    return int(text) if is_integer else value

@@ -89,7 +89,7 @@ def variable(name, study, option):
 
 
 def _is_text(study, varied, unit):
-    """Whether no value of a varied key is a number."""
+    """True if no value of a varied key is a number."""
     if varied.unit is not TEXT:
         return False
     (values,) = (values for entry in study.entries for key, values, _ in entry.columns if key == varied.key)
@@ -119,7 +119,6 @@ def _refuse_unknown(name, study):
     except ValueError as error:
         reason = str(error)
     if reason:
-        near = get_close_matches(name, study.varied, 1)
-        listed = f"did you mean {near[0]}?" if near else f"varied: {', '.join(study.varied) or 'nothing'}"
-        more = f", and it is no column: {reason}"
-        raise ValueError(f"the study does not vary {name!r} ({listed}){more}")
+        similar = get_close_matches(name, study.varied, 1)
+        hint = f"did you mean {similar[0]}?" if similar else f"varied: {', '.join(study.varied) or 'nothing'}"
+        raise ValueError(f"the study does not vary {name!r} ({hint}), and it is no column: {reason}")

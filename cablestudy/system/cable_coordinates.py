@@ -38,7 +38,7 @@ class Kept:
 
     @property
     def residuals(self):
-        """How many vectors stand for the others."""
+        """Number of vectors that stand for the other modes."""
         return len(self.element.omega) - self.modes
 
 
@@ -48,79 +48,81 @@ class MeshGroup:
 
     Attributes
     ----------
-    places : ndarray of int, shape (g,)
-        Which of the cables.
+    cable_indices : ndarray of int, shape (g,)
+        Of these among all cables.
     ends : Ends
     """
 
-    places: np.ndarray
+    cable_indices: np.ndarray
     ends: Ends
 
-    def rows(self, places):
-        """Which of these cables are among some, and their numbers there.
+    def rows(self, chosen):
+        """Find those of these cables that are among some chosen ones.
 
         Parameters
         ----------
-        places : ndarray of int
-            Numbers of cables, ascending.
+        chosen : ndarray of int
+            Indices of cables, ascending.
 
         Returns
         -------
         rows : slice or ndarray of int
-        numbers : ndarray of int
+            Of the cables in this group.
+        positions : ndarray of int
+            Of the cables in `chosen`.
         """
-        number = np.searchsorted(places, self.places)
-        rows = np.flatnonzero(places.take(number, mode="clip") == self.places)
-        number = number[rows]
+        positions = np.searchsorted(chosen, self.cable_indices)
+        rows = np.flatnonzero(chosen.take(positions, mode="clip") == self.cable_indices)
+        positions = positions[rows]
         if len(rows) and rows[-1] - rows[0] == len(rows) - 1:
             rows = slice(rows[0], rows[-1] + 1)  # a view of their arrays
-        return rows, number
+        return rows, positions
 
-    def take(self, places):
-        """Those among some cables, by their numbers there; None without any."""
-        rows, number = self.rows(places)
-        return MeshGroup(number, self.ends.take(rows)) if len(number) else None
+    def take(self, chosen):
+        """`MeshGroup` of those that are among some chosen cables, with their indices there; None without any."""
+        rows, positions = self.rows(chosen)
+        return MeshGroup(positions, self.ends.take(rows)) if len(positions) else None
 
     def nodes(self, amplitudes, ends):
-        """Places and displacements of the nodes of each of these cables, see `Models.nodes`: list.
+        """Positions and displacements of the nodes of each of these cables, see `Models.nodes`: list.
 
         Parameters
         ----------
         amplitudes : ndarray, shape (g, n, r)
         ends : ndarray, shape (g, 6, r)
         """
-        return self.placed(self.ends.motion(amplitudes, ends))
+        return self.in_global_axes(self.ends.motion(amplitudes, ends))
 
-    def placed(self, moved):
-        """Places and displacements of the nodes, as `nodes`, from those in the chord frame, shape (g, nodes, 3, r)."""
+    def in_global_axes(self, displacements):
+        """`nodes` from displacements in the chord frame, shape (g, nodes, 3, r)."""
         state, frame = self.ends.state, self.ends.state.span.frame
-        moved = np.einsum("gnir,gij->gnjr", moved, frame)
+        displacements = np.einsum("gnir,gij->gnjr", displacements, frame)
         straight = state.mesh.node_positions[:, None] * np.array([1.0, 0.0, 0.0])
-        places = (1 + state.span.chord_strain)[:, None, None] * straight + state.displacement
-        places = places * state.span.unstretched_length[:, None, None] @ frame
-        return list(zip(places, moved, strict=True))
+        positions = (1 + state.span.chord_strain)[:, None, None] * straight + state.displacement  # over the length
+        positions = positions * state.span.unstretched_length[:, None, None] @ frame
+        return list(zip(positions, displacements, strict=True))
 
     def coordinates(self, kept, vectors):
-        """The coordinates of these cables: `GroupCoordinates`.
+        """Some modes of these cables, and residual vectors for the others, as coordinates: `GroupCoordinates`.
 
         Parameters
         ----------
         kept : ndarray of bool, shape (g, n)
-            Which modes are coordinates.
+            True for modes that are coordinates.
         vectors : ndarray of bool, shape (g,)
-            Of which cables vectors stand for the other modes.
+            True for cables of which vectors stand for the other modes.
         """
         omega, coupling = self.ends.omega, self.ends.coupling
         shapes = residual_vectors(omega, coupling, ~kept & vectors[:, None])
-        square, backward = omega[..., None] ** 2, shapes.swapaxes(-1, -2)
-        there = (shapes != 0).any(axis=-2)
-        own = np.sqrt((square * shapes**2).sum(axis=-2))
+        not_zero = (shapes != 0).any(axis=-2)
+        vector_omega = np.sqrt((omega[..., None] ** 2 * shapes**2).sum(axis=-2))
+        vector_coupling = shapes.swapaxes(-1, -2) @ coupling
         return GroupCoordinates(
             group=self,
             vectors=shapes,
-            omega=np.concatenate([omega, np.where(there, own, 1.0)], axis=-1),
-            coupling=np.concatenate([coupling, backward @ coupling], axis=-2),
-            used=np.concatenate([kept, there], axis=-1),
+            omega=np.concatenate([omega, np.where(not_zero, vector_omega, 1.0)], axis=-1),
+            coupling=np.concatenate([coupling, vector_coupling], axis=-2),
+            used=np.concatenate([kept, not_zero], axis=-1),
         )
 
 
@@ -138,7 +140,7 @@ class GroupCoordinates:
     coupling : ndarray, shape (g, n + 6, 6)
         Their momentum per velocity of the ends. [sqrt(kg)]
     used : ndarray of bool, shape (g, n + 6)
-        Which of them are coordinates.
+        True for those that are coordinates.
     """
 
     group: MeshGroup
@@ -149,24 +151,36 @@ class GroupCoordinates:
 
     @property
     def modes(self):
-        """How many each cable has in all, n."""
+        """Number of modes that each cable has in all, n."""
         return self.vectors.shape[-2]
 
     def omitted(self, square, ends):
-        """Mass that is left out, shape (g, r), for squared frequencies of shape (g, r); see `Models.omitted`."""
-        left = np.ones(self.used.shape)
-        left[:, self.modes :] = -1.0  # the residual vectors stand for a part of what the modes left out would add
-        left[self.used != (left < 0)] = 0.0
-        moved = self.coupling @ ends
+        """Mass that the coordinates leave out, shape (g, r); see `Models.omitted`.
+
+        Parameters
+        ----------
+        square : ndarray, shape (g, r)
+            w^2: squared frequencies. [rad^2/s^2]
+        ends : ndarray, shape (g, 6, r)
+            u: displacements of the ends.
+
+        Notes
+        -----
+        Sum of |m u|^2 w^2/(W^2 - w^2) over the modes left out, less that of the residual vectors, which stand for a
+        part of it.
+        """
+        sign = np.where(np.arange(self.used.shape[-1]) < self.modes, 1.0, -1.0)
+        sign = np.where(self.used == (sign < 0), sign, 0.0)
+        momentum = self.coupling @ ends
         ratio = square[:, None] / self.omega[..., None] ** 2
         ratio = np.where(ratio < 1 - 1e-9, ratio / np.maximum(1 - ratio, 1e-9), 1e9)
-        return (left[..., None] * moved**2 * ratio).sum(axis=-2)
+        return (sign[..., None] * momentum**2 * ratio).sum(axis=-2)
 
     def amplitudes(self, coordinates):
-        """Of all modes, shape (g, n, r), from those of the coordinates in use, cable by cable, shape (N, r)."""
-        whole = np.zeros((*self.used.shape, coordinates.shape[-1]))
-        whole[self.used] = coordinates
-        return whole[:, : self.modes] + self.vectors @ whole[:, self.modes :]
+        """Amplitudes of all modes, shape (g, n, r), from those of the coordinates, cable by cable, shape (N, r)."""
+        values = np.zeros((*self.used.shape, coordinates.shape[-1]))
+        values[self.used] = coordinates
+        return values[:, : self.modes] + self.vectors @ values[:, self.modes :]
 
 
 @dataclass(frozen=True)
@@ -176,84 +190,85 @@ class Coordinates:
     Attributes
     ----------
     models : Models
-    parts : list of GroupCoordinates
+    of_groups : list of GroupCoordinates
         Those of the cables of each group.
     limits : ndarray, shape (c,), or None
         Up to which modes are kept, see `Models.coordinates`; None of modes that were chosen.
     """
 
     models: object
-    parts: list
+    of_groups: list
     limits: np.ndarray | None = None
 
-    def take(self, places):
-        """Those of some cables, by their numbers, ascending."""
-        models, parts = self.models.take(places), []
-        for part in self.parts:
-            rows, number = part.group.rows(places)
-            if len(number):
-                arrays = {name: getattr(part, name)[rows] for name in ("vectors", "omega", "coupling", "used")}
-                parts.append(GroupCoordinates(models.groups[len(parts)], **arrays))
-        return Coordinates(models, parts, None if self.limits is None else self.limits[places])
+    def take(self, cables):
+        """`Coordinates` of some cables, by their indices, ascending."""
+        models, of_groups = self.models.take(cables), []
+        for coordinates in self.of_groups:
+            rows, positions = coordinates.group.rows(cables)
+            if len(positions):
+                arrays = {name: getattr(coordinates, name)[rows] for name in ("vectors", "omega", "coupling", "used")}
+                of_groups.append(GroupCoordinates(models.groups[len(of_groups)], **arrays))
+        return Coordinates(models, of_groups, None if self.limits is None else self.limits[cables])
 
     @cached_property
-    def _numbered(self):
+    def _cable_and_order(self):
         """Cable of each coordinate of all groups, and the order that puts cables one after the other."""
-        none = np.zeros(0, dtype=int)
-        cable = np.concatenate([none, *(np.repeat(part.group.places, part.used.sum(axis=-1)) for part in self.parts)])
+        cables = [np.repeat(each.group.cable_indices, each.used.sum(axis=-1)) for each in self.of_groups]
+        cable = np.concatenate([np.zeros(0, dtype=int), *cables])
         return cable, np.argsort(cable, kind="stable")
 
     @property
     def cable(self):
-        """Of which cable each is, shape (N,)."""
-        cable, order = self._numbered
+        """Index of the cable of each coordinate, shape (N,)."""
+        cable, order = self._cable_and_order
         return cable[order]
 
     @cached_property
     def omega(self):
-        """Angular frequency of each alone, with fixed ends, shape (N,). [rad/s]"""
-        return np.concatenate([np.zeros(0), *(part.omega[part.used] for part in self.parts)])[self._numbered[1]]
+        """Angular frequency of each coordinate alone, with fixed ends, shape (N,). [rad/s]"""
+        omega = np.concatenate([np.zeros(0), *(each.omega[each.used] for each in self.of_groups)])
+        return omega[self._cable_and_order[1]]
 
     @cached_property
     def coupling(self):
-        """Momentum of each per velocity of the ends of its cable, shape (N, 6). [sqrt(kg)]"""
-        every = [part.coupling[part.used] for part in self.parts]
-        return np.concatenate([np.zeros((0, 6)), *every])[self._numbered[1]]
+        """Momentum of each coordinate per velocity of the ends of its cable, shape (N, 6). [sqrt(kg)]"""
+        coupling = np.concatenate([np.zeros((0, 6)), *(each.coupling[each.used] for each in self.of_groups)])
+        return coupling[self._cable_and_order[1]]
 
     def amplitudes(self, shapes):
-        """Of all modes of the cables of each group: list of ndarray, shape (g, n, r).
+        """Amplitudes of all modes of the cables of each group: list of ndarray, shape (g, n, r).
 
         Parameters
         ----------
         shapes : ndarray, shape (N or more, r)
             Their first rows are those of the coordinates.
         """
-        unordered = np.empty((len(self.omega), shapes.shape[-1]))
-        unordered[self._numbered[1]] = shapes[: len(self.omega)]
-        found, begin = [], 0
-        for part in self.parts:
-            end = begin + np.count_nonzero(part.used)
-            found.append(part.amplitudes(unordered[begin:end]))
+        by_group = np.empty((len(self.omega), shapes.shape[-1]))
+        by_group[self._cable_and_order[1]] = shapes[: len(self.omega)]
+        amplitudes, begin = [], 0
+        for coordinates in self.of_groups:
+            end = begin + np.count_nonzero(coordinates.used)
+            amplitudes.append(coordinates.amplitudes(by_group[begin:end]))
             begin = end
-        return found
+        return amplitudes
 
     @cached_property
     def kept(self):
         """Coordinates of each cable with its `Superelement`: list of Kept."""
         elements = self.models.elements
-        found = [Kept(element, 0, np.zeros((0, 0))) for element in elements]
-        for part in self.parts:
-            n, unit = part.modes, np.eye(part.modes)
-            for place, cable in enumerate(part.group.places.tolist()):
-                used, element = part.used[place], elements[cable]
-                kept = int(np.count_nonzero(used[:n]))
-                shapes = np.concatenate([unit[:, used[:n]], part.vectors[place][:, used[n:]]], axis=1)
-                found[cable] = Kept(element if kept == n else element.combine(shapes), kept, shapes)
-        return found
+        kept = [Kept(element, 0, np.zeros((0, 0))) for element in elements]
+        for coordinates in self.of_groups:
+            n, unit = coordinates.modes, np.eye(coordinates.modes)
+            for row, cable in enumerate(coordinates.group.cable_indices.tolist()):
+                used, element = coordinates.used[row], elements[cable]
+                modes = int(np.count_nonzero(used[:n]))
+                shapes = np.concatenate([unit[:, used[:n]], coordinates.vectors[row][:, used[n:]]], axis=1)
+                kept[cable] = Kept(element if modes == n else element.combine(shapes), modes, shapes)
+        return kept
 
 
-def residual_vectors(omega, coupling, left):
-    """Response of the modes left out to the inertia of the static shapes.
+def residual_vectors(omega, coupling, omitted):
+    """Vectors that stand for the modes left out: their response to the inertia of the static shapes.
 
     Parameters
     ----------
@@ -261,8 +276,8 @@ def residual_vectors(omega, coupling, left):
         Of the modes with fixed ends. [rad/s]
     coupling : ndarray, shape (g, n, 6)
         See `Superelement`. [sqrt(kg)]
-    left : ndarray of bool, shape (g, n)
-        Which modes are left out.
+    omitted : ndarray of bool, shape (g, n)
+        True for modes that are left out.
 
     Returns
     -------
@@ -270,12 +285,13 @@ def residual_vectors(omega, coupling, left):
         In terms of the modes, orthonormal, those with the lowest frequency first; k is 6 or n, and vectors that
         rounding would determine are zero.
     """
-    if not left.any():
+    if not omitted.any():
         return np.zeros((*omega.shape, min(coupling.shape[-1], omega.shape[-1])))
-    square = np.where(left, omega**2, 0.0)[..., None]
-    response = np.where(left[..., None], coupling / omega[..., None] ** 2, 0.0)
+    stiffness = np.where(omitted, omega**2, 0.0)[..., None]
+    response = np.where(omitted[..., None], coupling / omega[..., None] ** 2, 0.0)
     vectors, size, _ = np.linalg.svd(response, full_matrices=False)
-    vectors = vectors * (size > SYSTEM.dependent_residual * size.max(axis=-1, keepdims=True, initial=0.0))[..., None, :]
-    turned = np.linalg.eigh(vectors.swapaxes(-1, -2) @ (square * vectors))[1]
-    found = vectors @ turned
-    return np.where((found**2).sum(axis=-2, keepdims=True) > 0.5, found, 0.0)
+    independent = size > SYSTEM.dependent_residual * size.max(axis=-1, keepdims=True, initial=0.0)
+    vectors = vectors * independent[..., None, :]
+    rotation = np.linalg.eigh(vectors.swapaxes(-1, -2) @ (stiffness * vectors))[1]
+    by_frequency = vectors @ rotation
+    return np.where((by_frequency**2).sum(axis=-2, keepdims=True) > 0.5, by_frequency, 0.0)

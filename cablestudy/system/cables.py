@@ -45,9 +45,9 @@ class FixedModel:
     mass: str = "lumped"
     drag: SteadyDrag | None = None
 
-    def take(self, places):
-        """`FixedModel` with the drag on some of the cables alone."""
-        return replace(self, drag=self.drag and self.drag.take(places))
+    def take(self, cables):
+        """`FixedModel` with the drag on some of the cables alone, by their indices."""
+        return replace(self, drag=self.drag and self.drag.take(cables))
 
 
 class Cables:
@@ -72,61 +72,63 @@ class Cables:
         self._drag, self.planes = drag, planes
         self.damping = list(damping) if isinstance(damping, (list, tuple)) else [damping] * self.count
 
-    def take(self, places):
-        """Some of them, by their numbers; what all need is computed for all at once."""
-        damping, drag = [self.damping[place] for place in places], self._drag
-        drag = None if drag is None else drag.take(places)
-        some = Cables(self.catenary.take(places), damping, drag=drag, planes=self.planes)
+    def take(self, indices):
+        """`Cables` of some of them, by their indices; what all need is computed for all at once."""
+        damping, drag = [self.damping[cable] for cable in indices], self._drag
+        drag = None if drag is None else drag.take(indices)
+        taken = Cables(self.catenary.take(indices), damping, drag=drag, planes=self.planes)
         for name in ("heavy", "shapeless", "folded", "travel_time", "end_stiffness"):
-            some.__dict__[name] = getattr(self, name)[places]
-        some.__dict__["edges"] = [self.edges[place] for place in places]
-        return some
+            taken.__dict__[name] = getattr(self, name)[indices]
+        taken.__dict__["edges"] = [self.edges[cable] for cable in indices]
+        return taken
 
     @cached_property
     def heavy(self):
-        """Which cables move by themselves: those with mass, and no slack segment; shape (c,)."""
+        """True for cables that move by themselves: those with mass, and no slack segment; shape (c,)."""
         return (np.asarray(self.catenary.span.mass) > 0) & ~self.catenary.slack
 
     @cached_property
     def shapeless(self):
-        """Which have mass, and hang slack without weight: nothing says where that mass is; shape (c,)."""
+        """True for cables with mass that hang slack without weight: nothing says where that mass is; shape (c,)."""
         return (np.asarray(self.catenary.span.mass) > 0) & self.catenary.slack
 
     @property
     def modal(self):
-        """Which of them have modal damping, shape (c,)."""
-        return self.heavy & np.array([grows_with_modes(one) for one in self.damping], dtype=bool)
+        """True for cables with modal damping, shape (c,)."""
+        return self.heavy & np.array([grows_with_modes(damping) for damping in self.damping], dtype=bool)
 
     @property
     def across(self):
-        """In how many directions across themselves they move."""
+        """Number of directions across themselves in which they move."""
         return 2 if self.planes is None else sum(len(axes) - (0 in axes) for axes in self.planes)
 
     @cached_property
     def folded(self):
-        """Which of them hang folded, and have no definite motion, shape (c,)."""
+        """True for cables that hang folded, and have no definite motion, shape (c,)."""
         return self.heavy & self.catenary.folded
 
     @cached_property
     def blown(self):
-        """Which of them are in a steady wind that their elements follow, shape (c,)."""
-        return np.zeros(self.count, dtype=bool) if self._drag is None else self.heavy & (self._drag.pressed > 0)
+        """True for cables in a steady wind that their elements follow, shape (c,)."""
+        return np.zeros(self.count, dtype=bool) if self._drag is None else self.heavy & (self._drag.normal_drag > 0)
 
-    def uneven_drag(self, places):
+    def uneven_drag(self, cables):
         """Uneven drag of some cables, see `steady_drag.uneven_drag`; None where none of them is blown."""
-        return uneven_drag(self._drag.take(places)) if self.blown[places].any() else None
+        return uneven_drag(self._drag.take(cables)) if self.blown[cables].any() else None
 
     @cached_property
     def travel_time(self):
-        """Of a transverse wave from end to end, zero without mass, shape (c,). [s]
+        """Travel time of a transverse wave from end to end, zero without mass, shape (c,). [s]
 
-        By the speed sqrt(T/m) with Gauss's rule.
+        The integral of 1/speed over the stretched length by Gauss's rule, with the speed sqrt(T/m') and the mass m' per
+        stretched length: over the unstretched length that of sqrt(m (1/T + 1/EA)).
         """
         gauss, span = basis(GAUSS_POINTS), self.catenary.span
         force = self.catenary.at(gauss.points)[1]
         tension = np.sqrt((force**2).sum(axis=-1))
-        slow = np.where(tension > 0, 1 / np.where(tension > 0, tension, 1.0), 0.0) + 1 / span.axial_stiffness[:, None]
-        return span.unstretched_length * (np.sqrt(slow * span.mass[:, None]) @ gauss.weights)
+        compliance = np.where(tension > 0, 1 / np.where(tension > 0, tension, 1.0), 0.0)
+        compliance = compliance + 1 / span.axial_stiffness[:, None]
+        return span.unstretched_length * (np.sqrt(compliance * span.mass[:, None]) @ gauss.weights)
 
     @cached_property
     def edges(self):
@@ -152,13 +154,13 @@ class Cables:
 
     @cached_property
     def end_stiffness(self):
-        """Static, of the six ends, from the closed form, global axes, shape (c, 6, 6). [N/m]"""
+        """Static stiffness of the six ends, from the closed form, global axes, shape (c, 6, 6). [N/m]"""
         static = self.catenary.global_end_stiffness if self._static is None else self._static
         return np.block([[static, -static], [-static, static]])
 
     @property
     def mass(self):
-        """With what they carry, shape (c,). [kg]"""
+        """Mass of each cable with what it carries, shape (c,). [kg]"""
         return self.catenary.span.mass * self.catenary.span.unstretched_length * (1 + self.carried)
 
     @property
@@ -166,20 +168,20 @@ class Cables:
         """Inertia of the six ends, the mass distributed as that of straight cables, shape (c, 6, 6). [kg]"""
         return self.mass[:, None, None] * STRAIGHT
 
-    def _without_mass(self, place):
-        """Superelement of a cable without mass."""
-        damping, stiffness = self.damping[place], self.end_stiffness[place]
-        length = self.catenary.span.unstretched_length[place]
-        none = np.zeros(0), np.zeros((0, 6)), np.zeros(0)
+    def element_without_mass(self, cable):
+        """`Superelement` of a cable without mass, by its index."""
+        damping, stiffness, span = self.damping[cable], self.end_stiffness[cable], self.catenary.span
+        length = span.unstretched_length[cable]
+        no_modes = np.zeros(0), np.zeros((0, 6)), np.zeros(0)
         inertia, strain = np.zeros((6, 6)), None
-        if damping.model != "modal" and not self.catenary.slack[place]:
-            chord = self.catenary.span.frame[place, 0]
-            along = self.catenary.span.axial_stiffness[place] / length * np.outer(chord, chord)
+        if damping.model != "modal" and not self.catenary.slack[cable]:
+            chord = span.frame[cable, 0]
+            along = span.axial_stiffness[cable] / length * np.outer(chord, chord)
             amount = damping.loss_factor if damping.model == "hysteretic" else damping.time
             elastic = np.block([[along, -along], [-along, along]])
             strain = Strain(damping.model, amount, np.zeros((0, 0)), np.zeros((0, 6)), elastic)
-        resisted = damping.viscous * length * STRAIGHT
-        return Superelement(*none, stiffness, inertia, strain, residual_damping=resisted)
+        viscous = damping.viscous * length * STRAIGHT
+        return Superelement(*no_modes, stiffness, inertia, strain, residual_damping=viscous)
 
     def meshes(self, orders):
         """Mesh of each cable with a sum of orders along its piece with most waves.
@@ -193,15 +195,15 @@ class Cables:
         list of (Mesh or None)
             None for a cable without mass.
         """
-        found = [None] * self.count
-        for place in np.flatnonzero(self.heavy).tolist():
-            elements = ceil(orders[place] / SYSTEM.highest_order)
-            order = 2 * ceil(orders[place] / elements / 2)  # even ones, so that many cables share a mesh
-            edges = self.edges[place]
-            shares = travel_shares(self.catenary.take(place), edges) if len(edges) > 2 else [1.0]
+        meshes = [None] * self.count
+        for cable in np.flatnonzero(self.heavy).tolist():
+            elements = ceil(orders[cable] / SYSTEM.highest_order)
+            order = 2 * ceil(orders[cable] / elements / 2)  # even ones, so that many cables share a mesh
+            edges = self.edges[cable]
+            shares = travel_shares(self.catenary.take(cable), edges) if len(edges) > 2 else [1.0]
             counts = counts_of_pieces(elements, shares)
-            found[place] = mesh_pieces(edges, counts, order, point_masses=self.point_masses[place])
-        return found
+            meshes[cable] = mesh_pieces(edges, counts, order, point_masses=self.point_masses[cable])
+        return meshes
 
 
 class Models:
@@ -212,76 +214,83 @@ class Models:
     cables : Cables
     meshes : list of (Mesh or None)
     fixed : bool
-        Whether the elements are in their own equilibrium, not on the closed form.
-    most : int
+        True if the elements are in their own equilibrium, not on the closed form.
+    most_modes : int
         Modes of each cable that are computed at most; six vectors stand for the others.
     """
 
-    def __init__(self, cables, meshes, fixed=False, most=SYSTEM.modes_of_cable):
-        self.cables, self.meshes, self._fixed, self._most = cables, meshes, fixed, most
-        self._among, self._others = None, {}
+    def __init__(self, cables, meshes, fixed=False, most_modes=SYSTEM.modes_of_cable):
+        self.cables, self.meshes, self._fixed, self._most_modes = cables, meshes, fixed, most_modes
+        self._batch = None  # Models of which these were taken, and indices of these cables among theirs
+        self._on_other_meshes = {}
 
     def equal(self, other):
         """True if these are superelements of the same cables on the same meshes."""
-        own, others = ((one.cables, one.meshes, one._fixed, one._most) for one in (self, other))
-        return own == others
+        settings = self.cables, self.meshes, self._fixed, self._most_modes
+        return settings == (other.cables, other.meshes, other._fixed, other._most_modes)
 
-    def take(self, places):
-        """Those of some cables, by their numbers, ascending."""
-        some = Models(self.cables.take(places), [self.meshes[place] for place in places], self._fixed, self._most)
-        some.__dict__["groups"] = [one for group in self.groups if (one := group.take(places))]
-        whole, first = self._among or (self, np.arange(self.cables.count))
-        some._among = whole, first[places]
-        return some
+    def take(self, indices):
+        """`Models` of some cables, by their indices, ascending."""
+        meshes = [self.meshes[cable] for cable in indices]
+        taken = Models(self.cables.take(indices), meshes, self._fixed, self._most_modes)
+        groups = [group.take(indices) for group in self.groups]
+        taken.__dict__["groups"] = [group for group in groups if group is not None]
+        batch, indices_in_batch = self._batch or (self, np.arange(self.cables.count))
+        taken._batch = batch, indices_in_batch[indices]
+        return taken
 
-    def with_all_modes(self, most, coarser=0):
+    def with_all_modes(self, most_displacements, coarser=0):
         """Models of the same cables all of whose modes are computed: themselves, or on other meshes.
 
-        Of some of a batch they are computed for all of the batch at once.
+        Of cables that were taken from a batch they are computed for the whole batch at once.
 
         Parameters
         ----------
-        most : int
-            Displacements of a cable at most.
+        most_displacements : int
+            Of a cable.
         coarser : int
             By so much the order of the meshes is less.
         """
         if not coarser and self.complete:
             return self
-        if self._among is not None:
-            whole, places = self._among
-            return whole.with_all_modes(most, coarser).take(places)
-        if (most, coarser) not in self._others:
-            other = {mesh: mesh and _with_at_most(mesh, most, coarser) for mesh in set(self.meshes)}
-            self._others[most, coarser] = Models(self.cables, [other[mesh] for mesh in self.meshes], most=most)
-        return self._others[most, coarser]
+        if self._batch is not None:
+            batch, indices = self._batch
+            return batch.with_all_modes(most_displacements, coarser).take(indices)
+        key = most_displacements, coarser
+        if key not in self._on_other_meshes:
+            other = {mesh: mesh and _with_at_most(mesh, most_displacements, coarser) for mesh in set(self.meshes)}
+            meshes = [other[mesh] for mesh in self.meshes]
+            self._on_other_meshes[key] = Models(self.cables, meshes, most_modes=most_displacements)
+        return self._on_other_meshes[key]
 
     @cached_property
     def groups(self):
         """Cables on equal meshes: list of MeshGroup."""
-        cables, found, members = self.cables, [], {}
+        cables, members = self.cables, {}
         symmetric = np.asarray(cables.catenary.span.mirror_symmetric)
-        for place, mesh in enumerate(self.meshes):
+        for cable, mesh in enumerate(self.meshes):
             if mesh is not None:
-                alone = place if self._large(mesh) else None
-                blown = bool(self._fixed and cables.blown[place])
-                members.setdefault((mesh, bool(symmetric[place]), blown, alone), []).append(place)
-        for (mesh, _, blown, _), places in members.items():
-            catenary = cables.catenary.take(np.array(places))
-            if self._fixed:
-                state, record = equilibrium.solve_many(catenary, mesh, cables.uneven_drag(places))
-                failed = np.flatnonzero(~record.converged)
-                if len(failed):
-                    raise equilibrium.refusal(record.of(failed[0]), mesh)
-            else:
-                state = equilibrium.from_catenary(catenary, mesh)
-            dynamics = Dynamics(state, (SPATIAL,) if blown else cables.planes)  # uneven drag couples the planes
-            if self._large(mesh):
-                ends = EndsOfLarge(dynamics, catenary.span.frame, self._most)
-            else:
-                ends = Ends(dynamics, catenary.span.frame, dynamics.dof)
-            found.append(MeshGroup(np.array(places), ends))
-        return found
+                alone = cable if self._large(mesh) else None
+                blown = bool(self._fixed and cables.blown[cable])
+                members.setdefault((mesh, bool(symmetric[cable]), blown, alone), []).append(cable)
+        return [self._group(mesh, blown, indices) for (mesh, _, blown, _), indices in members.items()]
+
+    def _group(self, mesh, blown, indices):
+        """`MeshGroup` of some cables on one mesh, `blown` ones with uneven drag, which couples the planes."""
+        catenary = self.cables.catenary.take(np.array(indices))
+        if self._fixed:
+            state, record = equilibrium.solve_many(catenary, mesh, self.cables.uneven_drag(indices))
+            failed = np.flatnonzero(~record.converged)
+            if len(failed):
+                raise equilibrium.refusal(record.of(failed[0]), mesh)
+        else:
+            state = equilibrium.from_catenary(catenary, mesh)
+        dynamics = Dynamics(state, (SPATIAL,) if blown else self.cables.planes)
+        if self._large(mesh):
+            ends = EndsOfLarge(dynamics, catenary.span.frame, self._most_modes)
+        else:
+            ends = Ends(dynamics, catenary.span.frame, dynamics.dof)
+        return MeshGroup(np.array(indices), ends)
 
     @property
     def complete(self):
@@ -289,33 +298,35 @@ class Models:
         return not any(mesh is not None and self._large(mesh) for mesh in self.meshes)
 
     def _large(self, mesh):
-        """Whether a cable has more modes than are computed, and more than cost little."""
-        return has_more_modes(mesh, self._most)
+        """True if a cable has more modes than are computed, and more than cost little."""
+        return has_more_modes(mesh, self._most_modes)
 
     @cached_property
     def elements(self):
         """Superelement of each cable with all its modes: list."""
-        found = [None] * self.cables.count
+        elements = [None] * self.cables.count
         for group in self.groups:
-            for place, cable in enumerate(group.places.tolist()):
-                found[cable] = group.ends.model(self.cables.damping[cable], place)
-        return [self.cables._without_mass(i) if one is None else one for i, one in enumerate(found)]
+            for row, cable in enumerate(group.cable_indices.tolist()):
+                elements[cable] = group.ends.model(self.cables.damping[cable], row)
+        for cable in np.flatnonzero([element is None for element in elements]).tolist():
+            elements[cable] = self.cables.element_without_mass(cable)
+        return elements
 
     @cached_property
     def ends(self):
         """Static stiffness [N/m] and inertia [kg] of the six ends of each cable, both of shape (c, 6, 6)."""
         stiffness, inertia = self.cables.end_stiffness.copy(), np.zeros((self.cables.count, 6, 6))
         for group in self.groups:
-            stiffness[group.places], inertia[group.places] = group.ends.stiffness, group.ends.inertia
+            stiffness[group.cable_indices], inertia[group.cable_indices] = group.ends.stiffness, group.ends.inertia
         return stiffness, inertia
 
     @cached_property
     def first(self):
         """Lowest angular frequency of each cable with fixed ends, infinite without mass, shape (c,). [rad/s]"""
-        found = np.full(self.cables.count, np.inf)
+        omega = np.full(self.cables.count, np.inf)
         for group in self.groups:
-            found[group.places] = group.ends.omega.min(axis=-1, initial=np.inf)
-        return found
+            omega[group.cable_indices] = group.ends.omega.min(axis=-1, initial=np.inf)
+        return omega
 
     def coordinates(self, limits, chosen=None):
         """`Coordinates` with the modes of each cable up to a frequency.
@@ -327,32 +338,35 @@ class Models:
         chosen : list of (ndarray of bool, shape (n,)), optional
             Modes of each cable that are kept in any case.
         """
-        kept = [group.ends.omega < limits[group.places, None] for group in self.groups]
+        kept = [group.ends.omega < limits[group.cable_indices, None] for group in self.groups]
         if chosen is not None:
-            kept = [one | more for one, more in zip(kept, self._by_group(chosen), strict=True)]
+            kept = [below | mask for below, mask in zip(kept, self._mask_of_groups(chosen), strict=True)]
         return self._coordinates(kept, limits)
 
     def with_modes(self, chosen):
-        """Coordinates kept of each cable: some of its modes, and vectors for the others: list of Kept.
+        """Coordinates of each cable: some of its modes, and vectors for the others: list of Kept.
 
         Parameters
         ----------
         chosen : list of ndarray of bool, shape (n,)
         """
-        return self._coordinates(self._by_group(chosen)).kept
+        return self._coordinates(self._mask_of_groups(chosen)).kept
 
-    def _coordinates(self, kept, limits=None):
+    def _coordinates(self, masks, limits=None):
         """`Coordinates` with the modes of masks, one for each group; no vectors for a cable whose limit is zero."""
         vectors = np.ones(self.cables.count, dtype=bool) if limits is None else limits > 0
-        both = zip(self.groups, kept, strict=True)
-        return Coordinates(self, [group.coordinates(own, vectors[group.places]) for group, own in both], limits)
+        of_groups = [
+            group.coordinates(mask, vectors[group.cable_indices])
+            for group, mask in zip(self.groups, masks, strict=True)
+        ]
+        return Coordinates(self, of_groups, limits)
 
-    def _by_group(self, masks):
-        """Masks of the modes of each cable as those of each group, of shape (g, n)."""
-        return [np.stack([masks[place] for place in group.places.tolist()]) for group in self.groups]
+    def _mask_of_groups(self, masks):
+        """Masks of the modes of each group, of shape (g, n): list, from those of each cable, of shape (n,)."""
+        return [np.stack([masks[cable] for cable in group.cable_indices.tolist()]) for group in self.groups]
 
     def omitted(self, coordinates, square, ends):
-        """Relative error of squared frequencies by what the coordinates leave out, of each cable.
+        """Relative error of squared frequencies by the modes that the coordinates of each cable leave out.
 
         Parameters
         ----------
@@ -369,12 +383,13 @@ class Models:
 
         Notes
         -----
-        A mode left out adds the mass |m u|^2 w^2/(W^2 - w^2) at the ends.
+        A mode left out adds the mass |m u|^2 w^2/(W^2 - w^2) at the ends: over that of the motion, which is 1, it is
+        the relative error of w^2.
         """
         error = np.zeros(square.shape)
-        for part in coordinates.parts:
-            places = part.group.places
-            error[places] = part.omitted(square[places], ends[places])
+        for of_group in coordinates.of_groups:
+            cables = of_group.group.cable_indices
+            error[cables] = of_group.omitted(square[cables], ends[cables])
         return error
 
     def unresolved(self, amplitudes, square, ends):
@@ -393,12 +408,12 @@ class Models:
             A share of the energy in the two highest polynomials of the elements (`PlaneModes.errors`). [-]
         """
         error = np.zeros(square.shape)
-        for group, moving in zip(self.groups, amplitudes, strict=True):
-            error[group.places] = group.ends.highest_energy(moving, ends[group.places])
+        for group, of_group in zip(self.groups, amplitudes, strict=True):
+            error[group.cable_indices] = group.ends.highest_energy(of_group, ends[group.cable_indices])
         return error / np.where(square > 0, square, 1.0)
 
     def nodes(self, amplitudes, ends):
-        """Places and displacements of the nodes of each cable, from end 1 to end 2.
+        """Positions and displacements of the nodes of each cable, from end 1 to end 2.
 
         Parameters
         ----------
@@ -408,37 +423,39 @@ class Models:
         Returns
         -------
         list of (ndarray, ndarray)
-            Places from end 1, shape (nodes, 3), and displacements, shape (nodes, 3, r), global axes; the two ends of a
-            cable without mass. [m]
+            Positions from end 1, shape (nodes, 3), and displacements, shape (nodes, 3, r), global axes; the two ends of
+            a cable without mass. [m]
         """
-        found = [(chord, moved.reshape(2, 3, -1)) for chord, moved in zip(self._chords, ends, strict=True)]
-        for group, moving in zip(self.groups, amplitudes, strict=True):
-            for cable, one in zip(group.places.tolist(), group.nodes(moving, ends[group.places]), strict=True):
-                found[cable] = one
-        return found
+        nodes = [(chord, of_ends.reshape(2, 3, -1)) for chord, of_ends in zip(self._chords, ends, strict=True)]
+        for group, of_group in zip(self.groups, amplitudes, strict=True):
+            cables = group.cable_indices
+            for cable, of_cable in zip(cables.tolist(), group.nodes(of_group, ends[cables]), strict=True):
+                nodes[cable] = of_cable
+        return nodes
 
     def shapes_of_modes(self):
-        """Places of the nodes, and displacements in modes with fixed ends and in static shapes of the six ends.
+        """Positions of the nodes, and displacements in modes with fixed ends and in static shapes of the six ends.
 
         Returns
         -------
         list of (ndarray, ndarray)
             The displacements have the shape (nodes, 3, n + 6).
         """
-        found = [(chord, np.eye(6).reshape(2, 3, 6)) for chord in self._chords]
+        nodes = [(chord, np.eye(6).reshape(2, 3, 6)) for chord in self._chords]
         for group in self.groups:
-            for cable, one in zip(group.places.tolist(), group.placed(group.ends.shapes), strict=True):
-                found[cable] = one
-        return found
+            of_group = group.in_global_axes(group.ends.shapes)
+            for cable, of_cable in zip(group.cable_indices.tolist(), of_group, strict=True):
+                nodes[cable] = of_cable
+        return nodes
 
     @property
     def _chords(self):
-        """Places of both ends of each cable from its end 1, global axes, shape (c, 2, 3). [m]"""
+        """Positions of both ends of each cable from its end 1, global axes, shape (c, 2, 3). [m]"""
         span = self.cables.catenary.span
         return (span.chord[:, None] * span.frame[:, 0])[:, None, :] * np.array([[0.0], [1.0]])
 
     def kinetic(self, amplitudes, ends):
-        """Mass that moves in the plane of each cable, out of it, and along the cable.
+        """Moving mass of each cable by direction: in its plane, out of it, and along the cable.
 
         Parameters
         ----------
@@ -448,31 +465,32 @@ class Models:
         Returns
         -------
         ndarray, shape (c, 3, r)
-            Twice the kinetic energy over w^2, for mass-normalised motions a share. [-]
+            Twice the kinetic energy over w^2: for mass-normalised motions, whose total is 1, a share of it. [-]
         """
-        found = np.zeros((len(ends), 3, ends.shape[-1]))
-        for group, moving in zip(self.groups, amplitudes, strict=True):
+        moving_mass = np.zeros((len(ends), 3, ends.shape[-1]))
+        for group, of_group in zip(self.groups, amplitudes, strict=True):
             span, state = group.ends.state.span, group.ends.state
-            moved = group.ends.motion(moving, ends[group.places])
+            displacements = group.ends.motion(of_group, ends[group.cable_indices])
             mass = (span.mass * span.unstretched_length)[:, None, None]
-            weight = state.mesh.node_masses[:, None]
-            along = (nodal_tangent(state)[..., None] * moved).sum(axis=-2)
-            across = moved[..., 2, :]
-            parts = [(weight * part**2).sum(axis=-2) for part in (across, along)]
-            whole = (weight[..., None] * moved**2).sum(axis=(-3, -2))
-            found[group.places] = mass * np.stack([whole - sum(parts), *parts], axis=1)
-        return found
+            node_masses = state.mesh.node_masses[:, None]
+            along = (nodal_tangent(state)[..., None] * displacements).sum(axis=-2)
+            out_of_plane = (node_masses * displacements[..., 2, :] ** 2).sum(axis=-2)
+            axial = (node_masses * along**2).sum(axis=-2)
+            total = (node_masses[..., None] * displacements**2).sum(axis=(-3, -2))
+            in_plane = total - (out_of_plane + axial)
+            moving_mass[group.cable_indices] = mass * np.stack([in_plane, out_of_plane, axial], axis=1)
+        return moving_mass
 
 
 def _with_at_most(mesh, displacements, coarser):
-    """A mesh with no more than so many displacements, of an order less by so many."""
-    most = (displacements // 3 + 1) // mesh.elements
-    return replace(mesh, order=max(min(mesh.order, most) - coarser, 1))
+    """Mesh with an order less by `coarser`, and no more than so many displacements."""
+    highest_order = (displacements // 3 + 1) // mesh.elements
+    return replace(mesh, order=max(min(mesh.order, highest_order) - coarser, 1))
 
 
-def has_more_modes(mesh, most=0):
-    """True if a cable has more modes than so many, and more than cost little."""
-    return 3 * (mesh.nodes - 2) > max(most, CABLE.cheap_freedoms)
+def has_more_modes(mesh, most_modes=0):
+    """True if a cable on a mesh has more modes than `most_modes`, and more than cost little."""
+    return 3 * (mesh.nodes - 2) > max(most_modes, CABLE.cheap_freedoms)
 
 
 def fixed_meshes(cables, model):

@@ -24,7 +24,7 @@ from cablestudy.system.tolerances import SYSTEM
 
 @dataclass(frozen=True)
 class Layout:
-    """Part of the linear model that does not depend on the cables' models.
+    """Part of the linear model that does not depend on the cables' models: bodies, links, and where cables end.
 
     Attributes
     ----------
@@ -35,10 +35,11 @@ class Layout:
     equilibrium: Equilibrium
 
     def take(self, index):
-        """That of one case of many, or of some."""
-        some = Layout(self.equilibrium.take(index))
-        some.__dict__.update(_ends_moved=self._ends_moved[index], own=tuple(part[index] for part in self.own))
-        return some
+        """`Layout` of one case of many, or of some."""
+        taken = Layout(self.equilibrium.take(index))
+        body_matrices = tuple(matrix[index] for matrix in self.body_matrices)
+        taken.__dict__.update(_all_connections=self._all_connections[index], body_matrices=body_matrices)
+        return taken
 
     @property
     def shape(self):
@@ -47,7 +48,7 @@ class Layout:
 
     @cached_property
     def free(self):
-        """Places of the free displacements among all 6 b, shape (d,)."""
+        """Indices of the free displacements among all 6 b, shape (d,)."""
         return np.flatnonzero(self.equilibrium.suspension.free)
 
     @cached_property
@@ -56,22 +57,22 @@ class Layout:
         return 6 * len(self.equilibrium.suspension.cable_names) * len(self.free) > SYSTEM.large_connection
 
     @cached_property
-    def moved(self):
+    def connection(self):
         """G: displacements of the six ends of all cables per free displacement, shape (..., 6 c, d), sparse or not."""
-        return self._ends_moved[..., : 6 * len(self.equilibrium.suspension.cable_names), :]
+        return self._all_connections[..., : 6 * len(self.equilibrium.suspension.cable_names), :]
 
     @cached_property
-    def links_moved(self):
+    def link_connection(self):
         """Displacements of the six ends of all links per free displacement, shape (..., 6 l, d), sparse or not."""
-        return self._ends_moved[..., 6 * len(self.equilibrium.suspension.cable_names) :, :]
+        return self._all_connections[..., 6 * len(self.equilibrium.suspension.cable_names) :, :]
 
     @cached_property
-    def _ends_moved(self):
-        """Those of the ends of all cables, then of all links, sparse or not."""
+    def _all_connections(self):
+        """`connection` of all cables and then `link_connection`, sparse or not."""
         owner, arms = self.equilibrium.suspension.owner, self.equilibrium.arms
         cable, end = np.nonzero(owner != GROUND)
-        turned = -cross_matrix(arms[..., cable, end, :])
-        blocks = np.concatenate([np.broadcast_to(np.eye(3), turned.shape), turned], axis=-1)
+        by_rotation = -cross_matrix(arms[..., cable, end, :])
+        blocks = np.concatenate([np.broadcast_to(np.eye(3), by_rotation.shape), by_rotation], axis=-1)
         rows = (6 * cable + 3 * end)[:, None, None] + np.arange(3)[:, None] + np.zeros(6, dtype=int)
         columns = 6 * owner[cable, end][:, None, None] + np.arange(6) + np.zeros((3, 1), dtype=int)
         if self.large:
@@ -80,16 +81,16 @@ class Layout:
             number = np.full(6 * len(self.equilibrium.suspension.body_names), -1)
             number[self.free] = np.arange(len(self.free))
             columns = number[columns]
-            there = (columns >= 0) & (blocks != 0)
+            entries = (columns >= 0) & (blocks != 0)
             shape = 6 * len(owner), len(self.free)
-            return coo_array((blocks[there], (rows[there], columns[there])), shape=shape).tocsr()
-        whole = np.zeros((*self.shape, 6 * len(owner), 6 * len(self.equilibrium.suspension.body_names)))
-        whole[..., rows, columns] = blocks
-        return whole.take(self.free, axis=-1)
+            return coo_array((blocks[entries], (rows[entries], columns[entries])), shape=shape).tocsr()
+        matrix = np.zeros((*self.shape, 6 * len(owner), 6 * len(self.equilibrium.suspension.body_names)))
+        matrix[..., rows, columns] = blocks
+        return matrix.take(self.free, axis=-1)
 
-    def _each(self, moved):
-        """Displacements of ends for each cable or link, shape (..., c, 6, d); not for sparse matrices."""
-        return moved.reshape(*self.shape, moved.shape[-2] // 6, 6, len(self.free))
+    def _by_cable(self, connection):
+        """A dense connection as one matrix for each cable or link, shape (..., c, 6, d)."""
+        return connection.reshape(*self.shape, connection.shape[-2] // 6, 6, len(self.free))
 
     @cached_property
     def mass(self):
@@ -101,23 +102,22 @@ class Layout:
         arm = cross_matrix((rotation * suspension.center[..., None, :]).sum(axis=-1))
         mass = np.asarray(suspension.mass)[..., None, None]
         inertia = rotation @ suspension.inertia @ np.swapaxes(rotation, -1, -2)
-        whole = np.zeros((*self.shape, rotation.shape[-3], 6, 6))
-        whole[..., :3, :3], whole[..., :3, 3:] = mass * np.eye(3), -mass * arm
-        whole[..., 3:, :3], whole[..., 3:, 3:] = mass * arm, inertia - mass * arm @ arm
-        return whole
+        matrix = np.zeros((*self.shape, rotation.shape[-3], 6, 6))
+        matrix[..., :3, :3], matrix[..., :3, 3:] = mass * np.eye(3), -mass * arm
+        matrix[..., 3:, :3], matrix[..., 3:, 3:] = mass * arm, inertia - mass * arm @ arm
+        return matrix
 
     @cached_property
     def geometric_stiffness(self):
-        """Of the bodies, by the forces on them, symmetric part, shape (..., b, 6, 6). [N m]"""
+        """Stiffness of the bodies by the forces on them, symmetric part, shape (..., b, 6, 6). [N m]"""
         blocks = self.equilibrium.blocks.matrices
-        blocks = blocks[..., blocks.shape[-3] - self.mass.shape[-3] :, :, :]
-        return (blocks + np.swapaxes(blocks, -1, -2)) / 2
+        of_bodies = blocks[..., blocks.shape[-3] - self.mass.shape[-3] :, :, :]  # the last ones
+        return (of_bodies + np.swapaxes(of_bodies, -1, -2)) / 2
 
-    def of_bodies(self, blocks):
-        """A matrix of the free displacements from one of each body, shape (..., d, d)."""
-        own = np.arange(blocks.shape[-3])
-        diagonal = tangent.Blocks(own, own, blocks)
-        suspension = self.equilibrium.suspension
+    def of_bodies(self, matrices):
+        """Matrix of the free displacements, shape (..., d, d), from one of each body, shape (..., b, 6, 6)."""
+        bodies, suspension = np.arange(matrices.shape[-3]), self.equilibrium.suspension
+        diagonal = tangent.Blocks(bodies, bodies, matrices)
         return tangent.sparse(diagonal, suspension) if self.large else tangent.dense(diagonal, suspension)
 
     def system(self, elements, imposed=None):
@@ -133,19 +133,19 @@ class Layout:
         -------
         LinearSystem
         """
-        stiffness, mass = self.own
-        whole = assemble(elements, self.moved, mass, imposed, stiffness)
-        return whole if self.equilibrium.links is None else whole.with_damped_bodies(self.damping)
+        stiffness, mass = self.body_matrices
+        system = assemble(elements, self.connection, mass, imposed, stiffness)
+        return system if self.equilibrium.links is None else system.with_damped_bodies(self.damping)
 
     def without_modes(self, stiffness, inertia):
         """`ReducedSystem` of bodies on cables without modes, from matrices of their six ends, shape (..., c, 6, 6)."""
-        own_stiffness, own_mass = self.own
-        stiffness, inertia = self.of_cables(stiffness) + own_stiffness, self.of_cables(inertia) + own_mass
-        none = np.zeros((*self.shape, 0, len(self.free)))
-        return ReducedSystem(none.sum(axis=-1), none, inertia, stiffness)
+        body_stiffness, body_mass = self.body_matrices
+        stiffness, inertia = self.of_cables(stiffness) + body_stiffness, self.of_cables(inertia) + body_mass
+        no_coupling = np.zeros((*self.shape, 0, len(self.free)))
+        return ReducedSystem(no_coupling.sum(axis=-1), no_coupling, inertia, stiffness)
 
     @cached_property
-    def own(self):
+    def body_matrices(self):
         """Stiffness of bodies and links, without cables, and mass matrix, for the free displacements, (..., d, d)."""
         stiffness, links = self.of_bodies(self.geometric_stiffness), self.equilibrium.links
         stiffness = stiffness if links is None else stiffness + self._of_links(links.end_stiffness)
@@ -153,33 +153,34 @@ class Layout:
 
     @cached_property
     def damping(self):
-        """Of the links, for the free displacements, shape (..., d, d); 0 without. [N s/m, N s; N s, N m s]"""
+        """Damping of the links for the free displacements, shape (..., d, d); 0 without. [N s/m, N s; N s, N m s]"""
         links = self.equilibrium.links
         return np.zeros(()) if links is None else self._of_links(links.end_damping)
 
     @property
     def elongation(self):
         """Change of the distance of the ends of each link per free displacement, shape (l, d), of one case."""
-        first, second = np.split(self._each(dense(self.links_moved)), 2, axis=-2)
+        first, second = np.split(self._by_cable(dense(self.link_connection)), 2, axis=-2)
         return (self.equilibrium.links.direction[..., None] * (second - first)).sum(axis=-2)
 
     def of_cables(self, matrices):
         """Sum over the cables of matrices of their six ends, for the free displacements, shape (..., d, d)."""
-        return self._summed(self.moved, matrices)
+        return self._sum_at_bodies(self.connection, matrices)
 
     def _of_links(self, matrices):
-        """Such a sum over the links, from matrices of end 2 of each, shape (..., l, 3, 3)."""
+        """Sum over the links for the free displacements, from matrices of end 2 of each, shape (..., l, 3, 3)."""
         signs = np.array([[1.0, -1.0], [-1.0, 1.0]])
-        return self._summed(self.links_moved, np.kron(signs, matrices))
+        return self._sum_at_bodies(self.link_connection, np.kron(signs, matrices))
 
-    def _summed(self, moved, matrices):
+    def _sum_at_bodies(self, connection, matrices):
+        """Sum of G_i^T A_i G_i over cables or links, G_i their connection and A_i matrices of their six ends."""
         if not self.large:
-            return moved.swapaxes(-1, -2) @ (matrices @ self._each(moved)).reshape(moved.shape)
+            return connection.swapaxes(-1, -2) @ (matrices @ self._by_cable(connection)).reshape(connection.shape)
         from scipy.sparse import block_diag
 
-        return moved.T @ block_diag(matrices, format="csr") @ moved
+        return connection.T @ block_diag(matrices, format="csr") @ connection
 
-    def driven(self, coupling, cable):
+    def momentum(self, coupling, cable):
         """Momentum of coordinates of the cables per velocity of the free displacements, shape (N, d).
 
         Parameters
@@ -190,28 +191,28 @@ class Layout:
             Of which cable each is, those of one case after the other.
         """
         if not self.large:
-            moved = self._each(self.moved)
-            row, own = np.divmod(cable, moved.shape[-3])
-            return (coupling[:, None, :] @ moved[(row, own) if self.shape else own])[:, 0]
+            by_cable = self._by_cable(self.connection)
+            case, cable_of_case = np.divmod(cable, by_cable.shape[-3])
+            return (coupling[:, None, :] @ by_cable[(case, cable_of_case) if self.shape else cable_of_case])[:, 0]
         from scipy.sparse import csr_array
 
-        columns = 6 * cable[:, None] + np.arange(6)
-        rows = 6 * np.arange(len(cable) + 1)
-        return csr_array((coupling.ravel(), columns.ravel(), rows), (len(cable), self.moved.shape[0])) @ self.moved
+        columns, row_ends = 6 * cable[:, None] + np.arange(6), 6 * np.arange(len(cable) + 1)
+        shape = len(cable), self.connection.shape[0]
+        return csr_array((coupling.ravel(), columns.ravel(), row_ends), shape) @ self.connection
 
     def bodies(self, shapes):
-        """The free displacements in the coordinates of the system, shape (d, r)."""
+        """Free displacements of the bodies from shapes in all coordinates of the system, shape (d, r)."""
         return shapes[len(shapes) - len(self.free) :]
 
     def ends(self, displacements):
         """Displacements of the six ends of each cable, shape (..., c, 6, r), for free ones of shape (..., d, r)."""
-        return (self.moved @ displacements).reshape(*displacements.shape[:-2], -1, 6, displacements.shape[-1])
+        return (self.connection @ displacements).reshape(*displacements.shape[:-2], -1, 6, displacements.shape[-1])
 
     def displaced(self, displacements):
         """Displacements of all bodies, held ones too, shape (b, 6, r), for free ones of shape (d, r)."""
-        whole = np.zeros((6 * len(self.equilibrium.suspension.body_names), displacements.shape[-1]))
-        whole[self.free] = displacements
-        return whole.reshape(-1, 6, displacements.shape[-1])
+        of_all = np.zeros((6 * len(self.equilibrium.suspension.body_names), displacements.shape[-1]))
+        of_all[self.free] = displacements
+        return of_all.reshape(-1, 6, displacements.shape[-1])
 
     def kinetic(self, displacements):
         """Share of each body's displacements in the kinetic energy of mass-normalised motions, shape (b, 6, r). [-]
@@ -219,9 +220,9 @@ class Layout:
         x y z of the center of mass, then the rotations about the body's axes.
         """
         suspension, rotation = self.equilibrium.suspension, self.equilibrium.rotation
-        whole = self.displaced(displacements)
+        of_all = self.displaced(displacements)
         arm = cross_matrix((rotation * suspension.center[..., None, :]).sum(axis=-1))
-        center = whole[:, :3] - arm @ whole[:, 3:]
-        turned = np.swapaxes(rotation, -1, -2) @ whole[:, 3:]
-        straight = np.asarray(suspension.mass)[:, None, None] * center**2
-        return np.concatenate([straight, turned * (suspension.inertia @ turned)], axis=1)
+        center = of_all[:, :3] - arm @ of_all[:, 3:]
+        body_rotation = np.swapaxes(rotation, -1, -2) @ of_all[:, 3:]
+        of_translation = np.asarray(suspension.mass)[:, None, None] * center**2
+        return np.concatenate([of_translation, body_rotation * (suspension.inertia @ body_rotation)], axis=1)

@@ -1,4 +1,4 @@
-"""Coupled modes of a suspension as they were found: their errors, their damping, and what moves in each."""
+"""Coupled modes of a suspension: their errors, their damping, and which bodies and cables move in each."""
 
 from collections.abc import Callable
 from copy import copy
@@ -19,7 +19,7 @@ KINDS = ("in-plane", "out-of-plane", "axial")
 
 @dataclass(frozen=True)
 class CableRecord:
-    """Mesh and modes that one cable was given, and why.
+    """Mesh and modes of one cable in a model, and the reason for them.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class CableRecord:
 
     @property
     def reason(self):
-        """Why it keeps these modes: one sentence."""
+        """Reason why the cable keeps these modes: one sentence."""
         if not self.elements:
             return "without mass: stiffness only"
         if not self.modes + self.residuals:
@@ -55,9 +55,9 @@ class CableRecord:
             return f"no modes: {first} changes no frequency by more than {self.error:.1e}"
         count = "1 mode" if self.modes == 1 else f"{self.modes} modes"
         if not np.isfinite(self.limit):
-            whole = self.modes == 3 * (self.elements * self.order - 1)
-            which = f"all {count}" if whole else f"{count} and vectors for those above"
-            return f"{which} of {self.elements} elements of order {self.order}"
+            all_kept = self.modes == 3 * (self.elements * self.order - 1)
+            kept = f"all {count}" if all_kept else f"{count} and vectors for those above"
+            return f"{kept} of {self.elements} elements of order {self.order}"
         return (
             f"{count} below {self.limit:.4g} Hz and {self.residuals} vectors for those above: "
             f"what is left out changes no frequency by more than {self.error:.1e}"
@@ -85,54 +85,63 @@ class Trial:
     def __init__(self, layout, coordinates, count):
         self.layout, self.coordinates, models = layout, coordinates, coordinates.models
         self.rows = int(np.prod(layout.shape))
-        row = coordinates.cable // (models.cables.count // self.rows)
-        self._begin = np.searchsorted(row, np.arange(self.rows + 1))
-        self._ends = layout.without_modes(*(part.reshape(*layout.shape, -1, 6, 6) for part in models.ends))
-        self._driven = layout.driven(coordinates.coupling, coordinates.cable)
+        row = coordinates.cable // (models.cables.count // self.rows)  # of each coordinate
+        self._begin = np.searchsorted(row, np.arange(self.rows + 1))  # first coordinate of each row
+        self._without_modes = layout.without_modes(*(ends.reshape(*layout.shape, -1, 6, 6) for ends in models.ends))
+        self._momentum = layout.momentum(coordinates.coupling, coordinates.cable)
         self.omega = np.full((self.rows, count), np.inf)
-        self._modal, self._bodies = np.zeros((len(row), count)), np.zeros((self.rows, len(layout.free), count))
+        # shapes in the coordinates of all cables, and in the free displacements of the bodies of each row
+        self._cable_shapes = np.zeros((len(row), count))
+        self._body_shapes = np.zeros((self.rows, len(layout.free), count))
         for rows, index, system in self._systems(row):
             omega, shapes = system.lowest(count)
-            found, modal = omega.shape[-1], index.shape[-1]
-            self.omega[rows, :found] = omega
-            self._modal[index, :found] = shapes[..., :modal, :]
-            self._bodies[rows, :, :found] = shapes[..., modal:, :]
+            modes, modal = omega.shape[-1], index.shape[-1]
+            self.omega[rows, :modes] = omega
+            self._cable_shapes[index, :modes] = shapes[..., :modal, :]
+            self._body_shapes[rows, :, :modes] = shapes[..., modal:, :]
 
     def take_modes(self, chosen):
-        """Some of its modes, chosen by an array of bool."""
-        other = copy(self)
-        other.omega, other._modal, other._bodies = (
-            self.omega[:, chosen],
-            self._modal[:, chosen],
-            self._bodies[..., chosen],
-        )
-        return other
+        """`Trial` with some of its modes, chosen by an array of bool."""
+        taken = copy(self)
+        taken.omega = self.omega[:, chosen]
+        taken._cable_shapes, taken._body_shapes = self._cable_shapes[:, chosen], self._body_shapes[..., chosen]
+        return taken
 
     def _systems(self, row):
-        """Yield rows, the numbers of their coordinates of cables, and their `ReducedSystem`: of equal size together."""
+        """Yield rows, the indices of their coordinates of cables, and their `ReducedSystem`: of equal size together.
+
+        Parameters
+        ----------
+        row : ndarray of int, shape (N,)
+            Of each coordinate of the cables.
+        """
         if not self.layout.shape:
             yield 0, np.arange(len(row)), self.reduced(0)
             return
-        inertia = np.diagonal(self._ends.inertia, axis1=-2, axis2=-1)
-        moving = np.bincount(row, coupled(self._driven, inertia[row]), self.rows)
-        sizes, kind = np.unique(np.stack([np.diff(self._begin), moving], axis=1), axis=0, return_inverse=True)
-        for number, (size, _) in enumerate(sizes.astype(int).tolist()):
-            rows = np.flatnonzero(kind.ravel() == number)
+        matrices = self._without_modes
+        inertia = np.diagonal(matrices.inertia, axis1=-2, axis2=-1)
+        coupled_count = np.bincount(row, coupled(self._momentum, inertia[row]), self.rows)
+        of_rows = np.stack([np.diff(self._begin), coupled_count], axis=1)
+        kinds, kind_of_row = np.unique(of_rows, axis=0, return_inverse=True)
+        for kind, (size, _) in enumerate(kinds.astype(int).tolist()):
+            rows = np.flatnonzero(kind_of_row.ravel() == kind)
             index = self._begin[rows, None] + np.arange(size)
-            cables = self.coordinates.omega[index], self._driven[index]
-            yield rows, index, ReducedSystem(*cables, self._ends.inertia[rows], self._ends.stiffness[rows])
+            of_cables = self.coordinates.omega[index], self._momentum[index]
+            yield rows, index, ReducedSystem(*of_cables, matrices.inertia[rows], matrices.stiffness[rows])
 
     def reduced(self, row):
         """`ReducedSystem` of one row."""
-        own, matrices = slice(*self._begin[row : row + 2]), (self._ends.inertia, self._ends.stiffness)
-        matrices = [part[row] for part in matrices] if self.layout.shape else matrices
-        return ReducedSystem(self.coordinates.omega[own], self._driven[own], *matrices)
+        index, matrices = slice(*self._begin[row : row + 2]), self._without_modes
+        inertia, stiffness = matrices.inertia, matrices.stiffness
+        if self.layout.shape:
+            inertia, stiffness = inertia[row], stiffness[row]
+        return ReducedSystem(self.coordinates.omega[index], self._momentum[index], inertia, stiffness)
 
     @cached_property
     def _moving_ends(self):
         """Squared frequencies and displacements of the ends of all cables, shapes (n c, k) and (n c, 6, k)."""
         square = np.where(np.isfinite(self.omega), self.omega, 0.0) ** 2
-        ends = self.layout.ends(self._bodies.reshape(*self.layout.shape, *self._bodies.shape[1:]))
+        ends = self.layout.ends(self._body_shapes.reshape(*self.layout.shape, *self._body_shapes.shape[1:]))
         ends = ends.reshape(-1, 6, square.shape[1])
         return np.repeat(square, len(ends) // self.rows, axis=0), ends
 
@@ -148,7 +157,7 @@ class Trial:
     @cached_property
     def unresolved(self):
         """Relative error of the squared frequencies by the mesh of each cable, shape (n, c, k). [-]"""
-        amplitudes = self.coordinates.amplitudes(self._modal)
+        amplitudes = self.coordinates.amplitudes(self._cable_shapes)
         return self.coordinates.models.unresolved(amplitudes, *self._moving_ends).reshape(self.omitted.shape)
 
     @cached_property
@@ -168,9 +177,9 @@ class Trial:
         if np.isnan(omega).any():
             reason = model.layout.equilibrium.stability.reason() or "its stiffness is next to nothing"
             raise NoSolutionError(f"no modes about this equilibrium: {reason}")
-        found = slice(np.count_nonzero(np.isfinite(omega)))
-        shapes = np.concatenate([self._modal[slice(*self._begin[row : row + 2])], self._bodies[row]])
-        return Solution(model, omega[found], shapes[:, found], self.omitted[row, :, found])
+        finite = slice(np.count_nonzero(np.isfinite(omega)))
+        shapes = np.concatenate([self._cable_shapes[slice(*self._begin[row : row + 2])], self._body_shapes[row]])
+        return Solution(model, omega[finite], shapes[:, finite], self.omitted[row, :, finite])
 
 
 class RowModel:
@@ -197,8 +206,8 @@ class RowModel:
         coordinates = self._trial.coordinates
         if not self._trial.layout.shape:
             return coordinates
-        each = coordinates.models.cables.count // self._trial.rows
-        return coordinates.take(each * self._row + np.arange(each))
+        cables_of_row = coordinates.models.cables.count // self._trial.rows
+        return coordinates.take(cables_of_row * self._row + np.arange(cables_of_row))
 
     @cached_property
     def reduced(self):
@@ -213,7 +222,7 @@ class RowModel:
     @cached_property
     def system(self):
         """The `LinearSystem`."""
-        return self.layout.system([one.element for one in self.kept])
+        return self.layout.system([kept.element for kept in self.kept])
 
 
 @dataclass(frozen=True)
@@ -229,7 +238,7 @@ class Solution:
         Mass-normalised.
     omitted : ndarray, shape (c, k)
         See `Trial`. [-]
-    more : Solution or None
+    all_modes : Solution or None
         With all modes that were computed, of which these are the lowest; None where these are all.
     """
 
@@ -237,12 +246,12 @@ class Solution:
     omega: np.ndarray
     shapes: np.ndarray
     omitted: np.ndarray
-    more: "Solution | None" = None
+    all_modes: "Solution | None" = None
 
     @property
-    def every(self):
+    def with_all_modes(self):
         """The `Solution` with all modes that were computed."""
-        return self.more or self
+        return self.all_modes or self
 
     @property
     def layout(self):
@@ -317,17 +326,18 @@ class CoupledModes:
         return self.solution.system
 
     def first(self, count):
-        """The lowest of these modes, in the same model: themselves, or without a finer one."""
+        """The lowest of these modes, in the same model and without a finer one; all of them as they are."""
         if count >= len(self):
             return self
-        some, runs = self.take(np.arange(count)), tuple(run for run in self.coincident if run[1] <= count)
-        return replace(some, coincident=runs, solution=replace(some.solution, more=self.solution.every), finer=None)
+        lowest, runs = self.take(np.arange(count)), tuple(run for run in self.coincident if run[1] <= count)
+        solution = replace(lowest.solution, all_modes=self.solution.with_all_modes)
+        return replace(lowest, coincident=runs, solution=solution, finer=None)
 
     @cached_property
     def damping_ratio(self):
-        """Of the pole of each mode, see `damping.damping_ratios`, shape (k,). [-]"""
-        found = self.damped
-        return damping_ratios(found.system, found.solution.omega, found.shapes)
+        """Damping ratio of the pole of each mode, see `damping.damping_ratios`, shape (k,). [-]"""
+        modes = self.damped
+        return damping_ratios(modes.system, modes.solution.omega, modes.shapes)
 
     @cached_property
     def damped(self):
@@ -335,10 +345,10 @@ class CoupledModes:
 
         Where there is none (see `finer`), these modes themselves.
         """
-        found = self.finer and self.finer()
-        if not found or len(found) < len(self):
+        finer_modes = self.finer and self.finer()
+        if not finer_modes or len(finer_modes) < len(self):
             return self
-        return found.take(pair_modes(self, found))
+        return finer_modes.take(pair_modes(self, finer_modes))
 
     @cached_property
     def damping_error(self):
@@ -351,11 +361,11 @@ class CoupledModes:
         if cables.modal.any() or self.damped is self:
             return np.full(len(self), np.nan) if cables.heavy.any() else self.error
         ratio = self.damping_ratio
-        other = damping_ratios(self.system, self.solution.omega, self.shapes, SYSTEM.coupled_modes // 2)
+        coarse = damping_ratios(self.system, self.solution.omega, self.shapes, SYSTEM.coupled_modes // 2)
         for first, last in self.coincident:  # their poles come in any order
             run = slice(first - 1, last)
-            other[run] = np.sort(other[run])[np.argsort(np.argsort(ratio[run]))]
-        return np.abs(ratio - other) / np.where(ratio > SYSTEM.frequency_rounding, ratio, 1.0)
+            coarse[run] = np.sort(coarse[run])[np.argsort(np.argsort(ratio[run]))]
+        return np.abs(ratio - coarse) / np.where(ratio > SYSTEM.frequency_rounding, ratio, 1.0)
 
     def compliance_shares(self, body, axis):
         """Share of each mode in the static compliance of a free motion of a body, see `linear.compliance_shares`.
@@ -370,72 +380,80 @@ class CoupledModes:
         ndarray, shape (k,)
         """
         motion = int(np.flatnonzero(self.layout.free == 6 * body + axis)[0])
-        moved = self.layout.bodies(self.shapes)[motion] / (2 * np.pi * self.frequency)
-        return compliance_shares(moved, self.solution.reduced.compliance(motion))
+        displacement = self.layout.bodies(self.shapes)[motion] / (2 * np.pi * self.frequency)
+        return compliance_shares(displacement, self.solution.reduced.compliance(motion))
 
     @cached_property
     def _nodes(self):
-        """Places of the nodes of each cable from its end 1, and their displacements: list, see `Models.nodes`."""
+        """Positions of the nodes of each cable from its end 1, and their displacements: list, see `Models.nodes`."""
         amplitudes = self.solution.coordinates.amplitudes(self.shapes)
         return self.solution.models.nodes(amplitudes, self.layout.ends(self.layout.bodies(self.shapes)))
 
     @cached_property
     def displacements(self):
-        """Of the nodes of each cable in each mode, global axes: list of ndarray, shape (nodes, 3, k). [1/sqrt(kg)]"""
-        return [moved for _, moved in self._nodes]
+        """Displacements of the nodes of each cable in each mode, global axes: list of ndarray, shape (nodes, 3, k).
+
+        [1/sqrt(kg)]
+        """
+        return [displacement for _, displacement in self._nodes]
 
     def nodes(self, mode):
-        """Places of the nodes of each cable from its end 1, and their displacements in one mode (from 0), global axes.
+        """Positions of the nodes of each cable from its end 1, and displacements in one mode (from 0), global axes.
 
         Returns
         -------
         list of (ndarray, ndarray)
             Both of shape (nodes, 3). [m], [1/sqrt(kg)]
         """
-        return [(place, moved[..., mode]) for place, moved in self._nodes]
+        return [(position, displacement[..., mode]) for position, displacement in self._nodes]
 
     def take(self, chosen):
-        """Some of these modes, by their numbers (from 0), in that order; of which coincide nothing is said."""
-        found = self.solution
-        some = replace(
-            found, omega=found.omega[chosen], shapes=found.shapes[:, chosen], omitted=found.omitted[:, chosen]
-        )
+        """Some of these modes, by their indices (from 0), in that order, without a word about which coincide."""
+        solution = self.solution
         return replace(
             self,
             frequency=self.frequency[chosen],
             error=self.error[chosen],
             coincident=(),
-            solution=some,
+            solution=replace(
+                solution,
+                omega=solution.omega[chosen],
+                shapes=solution.shapes[:, chosen],
+                omitted=solution.omitted[:, chosen],
+            ),
             shapes=self.shapes[:, chosen],
         )
 
     def up_to(self, frequency):
-        """The modes up to a frequency [Hz], numbers from 0."""
+        """Indices of the modes up to a frequency [Hz], from 0."""
         return np.flatnonzero(self.frequency <= frequency)
 
     @cached_property
     def _energy(self):
         """Shares of bodies and cables in the kinetic energy: `body_energy` and `cable_energy`."""
-        displaced = self.layout.bodies(self.shapes)
-        bodies, amplitudes = self.layout.kinetic(displaced), self.solution.coordinates.amplitudes(self.shapes)
-        cables = self.solution.models.kinetic(amplitudes, self.layout.ends(displaced))
-        whole = bodies.sum(axis=(0, 1)) + cables.sum(axis=(0, 1))
-        return bodies / whole, cables / whole
+        displacements = self.layout.bodies(self.shapes)
+        bodies, amplitudes = self.layout.kinetic(displacements), self.solution.coordinates.amplitudes(self.shapes)
+        cables = self.solution.models.kinetic(amplitudes, self.layout.ends(displacements))
+        total = bodies.sum(axis=(0, 1)) + cables.sum(axis=(0, 1))
+        return bodies / total, cables / total
 
     @property
     def body_energy(self):
-        """Shares in the kinetic energy, shape (b, 6, k): x y z of the center of mass, rotation about own axes. [-]"""
+        """Shares of bodies in the kinetic energy, shape (b, 6, k): x y z of the center of mass, rotations. [-]
+
+        Rotations are about the axes of the body.
+        """
         return self._energy[0]
 
     @property
     def cable_energy(self):
-        """Shares in the kinetic energy, shape (c, 3, k): in the plane of the cable, out of it, along the cable. [-]"""
+        """Shares of cables in the kinetic energy, shape (c, 3, k): in the plane of each, out of it, along it. [-]"""
         return self._energy[1]
 
     @cached_property
     def cables(self):
-        """Mesh and modes that each cable was given: tuple of `CableRecord`."""
-        return tuple(_record(self.solution, place, name) for place, name in enumerate(self._cable_names))
+        """Mesh and modes of each cable: tuple of `CableRecord`."""
+        return tuple(_cable_record(self.solution, cable, name) for cable, name in enumerate(self._cable_names))
 
     @property
     def _cable_names(self):
@@ -452,9 +470,10 @@ class CoupledModes:
 
         A body, the junctions together or the cables together; of these one by its name where it has more than half.
         """
-        return tuple(self._moving(mode) for mode in range(len(self)))
+        return tuple(self._name_of_largest(mode) for mode in range(len(self)))
 
-    def _moving(self, mode):
+    def _name_of_largest(self, mode):
+        """`moves` of one mode, by its index."""
         suspension, energy = self.layout.equilibrium.suspension, self.body_energy[..., mode]
         body_names, count = suspension.body_names, suspension.bodies
         groups = [*energy[:count].sum(axis=1), energy[count:].sum(), self.cable_energy[..., mode].sum()]
@@ -466,25 +485,32 @@ class CoupledModes:
         return _largest(self._cable_names, KINDS, self.cable_energy[..., mode], "cables")
 
 
-def _record(solution, place, name):
-    """`CableRecord` of one cable."""
-    mesh, kept = solution.models.meshes[place], solution.kept[place]
+def _cable_record(solution, cable, name):
+    """`CableRecord` of one cable, by its index."""
+    mesh, kept = solution.models.meshes[cable], solution.kept[cable]
     return CableRecord(
         name=name,
         elements=mesh.elements if mesh else 0,
         order=mesh.order if mesh else 0,
         modes=kept.modes,
         residuals=kept.residuals,
-        first_mode=float(solution.models.first[place]) / (2 * np.pi),
-        limit=float(solution.coordinates.limits[place]) / (2 * np.pi),
-        error=float(np.abs(solution.omitted[place]).max(initial=0.0)) / 2,
+        first_mode=float(solution.models.first[cable]) / (2 * np.pi),
+        limit=float(solution.coordinates.limits[cable]) / (2 * np.pi),
+        error=float(np.abs(solution.omitted[cable]).max(initial=0.0)) / 2,
     )
 
 
-def _largest(names, kinds, energy, all_of_them):
-    """Name and kind of the largest part, or a word for all where no name has more than half of the energy."""
-    each = energy.sum(axis=1)
-    place = int(np.argmax(each))
-    if each[place] <= 0.5 * each.sum():
-        return all_of_them
-    return f"{names[place]} {kinds[int(np.argmax(np.round(energy[place], 9)))]}"
+def _largest(names, kinds, energy, word_for_all):
+    """Name and kind of motion with most energy, as "n1 in-plane"; a word where no name has more than half of it.
+
+    Parameters
+    ----------
+    names, kinds : sequence of str
+    energy : ndarray, shape (names, kinds)
+    word_for_all : str or None
+    """
+    by_name = energy.sum(axis=1)
+    largest = int(np.argmax(by_name))
+    if by_name[largest] <= 0.5 * by_name.sum():
+        return word_for_all
+    return f"{names[largest]} {kinds[int(np.argmax(np.round(energy[largest], 9)))]}"

@@ -67,7 +67,7 @@ def damped_pole(layout, elements, near, displacements, damping, far):
 
 def _dynamic_stiffness(layout, cables, s, damping):
     """D(s) and its derivative, shape (d, d), sparse where the layout's are."""
-    body_stiffness, body_mass = layout.own
+    body_stiffness, body_mass = layout.body_matrices
     condensed = [_condensed(matrices, s) for matrices in cables]
     ends = np.array([stiffness for stiffness, _, _ in condensed]).reshape(-1, 6, 6)
     slopes = np.array([slope for _, slope, _ in condensed]).reshape(-1, 6, 6)
@@ -88,7 +88,7 @@ def _condensed(matrices, s):
 
 def _pole_by_losses(layout, cables, pole, vector, damping):
     """The pole with the real part that follows from its losses, by the equation of the module's docstring."""
-    omega, inertia = pole.imag, _quadratic(layout.own[1], vector)
+    omega, inertia = pole.imag, _quadratic(layout.body_matrices[1], vector)
     viscous, hysteretic = _quadratic(damping, vector) if np.ndim(damping) else 0j, 0j
     for (mass, cable_damping, stiffness), ends in zip(cables, layout.ends(vector[:, None]), strict=True):
         shape = (_condensed((mass, cable_damping, stiffness), pole)[2] @ ends)[:, 0]

@@ -24,7 +24,7 @@ from cablestudy.cable.span import Span
 from cablestudy.system import tangent
 from cablestudy.system.links import Links, joined
 from cablestudy.system.rigid import size, turn
-from cablestudy.system.rounding import bounds, over
+from cablestudy.system.rounding import bounds, largest_ratio
 from cablestudy.system.tangent import GROUND
 from cablestudy.system.tolerances import SYSTEM
 
@@ -102,8 +102,8 @@ class PoseState:
 
 
 @dataclass(frozen=True)
-class Point:
-    """Forces, stiffness and energy in a state; n cases.
+class Evaluation:
+    """Forces, stiffness and energy of a suspension in one `PoseState`; n cases.
 
     Attributes
     ----------
@@ -118,7 +118,7 @@ class Point:
     end_forces, end_stiffness : ndarray, shape (n, c + l, 2, 3), (n, c + l, 3, 3)
         As those of `Equilibrium`.
     solved : ndarray of bool, shape (n,)
-        Whether all catenaries converged.
+        True where all catenaries converged.
     """
 
     net: np.ndarray
@@ -133,23 +133,23 @@ class Point:
 
 
 def take_rows(record, index):
-    """Some of the n cases of a dataclass of arrays."""
+    """The cases at `index` of a dataclass of arrays, whose first axes are the cases."""
     return replace(record, **{f.name: getattr(record, f.name)[index] for f in fields(record)})
 
 
 def copy_record(record):
-    """Copy of the cases in arrays of their own."""
+    """Copy of a dataclass of arrays, whose arrays can be written to."""
     return replace(record, **{f.name: np.array(getattr(record, f.name)) for f in fields(record)})
 
 
-def assign_rows(record, index, part):
-    """Write some cases back into a dataclass of arrays."""
+def assign_rows(record, index, cases):
+    """Write `cases` into the rows at `index` of `record`, both of them dataclasses of arrays."""
     for f in fields(record):
-        getattr(record, f.name)[index] = getattr(part, f.name)
+        getattr(record, f.name)[index] = getattr(cases, f.name)
 
 
 def displaced(suspension, state, step):
-    """State after a step; see `moved_with_work`."""
+    """State after a step; see `displaced_with_work`."""
     return displaced_with_work(suspension, state, step)[0] if suspension.body_names else state
 
 
@@ -170,32 +170,36 @@ def displaced_with_work(suspension, state, step):
     ndarray, shape (n,)
         [J]
     """
-    turned, shift = turn(step[..., 3:]), np.zeros(state.ends.shape)
+    rotation_change, shift = turn(step[..., 3:]), np.zeros(state.ends.shape)
     cable, end = np.nonzero(suspension.owner != GROUND)
     body = suspension.owner[cable, end]
-    lever = (turned[:, body] * state.arms[:, cable, end, None, :]).sum(axis=-1)
-    shift[:, cable, end] = step[:, body, :3] + lever
-    rotation = state.rotation + turned @ state.rotation
+    shift_by_rotation = (rotation_change[:, body] * state.arms[:, cable, end, None, :]).sum(axis=-1)
+    shift[:, cable, end] = step[:, body, :3] + shift_by_rotation
+    rotation = state.rotation + rotation_change @ state.rotation
     position, arms = state.position + step[..., :3], suspension.arms(rotation)
     ends = arms.copy()
     ends[:, cable, end] += position[:, body]
     vector = ends[..., 1, :] - ends[..., 0, :]
     change = shift[..., 1, :] - shift[..., 0, :]
     # |d + change| - |d| without cancellation, so that the strain of a stiff cable keeps its digits
-    longer = ((2 * state.vector + change) * change).sum(axis=-1)
-    longer /= np.maximum(size(vector) + size(state.vector), TINY)
+    lengthening = ((2 * state.vector + change) * change).sum(axis=-1)
+    lengthening /= np.maximum(size(vector) + size(state.vector), TINY)
     cables = state.length.shape[-1]
-    vector[:, cables:] = state.vector[:, cables:] + change[:, cables:]  # so that short ones keep their digits
-    strain, extension = state.strain + longer[:, :cables] / state.length, state.extension + longer[:, cables:]
+    vector[:, cables:] = state.vector[:, cables:] + change[:, cables:]  # so that short links keep their digits
+    strain = state.strain + lengthening[:, :cables] / state.length
+    extension = state.extension + lengthening[:, cables:]
     after = PoseState(position, rotation, arms, ends, vector, state.length, strain, extension)
-    return after, _work(suspension, state, step, turned, shift)
+    return after, _work(suspension, state, step, rotation_change, shift)
 
 
 def spans(suspension, state):
-    """The cables between their ends: a `Span` of shape (n, c)."""
-    length, close = state.length, size(state.chord) <= SYSTEM.nearest_ends * state.length
-    down = np.array([0.0, 0.0, -SYSTEM.nearest_ends]) * length[..., None]
-    vector = np.where(close[..., None], down, state.chord)
+    """Cables between their ends in a state: a `Span` of shape (n, c).
+
+    Ends that all but coincide, between which a cable has no direction, are taken as just apart, one above the other.
+    """
+    length, coincident = state.length, size(state.chord) <= SYSTEM.nearest_ends * state.length
+    short_vertical = np.array([0.0, 0.0, -SYSTEM.nearest_ends]) * length[..., None]
+    vector = np.where(coincident[..., None], short_vertical, state.chord)
     gravity, vertical = suspension.cable_gravity
     stiffness, mass = suspension.axial_stiffness, suspension.cable_mass
     loads = {}
@@ -204,11 +208,11 @@ def spans(suspension, state):
     span = Span.between(np.zeros(3), vector, stiffness, mass, gravity, vertical=vertical, **loads)
     if loads:
         span = replace(span, load_masses=suspension.load_masses, load_fractions=suspension.load_fractions).broadcast()
-    return span.with_chord_strain(np.where(close, SYSTEM.nearest_ends - 1, state.strain))
+    return span.with_chord_strain(np.where(coincident, SYSTEM.nearest_ends - 1, state.strain))
 
 
 def at_ends(suspension, state, cables, stiffness):
-    """Forces of cables and links at their ends and their end stiffness, as in `Point`, and the `Links` or None.
+    """Forces of cables and links at their ends, their end stiffness, both as in `Evaluation`, and the `Links` or None.
 
     Parameters
     ----------
@@ -227,47 +231,48 @@ def at_ends(suspension, state, cables, stiffness):
 
 
 def evaluate(suspension, state):
-    """Forces, stiffness and energy in a state: `Point`."""
+    """Forces, stiffness and energy in a state: `Evaluation`."""
     cables = catenary.solve(spans(suspension, state))
     span = cables.span
     forces, stiffness, links = at_ends(suspension, state, cables, cables.global_end_stiffness)
     # a force is not known better than the rounding of a strain, also where all cables hang without tension
-    known = np.maximum(cables.max_tension, EPSILON * span.axial_stiffness)
-    net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, known)
-    rounding = bounds(suspension, state.rotation, state.arms, state.ends, state.strain, cables, known, links)
-    q, squared = _along_and_squared(cables)
+    tension_scale = np.maximum(cables.max_tension, EPSILON * span.axial_stiffness)
+    net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, tension_scale)
+    rounding = bounds(suspension, state.rotation, state.arms, state.ends, state.strain, cables, tension_scale, links)
+    # W of the module's docstring: N.d, T_mean and the strain energy, each over L
+    along_chord, mean_square = _along_chord_and_mean_square(cables)
     length, tension = span.unstretched_length, cables.mean_tension
-    strained = squared / (2 * span.axial_stiffness)
-    stretched = q * (1 + span.chord_strain)
-    energy = length * (stretched - tension - strained)
-    terms = length * (np.abs(stretched) + tension + strained)
-    energy, terms = (joined(part, links and links.energy, -1) for part in (energy, terms))
+    strain_energy = mean_square / (2 * span.axial_stiffness)
+    chord_work = along_chord * (1 + span.chord_strain)
+    energy = length * (chord_work - tension - strain_energy)
+    size_of_terms = length * (np.abs(chord_work) + tension + strain_energy)
+    energy, size_of_terms = (joined(of_cables, links and links.energy, -1) for of_cables in (energy, size_of_terms))
     solved = cables.record.reason != CABLE_STALLED
-    return Point(
-        net, scale, rounding.least, rounding.most, energy.sum(axis=-1), EPSILON * terms.sum(axis=-1),
+    return Evaluation(
+        net, scale, rounding.least, rounding.most, energy.sum(axis=-1), EPSILON * size_of_terms.sum(axis=-1),
         forces, stiffness, solved.all(axis=-1) & np.isfinite(net).all(axis=(-1, -2)),
     )  # fmt: skip
 
 
-def _along_and_squared(cables):
+def _along_chord_and_mean_square(cables):
     """Mean of the tension vectors at both ends along the chord [N], and the mean of |N(s)|^2 [N^2], shape (n, c)."""
-    if cables.segments.fraction.shape[-1] == 1:
-        q, n, y = (part[..., 0] for part in cables.tension)
+    if cables.segments.fraction.shape[-1] == 1:  # without point loads
+        q, n, y = (component[..., 0] for component in cables.tension)
         return q, q**2 + n**2 + y**2 + cables.span.weight**2 / 12
     ends = cables.end_forces()[..., 0]
-    squared = sum(part**2 for part in cables.tension) + cables.segments.weight**2 / 12
-    return (ends[..., 0] - ends[..., 1]) / 2, (squared * cables.segments.fraction).sum(axis=-1)
+    square = sum(component**2 for component in cables.tension) + cables.segments.weight**2 / 12
+    return (ends[..., 0] - ends[..., 1]) / 2, (square * cables.segments.fraction).sum(axis=-1)
 
 
-def _work(suspension, state, step, turned, shift):
+def _work(suspension, state, step, rotation_change, shift):
     """Work of the dead loads along a step: of weights, of half the load of each cable on each of its ends, of forces.
 
     Parameters
     ----------
     suspension, state, step
-        As for `moved_with_work`.
-    turned : ndarray, shape (n, b, 3, 3)
-        Change of the rotation of each body, as of `rigid.turn`.
+        As for `displaced_with_work`.
+    rotation_change : ndarray, shape (n, b, 3, 3)
+        Rotation of each body after the step less I, see `rigid.turn`.
     shift : ndarray, shape (n, c + l, 2, 3)
         Displacements of the ends of cables and links. [m]
 
@@ -277,26 +282,26 @@ def _work(suspension, state, step, turned, shift):
         [J]
     """
     center, weight = tangent.weights(suspension, state.rotation)
-    lifted = step[..., :3] + (turned * center[..., None, :]).sum(axis=-1)
-    bodies = (weight * lifted).sum(axis=-1) + (suspension.force * step[..., :3]).sum(axis=-1)
-    bodies = bodies + (suspension.moment * step[..., 3:]).sum(axis=-1)
+    center_shift = step[..., :3] + (rotation_change * center[..., None, :]).sum(axis=-1)
+    of_bodies = (weight * center_shift).sum(axis=-1) + (suspension.force * step[..., :3]).sum(axis=-1)
+    of_bodies = of_bodies + (suspension.moment * step[..., 3:]).sum(axis=-1)
     eccentricity = tangent.eccentric(suspension, state.rotation)
     if eccentricity is not None:
-        bodies = bodies + (turned * np.swapaxes(eccentricity, -1, -2)).sum(axis=(-1, -2))
+        of_bodies = of_bodies + (rotation_change * np.swapaxes(eccentricity, -1, -2)).sum(axis=(-1, -2))
     gravity, vertical = suspension.cable_gravity
-    half = suspension.cable_mass * gravity * state.length / 2
+    half_load = suspension.cable_mass * gravity * state.length / 2
     shift = shift[:, : state.length.shape[-1]]
-    raised = shift[..., 2] if vertical is None else (shift * vertical[..., None, :]).sum(axis=-1)
-    total = bodies.sum(axis=-1) - (half * raised.sum(axis=-1)).sum(axis=-1)
+    rise = shift[..., 2] if vertical is None else (shift * vertical[..., None, :]).sum(axis=-1)
+    work = of_bodies.sum(axis=-1) - (half_load * rise.sum(axis=-1)).sum(axis=-1)
     if suspension.load_forces is None:
-        return total
-    return total + (suspension.load_forces.sum(axis=-2) * shift.sum(axis=-2)).sum(axis=(-1, -2)) / 2
+        return work
+    return work + (suspension.load_forces.sum(axis=-2) * shift.sum(axis=-2)).sum(axis=(-1, -2)) / 2
 
 
 def longest(state):
     """Longest cable or distance of two ends, shape (n,); 1 m where there is none. [m]"""
-    found = np.maximum(size(state.vector).max(axis=-1), state.length.max(axis=-1, initial=0.0))
-    return np.where(found > 0, found, 1.0)
+    length = np.maximum(size(state.vector).max(axis=-1), state.length.max(axis=-1, initial=0.0))
+    return np.where(length > 0, length, 1.0)
 
 
 def extent(state):
@@ -304,7 +309,7 @@ def extent(state):
     return np.maximum(np.ptp(state.ends, axis=(-3, -2)).max(axis=-1), longest(state))
 
 
-def newton_step(suspension, state, point):
+def newton_step(suspension, state, evaluation):
     """Newton step of all free degrees of freedom; where the stiffness is not positive definite, one that descends.
 
     Parameters
@@ -312,8 +317,8 @@ def newton_step(suspension, state, point):
     suspension : SuspendedSystem
     state : PoseState
         Of n cases.
-    point : Point
-        Forces and stiffness in this pose.
+    evaluation : Evaluation
+        In this pose.
 
     Returns
     -------
@@ -321,50 +326,64 @@ def newton_step(suspension, state, point):
         No component is longer than `farthest_step` or `widest_turn`. [m], [rad]
     """
     free = suspension.free
-    force = tangent.free_values(suspension, point.net)
-    blocks = tangent.blocks(suspension, state.rotation, state.arms, point.end_forces, point.end_stiffness)
+    force, end_forces = tangent.free_values(suspension, evaluation.net), evaluation.end_forces
+    blocks = tangent.blocks(suspension, state.rotation, state.arms, end_forces, evaluation.end_stiffness)
     largest_step = np.ones((len(force), *free.shape)) * SYSTEM.widest_turn
     largest_step[..., :3] = SYSTEM.farthest_step * extent(state)[:, None, None]
     # where nothing holds a degree of freedom the step is small if the force is rounding, and else as large as allowed
-    least = tangent.free_values(suspension, np.maximum(np.abs(point.net), point.least) / largest_step)
-    stiffness = np.maximum(tangent.magnitudes(blocks, suspension), least)
+    least_stiffness = np.maximum(np.abs(evaluation.net), evaluation.least) / largest_step
+    least_stiffness = tangent.free_values(suspension, least_stiffness)
+    stiffness = np.maximum(tangent.magnitudes(blocks, suspension), least_stiffness)
     scales = np.sqrt(np.maximum(stiffness, TINY))
     if free.sum() <= SYSTEM.dense_freedoms:
-        longest_moves = tangent.free_values(suspension, largest_step) * scales
-        moves = _dense_step(tangent.scaled_dense(blocks, suspension, scales), force / scales, longest_moves)
+        largest_scaled = tangent.free_values(suspension, largest_step) * scales
+        scaled_step = _dense_step(tangent.scaled_dense(blocks, suspension, scales), force / scales, largest_scaled)
     else:
-        cases = range(len(force))
-        moves = [
-            _sparse_step(tangent.scaled_sparse(blocks.of(i), suspension, scales[i]), force[i] / scales[i])
-            for i in cases
-        ]
+        scaled_step = np.empty(scales.shape)
+        for case in range(len(force)):
+            matrix = tangent.scaled_sparse(blocks.of(case), suspension, scales[case])
+            scaled_step[case] = _sparse_step(matrix, force[case] / scales[case])
     step = np.zeros(largest_step.shape)
-    step[:, free] = np.asarray(moves) / scales
+    step[:, free] = scaled_step / scales
     return step / np.maximum(1.0, (np.abs(step) / largest_step).max(axis=(-1, -2)))[:, None, None]
 
 
 def _dense_step(matrix, force, largest):
-    """K^-1 g; or where that is too long or K not positive definite Q (Q^T g/|eigenvalue|); shape (n, d).
+    """Newton steps K^-1 g of n cases, and where K is not positive definite steps by the sizes of its eigenvalues.
 
-    There the part along each eigenvector is no longer than allowed, so that a motion that nothing holds does not leave
-    the others without a step.
+    Parameters
+    ----------
+    matrix : ndarray, shape (n, d, d)
+        K, scaled.
+    force, largest : ndarray, shape (n, d)
+        g, and the largest step allowed, both scaled.
+
+    Returns
+    -------
+    ndarray, shape (n, d)
+
+    Notes
+    -----
+    Where K is not definite, or the step too long, it is sum_j q_j (q_j^T g)/|k_j| over eigenvectors q_j and eigenvalues
+    k_j of K. There the part along each eigenvector is no longer than allowed, so that a motion that nothing holds does
+    not leave the others without a step.
     """
     symmetric = (matrix + np.swapaxes(matrix, -1, -2)) / 2
     definite = np.linalg.eigvalsh(symmetric)[:, 0] > SYSTEM.flattest
-    plain = np.where(definite[:, None, None], matrix, np.eye(force.shape[-1]))
-    exact = tangent.solved(plain, force)
-    good = definite & (np.abs(exact) <= largest).all(axis=-1)
-    if good.all():
+    regular = np.where(definite[:, None, None], matrix, np.eye(force.shape[-1]))
+    exact = tangent.solved(regular, force)
+    usable = definite & (np.abs(exact) <= largest).all(axis=-1)
+    if usable.all():
         return exact
     values, vectors = np.linalg.eigh(symmetric)
-    shares = (np.swapaxes(vectors, -1, -2) @ force[..., None])[..., 0]
-    parts = vectors * (shares / np.maximum(np.abs(values), SYSTEM.flattest))[:, None, :]
-    parts = parts / np.maximum(1.0, (np.abs(parts) / largest[..., None]).max(axis=-2))[:, None, :]
-    return np.where(good[:, None], exact, parts.sum(axis=-1))
+    modal_force = (np.swapaxes(vectors, -1, -2) @ force[..., None])[..., 0]
+    modal_steps = vectors * (modal_force / np.maximum(np.abs(values), SYSTEM.flattest))[:, None, :]
+    modal_steps = modal_steps / np.maximum(1.0, (np.abs(modal_steps) / largest[..., None]).max(axis=-2))[:, None, :]
+    return np.where(usable[:, None], exact, modal_steps.sum(axis=-1))
 
 
 def _sparse_step(matrix, force):
-    """The same for one case, with a multiple of the unit matrix added until the stiffness is positive definite."""
+    """Newton step of one case, a multiple of the unit matrix added until its stiffness is positive definite."""
     from scipy.sparse import eye_array
 
     unit, shift = eye_array(len(force), format="csc"), 0.0
@@ -373,57 +392,57 @@ def _sparse_step(matrix, force):
     return factors.solve(force)
 
 
-def imbalance(suspension, point):
+def imbalance(suspension, evaluation):
     """Largest net force on a free degree of freedom over the sum of forces on that body, shape (n,). [-]"""
-    sizes = np.ones_like(point.net)
+    sizes = np.ones_like(evaluation.net)
     sizes[..., 3:] = tangent.body_sizes(suspension)[..., None]
-    net = np.where(suspension.free, point.net / sizes, 0.0)
-    return (np.abs(net) / np.maximum(point.scale, TINY)[..., None]).max(axis=(-1, -2))
+    net = np.where(suspension.free, evaluation.net / sizes, 0.0)
+    return (np.abs(net) / np.maximum(evaluation.scale, TINY)[..., None]).max(axis=(-1, -2))
 
 
-def line_search(suspension, state, point, step):
-    """The largest of a falling series of shares of a step that lowers the energy enough.
+def line_search(suspension, state, evaluation, step):
+    """Shorten the steps of n cases until each lowers the energy enough.
 
     Returns
     -------
     state : PoseState
-    point : Point
-        There.
+        After the shortened steps.
+    evaluation : Evaluation
+        In that state.
     share : ndarray, shape (n,)
-        Zero where no share lowers the energy: state and point are those before.
+        Of the step that is taken; zero where no share lowers the energy, and the state is the one before.
     """
-    slope = (point.net * step).sum(axis=(-1, -2))  # of the energy, with the sign turned
-    share, found = np.ones(len(slope)), np.zeros(len(slope), dtype=bool)
-    new_state, new_point = copy_record(state), copy_record(point)
-    rest = np.arange(len(slope))
+    descent = (evaluation.net * step).sum(axis=(-1, -2))  # of the energy, by the share of the step: the forces' work
+    share, accepted = np.ones(len(descent)), np.zeros(len(descent), dtype=bool)
+    new_state, new_evaluation = copy_record(state), copy_record(evaluation)
+    pending = np.arange(len(descent))  # cases whose step is not yet accepted
     for _ in range(SYSTEM.descent_halvings):
-        part = suspension if len(rest) == len(slope) else suspension.take(rest)
-        before, taken = take_rows(state, rest), step[rest] * share[rest, None, None]
-        trial, work = displaced_with_work(part, before, taken)
-        there = evaluate(part, trial)
-        change = there.energy - point.energy[rest] - work
-        rounding = there.rounding + point.rounding[rest]
-        ahead = (there.net * step[rest]).sum(axis=(-1, -2))
-        falls = change <= -SYSTEM.sufficient_descent * share[rest] * slope[rest]
-        flat = (change <= rounding) & (ahead >= -(1 - 2 * SYSTEM.slope_change) * slope[rest])
-        good = there.solved & (falls | flat)
-        if not found.any() and good.all():
-            return trial, there, share
-        put_into = rest[good]
-        for whole, fresh in ((new_state, trial), (new_point, there)):
-            assign_rows(whole, put_into, take_rows(fresh, good))
-        found[put_into] = True
+        subset = suspension if len(pending) == len(descent) else suspension.take(pending)
+        shortened = step[pending] * share[pending, None, None]
+        trial, work = displaced_with_work(subset, take_rows(state, pending), shortened)
+        at_trial = evaluate(subset, trial)
+        change = at_trial.energy - evaluation.energy[pending] - work
+        rounding = at_trial.rounding + evaluation.rounding[pending]
+        descent_at_trial = (at_trial.net * step[pending]).sum(axis=(-1, -2))
+        falls = change <= -SYSTEM.sufficient_descent * share[pending] * descent[pending]
+        flat = (change <= rounding) & (descent_at_trial >= -(1 - 2 * SYSTEM.slope_change) * descent[pending])
+        good = at_trial.solved & (falls | flat)
+        if not accepted.any() and good.all():
+            return trial, at_trial, share
+        assign_rows(new_state, pending[good], take_rows(trial, good))
+        assign_rows(new_evaluation, pending[good], take_rows(at_trial, good))
+        accepted[pending[good]] = True
         # where the slope along the step vanishes, by the secant; a whole step at most
-        secant = slope[rest] / np.maximum(slope[rest] - np.minimum(ahead, 0.0), TINY)
-        smaller = np.where(there.solved, np.clip(secant, 0.05, 0.5), 0.25)
-        rest, smaller = rest[~good], smaller[~good]
-        share[rest] *= smaller
-        if not len(rest):
+        secant = descent[pending] / np.maximum(descent[pending] - np.minimum(descent_at_trial, 0.0), TINY)
+        factor = np.where(at_trial.solved, np.clip(secant, 0.05, 0.5), 0.25)
+        pending, factor = pending[~good], factor[~good]
+        share[pending] *= factor
+        if not len(pending):
             break
-    return new_state, new_point, np.where(found, share, 0.0)
+    return new_state, new_evaluation, np.where(accepted, share, 0.0)
 
 
-def descend(suspension, state, most=SYSTEM.descent_steps, enough=0.0):
+def descend(suspension, state, most_steps=SYSTEM.descent_steps, small_net_force=0.0):
     """Poses of least energy, from given starts.
 
     Parameters
@@ -431,48 +450,49 @@ def descend(suspension, state, most=SYSTEM.descent_steps, enough=0.0):
     suspension : SuspendedSystem
         With cases of shape (n,).
     state : PoseState
-    most : int
-        Steps.
-    enough : float
+    most_steps : int
+    small_net_force : float
         Net force over the sum of forces that counts as none, beside what is rounding. [-]
 
     Returns
     -------
     PoseState
         Each case's to the last digit as if it were alone.
-    Record
+    SearchRecord
     """
     cases = len(state.length)
     if not suspension.free.any():
         zero = np.zeros(cases)
         return state, SearchRecord(zero.astype(int), zero, zero, np.full(cases, CONVERGED))
-    final, count = copy_record(state), np.zeros(cases, dtype=int)
+    final, steps = copy_record(state), np.zeros(cases, dtype=int)
     residual, correction, reason = np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
-    active, part, point = np.arange(cases), suspension, evaluate(suspension, state)
-    best, slow = np.full(cases, np.inf), np.zeros(cases, dtype=int)
-    for number in range(most):
-        step = newton_step(part, state, point)
+    active, subset, evaluation = np.arange(cases), suspension, evaluate(suspension, state)
+    best_ratio, slow_steps = np.full(cases, np.inf), np.zeros(cases, dtype=int)
+    for number in range(most_steps):
+        step = newton_step(subset, state, evaluation)
         change = np.maximum(size(step[..., :3]).max(axis=-1) / longest(state), size(step[..., 3:]).max(axis=-1))
-        state, point, share = line_search(part, state, point, step)
-        after, left = imbalance(part, point), over(part, point.net, point.least)
-        slow[active] = np.where(left > SYSTEM.descent_progress * best[active], slow[active] + 1, 0)
-        best[active] = np.minimum(best[active], left)
-        found = (left <= 1) | (after < enough)
-        stuck = (share == 0) | (slow[active] >= SYSTEM.descent_patience) | (number == SYSTEM.descent_steps - 1)
-        rounded = stuck & (over(part, point.net, point.most) <= 1)
-        ended = found | rounded | (share == 0)
-        count[active] += 1
-        residual[active], correction[active] = after, change
-        why = np.where(share == 0, NO_DESCENT, TOO_MANY)
-        reason[active] = np.where(found, CONVERGED, np.where(rounded, ROUNDED, why))
+        state, evaluation, share = line_search(subset, state, evaluation, step)
+        relative_force = imbalance(subset, evaluation)
+        rounding_ratio = largest_ratio(subset, evaluation.net, evaluation.least)
+        slow = rounding_ratio > SYSTEM.descent_progress * best_ratio[active]
+        slow_steps[active] = np.where(slow, slow_steps[active] + 1, 0)
+        best_ratio[active] = np.minimum(best_ratio[active], rounding_ratio)
+        converged = (rounding_ratio <= 1) | (relative_force < small_net_force)
+        patience_over = slow_steps[active] >= SYSTEM.descent_patience
+        stuck = (share == 0) | patience_over | (number == SYSTEM.descent_steps - 1)
+        rounded = stuck & (largest_ratio(subset, evaluation.net, evaluation.most) <= 1)
+        steps[active] += 1
+        residual[active], correction[active] = relative_force, change
+        failure = np.where(share == 0, NO_DESCENT, TOO_MANY)
+        reason[active] = np.where(converged, CONVERGED, np.where(rounded, ROUNDED, failure))
         assign_rows(final, active, state)
-        if ended.any():
-            rest = ~ended
-            active, state, point = active[rest], take_rows(state, rest), take_rows(point, rest)
-            part = suspension.take(active)
+        going_on = ~(converged | rounded | (share == 0))
+        if not going_on.all():
+            active, state, evaluation = active[going_on], take_rows(state, going_on), take_rows(evaluation, going_on)
+            subset = suspension.take(active)
         if not len(active):
             break
-    return final, SearchRecord(count, residual, correction, reason)
+    return final, SearchRecord(steps, residual, correction, reason)
 
 
 def typical_loads(suspension, state):
@@ -487,21 +507,22 @@ def typical_loads(suspension, state):
     owner = suspension.owner[suspension.of_cables]
     cable, end = np.nonzero(owner != GROUND)
     np.add.at(loads, (slice(None), owner[cable, end]), weight[:, cable])
-    infinite = np.full((len(loads), 1), np.inf)
-    smaller = np.concatenate([loads, infinite], axis=-1)[:, owner].min(axis=-1)
+    load_of_ground = np.full((len(loads), 1), np.inf)  # the last one, which GROUND as an index takes
+    smaller = np.concatenate([loads, load_of_ground], axis=-1)[:, owner].min(axis=-1)
     return np.where(np.isfinite(smaller), smaller, 0.0)
 
 
 def _softened_links(suspension, state, strain):
-    """Stiffness of the links, shape (n, l), none more than that of the firmest cable, or of the weights, at a strain.
+    """Stiffness of the links, limited to that of the cables while these are softened to a strain, shape (n, l). [N/m]
 
-    None without links. [N/m]
+    The limit is the larger one of the largest EA and the dead loads over the longest cable, and grows as the strain
+    falls. None without links.
     """
     if not suspension.link_names:
         return None
-    weights = (suspension.mass * np.abs(suspension.gravity)[:, None] + size(suspension.force)).sum(axis=-1)
-    firmest = np.maximum(suspension.axial_stiffness.max(axis=-1, initial=0.0), weights) / longest(state)
-    return np.minimum(suspension.link_stiffness, SOFTENED[0] / strain * firmest[:, None])
+    dead_loads = (suspension.mass * np.abs(suspension.gravity)[:, None] + size(suspension.force)).sum(axis=-1)
+    limit = np.maximum(suspension.axial_stiffness.max(axis=-1, initial=0.0), dead_loads) / longest(state)
+    return np.minimum(suspension.link_stiffness, SOFTENED[0] / strain * limit[:, None])
 
 
 def search(suspension, state):
@@ -510,27 +531,28 @@ def search(suspension, state):
     Stiff cables make a narrow, curved valley of the energy, in which Newton steps are short. Cables that the loads
     strain by a third make it wide; stiffer ones then follow, each from the equilibrium of the one before; so do links.
     """
-    first, record = descend(suspension, state, SYSTEM.straight_steps)
-    hard = np.flatnonzero(~record.converged)
-    if not len(hard):
-        return first, record
-    part, state = suspension.take(hard), take_rows(state, hard)
-    loads, stiffness = typical_loads(part, state), part.axial_stiffness
+    final, record = descend(suspension, state, SYSTEM.straight_steps)
+    failed = np.flatnonzero(~record.converged)
+    if not len(failed):
+        return final, record
+    subset, state = suspension.take(failed), take_rows(state, failed)
+    loads, stiffness = typical_loads(subset, state), subset.axial_stiffness
     for strain in SOFTENED:
         softened = np.minimum(stiffness, np.where(loads > 0, loads / strain, np.inf))
-        links = _softened_links(part, state, strain)
+        links = _softened_links(subset, state, strain)
         softer = (softened < stiffness).any(axis=-1)
-        softer = softer if links is None else softer | (links < part.link_stiffness).any(axis=-1)
-        rest = np.flatnonzero(softer)
-        if not len(rest):
+        softer = softer if links is None else softer | (links < subset.link_stiffness).any(axis=-1)
+        pending = np.flatnonzero(softer)
+        if not len(pending):
             break
-        soft = replace(part, axial_stiffness=softened, link_stiffness=links).take(rest)
-        there, _ = descend(soft, take_rows(state, rest), SYSTEM.soft_steps, SYSTEM.soft_net_force)
-        assign_rows(state, rest, there)
-        tension = catenary.solve(spans(soft, there)).max_tension
-        loads[rest] = np.clip(tension, loads[rest], SYSTEM.soft_tension * loads[rest].sum(axis=-1, keepdims=True))
-    state, last = descend(part, state)
-    assign_rows(first, hard, state)
+        soft = replace(subset, axial_stiffness=softened, link_stiffness=links).take(pending)
+        soft_state, _ = descend(soft, take_rows(state, pending), SYSTEM.soft_steps, SYSTEM.soft_net_force)
+        assign_rows(state, pending, soft_state)
+        tension = catenary.solve(spans(soft, soft_state)).max_tension
+        largest = SYSTEM.soft_tension * loads[pending].sum(axis=-1, keepdims=True)
+        loads[pending] = np.clip(tension, loads[pending], largest)
+    state, record_of_failed = descend(subset, state)
+    assign_rows(final, failed, state)
     record = copy_record(record)
-    assign_rows(record, hard, last)
-    return first, record
+    assign_rows(record, failed, record_of_failed)
+    return final, record

@@ -1,10 +1,10 @@
-"""Computes superelements of a cable, or of many on one mesh, from their modes with fixed ends and static shapes."""
+"""Superelements of a cable, or of many on one mesh, from their modes with fixed ends and static shapes."""
 
 from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.assembly import joined
+from cablestudy.cable.assembly import flatten_components
 from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.plane_modes import unresolved_share
 from cablestudy.system.coupling_damping import Strain
@@ -13,22 +13,25 @@ from cablestudy.system.tolerances import SYSTEM
 
 
 def _of_batch(compute):
-    """A cached property of `Ends`, an array, a tuple of arrays or None: of some of a batch computed for all."""
+    """Decorate a method of `Ends` that returns an array, a tuple of arrays, or None: a cached property.
 
-    def found(ends):
+    Of cables that were taken from a batch it is computed for the whole batch at once.
+    """
+
+    def value(ends):
         if ends.among is None:
             return compute(ends)
-        whole, rows = ends.among
-        known = getattr(whole, compute.__name__)
-        if isinstance(known, tuple):
-            return tuple(part[rows] for part in known)
-        return None if known is None else known[rows]
+        batch, rows = ends.among
+        of_batch = getattr(batch, compute.__name__)
+        if isinstance(of_batch, tuple):
+            return tuple(array[rows] for array in of_batch)
+        return None if of_batch is None else of_batch[rows]
 
-    return cached_property(found)
+    return cached_property(value)
 
 
 class Ends:
-    """The superelements of a cable, or of many on one mesh, with any damping.
+    """Modes and static shapes of a cable, or of many on one mesh, from which superelements with any damping are made.
 
     Parameters
     ----------
@@ -49,33 +52,33 @@ class Ends:
         self._dynamics, self._frame, self._count, self.among = dynamics, frame, count, None
 
     def take(self, rows):
-        """Those of some cables, by a slice or their numbers: what they need is computed for all at once."""
+        """`Ends` of some of the cables, by a slice or their indices; its properties are computed for all at once."""
         if self.among is not None:
-            whole, first = self.among
-            return whole.take(np.arange(len(whole._frame))[first][rows])
-        some = Ends(self._dynamics.take(rows), self._frame[rows], self._count)
-        some.among = self, rows
-        return some
+            batch, rows_of_batch = self.among
+            return batch.take(np.arange(len(batch._frame))[rows_of_batch][rows])
+        taken = Ends(self._dynamics.take(rows), self._frame[rows], self._count)
+        taken.among = self, rows
+        return taken
 
-    def model(self, damping, place=()):
+    def model(self, damping, index=()):
         """The `Superelement` of one cable.
 
         Parameters
         ----------
         damping : Damping
             model, and ratio [-], loss_factor [-] or time [s]; viscous [N s/m^2].
-        place : int
+        index : int
             Of the cable among many.
         """
-        omega, coupling, stiffness, inertia = (part[place] for part in self._undamped)
+        omega, coupling, stiffness, inertia = (matrix[index] for matrix in self._undamped)
         participation = -(omega[:, None] ** 2) * coupling
-        viscous = damping.viscous / float(self._dynamics.mass[place])
-        carried = None if self._carried is None else self._carried[place]
+        viscous = damping.viscous / float(self._dynamics.mass[index])
+        carried = None if self._carried is None else self._carried[index]
         if damping.model == "modal":
             ratio = np.full(len(omega), damping.ratio)
             return Superelement(omega, participation, ratio, stiffness, inertia, None, viscous, carried=carried)
         amount = damping.loss_factor if damping.model == "hysteretic" else damping.time
-        strain = Strain(damping.model, amount, *(part[place] for part in self._elastic))
+        strain = Strain(damping.model, amount, *(matrix[index] for matrix in self._elastic))
         ratio = np.diagonal(strain.modes) / omega**2 * amount / 2 * (1 if damping.model == "hysteretic" else omega)
         return Superelement(omega, participation, ratio, stiffness, inertia, strain, viscous, carried=carried)
 
@@ -94,12 +97,12 @@ class Ends:
         ndarray, shape (..., nodes, 3, r)
             Chord frame. [m]
         """
-        local = self._turn @ ends
+        in_chord_frame = self._rotation @ ends
         shapes = self._basis[1]
-        moved = (joined(shapes) @ amplitudes).reshape(*shapes.shape[:-1], amplitudes.shape[-1])
-        for system, places, both in self._static_shapes:
-            moved[..., list(system.axes), :] += both @ local[..., None, places, :]
-        return moved
+        displacements = (flatten_components(shapes) @ amplitudes).reshape(*shapes.shape[:-1], amplitudes.shape[-1])
+        for system, columns, static in self._static_shapes:
+            displacements[..., list(system.axes), :] += static @ in_chord_frame[..., None, columns, :]
+        return displacements
 
     @property
     def shapes(self):
@@ -108,8 +111,8 @@ class Ends:
         Chord frame; movements of the ends by global axes.
         """
         modes = self._basis[1]
-        still = np.zeros((*self._frame.shape[:-2], modes.shape[-1], 6))
-        return np.concatenate([modes, self.motion(still, np.eye(6))], axis=-1)
+        no_amplitudes = np.zeros((*self._frame.shape[:-2], modes.shape[-1], 6))
+        return np.concatenate([modes, self.motion(no_amplitudes, np.eye(6))], axis=-1)
 
     def highest_energy(self, amplitudes, ends):
         """Estimated error of twice the strain energy of motions of all cables by the mesh, shape (..., r). [J]
@@ -121,8 +124,8 @@ class Ends:
         amplitudes, ends
             As for `motion`.
         """
-        moved, dynamics = self.motion(amplitudes, ends), self._dynamics
-        energy = sum(system.highest_energy(moved[..., system.axes, :]) for system in dynamics.systems)
+        displacements, dynamics = self.motion(amplitudes, ends), self._dynamics
+        energy = sum(system.highest_energy(displacements[..., system.axes, :]) for system in dynamics.systems)
         scale = unresolved_share(self.state.mesh.order) * np.asarray(self.state.force / dynamics.length)
         return scale[..., None] * energy
 
@@ -133,7 +136,7 @@ class Ends:
 
     @property
     def omega(self):
-        """Of the modes of all cables, shape (..., n). [rad/s]"""
+        """Angular frequencies of the modes, shape (..., n). [rad/s]"""
         return self._undamped[0]
 
     @property
@@ -153,123 +156,135 @@ class Ends:
 
     @_of_batch
     def _basis(self):
-        """Angular frequencies [rad/s] and shapes (`Modes.shapes`) of the coordinates inside."""
+        """Angular frequencies [rad/s] and shapes (`Modes.shapes`) of the modes with fixed ends."""
         modes = self._dynamics.modes(self._count).first(self._count)
         return 2 * np.pi * modes.frequency, modes.shapes
 
     @cached_property
     def _static_shapes(self):
-        """Of each system the places of its axes among the six, and its static shapes for movements of either end."""
-        found = []
+        """Static shapes of the planes of motion: list of (system, columns, static), see `Dynamics.systems`.
+
+        `columns` are the indices of the plane's axes among the six movements of both ends, `static` the displacements
+        of the nodes along these axes by these movements.
+        """
+        shapes = []
         for system in self._dynamics.systems:
             # a movement of end 1 is one of the whole cable less one of end 2
-            second = system.end_shapes
-            both = np.concatenate([np.eye(len(system.axes)) - second, second], axis=-1)
-            found.append((system, [*system.axes, *(axis + 3 for axis in system.axes)], both))
-        return found
+            by_end_2 = system.end_shapes
+            static = np.concatenate([np.eye(len(system.axes)) - by_end_2, by_end_2], axis=-1)
+            shapes.append((system, [*system.axes, *(axis + 3 for axis in system.axes)], static))
+        return shapes
 
     @property
-    def _turn(self):
-        """Rows: the chord frame at both ends, shape (..., 6, 6)."""
-        none = np.zeros_like(self._frame)
-        return np.block([[self._frame, none], [none, self._frame]])
+    def _rotation(self):
+        """Rotation of the movements of both ends from global axes to the chord frame, shape (..., 6, 6)."""
+        zero = np.zeros_like(self._frame)
+        return np.block([[self._frame, zero], [zero, self._frame]])
 
     @_of_batch
     def _undamped(self):
         """Angular frequencies, coupling, static stiffness and inertia, as in `Superelement`."""
-        dynamics, (omega, inside), frame, turn = self._dynamics, self._basis, self._frame, self._turn
-        *lead, _, _, count = inside.shape
-        coupling, inertia = np.zeros((*lead, count, 6)), np.zeros(turn.shape)
-        for system, places, both in self._static_shapes:
-            weighed = joined(system.inertia(both))
-            shapes = joined(inside[..., system.axes, :])
-            coupling[..., places] = shapes.swapaxes(-1, -2) @ weighed
-            inertia[..., np.array(places)[:, None], places] = joined(both).swapaxes(-1, -2) @ weighed
+        dynamics, (omega, shapes), frame, rotation = self._dynamics, self._basis, self._frame, self._rotation
+        *batch, _, _, count = shapes.shape
+        coupling, inertia = np.zeros((*batch, count, 6)), np.zeros(rotation.shape)
+        for system, columns, static in self._static_shapes:
+            momentum = flatten_components(system.inertia(static))
+            coupling[..., columns] = flatten_components(shapes[..., system.axes, :]).swapaxes(-1, -2) @ momentum
+            inertia[..., np.array(columns)[:, None], columns] = flatten_components(static).swapaxes(-1, -2) @ momentum
         mass = np.asarray(dynamics.mass * dynamics.length)[..., None, None]
-        static = frame.swapaxes(-1, -2) @ dynamics.end_stiffness @ frame
+        end_stiffness = frame.swapaxes(-1, -2) @ dynamics.end_stiffness @ frame
         return (
             omega,
-            mass * coupling @ turn,
-            np.block([[static, -static], [-static, static]]),
-            turn.swapaxes(-1, -2) @ (mass * inertia) @ turn,
+            mass * coupling @ rotation,
+            np.block([[end_stiffness, -end_stiffness], [-end_stiffness, end_stiffness]]),
+            rotation.swapaxes(-1, -2) @ (mass * inertia) @ rotation,
         )
 
     @_of_batch
     def _carried(self):
-        """See `Superelement.carried`, shape (..., c, n + 6); None without point masses."""
+        """`Superelement.carried`: movements of the point masses, shape (..., c, n + 6); None without any."""
         mesh, shapes = self.state.mesh, self._basis[1]
         nodes = np.flatnonzero(mesh.carried)
         if not len(nodes):
             return None
-        *lead, _, _, count = shapes.shape
-        moved = np.zeros((*lead, len(nodes), 3, count + 6))
-        moved[..., :count] = shapes[..., nodes, :, :]
-        for system, places, both in self._static_shapes:
-            rows, columns = np.array(system.axes)[:, None], count + np.array(places)
-            moved[..., rows, columns] = both[..., nodes, :, :]
+        *batch, _, _, count = shapes.shape
+        movements = np.zeros((*batch, len(nodes), 3, count + 6))
+        movements[..., :count] = shapes[..., nodes, :, :]
+        for system, columns, static in self._static_shapes:
+            axes = np.array(system.axes)[:, None]
+            movements[..., axes, count + np.array(columns)] = static[..., nodes, :, :]
         mass = np.asarray(self._dynamics.mass * self._dynamics.length)[..., None] * mesh.carried[nodes]
-        moved = joined(np.sqrt(mass)[..., None, None] * moved)
-        return np.concatenate([moved[..., :count], moved[..., count:] @ self._turn], axis=-1)
+        movements = flatten_components(np.sqrt(mass)[..., None, None] * movements)
+        return np.concatenate([movements[..., :count], movements[..., count:] @ self._rotation], axis=-1)
 
     @_of_batch
     def _elastic(self):
         """E, R and S of `Strain`."""
-        dynamics, shapes, turn = self._dynamics, self._basis[1], self._turn
-        n = shapes.shape[-1]
-        elastic = np.zeros((*shapes.shape[:-3], n + 6, n + 6))
-        for system, places, both in self._static_shapes:
-            index = np.array([*range(n), *(n + place for place in places)])
-            parts = np.concatenate([shapes[..., list(system.axes), :], both], axis=-1)
-            elastic[..., index[:, None], index] += system.elastic_energy(parts)
+        dynamics, modes, rotation = self._dynamics, self._basis[1], self._rotation
+        n = modes.shape[-1]
+        elastic = np.zeros((*modes.shape[:-3], n + 6, n + 6))
+        for system, columns, static in self._static_shapes:
+            index = np.array([*range(n), *(n + column for column in columns)])
+            shapes = np.concatenate([modes[..., list(system.axes), :], static], axis=-1)
+            elastic[..., index[:, None], index] += system.elastic_energy(shapes)
         elastic *= np.asarray(dynamics.state.force / dynamics.length)[..., None, None]
         return (
             elastic[..., :n, :n],
-            elastic[..., :n, n:] @ turn,
-            turn.swapaxes(-1, -2) @ elastic[..., n:, n:] @ turn,
+            elastic[..., :n, n:] @ rotation,
+            rotation.swapaxes(-1, -2) @ elastic[..., n:, n:] @ rotation,
         )
 
 
 class EndsOfLarge(Ends):
-    """Those of one cable whose modes are not all computed: six vectors, or fewer, stand for the others.
+    """`Ends` of one cable whose modes are not all computed: six vectors, or fewer, stand for the others.
 
     As in `cables`, they are the response of the other modes to the inertia of the static shapes; here by solving with
     the inertia and taking off the part of the modes.
     """
 
     def take(self, rows):
-        """Itself: it is one cable."""
+        """The cable itself: there is only one."""
         return self
 
     @cached_property
     def _basis(self):
+        """Angular frequencies [rad/s] and shapes of the modes computed, and of the vectors for the others."""
         # a model of its own: what the eigen-solution leaves in it is ten times as large as the modes
         modes = Dynamics(self.state, self._dynamics.planes).modes(self._count).first(self._count)
-        omega, shapes = 2 * np.pi * modes.frequency, modes.shapes
-        found = [self._response(*parts, shapes[0]) for parts in self._static_shapes]
-        more = np.concatenate([vectors for _, vectors in found], axis=-1)
-        return (
-            np.concatenate([omega[0], *(own for own, _ in found)])[None],
-            np.concatenate([shapes[0], more], axis=-1)[None],
-        )
+        omega, shapes = 2 * np.pi * modes.frequency[0], modes.shapes[0]
+        vectors = [self._response(system, static[0], shapes) for system, _, static in self._static_shapes]
+        vector_omega, vector_shapes = zip(*vectors, strict=True)
+        return np.concatenate([omega, *vector_omega])[None], np.concatenate([shapes, *vector_shapes], axis=-1)[None]
 
-    def _response(self, system, _places, both, shapes):
-        """Angular frequencies and shapes, mass-normalised, of the vectors of one plane."""
-        dynamics, axes = self._dynamics, system.axes
-        mass = (dynamics.mass * dynamics.length).item()
-        one = system.take(0)
-        weighed = one.inertia(both[0])[1:-1].reshape(one.dof, -1)
-        modes = np.sqrt(mass) * shapes[1:-1, list(axes)].reshape(one.dof, -1)
-        vectors = response = one.solve(weighed)
+    def _response(self, system, static, shapes):
+        """Angular frequencies and shapes, mass-normalised, of the vectors of one plane.
+
+        Parameters
+        ----------
+        system
+            Of the plane, see `Dynamics.systems`.
+        static : ndarray, shape (nodes, axes, 2 axes)
+            See `_static_shapes`.
+        shapes : ndarray, shape (nodes, 3, n)
+            Of the modes computed.
+        """
+        dynamics, axes = self._dynamics, list(system.axes)
+        cable_mass = (dynamics.mass * dynamics.length).item()
+        plane = system.take(0)
+        momentum = plane.inertia(static)[1:-1].reshape(plane.dof, -1)
+        modes = np.sqrt(cable_mass) * shapes[1:-1, axes].reshape(plane.dof, -1)
+        vectors = response = plane.solve(momentum)
         for _ in range(2):  # the second time for what rounding left
-            vectors = vectors - modes @ (modes.T @ (one.mass @ vectors))
-        size, whole = (np.sqrt((part * (one.mass @ part)).sum(axis=0)) for part in (vectors, response))
-        vectors = vectors[:, size > SYSTEM.left_by_modes * whole] / size[size > SYSTEM.left_by_modes * whole]
-        size, turned = np.linalg.eigh(vectors.T @ (one.mass @ vectors))
-        definite = size > SYSTEM.dependent_unit
-        vectors = vectors @ (turned[:, definite] / np.sqrt(size[definite]))
+            vectors = vectors - modes @ (modes.T @ (plane.mass @ vectors))
+        size, response_size = (np.sqrt((v * (plane.mass @ v)).sum(axis=0)) for v in (vectors, response))
+        independent = size > SYSTEM.left_by_modes * response_size
+        vectors = vectors[:, independent] / size[independent]
+        modal_mass, directions = np.linalg.eigh(vectors.T @ (plane.mass @ vectors))
+        definite = modal_mass > SYSTEM.dependent_unit
+        vectors = vectors @ (directions[:, definite] / np.sqrt(modal_mass[definite]))
         nodal = np.zeros((*shapes.shape[:2], vectors.shape[1]))
-        nodal[1:-1, list(axes)] = vectors.reshape(len(nodal) - 2, len(axes), -1)
-        nodal = nodal @ one.principal(nodal[:, list(axes)])
-        square = sum(one.modal_energies(nodal[:, list(axes)]))
+        nodal[1:-1, axes] = vectors.reshape(len(nodal) - 2, len(axes), -1)
+        nodal = nodal @ plane.principal(nodal[:, axes])
+        square = sum(plane.modal_energies(nodal[:, axes]))
         unit = 2 * np.pi * dynamics.unit_frequency.item()
-        return unit * np.sqrt(square), nodal / np.sqrt(mass)
+        return unit * np.sqrt(square), nodal / np.sqrt(cable_mass)

@@ -7,21 +7,23 @@ from cablestudy.system.tolerances import SYSTEM
 
 
 class Equilibria:
-    """Equilibria that were found last. No digit of a case depends on those that it was solved with."""
+    """Memory of the equilibria found last. No digit of a case depends on those that it was solved with."""
 
     def __init__(self):
         self.forget()
 
     def forget(self):
         """Keep none of them: for measurements of time."""
-        self._found = []  # of each: what its cases share, row of each case by its numbers, Equilibrium
+        # of each search: what its cases share, {key of each case: its row}, Equilibrium; see SuspendedSystem.identity
+        self._searches = []
 
     def pose(self, suspension):
-        """`statics.pose` of cases with axes of any number; of one axis each row of numbers is solved once.
+        """Equilibrium of each case, as of `statics.pose`; equal cases, and those that are remembered, are not repeated.
 
         Parameters
         ----------
         suspension : SuspendedSystem
+            With cases of shape (n,). Those of another shape are solved without a look at what is remembered.
 
         Returns
         -------
@@ -35,29 +37,30 @@ class Equilibria:
         if len(suspension.shape) != 1:
             return statics.pose(suspension)
         common, keys = suspension.identity
-        rows, equilibrium = self._known(common, set(keys)) or self._new(common, keys, suspension)
-        chosen = [rows[key] for key in keys]
-        return equilibrium if chosen == list(range(len(rows))) else equilibrium.take(np.array(chosen))
+        rows, equilibrium = self._remembered(common, set(keys)) or self._solve(common, keys, suspension)
+        row_of_case = [rows[key] for key in keys]
+        return equilibrium if row_of_case == list(range(len(rows))) else equilibrium.take(np.array(row_of_case))
 
-    def _known(self, common, keys):
-        """Rows and `Equilibrium` of a search that had all of these cases; None without one."""
-        return next(
-            ((rows, found) for kind, rows, found in self._found if kind == common and keys <= rows.keys()), None
-        )
+    def _remembered(self, common, keys):
+        """Rows by key and `Equilibrium` of a search that had all of these cases; None without one."""
+        for common_of_search, rows, equilibrium in self._searches:
+            if common_of_search == common and keys <= rows.keys():
+                return rows, equilibrium
+        return None
 
-    def _new(self, common, keys, suspension):
-        """The same of a new search, which is kept, as are those before as far as there is room."""
-        first = dict(zip(reversed(keys), range(len(keys) - 1, -1, -1), strict=True))
-        places = sorted(first.values())
-        equilibrium = statics.pose(suspension if len(places) == len(keys) else suspension.take(np.array(places)))
-        rows = {keys[place]: row for row, place in enumerate(places)}
-        room, kept = SYSTEM.remembered_cables, []
-        for one in [(common, rows, equilibrium), *self._found]:
-            room -= one[2].lengths.size
+    def _solve(self, common, keys, suspension):
+        """Rows by key and `Equilibrium` of a new search, which is remembered, and as many of those before as fit."""
+        first_case = dict(zip(reversed(keys), range(len(keys) - 1, -1, -1), strict=True))
+        cases = sorted(first_case.values())
+        equilibrium = statics.pose(suspension if len(cases) == len(keys) else suspension.take(np.array(cases)))
+        rows = {keys[case]: row for row, case in enumerate(cases)}
+        room, remembered = SYSTEM.remembered_cables, []
+        for search in [(common, rows, equilibrium), *self._searches]:
+            room -= search[2].lengths.size
             if room < 0:
                 break
-            kept.append(one)
-        self._found = kept
+            remembered.append(search)
+        self._searches = remembered
         return rows, equilibrium
 
 

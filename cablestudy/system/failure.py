@@ -1,4 +1,4 @@
-"""Why a pose search ended without an equilibrium, in words: what force is left, or what a cable cannot have."""
+"""Reasons why a pose search ended without an equilibrium, in words: a force that is left, or what no cable can have."""
 
 import numpy as np
 
@@ -25,46 +25,46 @@ def explain(equilibrium):
     """
     record = equilibrium.record
     text = f"{REASONS[int(record.reason)]} ({int(record.steps)} steps)"
-    detail = _unmet(equilibrium) if record.reason == UNMET else _left(equilibrium)
+    detail = _describe_unmet(equilibrium) if record.reason == UNMET else _describe_net_force(equilibrium)
     return f"{text}: {detail}" if detail else text
 
 
-def _left(equilibrium):
+def _describe_net_force(equilibrium):
     """The largest force or moment that nothing balances, or the dead moment that turns a body on and on.
 
-    What is left there when the search is given up depends on the last digits of its beginning: it is not told.
+    What such a moment leaves when the search is given up depends on the last digits of its beginning: it is not told.
     """
     suspension, tension = equilibrium.suspension, equilibrium.catenary.max_tension
     net, scale = tangent.net_forces(suspension, equilibrium.rotation, equilibrium.arms, equilibrium.end_forces, tension)
     sizes = np.ones_like(net)
     sizes[..., 3:] = tangent.body_sizes(suspension)[..., None]
     with np.errstate(over="ignore"):  # no other force at all, where every cable hangs loose without gravity
-        share = np.where(suspension.free, np.abs(net / sizes), 0.0) / np.maximum(scale, np.finfo(float).tiny)[..., None]
-    share = np.nan_to_num(share)
-    turning = np.where(suspension.moment.any(axis=-1)[:, None], share, 0.0)
-    turning[:, :3] = 0.0
-    if turning.max() > SYSTEM.wrong_value:
-        body = int(turning.max(axis=-1).argmax())
+        unbalanced = np.where(suspension.free, np.abs(net / sizes), 0.0)
+        relative = np.nan_to_num(unbalanced / np.maximum(scale, np.finfo(float).tiny)[..., None])
+    under_dead_moment = np.where(suspension.moment.any(axis=-1)[:, None], relative, 0.0)
+    under_dead_moment[:, :3] = 0.0
+    if under_dead_moment.max() > SYSTEM.wrong_value:
+        body = int(under_dead_moment.max(axis=-1).argmax())
         moment = f"{size(suspension.moment[body]):.4g} N m on {suspension.body_names[body]}"
         return f"the dead moment of {moment} may be more than the cables can hold"
-    body, motion = divmod(int(share.argmax()), 6)
-    left = f"{abs(net[body, motion]):.4g} {'N' if motion < 3 else 'N m'}"
-    return f"{left} {MOTIONS[motion]} are left on {suspension.body_names[body]}"
+    body, motion = divmod(int(relative.argmax()), 6)
+    force = f"{abs(net[body, motion]):.4g} {'N' if motion < 3 else 'N m'}"
+    return f"{force} {MOTIONS[motion]} are left on {suspension.body_names[body]}"
 
 
-def _unmet(equilibrium):
+def _describe_unmet(equilibrium):
     """The cable whose stated value is the farthest from what it has, and the least tension that it can have."""
     suspension, cables = equilibrium.suspension, equilibrium.catenary
-    has = stated.values(cables, suspension.given)
-    error = np.nan_to_num(np.abs(has / suspension.value - 1))
+    actual = stated.values(cables, suspension.given)
+    error = np.nan_to_num(np.abs(actual / suspension.value - 1))
     cable = int(error.argmax())
     if error[cable] < SYSTEM.wrong_value:
         return ""
-    kind, value = suspension.given[cable], suspension.value[cable]
+    kind, value, name = suspension.given[cable], suspension.value[cable], suspension.cable_names[cable]
     unit = "m" if kind in ("sag", "unstretched_length") else "N"
-    text = f"{suspension.cable_names[cable]} has a {kind} of {has[cable]:.4g} {unit} instead of {value:.4g} {unit}"
+    text = f"{name} has a {kind} of {actual[cable]:.4g} {unit} instead of {value:.4g} {unit}"
     if error[cable] < SYSTEM.nearly_right_value:
-        text = f"the {kind} of {suspension.cable_names[cable]} comes within {error[cable]:.0e} of {value:.4g} {unit}"
+        text = f"the {kind} of {name} comes within {error[cable]:.0e} of {value:.4g} {unit}"
     least = stated.least_preload(cables.span)[cable]
     if kind == "preload" and value < least:
         text += f"; its own weight gives it at least {least:.4g} N there"

@@ -71,20 +71,22 @@ def _coordinates(suspension, moving, cables, density, load, ends):
     if not moving.any():
         return np.zeros(0)
     number = np.append(np.where(moving, np.cumsum(moving) - 1, -1), -1)  # the last one is the ground
-    node = number[suspension.owner[cables]]
+    node = number[suspension.owner[cables]]  # moving point at each end, shape (cables, 2); -1 where none is
     q, count, right = density[cables], int(moving.sum()), load[moving].copy()
     rows, columns, entries = [], [], []
-    for own, other in ((0, 1), (1, 0)):
-        here, fixed = node[:, own] >= 0, node[:, other] < 0
-        rows += [node[here, own], node[here & ~fixed, own]]
-        columns += [node[here, own], node[here & ~fixed, other]]
-        entries += [q[here], -q[here & ~fixed]]
-        np.add.at(right, node[here & fixed, own], (q * ends[cables, other])[here & fixed])
+    for end, other_end in ((0, 1), (1, 0)):
+        moves, other_fixed = node[:, end] >= 0, node[:, other_end] < 0
+        between, to_fixed = moves & ~other_fixed, moves & other_fixed
+        rows += [node[moves, end], node[between, end]]
+        columns += [node[moves, end], node[between, other_end]]
+        entries += [q[moves], -q[between]]
+        np.add.at(right, node[to_fixed, end], (q * ends[cables, other_end])[to_fixed])
     matrix = coo_array((np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))), shape=(count, count))
     return _solved(matrix.tocsc(), right, [suspension.body_names[i] for i in np.flatnonzero(moving)])
 
 
 def _solved(matrix, right, names):
+    """Solution of the equations of balance; NoSolutionError, which names points, where the matrix is singular."""
     from scipy.sparse.linalg import splu
 
     try:

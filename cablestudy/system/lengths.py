@@ -28,14 +28,14 @@ from cablestudy.system.tension_distribution import METHODS, distribute
 from cablestudy.system.tolerances import SYSTEM
 
 GOING_ON = -1  # in place of a reason
-# Least tensions over those that a cable has at least by its own weight, tried in turn: near these its length hardly
-# changes the tension, and the steps of the search are good for little
-ABOVE_LEAST = (1.5, 2.0, 1.05, 1 + SYSTEM.least_tension_error)
+# Least tensions allowed, over those that a cable has at least by its own weight, tried in turn: near the latter its
+# length hardly changes the tension, and the steps of the search are good for little
+LEAST_RATIOS = (1.5, 2.0, 1.05, 1 + SYSTEM.least_tension_error)
 UNITS = ((1e6, "MN"), (1e3, "kN"), (1.0, "N"))
 
 
-def default_found(suspension):
-    """Degrees of freedom that come from equilibrium while bodies stand.
+def default_moving(suspension):
+    """Degrees of freedom that come from equilibrium while the others stand where they shall be.
 
     Places of junctions, and attitudes of bodies where the lengths are fewer than the equations left.
 
@@ -43,14 +43,14 @@ def default_found(suspension):
     -------
     ndarray of bool, shape (b, 6)
     """
-    found = suspension.free.copy()
-    found[: suspension.bodies] = False
-    if suspension.given.count(None) + found.sum() < suspension.free.sum():
-        found[: suspension.bodies, 3:] = suspension.free[: suspension.bodies, 3:]
-    return found
+    moving = suspension.free.copy()
+    moving[: suspension.bodies] = False
+    if suspension.given.count(None) + moving.sum() < suspension.free.sum():
+        moving[: suspension.bodies, 3:] = suspension.free[: suspension.bodies, 3:]
+    return moving
 
 
-def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, found=None):
+def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, moving=None):
     """Lengths of the cables that state nothing, with the bodies where they shall be.
 
     Parameters
@@ -62,8 +62,8 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, fo
         `reference`.
     low, high, reference : float or ndarray, shape (..., c)
         Bounds of the mean tensions, and what they shall be close to. [N]
-    found : ndarray of bool, shape (b, 6), optional
-        Degrees of freedom that come from equilibrium, the others stand; default: `default_found`.
+    moving : ndarray of bool, shape (b, 6), optional
+        Degrees of freedom that come from equilibrium, the others stand; default: `default_moving`.
 
     Returns
     -------
@@ -82,59 +82,62 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, fo
     if method not in METHODS:
         raise ValueError(f"method is {method!r}, not one of {', '.join(METHODS)}")
     refuse_unheld(suspension)
-    found = suspension.free & (default_found(suspension) if found is None else np.asarray(found, dtype=bool))
+    moving = suspension.free & (default_moving(suspension) if moving is None else np.asarray(moving, dtype=bool))
     unstated = np.array([kind is None for kind in suspension.given])
-    refuse_overdetermined(suspension, found, int(unstated.sum()))
+    refuse_overdetermined(suspension, moving, int(unstated.sum()))
     shape, count = suspension.shape, len(suspension.given)
     n = int(np.prod(shape))
     bounds = [np.broadcast_to(b, (*shape, count)).reshape(n, count)[:, unstated] for b in (low, high, reference)]
     flat = suspension.broadcast((n,))
     which = np.flatnonzero(unstated)
-    answers = search(flat, which, found, method, *bounds, ABOVE_LEAST[0])
-    for above in ABOVE_LEAST[1:]:
-        hard = np.flatnonzero(~answers[1].converged & near_least(flat, answers[0], which, bounds[1]))
-        if not len(hard):
+    answers = search(flat, which, moving, method, *bounds, LEAST_RATIOS[0])
+    for least_ratio in LEAST_RATIOS[1:]:
+        state, record, _ = answers
+        failed = np.flatnonzero(~record.converged & near_least(flat, state, which, bounds[1]))
+        if not len(failed):
             break
-        again = search(flat.take(hard), which, found, method, *(bound[hard] for bound in bounds), above)
-        answers = with_better(answers, hard, again)
-    if found[: suspension.bodies, 3:].any():
-        answers = with_stable_attitudes(suspension, flat, answers, which, found, method, bounds)
+        repeated = search(flat.take(failed), which, moving, method, *(bound[failed] for bound in bounds), least_ratio)
+        answers = with_converged(answers, failed, repeated)
+    if moving[: suspension.bodies, 3:].any():
+        answers = with_stable_attitudes(suspension, flat, answers, which, moving, method, bounds)
     state, record, problems = answers
     return equilibrium(suspension, flat, state, record), problems.reshape(shape)
 
 
-def with_better(found, index, again):
-    """State, record and problems of cases, with those of a second search of some of them where it converged."""
-    state, record, problems = copy_record(found[0]), copy_record(found[1]), found[2].copy()
-    good = again[1].converged
-    for whole, part in ((state, again[0]), (record, again[1])):
-        assign_rows(whole, index[good], take_rows(part, good))
-    problems[index[good]] = again[2][good]
+def with_converged(answers, index, repeated):
+    """State, record and problems of all cases, with those of a `repeated` search of some of them where it converged."""
+    state, record, problems = copy_record(answers[0]), copy_record(answers[1]), answers[2].copy()
+    new_state, new_record, new_problems = repeated
+    converged = new_record.converged
+    assign_rows(state, index[converged], take_rows(new_state, converged))
+    assign_rows(record, index[converged], take_rows(new_record, converged))
+    problems[index[converged]] = new_problems[converged]
     return state, record, problems
 
 
-def with_stable_attitudes(suspension, flat, answers, which, found, method, bounds):
+def with_stable_attitudes(suspension, flat, answers, which, moving, method, bounds):
     """Answers of `search` whose attitudes, where they are unstable, are those to which the bodies fall from there.
 
     The bodies fall with the lengths as they are, from a place beside it along the unstable motion; the search begins
     again where they shall be, with the attitudes in which they have come to rest.
     """
-    for side in SYSTEM.off_saddle:
+    for size_of_step in SYSTEM.off_saddle:
         state, record, _ = answers
         stability = equilibrium(suspension, flat, state, record).stability
         falling = np.flatnonzero(record.converged & (stability.verdict == UNSTABLE).reshape(len(record.converged)))
         if not len(falling):
             break
-        part, motion = flat.take(falling), stability.motion.reshape(len(state.length), -1, 6)[falling]
-        held = replace(part, given=("unstretched_length",) * len(flat.given), value=state.length[falling])
-        descended, _ = descent.descend(held, perturbed(held, take_rows(state, falling), motion, side))
-        part = replace(part, rotation=descended.rotation)
-        again = search(part, which, found, method, *(bound[falling] for bound in bounds), ABOVE_LEAST[0])
-        answers = with_better(answers, falling, again)
+        subset, motion = flat.take(falling), stability.motion.reshape(len(state.length), -1, 6)[falling]
+        with_lengths = replace(subset, given=("unstretched_length",) * len(flat.given), value=state.length[falling])
+        off_saddle = perturbed(with_lengths, take_rows(state, falling), motion, size_of_step)
+        descended, _ = descent.descend(with_lengths, off_saddle)
+        with_attitudes = replace(subset, rotation=descended.rotation)
+        repeated = search(with_attitudes, which, moving, method, *(bound[falling] for bound in bounds), LEAST_RATIOS[0])
+        answers = with_converged(answers, falling, repeated)
     return answers
 
 
-def refuse_overdetermined(suspension, found, lengths):
+def refuse_overdetermined(suspension, moving, lengths):
     """Raise where there are fewer unknowns than equations.
 
     Raises
@@ -142,11 +145,12 @@ def refuse_overdetermined(suspension, found, lengths):
     NoSolutionError
         With both counts.
     """
-    equations, places = int(suspension.free.sum()), int(found.sum())
-    if lengths + places < equations:
+    equations, motions = int(suspension.free.sum()), int(moving.sum())
+    if lengths + motions < equations:
         raise NoSolutionError(
-            f"{equations} equations of balance for {lengths + places} unknowns ({lengths} lengths and {places} degrees "
-            f"of freedom that come from equilibrium): leave {equations - lengths - places} more lengths unstated"
+            f"{equations} equations of balance for {lengths + motions} unknowns ({lengths} lengths and {motions} "
+            f"degrees of freedom that come from equilibrium): "
+            f"leave {equations - lengths - motions} more lengths unstated"
         )
 
 
@@ -154,11 +158,11 @@ def first_tensions(suspension, state, which, low, high):
     """Mean tensions with which the search begins, shape (n, m): a share of the loads, more than the cables' weights."""
     gravity = np.abs(suspension.gravity)[:, None]
     loads = (suspension.mass * gravity + size(suspension.force)).sum(axis=-1)
-    chord = size(state.chord)
-    own = (suspension.cable_mass * gravity * chord).sum(axis=-1)
+    cable_weights = suspension.cable_mass * gravity * size(state.chord)
+    cable_loads = cable_weights.sum(axis=-1)
     if suspension.load_forces is not None:
-        own = own + size(suspension.load_forces).sum(axis=(-1, -2))
-    tension = np.maximum((loads + own)[:, None] / len(which), 2 * (suspension.cable_mass * gravity * chord)[:, which])
+        cable_loads = cable_loads + size(suspension.load_forces).sum(axis=(-1, -2))
+    tension = np.maximum((loads + cable_loads)[:, None] / len(which), 2 * cable_weights[:, which])
     middle = np.where(np.isfinite(high), (low + high) / 2, np.maximum(tension, 2 * low))
     tension = np.where((tension < low) | (tension > high), middle, tension)
     return np.where(tension > 0, tension, 1e-6 * suspension.axial_stiffness[:, which])
@@ -174,7 +178,7 @@ class Linear:
         Moments over the size of the body. [N]
     by_tension : ndarray, shape (n, d, m)
         [-]
-    by_place : ndarray, shape (n, d, f)
+    by_motion : ndarray, shape (n, d, f)
         [N/m], by rotations times the size of the body.
     imbalance : ndarray, shape (n,)
         Largest net force over the sum of forces. [-]
@@ -186,15 +190,15 @@ class Linear:
 
     net: np.ndarray
     by_tension: np.ndarray
-    by_place: np.ndarray
+    by_motion: np.ndarray
     imbalance: np.ndarray
     least: np.ndarray
     most: np.ndarray
     rounding: np.ndarray
 
 
-def linearised(suspension, state, which, found):
-    """`Linear` of a state.
+def linearised(suspension, state, which, moving):
+    """Net forces in a state, and their derivatives by tensions and by motions: `Linear`.
 
     Parameters
     ----------
@@ -202,37 +206,40 @@ def linearised(suspension, state, which, found):
         With cases of shape (n,); what each cable states is kept while the bodies move.
     state : PoseState
     which : ndarray of int, shape (m,)
-    found : ndarray of bool, shape (b, 6)
+        Cables by whose tensions the forces are differentiated.
+    moving : ndarray of bool, shape (b, 6)
+        Degrees of freedom by which they are differentiated, f of them.
+
+    Notes
+    -----
+    By a motion u the net forces change by -(K + (dF/dv) (dv/du)) u, with K the stiffness at given lengths and v what
+    the cables state: their lengths follow so that v stays.
     """
-    cables = catenary.solve(spans(suspension, state))
-    rates = stated.rates(cables, suspension.given)
+    cables, given = catenary.solve(spans(suspension, state)), suspension.given
+    rates = stated.rates(cables, given)
     forces, stiffness, links = descent.at_ends(suspension, state, cables, rates.stiffness)
-    own = suspension.of_cables
     net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, cables.max_tension)
     blocks = tangent.blocks(suspension, state.rotation, state.arms, forces, stiffness)
-    every = np.arange(len(suspension.given))
-    pulled = tangent.by_body(suspension, every, tangent.wrenches(state.arms[:, own], rates.end_forces))
-    signed = rates.by_end[..., None, :] * np.array([-1.0, 1.0])[:, None]
-    turned = tangent.by_body(suspension, every, tangent.wrenches(state.arms[:, own], signed))
-    by_length = rates.by_length[..., None]
-    pulled = pulled / np.where(by_length != 0, by_length, np.inf)  # by what is stated
-    stiffness = tangent.dense(blocks, suspension) + np.swapaxes(pulled, -1, -2) @ turned
+    all_cables, arms = np.arange(len(given)), state.arms[:, suspension.of_cables]
+    force_by_length = tangent.by_body(suspension, all_cables, tangent.wrenches(arms, rates.end_forces))
+    value_by_ends = rates.by_end[..., None, :] * np.array([-1.0, 1.0])[:, None]
+    value_by_motion = tangent.by_body(suspension, all_cables, tangent.wrenches(arms, value_by_ends))
+    value_by_length = rates.by_length[..., None]
+    force_by_value = force_by_length / np.where(value_by_length != 0, value_by_length, np.inf)
+    stiffness = tangent.dense(blocks, suspension) + np.swapaxes(force_by_value, -1, -2) @ value_by_motion
     free, units = suspension.free, body_units(suspension)
     sizes = tangent.free_values(suspension, units)
     # in this memory order for any number of cases: the sums of a product of matrices follow it
-    by_tension = np.ascontiguousarray(np.swapaxes(pulled[:, which], -1, -2) / sizes[..., None])
-    by_place = np.ascontiguousarray(-(stiffness / (sizes[:, :, None] * sizes[:, None, :]))[..., found[free]])
-    worst = np.abs(np.where(free, net / units, 0.0)).max(axis=-1) / np.maximum(scale, TINY)
-    ends = state.ends
-    known = state.strain, cables, cables.max_tension
-    limits = rounding.bounds(suspension, state.rotation, state.arms, ends, *known, links)
-    of_tensions = rounding.of_values(ends[:, own], state.strain, cables, suspension.given, suspension.value).most[
-        :, which
-    ]
+    by_tension = np.ascontiguousarray(np.swapaxes(force_by_value[:, which], -1, -2) / sizes[..., None])
+    by_motion = np.ascontiguousarray(-(stiffness / (sizes[:, :, None] * sizes[:, None, :]))[..., moving[free]])
+    imbalance = np.abs(np.where(free, net / units, 0.0)).max(axis=-1) / np.maximum(scale, TINY)
+    ends, strain = state.ends, state.strain
+    bounds = rounding.bounds(suspension, state.rotation, state.arms, ends, strain, cables, cables.max_tension, links)
+    of_values = rounding.of_values(ends[:, suspension.of_cables], strain, cables, given, suspension.value)
     return Linear(
-        tangent.free_values(suspension, net) / sizes, by_tension, by_place, worst.max(axis=-1, initial=0.0),
-        rounding.over(suspension, net, limits.least), rounding.over(suspension, net, limits.most),
-        of_tensions.max(axis=-1),
+        tangent.free_values(suspension, net) / sizes, by_tension, by_motion, imbalance.max(axis=-1, initial=0.0),
+        rounding.largest_ratio(suspension, net, bounds.least), rounding.largest_ratio(suspension, net, bounds.most),
+        of_values.most[:, which].max(axis=-1),
     )  # fmt: skip
 
 
@@ -250,7 +257,7 @@ class Iterates:
     Attributes
     ----------
     index : ndarray of int, shape (k,)
-        Their places among all.
+        Their numbers among all.
     tension, possible : ndarray, shape (k, m)
         Mean tensions, and what they are at least (`possible_tensions`). [N]
     direction : ndarray, shape (k, m)
@@ -278,7 +285,7 @@ class Iterates:
     infeasible: np.ndarray
 
 
-def search(suspension, which, found, method, low, high, reference, above):
+def search(suspension, which, moving, method, low, high, reference, least_ratio):
     """Repeat the linear problem about the current tensions until the true equilibrium holds.
 
     Parameters
@@ -287,17 +294,17 @@ def search(suspension, which, found, method, low, high, reference, above):
         With cases of shape (n,).
     which : ndarray of int, shape (m,)
         Cables that state nothing.
-    found, method
+    moving, method
         As for `solve`.
     low, high, reference : ndarray, shape (n, m)
         Bounds of the mean tensions of these cables, and what they shall be close to. [N]
-    above : float
+    least_ratio : float
         Least tension of a cable over the least that it can have by its own weight. [-]
 
     Returns
     -------
     PoseState
-    Record
+    SearchRecord
     problems : ndarray of str, shape (n,)
 
     Notes
@@ -307,52 +314,54 @@ def search(suspension, which, found, method, low, high, reference, above):
     (`rounding.Bounds`). It has no answer where several steps in a row leave no tensions within the bounds, as far from
     them as before.
     """
-    # `part`, `state` and `iterates` are of the cases still searched for, the others of all cases
-    part, state, iterates = first_iterates(suspension, which, low, high, above)
+    # `active`, `state` and `iterates` are of the cases still searched for, the others of all cases
+    active, state, iterates = first_iterates(suspension, which, low, high, least_ratio)
     cases = len(iterates.index)
     states, possible, answers = copy_record(state), iterates.possible.copy(), np.full(cases, None, dtype=object)
     record = SearchRecord(
         np.zeros(cases, dtype=int), np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
     )  # fmt: skip
     for number in range(SYSTEM.lengths_steps + 1):
-        index, linear = iterates.index, linearised(part, state, which, found)
+        index, linear = iterates.index, linearised(active, state, which, moving)
         solutions = distributions(linear, iterates, method, reference[index], high[index])
         answers[index] = solutions
-        step, tension, turn = limited(part, state, iterates, solutions, found)
+        step, tension, turn = limited(active, state, iterates, solutions, moving)
         change = sizes_of(step, tension, iterates)
-        iterates = with_infeasible(iterates, solutions, high[index], above)
+        iterates = with_infeasible(iterates, solutions, high[index], least_ratio)
         iterates, reason = with_reasons(iterates, linear, solutions, change, last=number == SYSTEM.lengths_steps)
         assign_rows(record, index, SearchRecord(np.full(len(index), number), linear.imbalance, change, reason))
         assign_rows(states, index, state)
         possible[index] = iterates.possible
-        rest = np.flatnonzero(reason == GOING_ON)
-        if not len(rest):
+        going_on = np.flatnonzero(reason == GOING_ON)
+        if not len(going_on):
             break
-        iterates = with_damping(iterates, tension, change, turn, number)
-        iterates, part, state = take_rows(iterates, rest), part.take(rest), take_rows(state, rest)
-        state, index = displaced(part, state, step[rest]), iterates.index
-        part, iterates = with_tensions(part, state, iterates, which, tension[rest], low[index], high[index], above)
-        state = with_stated(part, state)
+        iterates = take_rows(with_damping(iterates, tension, change, turn, number), going_on)
+        active, index, tension = active.take(going_on), iterates.index, tension[going_on]
+        state = displaced(active, take_rows(state, going_on), step[going_on])
+        bounds = low[index], high[index], least_ratio
+        active, iterates = with_tensions(active, state, iterates, which, tension, *bounds)
+        state = with_stated(active, state)
     problems = [
-        describe(suspension, which, *case) for case in zip(answers, record.converged, low, possible, high, strict=True)
+        describe_failure(suspension, which, *case)
+        for case in zip(answers, record.converged, low, possible, high, strict=True)
     ]
     return states, record, np.array(problems, dtype=object)
 
 
-def first_iterates(suspension, which, low, high, above):
+def first_iterates(suspension, which, low, high, least_ratio):
     """Suspension whose cables state the first tensions, its state, and `Iterates` of all cases."""
     given = tuple(kind or "preload" for kind in suspension.given)
     value = np.array(suspension.value)
-    cut = replace(suspension, given=("unstretched_length",) * len(given), value=np.ones_like(value))
-    value[:, which] = tension = first_tensions(suspension, start(cut), which, low, high)
-    part = replace(suspension, given=given, value=value)
-    state = with_stated(part, start(part))
+    of_any_length = replace(suspension, given=("unstretched_length",) * len(given), value=np.ones_like(value))
+    value[:, which] = tension = first_tensions(suspension, start(of_any_length), which, low, high)
+    with_preloads = replace(suspension, given=given, value=value)
+    state = with_stated(with_preloads, start(with_preloads))
     cases = len(value)
-    infinite, none = np.full(cases, np.inf), np.zeros(cases, dtype=int)
-    possible = possible_tensions(part, state, which, low, tension, above)
-    return part, state, Iterates(
+    infinite, zero = np.full(cases, np.inf), np.zeros(cases, dtype=int)
+    possible = possible_tensions(with_preloads, state, which, low, tension, least_ratio)
+    return with_preloads, state, Iterates(
         np.arange(cases), tension, possible, np.zeros_like(tension), np.zeros(cases), np.zeros(cases), infinite,
-        infinite, infinite, none, none,
+        infinite, infinite, zero, zero,
     )  # fmt: skip
 
 
@@ -362,18 +371,28 @@ def distributions(linear, iterates, method, reference, high):
     for k, tension in enumerate(iterates.tension):
         right = linear.by_tension[k] @ tension - linear.net[k]
         limits = reference[k], iterates.possible[k], high[k], iterates.damping[k], tension
-        solutions.append(distribute(linear.by_tension[k], linear.by_place[k], right, method, *limits))
+        solutions.append(distribute(linear.by_tension[k], linear.by_motion[k], right, method, *limits))
     return solutions
 
 
-def limited(suspension, state, iterates, solutions, found):
-    """Steps of the bodies, no longer than a search allows, tensions after them, and largest turns asked for [rad]."""
+def limited(suspension, state, iterates, solutions, moving):
+    """Steps towards the solutions of the linear problems, no longer than a search allows.
+
+    Returns
+    -------
+    step : ndarray, shape (k, b, 6)
+        Of the bodies. [m], [rad]
+    tension : ndarray, shape (k, m)
+        After the step. [N]
+    turn : ndarray, shape (k,)
+        Largest rotation asked for, before the step is shortened. [rad]
+    """
     step = np.zeros((*state.position.shape[:-1], 6))
-    step[:, found] = [answer.unbounded for answer in solutions]
+    step[:, moving] = [solution.unbounded for solution in solutions]
     step = step / body_units(suspension)
     turn = np.abs(step[..., 3:]).max(axis=(-1, -2))
     share = allowed_share(suspension, state, step)
-    tension = np.array([answer.tension for answer in solutions])
+    tension = np.array([solution.tension for solution in solutions])
     tension = iterates.tension + share[:, None] * (tension - iterates.tension)
     return step * share[:, None, None], np.maximum(tension, SYSTEM.least_tension_share * iterates.tension), turn
 
@@ -384,35 +403,35 @@ def sizes_of(step, tension, iterates):
     return (change + np.abs(step).max(axis=(-1, -2))) * (1 + iterates.damping**2)
 
 
-def with_infeasible(iterates, solutions, high, above):
+def with_infeasible(iterates, solutions, high, least_ratio):
     """`Iterates` with the steps counted that leave no tensions within the bounds.
 
     A step counts where nothing holds the loads, where cables would have to push or are too heavy for their bounds, and
     where it comes no closer to the bounds than those before.
     """
-    tension = np.array([answer.tension for answer in solutions])
-    held = np.array([answer.held for answer in solutions])
-    within = np.array([answer.within for answer in solutions])
+    tension = np.array([solution.tension for solution in solutions])
+    held = np.array([solution.held for solution in solutions])
+    within = np.array([solution.within for solution in solutions])
     outside = np.maximum(np.maximum(iterates.possible - tension, tension - high), 0.0).sum(axis=-1)
-    heavy = (iterates.possible > above * high).any(axis=-1)
-    farther = outside >= SYSTEM.lengths_progress * iterates.outside
-    hopeless = ~held | (~within & (heavy | (tension.min(axis=-1) < 0) | farther))
+    too_heavy = (iterates.possible > least_ratio * high).any(axis=-1)
+    no_closer = outside >= SYSTEM.lengths_progress * iterates.outside
+    infeasible = ~held | (~within & (too_heavy | (tension.min(axis=-1) < 0) | no_closer))
     return replace(
         iterates,
-        infeasible=np.where(hopeless, iterates.infeasible + 1, 0),
+        infeasible=np.where(infeasible, iterates.infeasible + 1, 0),
         outside=np.where(within, np.inf, np.minimum(outside, iterates.outside)),
     )
 
 
 def with_reasons(iterates, linear, solutions, change, last):
-    """`Iterates` with their smallest change, and the reason why each ends: place in REASONS, or GOING_ON."""
+    """`Iterates` with their smallest change, and the reason why each ends: index in REASONS, or GOING_ON."""
     falling = change < SYSTEM.lengths_progress * iterates.least_change
     iterates = replace(
         iterates,
         stalled=np.where(falling, 0, iterates.stalled + 1),
         least_change=np.minimum(change, iterates.least_change),
     )
-    balanced = np.array([answer.held and answer.within for answer in solutions])
+    balanced = np.array([solution.held and solution.within for solution in solutions])
     settled = change <= linear.rounding
     converged = (linear.least <= 1) & settled
     stuck = (iterates.stalled >= np.where(settled, 1, SYSTEM.lengths_patience)) | last
@@ -425,22 +444,21 @@ def with_reasons(iterates, linear, solutions, change, last):
 def with_damping(iterates, tension, change, turn, number):
     """`Iterates` with the damping of the next step, after the changes of this one."""
     direction = (tension - iterates.tension) / iterates.tension
-    back = (iterates.direction * direction).sum(axis=-1) < 0
+    reversed_step = (iterates.direction * direction).sum(axis=-1) < 0
     diverging = (
         (turn > SYSTEM.largest_turn)
-        | ((change > SYSTEM.shrinking_step * iterates.change) & back & (number > 2))
+        | ((change > SYSTEM.shrinking_step * iterates.change) & reversed_step & (number > 2))
         | (change > SYSTEM.growing_step * iterates.change)
     )
-    damping, least = damped(
-        iterates.damping, iterates.least_damping, diverging, change > SYSTEM.slow_step * iterates.change
-    )
+    slow = change > SYSTEM.slow_step * iterates.change
+    damping, least = damped(iterates.damping, iterates.least_damping, diverging, slow)
     return replace(iterates, direction=direction, damping=damping, least_damping=least, change=change)
 
 
-def with_tensions(suspension, state, iterates, which, asked, low, high, above):
+def with_tensions(suspension, state, iterates, which, tension, low, high, least_ratio):
     """Suspension and `Iterates` with the tensions asked for, raised to what is possible where the bodies are."""
-    possible = possible_tensions(suspension, state, which, low, asked, above)
-    tension = np.maximum(asked, np.minimum(possible, high))
+    possible = possible_tensions(suspension, state, which, low, tension, least_ratio)
+    tension = np.maximum(tension, np.minimum(possible, high))
     value = np.array(suspension.value)
     value[:, which] = tension
     return replace(suspension, value=value), replace(iterates, tension=tension, possible=possible)
@@ -453,11 +471,8 @@ def damped(damping, least, diverging, slow):
     allowed where these are slow.
     """
     least = np.where(diverging, np.maximum(least, 3 * damping), np.where(slow, least / 3, least))
-    return np.where(
-        diverging,
-        np.clip(3 * damping, SYSTEM.damped_lengths, SYSTEM.most_damped_lengths),
-        np.maximum(damping / 3, least),
-    ), least
+    more = np.clip(3 * damping, SYSTEM.damped_lengths, SYSTEM.most_damped_lengths)
+    return np.where(diverging, more, np.maximum(damping / 3, least)), least
 
 
 def near_least(suspension, state, which, high):
@@ -466,28 +481,28 @@ def near_least(suspension, state, which, high):
     Only then the bounds of `possible_tensions` decide on an answer.
     """
     cables = catenary.solve(spans(suspension, state))
-    near = (cables.mean_tension < cables.span.weight_per_length * cables.span.chord)[:, which].any(axis=-1)
+    less_than_weight = cables.mean_tension < cables.span.weight_per_length * cables.span.chord
     least = possible_tensions(suspension, state, which, 0.0, cables.mean_tension[:, which], 1.0)
-    return near & (least <= high).all(axis=-1)
+    return less_than_weight[:, which].any(axis=-1) & (least <= high).all(axis=-1)
 
 
-def possible_tensions(suspension, state, which, low, tension, above):
-    """Lower bounds of mean tensions that are none below what a cable has at least by its own weight, shape (n, m). [N]
+def possible_tensions(suspension, state, which, low, tension, least_ratio):
+    """Lower bounds `low` of mean tensions, raised to what each cable has at least by its own weight, shape (n, m). [N]
 
     Of cables with more tension than the weight of their chord it is that of a level cable that does not stretch.
     """
-    heavy = (suspension.cable_mass * suspension.cable_gravity[0] * size(state.chord))[:, which]
-    least = SYSTEM.least_level_tension * heavy
-    if np.any(tension < heavy):
-        least = np.where(tension < heavy, stated.least_preload(spans(suspension, state))[:, which], least)
-    return np.maximum(low, above * least)
+    chord_weight = (suspension.cable_mass * suspension.cable_gravity[0] * size(state.chord))[:, which]
+    least, light = SYSTEM.least_level_tension * chord_weight, tension < chord_weight
+    if np.any(light):
+        least = np.where(light, stated.least_preload(spans(suspension, state))[:, which], least)
+    return np.maximum(low, least_ratio * least)
 
 
 def allowed_share(suspension, state, step):
     """Share of a step of bodies that is no longer than a search allows, shape (n,). [-]"""
-    far = np.abs(step[..., :3]).max(axis=(-1, -2)) / (SYSTEM.farthest_step * descent.extent(state))
-    wide = np.abs(step[..., 3:]).max(axis=(-1, -2)) / SYSTEM.widest_turn
-    return 1 / np.maximum(1.0, np.maximum(far, wide))
+    displacement = np.abs(step[..., :3]).max(axis=(-1, -2)) / (SYSTEM.farthest_step * descent.extent(state))
+    rotation = np.abs(step[..., 3:]).max(axis=(-1, -2)) / SYSTEM.widest_turn
+    return 1 / np.maximum(1.0, np.maximum(displacement, rotation))
 
 
 def with_stated(suspension, state):
@@ -496,31 +511,39 @@ def with_stated(suspension, state):
     return replace(state, strain=strain, length=size(state.chord) / (1 + strain))
 
 
-def describe(suspension, which, answer, settled, low, possible, high):
-    """Why a case has no answer; an empty string where it has one."""
-    names = [suspension.cable_names[i] for i in which]
+def describe_failure(suspension, which, answer, converged, low, possible, high):
+    """Reason why a case has no answer; an empty string where it has one.
+
+    Parameters
+    ----------
+    suspension, which
+        As for `search`.
+    answer : Distribution
+        The last one of the case.
+    converged : bool
+    low, possible, high : ndarray, shape (m,)
+        Bounds of the tensions, and what they are at least by the cables' own weight. [N]
+    """
     bodies = [suspension.body_names[i] for i in range(suspension.bodies) if suspension.free[i].any()]
     held = ", ".join(bodies) or "the points"
     if not answer.held:
         body, motion = np.argwhere(suspension.free)[int(np.argmax(np.abs(answer.left)))]
         return f"no tensions hold {held} here: nothing balances {suspension.body_names[body]} {MOTIONS[motion]}"
-    if answer.within and settled:
+    if answer.within and converged:
         return ""
-    beyond = np.maximum(possible - answer.tension, answer.tension - high)
-    if answer.within or beyond.max() <= 0:
+    excess = np.maximum(possible - answer.tension, answer.tension - high)  # beyond the nearer bound
+    if answer.within or excess.max() <= 0:
         return (
             f"no lengths were found that hold {held} here: their search did not settle in {SYSTEM.lengths_steps} steps"
         )
-    outside = beyond > min(1e-6 * np.abs(answer.tension).max(), beyond.max() / 2)
-    unit, name = next(pair for pair in UNITS if np.abs(answer.tension).max() >= pair[0] or pair[0] == 1.0)
-    nearest = ", ".join(
-        f"{cable} at {value / unit:.4g} {name}"
-        + (f" (by its own weight at least {least / unit:.4g} {name})" if heavy else "")
-        for cable, value, least, out, heavy in zip(
-            names, answer.tension, possible, outside, possible > low, strict=True
-        )
-        if out
-    )
-    least, most = low.min() / unit, high.max() / unit
-    allowed = f"in [{least:.4g}, {most:.4g}] {name}" if np.isfinite(most) else f"of {least:.4g} {name} and more"
-    return f"no tensions {allowed} hold {held} here; nearest: {nearest}"
+    largest = np.abs(answer.tension).max()
+    factor, unit = next(pair for pair in UNITS if largest >= pair[0] or pair[0] == 1.0)
+    nearest = []
+    for k in np.flatnonzero(excess > min(1e-6 * largest, excess.max() / 2)):
+        text = f"{suspension.cable_names[which[k]]} at {answer.tension[k] / factor:.4g} {unit}"
+        if possible[k] > low[k]:
+            text += f" (by its own weight at least {possible[k] / factor:.4g} {unit})"
+        nearest.append(text)
+    least, most = low.min() / factor, high.max() / factor
+    allowed = f"in [{least:.4g}, {most:.4g}] {unit}" if np.isfinite(most) else f"of {least:.4g} {unit} and more"
+    return f"no tensions {allowed} hold {held} here; nearest: {', '.join(nearest)}"

@@ -83,8 +83,8 @@ class LinearSystem:
         the bodies, and the quotients v^T M v those of the high modes too. Coordinates without mass have 1/W^2 = 0.
         """
         mass, lower = dense(self.mass), _cholesky(dense(self.stiffness).real)
-        half = np.linalg.solve(lower, mass)
-        _, vectors = np.linalg.eigh(np.linalg.solve(lower, half.T))
+        lower_inverse_mass = np.linalg.solve(lower, mass)
+        _, vectors = np.linalg.eigh(np.linalg.solve(lower, lower_inverse_mass.T))
         shapes = np.linalg.solve(lower.T, vectors)
         compliance = np.maximum((shapes * (mass @ shapes)).sum(axis=0), 0.0)
         order = np.argsort(-compliance, kind="stable")
@@ -150,20 +150,20 @@ class LinearSystem:
 
     @cached_property
     def unit(self):
-        """By what each displacement is weighted as a state: `scale`, or about its frequency alone. [rad/s]"""
+        """Weight of each displacement as a state: `scale`, or about the frequency of its coordinate alone. [rad/s]"""
         if self.scale is not None:
             return self.scale
         stiffness, mass = np.diagonal(self.stiffness).real, np.diagonal(self.mass)
         return np.sqrt(np.where(stiffness > 0, stiffness, mass) / mass)
 
     @cached_property
-    def _of_unit_mass(self):
+    def _has_unit_mass(self):
         """True if M is the identity."""
         return np.array_equal(self.mass, np.eye(len(self)))
 
     def accelerated(self, forces):
-        """M^-1 times forces, shape (n, r)."""
-        return forces if self._of_unit_mass else np.linalg.solve(self.mass, forces)
+        """Accelerations by forces on the coordinates, M^-1 f, shape (n, r)."""
+        return forces if self._has_unit_mass else np.linalg.solve(self.mass, forces)
 
     @cached_property
     def equations(self):
@@ -177,11 +177,11 @@ class LinearSystem:
 
     @cached_property
     def poles(self):
-        """Winches at rest: upper half plane and real axis. [rad/s]"""
+        """Poles with winches at rest, in the upper half plane and on the real axis. [rad/s]"""
         return upper(np.linalg.eigvals(self.equations.fixed))
 
     @cached_property
-    def _parts(self):
+    def _flat_matrices(self):
         """K, C and M, the entries of each in a row, shape (3, n^2)."""
         return np.stack([self.stiffness.real, self.damping, self.mass]).reshape(3, -1)
 
@@ -194,36 +194,37 @@ class LinearSystem:
             With Im s > 0 where the stiffness is complex. [rad/s]
         """
         powers = np.asarray(s, dtype=complex)[:, None] ** np.arange(3)
-        value = np.empty((len(powers), *self.mass.shape), dtype=complex)
-        value.real, value.imag = ((part @ self._parts).reshape(value.shape) for part in (powers.real, powers.imag))
+        dynamic = np.empty((len(powers), *self.mass.shape), dtype=complex)
+        # real and imaginary part apart: one product of real matrices each
+        dynamic.real = (powers.real @ self._flat_matrices).reshape(dynamic.shape)
+        dynamic.imag = (powers.imag @ self._flat_matrices).reshape(dynamic.shape)
         if np.iscomplexobj(self.stiffness):
-            value.imag += self.stiffness.imag
+            dynamic.imag += self.stiffness.imag
         s = powers[:, 1, None, None]
-        for one in self.feedback:
-            value = value - one.gain(s) * np.outer(one.acts, one.measured)
-        return value
+        for feedback in self.feedback:
+            dynamic = dynamic - feedback.gain(s) * np.outer(feedback.acts, feedback.measured)
+        return dynamic
 
     def pulled(self, s):
         """Forces on the coordinates per input, B0 + s B1 + s^2 B2, shape (f, n, i)."""
         return polynomial(self.b, s)
 
     def within(self, space):
-        """The system in a space of its coordinates.
+        """The system whose motions are limited to a space of its coordinates, z = S q.
 
         Parameters
         ----------
         space : ndarray, shape (n, r)
-            Independent columns.
+            S: independent columns.
         """
-        mass, damping, stiffness = (space.T @ part @ space for part in (self.mass, self.damping, self.stiffness))
         return replace(
             self,
-            mass=mass,
-            damping=damping,
-            stiffness=stiffness,
-            b=tuple(space.T @ part for part in self.b),
-            c=tuple(part @ space for part in self.c),
-            feedback=tuple(replace(one, measured=one.measured @ space, acts=one.acts @ space) for one in self.feedback),
+            mass=space.T @ self.mass @ space,
+            damping=space.T @ self.damping @ space,
+            stiffness=space.T @ self.stiffness @ space,
+            b=tuple(space.T @ matrix for matrix in self.b),
+            c=tuple(matrix @ space for matrix in self.c),
+            feedback=tuple(replace(f, measured=f.measured @ space, acts=f.acts @ space) for f in self.feedback),
             scale=None,
             shapes=None,
         )
@@ -238,11 +239,11 @@ class LinearSystem:
 
         added = coo_array(damping if np.ndim(damping) else (self.bodies, self.bodies))
         rows, columns = added.coords
-        whole = coo_array((added.data, (rows + modal, columns + modal)), shape=self.damping.shape)
-        return replace(self, damping=(self.damping + whole).tocsc())
+        added = coo_array((added.data, (rows + modal, columns + modal)), shape=self.damping.shape)
+        return replace(self, damping=(self.damping + added).tocsc())
 
     def viscous(self):
-        """The system with viscous damping in place of a complex stiffness: the same where there is none.
+        """The system with viscous damping in place of a complex stiffness; itself where its stiffness is real.
 
         Returns
         -------
@@ -258,8 +259,8 @@ class LinearSystem:
         if not np.iscomplexobj(self.stiffness):
             return self
         stiffness, damping = self.stiffness.real, self.damping + equivalent_viscous(self.mass, self.stiffness)
-        driven, moved, follow = (tuple(part.real for part in parts) for parts in (self.b, self.c, self.d))
-        return replace(self, damping=damping, stiffness=stiffness, b=driven, c=moved, d=follow)
+        b, c, d = (tuple(matrix.real for matrix in matrices) for matrices in (self.b, self.c, self.d))
+        return replace(self, damping=damping, stiffness=stiffness, b=b, c=c, d=d)
 
     def inertia_share(self, output, input_):
         """Share of each mode in the inertia between an input and an output, shape (n,), by their numbers. [-]
@@ -271,9 +272,8 @@ class LinearSystem:
         compliance, shapes = self.strain_modes
         inertia = compliance * (shapes.T @ self.b[0][:, input_]) - shapes.T @ self.b[2][:, input_]
         observed = compliance * (self.c[0][output] @ shapes) - self.c[2][output] @ shapes
-        square = np.where(
-            compliance > 0, 1 / np.where(compliance > 0, compliance, 1.0), 0.0
-        )  # of mass-normalised shapes
+        # W^2, as if the shapes were mass-normalised; none of motions without mass
+        square = np.where(compliance > 0, 1 / np.where(compliance > 0, compliance, 1.0), 0.0)
         return shares(np.abs(observed * inertia) * square)
 
     def keep(self, chosen):
@@ -312,12 +312,13 @@ class LinearSystem:
         """
         compliance, shapes = self.strain_modes
         others, square = _massive(np.delete(shapes, chosen, axis=1), np.delete(compliance, chosen))
-        static, balance = others @ (others.T @ self.b[2]), self.c[2] @ others @ others.T
-        held = self.c[2] @ (others @ (others.T @ self.b[0] - square[:, None] * (others.T @ self.b[2])))
-        moved = self.c[0], self.c[1] - balance @ self.damping, self.c[2]
-        return self._of_modes(chosen, static, moved, (self.d[0] + held, self.d[1] + balance @ self.b[1], self.d[2]))
+        static, c2_p = others @ (others.T @ self.b[2]), self.c[2] @ others @ others.T
+        by_holding = self.c[2] @ (others @ (others.T @ self.b[0] - square[:, None] * (others.T @ self.b[2])))
+        c = self.c[0], self.c[1] - c2_p @ self.damping, self.c[2]
+        d = self.d[0] + by_holding, self.d[1] + c2_p @ self.b[1], self.d[2]
+        return self._of_modes(chosen, static, c, d)
 
-    def _of_modes(self, chosen, static, moved, direct):
+    def _of_modes(self, chosen, static, c, d):
         """The system in some of its modes and static displacements by the inputs: z = Phi q + S u.
 
         Parameters
@@ -325,22 +326,21 @@ class LinearSystem:
         chosen : ndarray of int
         static : ndarray, shape (n, i)
             S.
-        moved, direct : tuple of 3 ndarray, shapes (o, n) and (o, i)
-            What outputs are of z, z', z'' and of u, u', u''.
+        c, d : tuple of 3 ndarray, shapes (o, n) and (o, i)
+            Output matrices C0 to C2 and D0 to D2 for the whole z.
         """
         compliance, shapes = self.strain_modes
         omega = 1 / np.sqrt(compliance[chosen])
         kept = shapes[:, chosen] * omega
-        driven = [kept.T @ part for part in self.b]
-        driven[1] -= kept.T @ (self.damping @ static)
+        b0, b1, b2 = (kept.T @ matrix for matrix in self.b)
         return replace(
             self,
             mass=np.eye(len(omega)),
             damping=kept.T @ self.damping @ kept,
             stiffness=np.diag(omega**2),
-            b=tuple(driven),
-            c=tuple(part @ kept for part in moved),
-            d=tuple(own + part @ static for own, part in zip(direct, moved, strict=True)),
+            b=(b0, b1 - kept.T @ (self.damping @ static), b2),
+            c=tuple(matrix @ kept for matrix in c),
+            d=tuple(direct + matrix @ static for direct, matrix in zip(d, c, strict=True)),
             bodies=0,
             coordinates=tuple((f"mode_{k + 1}", MODAL) for k in np.asarray(chosen).tolist()),
         )
@@ -360,11 +360,12 @@ class LinearSystem:
         return np.concatenate([self._response(output, input_, 2j * np.pi * piece) for piece in pieces])
 
     def _response(self, output, input_, s):
+        """`response` at values of s, shape (f,), solved at once. [rad/s]"""
         dynamic = polynomial((self.stiffness, self.damping, self.mass), s)
-        right = polynomial([part[:, input_] for part in self.b], s)
-        observed = polynomial([part[output] for part in self.c], s)
-        direct = polynomial([part[output, input_] for part in self.d], s)
-        return (observed * solved(dynamic, right[..., None])[..., 0]).sum(axis=-1) + direct
+        force = polynomial([matrix[:, input_] for matrix in self.b], s)
+        observed = polynomial([matrix[output] for matrix in self.c], s)
+        direct = polynomial([matrix[output, input_] for matrix in self.d], s)
+        return (observed * solved(dynamic, force[..., None])[..., 0]).sum(axis=-1) + direct
 
 
 def equivalent_viscous(mass, stiffness):
@@ -381,15 +382,16 @@ def equivalent_viscous(mass, stiffness):
         raise NoSolutionError(MASSLESS_MOTION) from None
     compliance, shapes = LinearSystem(mass, np.zeros_like(mass), stiffness).strain_modes
     omega = 1 / np.sqrt(compliance)
-    moving, rate = mass @ shapes * omega, omega * (shapes * (stiffness.imag @ shapes)).sum(axis=0)
-    return moving * rate @ moving.T
+    momentum = mass @ shapes * omega
+    modal_damping = omega * (shapes * (stiffness.imag @ shapes)).sum(axis=0)
+    return momentum * modal_damping @ momentum.T
 
 
-def polynomial(parts, s):
-    """a + s b + s^2 c of three arrays of one shape (...), for each s of shape (f,): shape (f, ...)."""
-    zeroth, first, second = parts
-    s = np.reshape(s, (-1, *[1] * np.ndim(zeroth)))
-    return zeroth + s * first + s**2 * second
+def polynomial(coefficients, s):
+    """Values a + s b + s^2 c of three arrays of one shape (...), for each s of shape (f,): shape (f, ...)."""
+    a, b, c = coefficients
+    s = np.reshape(s, (-1, *[1] * np.ndim(a)))
+    return a + s * b + s**2 * c
 
 
 def solved(matrices, right):
@@ -403,30 +405,30 @@ def solved(matrices, right):
         return np.concatenate([solved(matrices[:half], right[:half]), solved(matrices[half:], right[half:])])
 
 
-def compliance_shares(moved, compliance):
+def compliance_shares(displacement, compliance):
     """Share of each mode in the static compliance of a displacement: all of them add up to one. [-]
 
     Parameters
     ----------
-    moved : ndarray, shape (..., k)
-        Displacement in each mode of unit strain energy, phi/w of a mass-normalised one.
+    displacement : ndarray, shape (..., k)
+        In each mode of unit strain energy, phi/w of a mass-normalised one.
     compliance : float or ndarray, shape (..., 1)
         Displacement per force there.
     """
-    return moved**2 / compliance
+    return displacement**2 / compliance
 
 
-def shares(parts):
-    """Parts over their sum, zeros where that is zero, shape (n,). [-]"""
-    total = parts.sum()
-    return parts / (total if total > 0 else 1.0)
+def shares(values):
+    """Values over their sum, zeros where that is zero, shape (n,). [-]"""
+    total = values.sum()
+    return values / (total if total > 0 else 1.0)
 
 
 def _massive(shapes, compliance):
-    """Mass-normalised shapes of modes of unit strain energy and finite frequency, and its square [rad^2/s^2]."""
-    moving = compliance > SYSTEM.massless * compliance.max(initial=0.0)
-    square = 1 / compliance[moving]
-    return shapes[:, moving] * np.sqrt(square), square
+    """Modes of finite frequency, mass-normalised, from shapes of unit strain energy, and its square [rad^2/s^2]."""
+    massive = compliance > SYSTEM.massless * compliance.max(initial=0.0)
+    square = 1 / compliance[massive]
+    return shapes[:, massive] * np.sqrt(square), square
 
 
 def _normalised(shapes, compliance):
@@ -439,10 +441,10 @@ def _normalised(shapes, compliance):
     compliance : ndarray, shape (..., k)
         Their quotients x^T M x, which have all digits of the high modes too. [s^2]
     """
-    moving = compliance > SYSTEM.massless * compliance.max(axis=-1, keepdims=True, initial=0.0)
-    omega = 1 / np.sqrt(np.where(moving, compliance, np.inf))
+    massive = compliance > SYSTEM.massless * compliance.max(axis=-1, keepdims=True, initial=0.0)
+    omega = 1 / np.sqrt(np.where(massive, compliance, np.inf))
     shapes = shapes * omega[..., None, :]
-    omega = np.where(moving, omega, np.inf)
+    omega = np.where(massive, omega, np.inf)
     order = np.argsort(omega, axis=-1, kind="stable")
     return np.take_along_axis(omega, order, axis=-1), np.take_along_axis(shapes, order[..., None, :], axis=-1)
 
@@ -491,12 +493,12 @@ class ReducedSystem:
         ConvergenceError
         """
         if isinstance(self.inertia, np.ndarray):
-            moving = coupled(self.coupling, np.diagonal(self.inertia, axis1=-2, axis2=-1)[..., None, :])
-            if not moving.all():
-                return self._lowest_beside_uncoupled(count, moving)
-        return self._lowest(count)
+            moves_bodies = coupled(self.coupling, np.diagonal(self.inertia, axis1=-2, axis2=-1)[..., None, :])
+            if not moves_bodies.all():
+                return self._lowest_beside_uncoupled(count, moves_bodies)
+        return self._lowest_of_coupled(count)
 
-    def _lowest(self, count):
+    def _lowest_of_coupled(self, count):
         """`lowest` of coordinates all of which move bodies."""
         if len(self) > SYSTEM.dense_coordinates and 2 * count <= len(self):
             return self._lowest_of_large(count)
@@ -505,7 +507,7 @@ class ReducedSystem:
     def _lowest_of_small(self, count):
         """`lowest` by the eigenvectors of the matrix of the notes."""
         omega, modal = self.omega, self.omega.shape[-1]
-        coupling, inertia, stiffness = (dense(part) for part in (self.coupling, self.inertia, self.stiffness))
+        coupling, inertia, stiffness = dense(self.coupling), dense(self.inertia), dense(self.stiffness)
         lower = _factors_of_each(stiffness)
         stable = np.isfinite(lower).all(axis=(-2, -1))[..., None]
         lower = np.where(stable[..., None], lower, np.eye(stiffness.shape[-1]))
@@ -520,21 +522,30 @@ class ReducedSystem:
         omega, shapes = _normalised(shapes, (vectors * (matrix @ vectors)).sum(axis=-2))
         return np.where(stable, omega, np.nan), np.where(stable[..., None], shapes, 0.0)
 
-    def _lowest_beside_uncoupled(self, count, moving):
-        """`lowest` where some coordinates of the cables are modes: these and the modes of the others."""
+    def _lowest_beside_uncoupled(self, count, moves_bodies):
+        """`lowest` where some coordinates of the cables are modes: these and the modes of the others.
+
+        Parameters
+        ----------
+        count : int
+        moves_bodies : ndarray of bool, shape (..., N)
+            See `coupled`; equally many in each system.
+        """
         modal, size = self.omega.shape[-1], len(self)
-        order, many = np.argsort(~moving, axis=-1, kind="stable"), int(np.count_nonzero(moving.reshape(-1, modal)[0]))
-        own, alone = order[..., :many], order[..., many:]
-        coupling = np.take_along_axis(self.coupling, own[..., None], axis=-2)
-        part = replace(self, omega=np.take_along_axis(self.omega, own, axis=-1), coupling=coupling)
-        omega, shapes = part._lowest(count)
-        every = np.concatenate([omega, np.take_along_axis(self.omega, alone, axis=-1)], axis=-1)
-        whole, found = np.zeros((*every.shape[:-1], size, every.shape[-1])), omega.shape[-1]
-        bodies = np.broadcast_to(np.arange(modal, size), (*own.shape[:-1], size - modal))
-        np.put_along_axis(whole[..., :found], np.concatenate([own, bodies], axis=-1)[..., None], shapes, axis=-2)
-        np.put_along_axis(whole[..., found:], alone[..., None, :], 1.0, axis=-2)
-        lowest = np.argsort(every, axis=-1, kind="stable")[..., :count]
-        return np.take_along_axis(every, lowest, axis=-1), np.take_along_axis(whole, lowest[..., None, :], axis=-1)
+        order = np.argsort(~moves_bodies, axis=-1, kind="stable")
+        coupled_count = int(np.count_nonzero(moves_bodies.reshape(-1, modal)[0]))
+        together, alone = order[..., :coupled_count], order[..., coupled_count:]
+        coupled_omega = np.take_along_axis(self.omega, together, axis=-1)
+        coupling = np.take_along_axis(self.coupling, together[..., None], axis=-2)
+        coupled_omega, coupled_shapes = replace(self, omega=coupled_omega, coupling=coupling)._lowest_of_coupled(count)
+        omega = np.concatenate([coupled_omega, np.take_along_axis(self.omega, alone, axis=-1)], axis=-1)
+        shapes, modes = np.zeros((*omega.shape[:-1], size, omega.shape[-1])), coupled_omega.shape[-1]
+        bodies = np.broadcast_to(np.arange(modal, size), (*together.shape[:-1], size - modal))
+        rows = np.concatenate([together, bodies], axis=-1)
+        np.put_along_axis(shapes[..., :modes], rows[..., None], coupled_shapes, axis=-2)
+        np.put_along_axis(shapes[..., modes:], alone[..., None, :], 1.0, axis=-2)
+        lowest = np.argsort(omega, axis=-1, kind="stable")[..., :count]
+        return np.take_along_axis(omega, lowest, axis=-1), np.take_along_axis(shapes, lowest[..., None, :], axis=-1)
 
     def compliance(self, motion):
         """Static displacement of a free displacement of the bodies (its number) per force there. [m/N, rad/(N m)]"""
@@ -547,32 +558,32 @@ class ReducedSystem:
     def _lowest_of_large(self, count):
         """`lowest` by Lanczos iteration: no large matrix is formed, only the stiffness of the bodies is factorised."""
         if self.omega.ndim > 1:
-            every = zip(self.omega, self.coupling, self.inertia, self.stiffness, strict=True)
-            found = [ReducedSystem(*parts)._lowest_of_large(count) for parts in every]
-            return tuple(np.stack(parts) for parts in zip(*found, strict=True))
+            systems = zip(self.omega, self.coupling, self.inertia, self.stiffness, strict=True)
+            omega, shapes = zip(*(ReducedSystem(*system)._lowest_of_large(count) for system in systems), strict=True)
+            return np.stack(omega), np.stack(shapes)
         modal, square = len(self.omega), self.omega**2
         try:
             solve = _factors(self.stiffness).solve if self.stiffness.shape[0] else np.zeros_like
         except NoSolutionError:
             return np.full(count, np.nan), np.zeros((len(self), count))
 
-        def solved(forces):
+        def static_displacements(forces):
             return np.concatenate([forces[:modal] / square, solve(forces[modal:])])
 
-        shapes = _lanczos(len(self), solved, self.weighed, count)
-        inner, bodies = shapes[:modal], shapes[modal:]
-        energy = (square[:, None] * inner**2).sum(axis=0) + (bodies * (self.stiffness @ bodies)).sum(axis=0)
+        shapes = _lanczos(len(self), static_displacements, self.weighed, count)
+        cables, bodies = shapes[:modal], shapes[modal:]
+        energy = (square[:, None] * cables**2).sum(axis=0) + (bodies * (self.stiffness @ bodies)).sum(axis=0)
         shapes = shapes / np.sqrt(energy)
         return _normalised(shapes, (shapes * self.weighed(shapes)).sum(axis=0))
 
     def weighed(self, shapes):
         """M times shapes of all coordinates, shape (N + d,) or (N + d, r), of one system."""
-        inner, bodies = shapes[: len(self.omega)], shapes[len(self.omega) :]
-        return np.concatenate([inner + self.coupling @ bodies, self.coupling.T @ inner + self.inertia @ bodies])
+        cables, bodies = shapes[: len(self.omega)], shapes[len(self.omega) :]
+        return np.concatenate([cables + self.coupling @ bodies, self.coupling.T @ cables + self.inertia @ bodies])
 
 
 def coupled(coupling, inertia):
-    """Which coordinates of the cables move bodies, shape (..., N): each of the others is a mode by itself.
+    """True for coordinates of the cables that move bodies, shape (..., N): each of the others is a mode by itself.
 
     Parameters
     ----------
@@ -584,20 +595,20 @@ def coupled(coupling, inertia):
     return (np.abs(coupling) > SYSTEM.uncoupled_momentum * np.sqrt(inertia)).any(axis=-1)
 
 
-def assemble(cables, moved, bodies, imposed=None, stiffness=0.0):
+def assemble(cables, connection, bodies, imposed=None, stiffness=0.0):
     """Cables between bodies, winches and the ground as one system.
 
     Parameters
     ----------
     cables : sequence of Superelement
         c cables.
-    moved : ndarray or sparse array, shape (6 c, b)
+    connection : ndarray or sparse array, shape (6 c, b)
         G: displacements of the six ends of one cable after the other, per displacement of the bodies. Where it is
         sparse, the matrices of the system are.
     bodies : ndarray or sparse array, shape (b, b)
         Mass matrix of the bodies.
     imposed : ndarray, shape (6 c, i), optional
-        H: the same per movement of the winches.
+        H: displacements of the ends per movement of the winches.
     stiffness : ndarray or sparse array, shape (b, b), optional
         Of the bodies, that of the cables' end stiffness left out.
 
@@ -605,65 +616,69 @@ def assemble(cables, moved, bodies, imposed=None, stiffness=0.0):
     -------
     LinearSystem
     """
-    imposed = np.zeros((moved.shape[0], 0)) if imposed is None else imposed
+    imposed = np.zeros((connection.shape[0], 0)) if imposed is None else imposed
     matrices = [cable.matrices() for cable in cables]
-    if not isinstance(moved, np.ndarray):
-        return _assemble_sparse(cables, matrices, moved, bodies, imposed, stiffness)
+    if not isinstance(connection, np.ndarray):
+        return _assemble_sparse(cables, matrices, connection, bodies, imposed, stiffness)
     modal, b = sum(len(cable.omega) for cable in cables), len(bodies)
     hysteretic = any(cable.strain is not None and cable.strain.law == "hysteretic" for cable in cables)
-    whole = np.zeros((3, modal + b, modal + b), dtype=complex if hysteretic else float)
-    driven = np.zeros((3, modal + b, imposed.shape[1]), dtype=whole.dtype)
-    whole[0, modal:, modal:], whole[2, modal:, modal:] = bodies, stiffness
+    # M, C, K, and what they make of the movements of the winches: minus B2, B1, B0
+    systems = np.zeros((3, modal + b, modal + b), dtype=complex if hysteretic else float)
+    of_winches = np.zeros((3, modal + b, imposed.shape[1]), dtype=systems.dtype)
+    systems[0, modal:, modal:], systems[2, modal:, modal:] = bodies, stiffness
     begin, body = 0, slice(modal, None)
-    for number, (cable, parts) in enumerate(zip(cables, matrices, strict=True)):
-        n = len(cable.omega)
-        modes, ends = slice(begin, begin + n), slice(6 * number, 6 * number + 6)
-        for total, outer, matrix in zip(whole, driven, parts, strict=True):
-            total[modes, modes] = matrix[:n, :n]
-            total[modes, body] = matrix[:n, n:] @ moved[ends]
-            total[body, modes] = total[modes, body].T
-            total[body, body] += moved[ends].T @ matrix[n:, n:] @ moved[ends]
-            outer[modes] += matrix[:n, n:] @ imposed[ends]
-            outer[body] += moved[ends].T @ matrix[n:, n:] @ imposed[ends]
+    for cable, (element, of_cable) in enumerate(zip(cables, matrices, strict=True)):
+        n = len(element.omega)
+        modes, ends = slice(begin, begin + n), slice(6 * cable, 6 * cable + 6)
+        g, h = connection[ends], imposed[ends]
+        for system, by_winches, matrix in zip(systems, of_winches, of_cable, strict=True):
+            system[modes, modes] = matrix[:n, :n]
+            system[modes, body] = matrix[:n, n:] @ g
+            system[body, modes] = system[modes, body].T
+            system[body, body] += g.T @ matrix[n:, n:] @ g
+            by_winches[modes] += matrix[:n, n:] @ h
+            by_winches[body] += g.T @ matrix[n:, n:] @ h
         begin += n
-    mass, damping, total = whole
-    return LinearSystem(mass.real, damping.real, total, tuple(-driven[::-1]), b)
+    mass, damping, total_stiffness = systems
+    return LinearSystem(mass.real, damping.real, total_stiffness, tuple(-of_winches[::-1]), b)
 
 
-def _assemble_sparse(cables, matrices, moved, bodies, imposed, stiffness):
+def _assemble_sparse(cables, matrices, connection, bodies, imposed, stiffness):
     """`assemble` for a sparse G: block-diagonal matrices of the cables, whose ends then move with the bodies."""
     from scipy.sparse import block_array, coo_array, csc_array, eye_array
 
     sizes = np.array([len(cable.omega) for cable in cables])
     modal, ends = int(sizes.sum()), 6 * len(cables)
-    first = np.cumsum(sizes) - sizes
-    rows, columns, values = [], [], ([], [], [])
+    first_mode = np.cumsum(sizes) - sizes
+    rows, columns, values = [], [], ([], [], [])  # of the entries of M, C and K of all cables
     for size in np.unique(sizes):  # cables with equal numbers of modes together
         alike = np.flatnonzero(sizes == size)
-        modes, ends_of_alike = first[alike, None] + np.arange(size), modal + 6 * alike[:, None] + np.arange(6)
-        index = np.concatenate([modes, ends_of_alike], axis=1)
+        modes, ends_of_alike = first_mode[alike, None] + np.arange(size), modal + 6 * alike[:, None] + np.arange(6)
+        index = np.concatenate([modes, ends_of_alike], axis=1)  # of each cable among all modes, then all ends
         rows.append(np.repeat(index, size + 6, axis=1).ravel())
         columns.append(np.tile(index, (1, size + 6)).ravel())
-        for part, entries in enumerate(values):
-            entries.append(np.stack([matrices[cable][part] for cable in alike.tolist()]).ravel())
+        for which, entries in enumerate(values):  # M, C or K
+            entries.append(np.stack([matrices[cable][which] for cable in alike.tolist()]).ravel())
     rows, columns = np.concatenate(rows), np.concatenate(columns)
     bodies, stiffness = csc_array(bodies), csc_array(stiffness) if np.ndim(stiffness) else 0 * csc_array(bodies)
     # modes and ends by the coordinates of the system, and by the movements of the winches
-    by_system = block_array([[eye_array(modal), None], [None, moved]], format="csr") if modal else csc_array(moved)
+    blocks = [[eye_array(modal), None], [None, connection]]
+    by_system = block_array(blocks, format="csr") if modal else csc_array(connection)
     by_winches = np.concatenate([np.zeros((modal, imposed.shape[1])), imposed])
-    assembled, driven = [], []
-    for parts, of_bodies in zip(values, (bodies, 0 * bodies, stiffness), strict=True):
-        entries = np.concatenate(parts)
+    systems, of_winches = [], []
+    for of_sizes, of_bodies in zip(values, (bodies, 0 * bodies, stiffness), strict=True):
+        entries = np.concatenate(of_sizes)
         nonzero = entries != 0
         matrix = coo_array((entries[nonzero], (rows[nonzero], columns[nonzero])), shape=(modal + ends,) * 2).tocsr()
         if modal:
             of_bodies = block_array([[csc_array((modal, modal)), None], [None, of_bodies]], format="csc")
-        assembled.append((by_system.T @ matrix @ by_system + of_bodies).tocsc())
+        systems.append((by_system.T @ matrix @ by_system + of_bodies).tocsc())
         # sorts the indices too: whoever sorted those of a copy that shares the values would put these in disorder
-        assembled[-1].sum_duplicates()
-        driven.append(by_system.T @ (matrix @ by_winches))
-    mass, damping, total = assembled
-    return LinearSystem(mass.real, damping.real, total, tuple(-part for part in driven[::-1]), bodies.shape[0])
+        systems[-1].sum_duplicates()
+        of_winches.append(by_system.T @ (matrix @ by_winches))
+    mass, damping, total_stiffness = systems
+    inputs = tuple(-matrix for matrix in of_winches[::-1])
+    return LinearSystem(mass.real, damping.real, total_stiffness, inputs, bodies.shape[0])
 
 
 def dense(matrix):
@@ -672,6 +687,7 @@ def dense(matrix):
 
 
 def _cholesky(stiffness):
+    """Cholesky factor L of a stiffness L L^T; NoSolutionError where it is not positive definite."""
     try:
         return np.linalg.cholesky(stiffness)
     except np.linalg.LinAlgError:
@@ -685,11 +701,11 @@ def _factors_of_each(matrices):
     except np.linalg.LinAlgError:
         if matrices.ndim == 2:
             return np.full(matrices.shape, np.nan)
-        return np.stack([_factors_of_each(one) for one in matrices])
+        return np.stack([_factors_of_each(matrix) for matrix in matrices])
 
 
 def _factors(stiffness):
-    """Factors of a positive definite matrix."""
+    """Sparse L U factors (`SuperLU`) of a stiffness; NoSolutionError where it is not positive definite."""
     from scipy.sparse import csc_array
     from scipy.sparse.linalg import splu
 
@@ -705,7 +721,7 @@ def _factors(stiffness):
 
 
 def _lanczos(size, solve, weigh, count):
-    """Lowest modes, by shift-invert Lanczos iteration about zero from a fixed start vector.
+    """Shapes of the lowest modes, (size, count), by shift-invert Lanczos iteration about zero from a fixed vector.
 
     Parameters
     ----------
@@ -717,13 +733,13 @@ def _lanczos(size, solve, weigh, count):
     from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
     inverse, mass = (LinearOperator((size, size), matvec=product, dtype=float) for product in (solve, weigh))
-    begin = 1 + np.modf(np.arange(1, size + 1) * (np.sqrt(5) - 1) / 2)[0]  # without symmetry, reproducible
+    start = 1 + np.modf(np.arange(1, size + 1) * (np.sqrt(5) - 1) / 2)[0]  # without symmetry, reproducible
     try:
-        return eigsh(inverse, count, M=mass, sigma=0.0, OPinv=inverse, v0=begin, ncv=2 * count + 10)[1]
+        return eigsh(inverse, count, M=mass, sigma=0.0, OPinv=inverse, v0=start, ncv=2 * count + 10)[1]
     except ArpackNoConvergence as error:
         raise ConvergenceError(f"modes: {error}") from None
 
 
 def upper(values):
-    """Those of some poles in the upper half plane and on the real axis."""
+    """The values in the upper half plane and on the real axis."""
     return values[values.imag >= 0]

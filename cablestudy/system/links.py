@@ -44,13 +44,14 @@ class Links:
 
     @classmethod
     def of(cls, suspension, vector, extension):
-        """Those of a `SuspendedSystem` in a state; None where it has none."""
+        """`Links` of a `SuspendedSystem` in a state; None where it has none."""
         if not suspension.link_names:
             return None
         length, damping = np.nan_to_num(suspension.link_length), suspension.link_damping
-        there = ~np.isnan(suspension.link_length)
-        stiffness, extension = (np.where(there, part, 0.0) for part in (suspension.link_stiffness, extension))
-        return cls(vector, np.where(there & (length == 0), size(vector), extension), stiffness, damping, length)
+        has_length = ~np.isnan(suspension.link_length)  # the others carry nothing yet
+        stiffness, extension = (np.where(has_length, value, 0.0) for value in (suspension.link_stiffness, extension))
+        extension = np.where(has_length & (length == 0), size(vector), extension)
+        return cls(vector, extension, stiffness, damping, length)
 
     @cached_property
     def distance(self):
@@ -76,8 +77,8 @@ class Links:
     @property
     def end_forces(self):
         """Force of each link on what holds its two ends, global axes, shape (..., l, 2, 3). [N]"""
-        pulled = self.force[..., None] * self.direction
-        return np.stack([pulled, -pulled], axis=-2)
+        on_first = self.force[..., None] * self.direction
+        return np.stack([on_first, -on_first], axis=-2)
 
     @property
     def end_stiffness(self):
@@ -96,11 +97,11 @@ class Links:
 
 
 def _along_and_across(direction, along, across):
-    """a t t^T + b (I - t t^T), shape (..., 3, 3)."""
-    tangent = direction[..., :, None] * direction[..., None, :]
-    return across[..., None, None] * np.eye(3) + (along - across)[..., None, None] * tangent
+    """Matrix a t t^T + b (I - t t^T) of a direction t, a along it and b across it, shape (..., 3, 3)."""
+    projection = direction[..., :, None] * direction[..., None, :]
+    return across[..., None, None] * np.eye(3) + (along - across)[..., None, None] * projection
 
 
 def joined(of_cables, of_links, axis=-3):
-    """Numbers of all cables and then of all links, along an axis; without links (None) those of the cables."""
+    """Values of all cables and then of all links, along an axis; without links (None) those of the cables."""
     return of_cables if of_links is None else np.concatenate([of_cables, of_links], axis=axis)

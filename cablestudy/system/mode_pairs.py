@@ -23,24 +23,24 @@ def pair_modes(modes, others):
     The pairs have the largest sum of modal assurance criteria (phi^T M psi)^2, of mass-normalised shapes with the
     masses of the nodes of the other model. Allemang and Brown (1982).
     """
-    bodies = (one.layout.displaced(one.layout.bodies(one.shapes)) for one in (modes, others))
-    product = [_product(next(bodies), others.layout.mass @ next(bodies))]
-    models, own = others.solution.models, modes.solution.models.meshes
-    for place, (mesh, mass) in enumerate(zip(models.meshes, models.cables.mass.tolist(), strict=True)):
+    first, second = (model.layout.displaced(model.layout.bodies(model.shapes)) for model in (modes, others))
+    products = [_product(first, others.layout.mass @ second)]
+    models, meshes = others.solution.models, modes.solution.models.meshes
+    for cable, (mesh, mass) in enumerate(zip(models.meshes, models.cables.mass.tolist(), strict=True)):
         if mesh is not None:
-            moved = _interpolation(own[place], mesh) @ modes.displacements[place].swapaxes(0, 1)
-            weighted = mass * _shares(mesh)[:, None, None] * others.displacements[place]
-            product.append(_product(moved.swapaxes(0, 1), weighted))
-    return assigned(sum(product) ** 2)[1]
+            interpolated = _interpolation(meshes[cable], mesh) @ modes.displacements[cable].swapaxes(0, 1)
+            momentum = mass * _mass_shares(mesh)[:, None, None] * others.displacements[cable]
+            products.append(_product(interpolated.swapaxes(0, 1), momentum))
+    return assigned(sum(products) ** 2)[1]
 
 
 def _product(first, second):
-    """Sum of the products of two displacements of places, shapes (..., k) and (..., m): shape (k, m)."""
+    """Matrix of the products of k and m fields of vectors at equal points, of shapes (..., k) and (..., m)."""
     return first.reshape(-1, first.shape[-1]).T @ second.reshape(-1, second.shape[-1])
 
 
 @lru_cache(maxsize=128)
-def _shares(mesh):
+def _mass_shares(mesh):
     """Share of each node in the mass of a cable with all it carries, shape (nodes,). [-]"""
     return mesh.node_masses / mesh.node_masses.sum()
 
@@ -48,7 +48,7 @@ def _shares(mesh):
 @lru_cache(maxsize=128)
 def _interpolation(mesh, other):
     """Displacements at the nodes of another mesh from those at the nodes of a mesh, shape (other nodes, nodes). [-]"""
-    which, local = mesh.located(other.node_positions)
-    found = np.zeros((other.nodes, mesh.nodes))
-    np.put_along_axis(found, mesh.element_nodes[which], lagrange(basis(mesh.order).nodes, local), axis=1)
-    return found
+    element, local = mesh.located(other.node_positions)
+    matrix = np.zeros((other.nodes, mesh.nodes))
+    np.put_along_axis(matrix, mesh.element_nodes[element], lagrange(basis(mesh.order).nodes, local), axis=1)
+    return matrix

@@ -16,7 +16,7 @@ order in the coupling to modes that are not in the window, where poles of the wi
 
 import numpy as np
 
-from cablestudy.system.connected import parts_of
+from cablestudy.system.connected import coupled_groups
 from cablestudy.system.tolerances import SYSTEM
 
 
@@ -79,7 +79,7 @@ def eigen(matrices, omega):
     n, states = len(omega), len(matrices) - 1
     stiffness, *damping, mass = matrices
     poles, vectors = [np.zeros(0)], [np.zeros((states * n, 0))]
-    for part in parts_of(mass, damping[0] if damping else 0 * mass, stiffness):
+    for part in coupled_groups(mass, damping[0] if damping else 0 * mass, stiffness):
         of_part, part_vectors = _eigen_of_coupled([matrix[np.ix_(part, part)] for matrix in matrices], omega[part])
         all_rows = np.zeros((states, n, len(of_part)), dtype=complex)
         all_rows[:, part] = part_vectors.reshape(states, len(part), -1)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cablestudy.system.connected import apart
+from cablestudy.system.connected import coupled_states
 from cablestudy.system.tolerances import SYSTEM
 
 CIRCLE = np.exp(2j * np.pi * (np.arange(24) + 0.5) / 24)  # points of a contour around poles that coincide
@@ -52,7 +52,7 @@ def eigen(a):
     SIAM Journal on Matrix Analysis and Applications 29, 2007): in the space of the poles that coincide alone. The share
     of a state in a pole is its entry of V times that of V^-1; in whatever unit the state is, it is the same.
     """
-    parts = apart(a)
+    parts = coupled_states(a)
     if len(parts) < 2:
         return _eigen_of_one(a)
     poles, right, left = np.zeros(len(a), dtype=complex), *np.zeros((2, *a.shape), dtype=complex)

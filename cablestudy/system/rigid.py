@@ -64,12 +64,12 @@ def to_angles(rotation):
     ndarray, shape (..., 3)
         Roll and yaw in [-pi, pi], pitch in [-pi/2, pi/2]. [rad]
     """
-    level = np.hypot(rotation[..., 2, 1], rotation[..., 2, 2])
-    pitch = np.arctan2(-rotation[..., 2, 0], level)
-    upright = level > 1e-12
-    roll = np.where(upright, np.arctan2(rotation[..., 2, 1], rotation[..., 2, 2]), 0.0)
+    cos_pitch = np.hypot(rotation[..., 2, 1], rotation[..., 2, 2])
+    pitch = np.arctan2(-rotation[..., 2, 0], cos_pitch)
+    unique = cos_pitch > 1e-12
+    roll = np.where(unique, np.arctan2(rotation[..., 2, 1], rotation[..., 2, 2]), 0.0)
     yaw = np.where(
-        upright,
+        unique,
         np.arctan2(rotation[..., 1, 0], rotation[..., 0, 0]),
         np.arctan2(-rotation[..., 0, 1], rotation[..., 1, 1]),
     )
@@ -77,7 +77,7 @@ def to_angles(rotation):
 
 
 def turn(vector):
-    """exp([v x]) - I, the change that a finite rotation makes: all digits of it, however small.
+    """Matrix exp([v x]) - I of a finite rotation less the unit matrix: all digits of it, however small.
 
     Parameters
     ----------
@@ -111,9 +111,9 @@ def at_attachments(stiffness, first, second):
     -------
     ndarray, shape (..., 6, 6)
     """
-    left, right = cross_matrix(first), -cross_matrix(second)  # -[r x]^T = [r x]
-    coupled = stiffness @ right
+    left, right = cross_matrix(first), -cross_matrix(second)  # rotational parts of B_1^T and B_2: -[r x]^T = [r x]
+    by_rotation = stiffness @ right
     matrix = np.empty((*stiffness.shape[:-2], 6, 6))
-    matrix[..., :3, :3], matrix[..., :3, 3:] = stiffness, coupled
-    matrix[..., 3:, :3], matrix[..., 3:, 3:] = left @ stiffness, left @ coupled
+    matrix[..., :3, :3], matrix[..., :3, 3:] = stiffness, by_rotation
+    matrix[..., 3:, :3], matrix[..., 3:, 3:] = left @ stiffness, left @ by_rotation
     return matrix

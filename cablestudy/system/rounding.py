@@ -26,13 +26,13 @@ from cablestudy.system.tolerances import SYSTEM
 
 @dataclass(frozen=True)
 class Bounds:
-    """Rounding of what a search brings to zero.
+    """Rounding of net forces, or of stated values, which a search brings to zero.
 
     Attributes
     ----------
     least, most : ndarray
-        Of the sums, and of the lengths and places they are computed from: of net forces and moments, shape
-        (..., b, 6) [N], [N m]; or of values, shape (..., c) [-].
+        That of the sums alone, and with that of the lengths and places they are computed from. Of net forces and
+        moments shape (..., b, 6) [N], [N m]; of the relative errors of stated values shape (..., c) [-].
     """
 
     least: np.ndarray
@@ -53,26 +53,26 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
     cables : Catenary
         Of shape (..., c).
     tension : ndarray, shape (..., c)
-        Largest one of each cable, or what is known of it. [N]
+        Largest one of each cable, or an upper bound of it. [N]
     links : Links, optional
     """
     of_cables = _of_tensions(ends[..., suspension.of_cables, :, :], strain, cables, tension)
     of_links = (None, None) if links is None else of_springs(ends[..., len(suspension.cable_names) :, :, :], links)
-    least, most = (joined(*parts, axis=-1) for parts in zip(of_cables, of_links, strict=True))
+    least, most = (joined(*rounding, axis=-1) for rounding in zip(of_cables, of_links, strict=True))
     center, weight = tangent.weights(suspension, rotation)
-    dead = np.stack([
-        size(weight) + size(suspension.force), size(weight) * size(center) + size(suspension.moment)
-    ], axis=-1)  # fmt: skip
+    force, moment = size(suspension.force), size(suspension.moment)
+    dead_loads = np.stack([size(weight) + force, size(weight) * size(center) + moment], axis=-1)
     cable, end = np.nonzero(suspension.owner != tangent.GROUND)
     body, arm = suspension.owner[cable, end], size(arms)[..., cable, end]
 
-    def summed(of_cables):
-        force = of_cables[..., cable]
-        total = np.zeros((*force.shape[:-1], *dead.shape[-2:])) + dead
-        np.add.at(total, (..., body, slice(None)), np.stack([force, force * arm], axis=-1))
+    def on_bodies(of_cables_and_links):
+        """Sum of the rounding of force and moment over all that acts on each body, shape (..., b, 6)."""
+        of_ends = of_cables_and_links[..., cable]
+        total = np.zeros((*of_ends.shape[:-1], *dead_loads.shape[-2:])) + dead_loads
+        np.add.at(total, (..., body, slice(None)), np.stack([of_ends, of_ends * arm], axis=-1))
         return SYSTEM.sum_rounding * SYSTEM.rounding * np.repeat(total, 3, axis=-1)
 
-    return Bounds(summed(least), summed(most))
+    return Bounds(on_bodies(least), on_bodies(most))
 
 
 def of_values(ends, strain, cables, given, value):
@@ -85,31 +85,31 @@ def of_values(ends, strain, cables, given, value):
     given : sequence of (str or None), one per cable
     value : ndarray, shape (..., c)
     """
-    sags = np.array([kind == "sag" for kind in given])
-    tension = np.where(sags, cables.mean_tension, value)
-    deep = np.where(sags, cables.span.chord / np.maximum(value, SYSTEM.tiny), 0.0)
-    parts = (
-        part / np.maximum(tension, SYSTEM.tiny) + deep
-        for part in _of_tensions(ends, strain, cables, cables.max_tension)
+    sag_stated = np.array([kind == "sag" for kind in given])
+    tension = np.where(sag_stated, cables.mean_tension, value)
+    of_sag = np.where(sag_stated, cables.span.chord / np.maximum(value, SYSTEM.tiny), 0.0)
+    least, most = (
+        SYSTEM.sum_rounding * SYSTEM.rounding * (of_force / np.maximum(tension, SYSTEM.tiny) + of_sag)
+        for of_force in _of_tensions(ends, strain, cables, cables.max_tension)
     )
-    return Bounds(*(SYSTEM.sum_rounding * SYSTEM.rounding * part for part in parts))
+    return Bounds(least, most)
 
 
 def _of_tensions(ends, strain, cables, tension):
-    """Rounding of the force of each cable over that of a number: least and most, shape (..., c). [N]"""
-    length, place = cables.span.unstretched_length, np.abs(ends).max(axis=(-1, -2))
+    """Rounding of the force of each cable over eps: `Bounds.least` and `most`, shape (..., c). [N]"""
+    length, coordinate = cables.span.unstretched_length, np.abs(ends).max(axis=(-1, -2))
     stiffness = np.sqrt((cables.end_stiffness**2).sum(axis=(-1, -2)))
-    least = tension * (1 + place / cables.span.chord) + stiffness * length * np.abs(strain)
-    return least, least + stiffness * (length + place)
+    least = tension * (1 + coordinate / cables.span.chord) + stiffness * length * np.abs(strain)
+    return least, least + stiffness * (length + coordinate)
 
 
 def of_springs(ends, links):
-    """Rounding of the force of each of some `Links` over that of a number: least and most, shape (..., l). [N]"""
-    place, least = np.abs(ends).max(axis=(-1, -2)), 2 * np.abs(links.force)
-    return least, least + links.stiffness * links.length + (links.stiffness + np.abs(links.across)) * place
+    """Rounding of the force of each of some `Links` over eps: `Bounds.least` and `most`, shape (..., l). [N]"""
+    coordinate, least = np.abs(ends).max(axis=(-1, -2)), 2 * np.abs(links.force)
+    return least, least + links.stiffness * links.length + (links.stiffness + np.abs(links.across)) * coordinate
 
 
-def over(suspension, net, bound):
+def largest_ratio(suspension, net, bound):
     """Largest net force on a free degree of freedom over its bound, shape (...). [-]"""
-    share = np.where(suspension.free, np.abs(net), 0.0) / np.maximum(bound, SYSTEM.tiny)
-    return share.max(axis=(-1, -2))
+    ratio = np.where(suspension.free, np.abs(net), 0.0) / np.maximum(bound, SYSTEM.tiny)
+    return ratio.max(axis=(-1, -2))

@@ -17,7 +17,7 @@ MOTIONS = ("x", "y", "z", "roll", "pitch", "yaw")
 
 @dataclass(frozen=True)
 class Stability:
-    """Verdict on each case.
+    """Stability of each case of a batch of equilibria.
 
     Attributes
     ----------
@@ -37,18 +37,18 @@ class Stability:
 
     @property
     def stable(self):
-        """Shape (...)."""
+        """True where a case is stable, shape (...)."""
         return self.verdict == STABLE
 
     def motion_name(self, case=()):
-        """The motion of one case in words, as "gondola yaw" or "gondola x and gondola pitch"."""
+        """Name of the motion of one case, as "gondola yaw" or "gondola x and gondola pitch"."""
         motion = np.abs(self.motion[case])
         largest = np.argsort(-motion, axis=None, kind="stable")[: SYSTEM.named_components]
         named = [i for i in largest if motion.flat[i] >= SYSTEM.named_share]
         return " and ".join(f"{self.body_names[i // 6]} {MOTIONS[i % 6]}" for i in named)
 
     def reason(self, case=()):
-        """Why one case is no stable equilibrium; an empty string where it is one."""
+        """Reason why one case is no stable equilibrium; an empty string where it is one."""
         words = {MECHANISM: "nothing holds", UNSTABLE: "unstable:"}
         verdict = int(self.verdict[case])
         return f"{words[verdict]} {self.motion_name(case)}" if verdict in words else ""
@@ -81,10 +81,10 @@ def stability_of(equilibrium):
         least, vector = np.empty(shape), np.empty(scales.shape)
         for case in np.ndindex(shape):
             matrix = tangent.scaled_sparse(blocks.of(case), suspension, scales[case])
-            least[case], vector[case] = _lowest(matrix)
+            least[case], vector[case] = _least_eigenvalue(matrix)
     # forces that are balanced to the residual only leave the geometric stiffness uncertain by as much
-    zero = np.maximum(SYSTEM.zero_eigenvalue, equilibrium.record.residual)
-    verdict = np.where(least > zero, STABLE, np.where(least < -zero, UNSTABLE, MECHANISM))
+    tolerance = np.maximum(SYSTEM.zero_eigenvalue, equilibrium.record.residual)
+    verdict = np.where(least > tolerance, STABLE, np.where(least < -tolerance, UNSTABLE, MECHANISM))
     motion = np.zeros((*least.shape, *suspension.free.shape))
     motion[..., suspension.free] = vector / scales
     # a rotation counts as the displacement of the body's rim
@@ -107,13 +107,14 @@ def _blocks_without_loose_cables(equilibrium):
     )
     if not loose.any():
         return equilibrium.blocks
-    loose = np.pad(loose, [(0, 0)] * (loose.ndim - 1) + [(0, len(equilibrium.suspension.link_names))])
-    forces = np.where(loose[..., None, None], 0.0, equilibrium.end_forces)
-    stiffness = np.where(loose[..., None, None], 0.0, equilibrium.end_stiffness)
+    links = len(equilibrium.suspension.link_names)
+    loose = np.pad(loose, [(0, 0)] * (loose.ndim - 1) + [(0, links)])[..., None, None]
+    forces = np.where(loose, 0.0, equilibrium.end_forces)
+    stiffness = np.where(loose, 0.0, equilibrium.end_stiffness)
     return tangent.blocks(equilibrium.suspension, equilibrium.rotation, equilibrium.arms, forces, stiffness)
 
 
-def _lowest(matrix):
+def _least_eigenvalue(matrix):
     """Least eigenvalue of a sparse matrix that is symmetric but for rounding, and its eigenvector."""
     from scipy.sparse import diags_array
     from scipy.sparse.linalg import LinearOperator, eigsh
@@ -124,6 +125,6 @@ def _lowest(matrix):
     while (factors := tangent.factorised(matrix + shift * unit)) is None:
         shift = max(10 * shift, SYSTEM.zero_eigenvalue)
     inverse = LinearOperator(matrix.shape, factors.solve, dtype=float)
-    begin = np.random.default_rng(1).normal(size=count)
-    values, vectors = eigsh(matrix, 1, sigma=-shift, which="LM", OPinv=inverse, v0=begin)
+    first_vector = np.random.default_rng(1).normal(size=count)
+    values, vectors = eigsh(matrix, 1, sigma=-shift, which="LM", OPinv=inverse, v0=first_vector)
     return values[0], vectors[:, 0]

@@ -50,7 +50,7 @@ class Rates:
 
 
 def values(cables, given):
-    """Of what each cable states.
+    """Values of what each cable states, such as its sag or a tension.
 
     Parameters
     ----------
@@ -95,25 +95,35 @@ def rates(cables, given):
     if span.load_positions.shape[-1]:
         return _rates_with_loads(cables, given)
     length, stiffness = span.unstretched_length, cables.global_end_stiffness
-    middle, half, *_ = _at_ends(cables)
-    by_length = -(stiffness @ _outward(cables)[..., None])[..., 0]
-    end_forces = np.stack([by_length - half, -by_length - half], axis=-2)
+    middle_tension, half_difference, *_ = _end_tensions(cables)
+    middle_by_length = -(stiffness @ _end_movement_by_length(cables)[..., None])[..., 0]  # L dN/dL
+    end_forces = np.stack([middle_by_length - half_difference, -middle_by_length - half_difference], axis=-2)
     gradients = _gradients(cables, kinds) if np.isin(kinds, FORCES).any() else {}
-    own = np.where(kinds == "unstretched_length", length, np.nan)
-    across = np.zeros_like(middle)
-    for kind, (gradient, direct) in gradients.items():
-        chosen = kinds == kind
-        own = np.where(chosen, (gradient * by_length).sum(axis=-1) + direct, own)
-        across = np.where(chosen[..., None], (stiffness @ gradient[..., None])[..., 0], across)
+    by_length = np.where(kinds == "unstretched_length", length, np.nan)
+    by_end = np.zeros_like(middle_tension)
+    for kind, (by_middle, at_given_middle) in gradients.items():
+        of_kind = kinds == kind
+        by_length = np.where(of_kind, (by_middle * middle_by_length).sum(axis=-1) + at_given_middle, by_length)
+        by_end = np.where(of_kind[..., None], (stiffness @ by_middle[..., None])[..., 0], by_end)
     if (kinds == "sag").any():
-        sag = _differences(span, lambda moved: moved.sag[..., None], _slack_step(span))[..., 0, :]
-        own = np.where(kinds == "sag", sag[..., 0], own)
-        across = np.where((kinds == "sag")[..., None], sag[..., 1:], across)
-    return Rates(end_forces, stiffness, own, across)
+        sag = _differences(span, lambda varied: varied.sag[..., None], _slack_step(span))[..., 0, :]
+        by_length = np.where(kinds == "sag", sag[..., 0], by_length)
+        by_end = np.where((kinds == "sag")[..., None], sag[..., 1:], by_end)
+    return Rates(end_forces, stiffness, by_length, by_end)
 
 
-def _at_ends(cables):
-    """Mean of the tension vectors at the ends, half of their difference, their sizes and directions; global axes."""
+def _end_tensions(cables):
+    """Tension vectors P_1 and P_2 at the ends, global axes.
+
+    Returns
+    -------
+    mean, half_difference : ndarray, shape (..., c, 3)
+        (P_1 + P_2)/2, which is N, and (P_2 - P_1)/2. [N]
+    t1, t2 : ndarray, shape (..., c, 1)
+        Their sizes. [N]
+    tangents : list of 2 ndarray, shape (..., c, 3)
+        P_1/T_1 and P_2/T_2. [-]
+    """
     forces = cables.end_forces("global")
     first, last = forces[..., 0, :], -forces[..., 1, :]
     t1, t2 = size(first)[..., None], size(last)[..., None]
@@ -121,39 +131,41 @@ def _at_ends(cables):
     return (first + last) / 2, (last - first) / 2, t1, t2, tangents
 
 
-def _outward(cables):
+def _end_movement_by_length(cables):
     """Movement of end 2 from end 1 by dL/L at a given tension vector at mid-length, shape (..., c, 3). [m]"""
-    middle, _, _, _, tangents = _at_ends(cables)
-    stiff = np.asarray(cables.span.axial_stiffness)[..., None]
-    return cables.span.unstretched_length[..., None] * ((tangents[0] + tangents[1]) / 2 + middle / stiff)
+    middle_tension, _, _, _, tangents = _end_tensions(cables)
+    axial_stiffness = np.asarray(cables.span.axial_stiffness)[..., None]
+    mean_tangent = (tangents[0] + tangents[1]) / 2
+    return cables.span.unstretched_length[..., None] * (mean_tangent + middle_tension / axial_stiffness)
 
 
 def _gradients(cables, kinds):
-    """Kind of tension -> its derivatives by the tension vector at mid-length, and by dL/L at given such vector.
+    """Derivatives of each kind of tension that occurs, of cables without point loads: dict, kind -> two arrays.
 
-    Those of the kinds that occur; without point loads. Shapes (..., c, 3) and (..., c). [-], [N]
+    By the tension vector N at mid-length, shape (..., c, 3) [-], and by dL/L at a given N, shape (..., c) [N]: for the
+    mean tension d/L - N/EA and (T_1 + T_2)/2 - T_m, as in the module's docstring.
     """
     span, mean = cables.span, cables.mean_tension
-    stiff = np.asarray(span.axial_stiffness)[..., None]
-    middle, half, t1, t2, tangents = _at_ends(cables)
-    direction = span.frame[..., 0, :] * (1 + np.asarray(span.chord_strain))[..., None] - middle / stiff
+    axial_stiffness = np.asarray(span.axial_stiffness)[..., None]
+    middle_tension, half_difference, t1, t2, tangents = _end_tensions(cables)
+    chord_over_length = span.frame[..., 0, :] * (1 + np.asarray(span.chord_strain))[..., None]
     gradients = {
-        "preload": (direction, (t1 + t2)[..., 0] / 2 - mean),
-        "tension_to": (tangents[1], (tangents[1] * half).sum(axis=-1)),
-        "tension_from": (tangents[0], -(tangents[0] * half).sum(axis=-1)),
+        "preload": (chord_over_length - middle_tension / axial_stiffness, (t1 + t2)[..., 0] / 2 - mean),
+        "tension_to": (tangents[1], (tangents[1] * half_difference).sum(axis=-1)),
+        "tension_from": (tangents[0], -(tangents[0] * half_difference).sum(axis=-1)),
     }
     if (kinds == "horizontal_tension").any():
-        level = middle * LEVEL
-        gradients["horizontal_tension"] = level / np.maximum(size(level)[..., None], SYSTEM.tiny), 0.0 * mean
+        horizontal = middle_tension * LEVEL
+        gradients["horizontal_tension"] = horizontal / np.maximum(size(horizontal)[..., None], SYSTEM.tiny), 0.0 * mean
     if (kinds == "max_tension").any():
         at_end_2 = t2 > t1
-        by_place, by_length_alone = zip(gradients["tension_to"], gradients["tension_from"], strict=True)
-        gradients["max_tension"] = np.where(at_end_2, *by_place), np.where(at_end_2[..., 0], *by_length_alone)
+        by_middle, at_given_middle = zip(gradients["tension_to"], gradients["tension_from"], strict=True)
+        gradients["max_tension"] = np.where(at_end_2, *by_middle), np.where(at_end_2[..., 0], *at_given_middle)
     return gradients
 
 
-def kept(cables, given):
-    """How cables answer that keep what they state, their lengths following.
+def end_forces_at_stated_values(cables, given):
+    """Changes of the forces on the ends of cables that keep what they state, their lengths following.
 
     Parameters
     ----------
@@ -172,65 +184,70 @@ def kept(cables, given):
     length takes back has no digits of that. [F, t; g, c] [dN; dL/L] = [d; dv] has them, with F the flexibility, t the
     movement by dL/L at a given tension vector N, and g and c the derivatives of what is stated.
     """
-    found, value = rates(cables, given), values(cables, given)
-    own = np.where(np.abs(found.by_length) > SYSTEM.tiny, found.by_length, SYSTEM.tiny)
-    by_length = (found.end_forces[..., 0, :] - found.end_forces[..., 1, :]) / 2
-    lengthening = np.concatenate([-found.by_end, value[..., None]], axis=-1) / own[..., None]
-    pulled = np.concatenate([found.stiffness, np.zeros_like(value)[..., None, None].repeat(3, axis=-2)], axis=-1)
-    pulled = pulled + by_length[..., None] * lengthening[..., None, :]
-    chosen = np.isin(np.asarray(given, dtype=object), FORCES) & ~cables.slack & ~cables.folded
-    if chosen.any() and not cables.span.load_positions.shape[-1]:
-        exact = _kept_tension(cables, given, value, chosen)
-        pulled = np.where(chosen[..., None, None], exact[..., :3, :], pulled)
-        lengthening = np.where(chosen[..., None], exact[..., 3, :], lengthening)
-    of_weight = (found.end_forces[..., 0, :] + found.end_forces[..., 1, :]) / 2  # half of the weight on each end
-    of_weight = of_weight[..., None] * lengthening[..., None, :]
-    return np.stack([of_weight + pulled, of_weight - pulled], axis=-3)
+    derivatives, value = rates(cables, given), values(cables, given)
+    force_1, force_2 = (derivatives.end_forces[..., end, :] for end in (0, 1))  # by dL/L
+    by_length = derivatives.by_length
+    by_length = np.where(np.abs(by_length) > SYSTEM.tiny, by_length, SYSTEM.tiny)
+    # dL/L, and then dN, by the three movements of end 2 and by the stated value
+    lengthening = np.concatenate([-derivatives.by_end, value[..., None]], axis=-1) / by_length[..., None]
+    at_given_length = np.zeros((*value.shape, 3, 4))
+    at_given_length[..., :3] = derivatives.stiffness
+    middle = at_given_length + ((force_1 - force_2) / 2)[..., None] * lengthening[..., None, :]
+    exact = np.isin(np.asarray(given, dtype=object), FORCES) & ~cables.slack & ~cables.folded
+    if exact.any() and not cables.span.load_positions.shape[-1]:
+        changes = _changes_at_stated_tension(cables, given, value, exact)
+        middle = np.where(exact[..., None, None], changes[..., :3, :], middle)
+        lengthening = np.where(exact[..., None], changes[..., 3, :], lengthening)
+    half_weight = ((force_1 + force_2) / 2)[..., None] * lengthening[..., None, :]  # what is added on each end
+    return np.stack([half_weight + middle, half_weight - middle], axis=-3)
 
 
-def _kept_tension(cables, given, value, chosen):
-    """Changes of tension vector and dL/L of cables that keep a tension, shape (..., c, 4, 4); see `kept`."""
+def _changes_at_stated_tension(cables, given, value, chosen):
+    """Changes of tension vector and dL/L of the `chosen` cables, which keep a tension, shape (..., c, 4, 4).
+
+    They solve the equations of `end_forces_at_stated_values`, with forces over the tension and lengths over L.
+    """
     span, kinds = cables.span, np.asarray(given, dtype=object)
     length, tension = span.unstretched_length[..., None], np.where(chosen, cables.max_tension, 1.0)[..., None]
     qq, nn, yy, qn, qy, ny = cables.flexibility
     compliance = np.stack([qq, qn, qy, qn, nn, ny, qy, ny, yy], axis=-1).reshape((*qq.shape, 3, 3))
     compliance = np.swapaxes(span.frame, -1, -2) @ compliance @ span.frame
-    matrix, right = (np.zeros((*value.shape, 4, 4)) for _ in range(2))  # forces over the tension, places over L
+    matrix, right = (np.zeros((*value.shape, 4, 4)) for _ in range(2))
     matrix[..., :3, :3] = compliance * (tension / length)[..., None]
-    matrix[..., :3, 3] = _outward(cables) / length
-    for kind, (by_force, alone) in _gradients(cables, kinds).items():
+    matrix[..., :3, 3] = _end_movement_by_length(cables) / length
+    for kind, (by_middle, at_given_middle) in _gradients(cables, kinds).items():
         of_kind = (kinds == kind)[..., None]
-        matrix[..., 3, :3] = np.where(of_kind, by_force, matrix[..., 3, :3])
-        matrix[..., 3, 3:] = np.where(of_kind, alone[..., None] / tension, matrix[..., 3, 3:])
+        matrix[..., 3, :3] = np.where(of_kind, by_middle, matrix[..., 3, :3])
+        matrix[..., 3, 3:] = np.where(of_kind, at_given_middle[..., None] / tension, matrix[..., 3, 3:])
     right[..., :3, :3], right[..., 3, 3] = np.eye(3) / length[..., None], value / tension[..., 0]
     matrix = np.where(chosen[..., None, None] & np.isfinite(matrix), matrix, np.eye(4))
     try:
-        answer = np.linalg.solve(matrix, right)
+        solution = np.linalg.solve(matrix, right)
     except np.linalg.LinAlgError:
-        answer = np.linalg.pinv(matrix) @ right
-    answer[..., :3, :] *= tension[..., None]
-    return answer
+        solution = np.linalg.pinv(matrix) @ right
+    solution[..., :3, :] *= tension[..., None]
+    return solution
 
 
 def _rates_with_loads(cables, given):
-    """`rates` of cables that may carry point loads."""
+    """`rates` of cables that may carry point loads: central differences."""
     span = cables.span
 
-    def asked(moved):
-        known = np.asarray(values(moved, given))[..., None]
-        return np.concatenate([moved.end_forces("global").reshape((*known.shape[:-1], 6)), known], axis=-1)
+    def forces_and_value(varied):
+        value = np.asarray(values(varied, given))[..., None]
+        return np.concatenate([varied.end_forces("global").reshape((*value.shape[:-1], 6)), value], axis=-1)
 
     strain = np.maximum(np.abs(span.chord_strain), cables.mean_tension / span.axial_stiffness)
-    found = _differences(span, asked, SYSTEM.sag_difference * np.maximum(strain, 1e-12))
-    found = np.where(np.isfinite(found), found, 0.0)  # without a definite form, as without any load, there are none
+    rate = _differences(span, forces_and_value, SYSTEM.sag_difference * np.maximum(strain, 1e-12))
+    rate = np.where(np.isfinite(rate), rate, 0.0)  # without a definite form, as without any load, there are none
     stated = ~np.isnan(values(cables, given))
-    end_forces = found[..., :6, 0].reshape((*found.shape[:-2], 2, 3))
-    by_end = np.where(stated[..., None], found[..., 6, 1:], 0.0)
-    return Rates(end_forces, cables.global_end_stiffness, np.where(stated, found[..., 6, 0], np.nan), by_end)
+    end_forces = rate[..., :6, 0].reshape((*rate.shape[:-2], 2, 3))
+    by_end = np.where(stated[..., None], rate[..., 6, 1:], 0.0)
+    return Rates(end_forces, cables.global_end_stiffness, np.where(stated, rate[..., 6, 0], np.nan), by_end)
 
 
 def _slack_step(span):
-    """A change of strain about as large as what the slack or stretch of a cable can tell of its sag."""
+    """Relative change of length for the differences of a sag: a share of the slack or stretch of the cable."""
     return SYSTEM.sag_difference * np.maximum(np.abs(span.chord_strain), 1e-8)
 
 
@@ -247,30 +264,31 @@ def _differences(span, function, step):
     """
     vector = span.frame[..., 0, :] * np.asarray(span.chord)[..., None]
     forces = span.in_frame(span.load_forces, "global")
-    of_loads = {"load_positions": span.load_positions, "load_forces": forces} if forces.shape[-2] else {}
+    loads = {"load_positions": span.load_positions, "load_forces": forces} if forces.shape[-2] else {}
 
-    def at(factor, shift):
-        stiffness, vertical = span.axial_stiffness, span.vertical
-        moved = Span.between(
-            np.zeros(3), vector + shift, stiffness, span.mass, span.gravity, vertical=vertical, **of_loads
-        )
-        longer = 2 * (vector * shift).sum(axis=-1) + (shift**2).sum(axis=-1)
-        strain = span.chord_strain + longer / (moved.chord + span.chord) / span.unstretched_length
-        moved = replace(moved, load_fractions=span.load_fractions)
-        return function(catenary.solve(moved.with_chord_strain(with_relative_length(strain, factor))))
+    def value_at(length_change, shift):
+        """Value of the function with a relative change of length and end 2 shifted."""
+        properties = span.axial_stiffness, span.mass, span.gravity
+        varied = Span.between(np.zeros(3), vector + shift, *properties, vertical=span.vertical, **loads)
+        square_change = 2 * (vector * shift).sum(axis=-1) + (shift**2).sum(axis=-1)  # of the chord
+        strain = span.chord_strain + square_change / (varied.chord + span.chord) / span.unstretched_length
+        varied = replace(varied, load_fractions=span.load_fractions)
+        return function(catenary.solve(varied.with_chord_strain(with_relative_length(strain, length_change))))
 
-    none, steps = np.zeros(3), step[..., None]
-    columns = [(at(step, none) - at(-step, none)) / (2 * steps)]
+    no_shift, steps = np.zeros(3), step[..., None]
+    columns = [(value_at(step, no_shift) - value_at(-step, no_shift)) / (2 * steps)]
     for axis in range(3):
         shift = np.eye(3)[axis] * (step * span.unstretched_length)[..., None]
-        columns.append((at(0.0, shift) - at(0.0, -shift)) / (2 * steps * span.unstretched_length[..., None]))
+        difference = value_at(0.0, shift) - value_at(0.0, -shift)
+        columns.append(difference / (2 * steps * span.unstretched_length[..., None]))
     return np.stack(columns, axis=-1)
 
 
 def linear_measure(error, kinds):
-    """A measure of relative errors that is nearly linear in the length, and its derivative by the relative error.
+    """Measure of relative errors that is nearly linear in the length, and its derivative by the relative error.
 
-    Half of the relative error of the square of a sag, which is proportional to the slack of a cable that is stiff.
+    Of a sag half of the relative error of its square, which is proportional to the slack of a cable that is stiff; of
+    other kinds the relative error itself.
 
     Parameters
     ----------
@@ -305,19 +323,16 @@ def least_preload(span):
     tension : ndarray, shape of the span
         At most `least_tension_error` above the exact one. [N]
     """
-    stretched = np.log1p(span.weight_per_length * span.chord / span.axial_stiffness)
-    span = span.without_loads()
-    # logarithm of chord over unstretched length
-    low, high = np.broadcast_to(-np.log(SYSTEM.slackest), stretched.shape), stretched
-    share = np.linspace(0.0, 1.0, SYSTEM.slack_lengths).reshape(-1, *[1] * stretched.ndim)
-    for _ in range(2):
-        trials = low + share * (high - low)
+    # bounds of the logarithm of chord over unstretched length
+    high = np.log1p(span.weight_per_length * span.chord / span.axial_stiffness)
+    low = np.broadcast_to(-np.log(SYSTEM.slackest), high.shape)
+    span, grid = span.without_loads(), np.linspace(0.0, 1.0, SYSTEM.slack_lengths).reshape(-1, *[1] * high.ndim)
+    for _ in range(2):  # the second time between the neighbours of the lowest point of the first grid
+        trials = low + grid * (high - low)
         tension = catenary.solve(span.with_chord_strain(np.expm1(trials))).mean_tension
         lowest = tension.argmin(axis=0)[None]
-        low, high = (
-            np.take_along_axis(trials, np.clip(lowest + side, 0, SYSTEM.slack_lengths - 1), axis=0)[0]
-            for side in (-1, 1)
-        )
+        neighbours = (np.clip(lowest + side, 0, SYSTEM.slack_lengths - 1) for side in (-1, 1))
+        low, high = (np.take_along_axis(trials, neighbour, axis=0)[0] for neighbour in neighbours)
     return tension.min(axis=0)
 
 
@@ -339,11 +354,11 @@ def first_strains(span, given, value):
     strain = np.zeros(len(value))
     finders = dict.fromkeys(FORCES, initial_length.strains_for_tension) | {"sag": initial_length.strains_for_sag}
     for kind, find in finders.items():
-        chosen = np.flatnonzero(given == kind)
-        if len(chosen):
-            strain[chosen] = find(span.take(chosen), value[chosen])
-    own = given == "unstretched_length"
-    strain[own] = (span.chord[own] - value[own]) / value[own]
+        of_kind = np.flatnonzero(given == kind)
+        if len(of_kind):
+            strain[of_kind] = find(span.take(of_kind), value[of_kind])
+    lengths = given == "unstretched_length"
+    strain[lengths] = (span.chord[lengths] - value[lengths]) / value[lengths]
     return np.where(np.isfinite(strain), strain, 0.0)
 
 
@@ -371,36 +386,39 @@ def fit(span, given, value, strain):
     cable with this tension, which is too large, Newton steps fall on the solution and never pass it.
     """
     kinds = np.asarray(given, dtype=object)
-    stated = np.array([kind is not None for kind in given])
-    force = np.isin(kinds, FORCES)
-    # an end may be the lower one
-    heaviest = np.where(np.isin(kinds, ["tension_to", "tension_from"]), span.weight_per_length * span.chord, 0.0)
-    heaviest = heaviest + np.where(kinds == "preload", 0.0, size(span.load_forces).sum(axis=-1))
-    steepness = np.where(kinds == "horizontal_tension", np.maximum(np.abs(span.cosine), SYSTEM.steepest), 1.0)
-    most = np.where(force, (value + heaviest) / steepness / span.axial_stiffness, np.inf)
-    strain, last = np.where(force, np.minimum(strain, most), strain), np.inf
-    best, stalled_steps = np.inf, 0  # errors so far, and steps since they last fell
+    stated, of_force = np.array([kind is not None for kind in given]), np.isin(kinds, FORCES)
+    highest_strain = np.where(of_force, _highest_strain(span, kinds, value), np.inf)
+    strain = np.where(of_force, np.minimum(strain, highest_strain), strain)
+    best_size, last_size, stalled_steps = np.inf, np.inf, 0  # sizes of errors, and steps since they last fell
     ended = np.zeros(np.shape(strain), dtype=bool)  # a cable ends where it would end alone
     for _ in range(SYSTEM.stated_steps):
         cables = catenary.solve(span.with_chord_strain(strain))
         error = np.where(stated, values(cables, given) / value - 1, 0.0)
         error = np.where(np.isfinite(error), error, 1.0)
-        worst = np.abs(error)
-        stalled_steps = np.where(worst < SYSTEM.falling_error * best, 0, stalled_steps + 1)
-        best = np.minimum(worst, best)
-        ended |= (
-            (worst < EXACT)
-            | ((worst < SYSTEM.stalled_error) & (worst >= last / 2))
-            | (stalled_steps >= SYSTEM.stalled_steps)
-        )
+        error_size = np.abs(error)
+        stalled_steps = np.where(error_size < SYSTEM.falling_error * best_size, 0, stalled_steps + 1)
+        best_size = np.minimum(error_size, best_size)
+        stopped_by_rounding = (error_size < SYSTEM.stalled_error) & (error_size >= last_size / 2)
+        ended |= (error_size < EXACT) | stopped_by_rounding | (stalled_steps >= SYSTEM.stalled_steps)
         if ended.all():
             break
-        excess, factor = linear_measure(error, kinds)
+        measure, factor = linear_measure(error, kinds)
         by_length = rates(cables, given).by_length
         slope = factor * by_length / value
-        change = np.where(stated & (slope != 0) & np.isfinite(slope), -excess / np.where(slope != 0, slope, 1.0), 0.0)
+        usable = stated & (slope != 0) & np.isfinite(slope)
+        change = np.where(usable, -measure / np.where(slope != 0, slope, 1.0), 0.0)
         change = np.clip(np.nan_to_num(change), -SYSTEM.stated_length_change, SYSTEM.stated_length_change)
-        closer = np.minimum(with_relative_length(strain, np.where(stated, change, 0.0)), most)
-        hanging = force & (error < 0) & ~(by_length < 0)  # so long that a longer cable would be tauter
-        strain, last = np.where(ended, strain, np.where(hanging, most, closer)), worst
+        next_strain = np.minimum(with_relative_length(strain, np.where(stated, change, 0.0)), highest_strain)
+        too_long = of_force & (error < 0) & ~(by_length < 0)  # so long that a longer cable would be tauter
+        next_strain = np.where(too_long, highest_strain, next_strain)
+        strain, last_size = np.where(ended, strain, next_strain), error_size
     return strain, error
+
+
+def _highest_strain(span, kinds, value):
+    """Chord strain of cables without mass under the largest mean tension that a stated one allows, shape (..., c)."""
+    # an end may be the lower one
+    heaviest = np.where(np.isin(kinds, ["tension_to", "tension_from"]), span.weight_per_length * span.chord, 0.0)
+    heaviest = heaviest + np.where(kinds == "preload", 0.0, size(span.load_forces).sum(axis=-1))
+    steepness = np.where(kinds == "horizontal_tension", np.maximum(np.abs(span.cosine), SYSTEM.steepest), 1.0)
+    return (value + heaviest) / steepness / span.axial_stiffness

@@ -1,6 +1,6 @@
 """Statics of suspensions with given lengths, preloads, sags or tensions: where the bodies come to rest (`pose`)."""
 
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -59,18 +59,23 @@ def pose(suspension):
     shape = suspension.shape
     flat = suspension.broadcast((int(np.prod(shape)),))
     state, record = search_all(flat, start(flat))
-    hard = np.flatnonzero(record.reason == UNMET)
-    if len(hard):
-        again, last = by_softer_cables(flat.take(hard))
-        # what the first search says of the others is nearer to the scene
-        good, record = last.converged, copy_record(record)
-        assign_rows(state, hard[good], take_rows(again, good))
-        assign_rows(record, hard[good], take_rows(last, good))
+    unmet = np.flatnonzero(record.reason == UNMET)
+    if len(unmet):
+        record = copy_record(record)
+        # where the second search fails too, what the first one says is nearer to the scene
+        _assign_converged(state, record, unmet, *search_with_softer_cables(flat.take(unmet)))
     return leave_saddle_points(suspension, flat, state, record)
 
 
+def _assign_converged(state, record, index, new_state, new_record):
+    """Write the states and records of another search of the cases at `index` into all, where it converged."""
+    converged = new_record.converged
+    assign_rows(state, index[converged], take_rows(new_state, converged))
+    assign_rows(record, index[converged], take_rows(new_record, converged))
+
+
 def leave_saddle_points(suspension, flat, state, record):
-    """Equilibria, where those found are unstable others that the suspension falls to from there: `Equilibrium`.
+    """`Equilibrium` of all cases, unstable ones replaced by those to which the suspension falls from there.
 
     Parameters
     ----------
@@ -84,25 +89,19 @@ def leave_saddle_points(suspension, flat, state, record):
     A search that begins on a saddle of the energy stays there: its forces balance. It goes on from a place beside it
     along the unstable motion.
     """
-    for side in SYSTEM.off_saddle:
-        found = equilibrium(suspension, flat, state, record)
-        falling = record.converged & (found.stability.verdict == UNSTABLE).reshape(len(record.converged))
-        if not falling.any():
-            break
-        part, index = flat.take(falling), np.flatnonzero(falling)
-        off_saddle = perturbed(
-            part, take_rows(state, index), found.stability.motion.reshape(len(falling), -1, 6)[index], side
-        )
-        descended, last = descend(part, off_saddle)
-        if set(part.given) - {"unstretched_length"}:
-            descended, last = satisfy_stated(part, descended, last)
-        good = last.converged
+    for size_of_step in SYSTEM.off_saddle:
+        result = equilibrium(suspension, flat, state, record)
+        unstable = (result.stability.verdict == UNSTABLE).reshape(len(record.converged))
+        index = np.flatnonzero(record.converged & unstable)
+        if not len(index):
+            return result
+        subset, motion = flat.take(index), result.stability.motion.reshape(len(unstable), -1, 6)[index]
+        descended, record_of_descent = descend(subset, perturbed(subset, take_rows(state, index), motion, size_of_step))
+        if set(subset.given) - {"unstretched_length"}:
+            descended, record_of_descent = satisfy_stated(subset, descended, record_of_descent)
         record = copy_record(record)
-        assign_rows(state, index[good], take_rows(descended, good))
-        assign_rows(record, index[good], take_rows(last, good))
-    else:
-        found = equilibrium(suspension, flat, state, record)
-    return found
+        _assign_converged(state, record, index, descended, record_of_descent)
+    return equilibrium(suspension, flat, state, record)
 
 
 def perturbed(suspension, state, motion, size):
@@ -123,32 +122,32 @@ def search_all(suspension, state):
     return state, record
 
 
-def by_softer_cables(suspension):
-    """State in which a search begins, by way of softer cables where something else than a length is stated.
+def search_with_softer_cables(suspension):
+    """Pose and lengths as of `search_all`, by way of softer cables where something else than a length is stated.
 
     Given tensions, the pose hardly depends on the stiffness; the path to it does: between stiff cables a small movement
     makes large tensions.
     """
-    own = np.array([kind == "unstretched_length" for kind in suspension.given])
-    begin = start(suspension)
-    tension, reach = catenary.solve(spans(suspension, begin)).mean_tension, extent(begin)
-    stiffness, part = suspension.axial_stiffness, suspension
+    length_stated = np.array([kind == "unstretched_length" for kind in suspension.given])
+    first_state = start(suspension)
+    tension, reach = catenary.solve(spans(suspension, first_state)).mean_tension, extent(first_state)
+    stiffness, softer = suspension.axial_stiffness, suspension
     for strain in SYSTEM.softened:
-        soft = np.where(own, stiffness, np.minimum(stiffness, tension / strain))
-        part = replace(part, axial_stiffness=soft)
-        state, record = search_all(part, start(part))
+        soft_stiffness = np.where(length_stated, stiffness, np.minimum(stiffness, tension / strain))
+        softer = replace(softer, axial_stiffness=soft_stiffness)
+        state, record = search_all(softer, start(softer))
         # where a search has failed it may be on the way, or have wandered off
-        moved_by = np.abs(state.position - suspension.position).max(axis=(-1, -2), initial=0.0)
-        found = (record.converged | (moved_by < SYSTEM.farthest_softened * reach))[:, None, None]
-        part = replace(
-            part,
-            position=np.where(found, state.position, part.position),
-            rotation=np.where(found[..., None], state.rotation, part.rotation),
+        distance = np.abs(state.position - suspension.position).max(axis=(-1, -2), initial=0.0)
+        usable = (record.converged | (distance < SYSTEM.farthest_softened * reach))[:, None, None]
+        softer = replace(
+            softer,
+            position=np.where(usable, state.position, softer.position),
+            rotation=np.where(usable[..., None], state.rotation, softer.rotation),
         )
-        if np.array_equal(soft, stiffness):
+        if np.array_equal(soft_stiffness, stiffness):
             break
-    part = replace(part, axial_stiffness=stiffness)
-    return search_all(part, start(part))
+    from_softer = replace(softer, axial_stiffness=stiffness)
+    return search_all(from_softer, start(from_softer))
 
 
 def start(suspension):
@@ -166,20 +165,19 @@ def start(suspension):
     arms = suspension.arms(suspension.rotation)
     ends = suspension.ends(suspension.position, suspension.rotation)
     vector, value = ends[..., 1, :] - ends[..., 0, :], suspension.value
-    own = np.array([kind == "unstretched_length" for kind in suspension.given])
-    length = np.where(own, value, 1.0)
+    length_stated = np.array([kind == "unstretched_length" for kind in suspension.given])
+    length = np.where(length_stated, value, 1.0)
     distance, cables = size(vector), suspension.of_cables
     strain = (distance[:, cables] - length) / length
     extension = distance[:, cables.stop :] - (suspension.link_length if suspension.link_names else 0.0)
     pose = suspension.position.copy(), suspension.rotation.copy()
     state = PoseState(*pose, arms, ends, vector, length, strain, extension)
-    if own.all():
+    if length_stated.all():
         return state
-    span = spans(suspension, state)
-    chosen = np.broadcast_to(~own, value.shape)
-    single = span_of_shape(span, (value.size,)).take(np.flatnonzero(chosen))
-    kinds = np.broadcast_to(np.array(suspension.given, dtype=object), value.shape)[chosen]
-    strain[chosen] = stated.first_strains(single, kinds, value[chosen])
+    sought = np.broadcast_to(~length_stated, value.shape)
+    span = span_of_shape(spans(suspension, state), (value.size,)).take(np.flatnonzero(sought))
+    kinds = np.broadcast_to(np.array(suspension.given, dtype=object), value.shape)[sought]
+    strain[sought] = stated.first_strains(span, kinds, value[sought])
     return replace(state, strain=strain, length=distance[:, cables] / (1 + strain))
 
 
@@ -190,13 +188,21 @@ def with_lengths(state, change):
 
 
 def errors(suspension, state, which):
-    """Relative error of what the cables `which` state, infinite where it is not a number, shape (n, s); its rounding.
+    """Errors of stated preloads, sags and tensions in a state.
+
+    Parameters
+    ----------
+    suspension : SuspendedSystem
+    state : PoseState
+    which : ndarray of int, shape (s,)
+        The cables that state one of these.
 
     Returns
     -------
     error : ndarray, shape (n, s)
+        (Value in this state)/(stated value) - 1, infinite where it is not a number. [-]
     rounding : Bounds
-        Of this shape.
+        Of these errors.
     cables : Catenary
         All of them.
     """
@@ -222,59 +228,80 @@ def satisfy_stated(suspension, state, record):
     Returns
     -------
     PoseState
-    Record
+    SearchRecord
     """
     which = np.flatnonzero([kind != "unstretched_length" for kind in suspension.given])
-    final, whole = copy_record(state), copy_record(record)
-    active, part = np.arange(len(state.length)), suspension
-    best, slow = np.full(len(active), np.inf), np.zeros(len(active), dtype=int)
-    error, rounding, cables = errors(part, state, which)
+    final, final_record = copy_record(state), copy_record(record)
+    active, subset = np.arange(len(state.length)), suspension
+    best_error, slow_steps = np.full(len(active), np.inf), np.zeros(len(active), dtype=int)
+    error, _, cables = errors(subset, state, which)
     for _ in range(SYSTEM.equilibrium_steps):
-        step, change = coupled_step(part, state, cables, which, error)
-        state, error, rounding, cables, last = backtrack(part, state, step, change, which, error)
+        step, change = coupled_step(subset, state, cables, which, error)
+        state, error, rounding, cables, record = backtrack(subset, state, step, change, which, error)
         assign_rows(final, active, state)
-        assign_rows(whole, active, replace(last, steps=whole.steps[active] + last.steps))
+        assign_rows(final_record, active, replace(record, steps=final_record.steps[active] + record.steps))
         met = (np.abs(error) <= rounding.least).all(axis=-1)
-        left = log_error(error)
-        slow[active] = np.where(
-            (left > SYSTEM.equilibrium_progress * best[active]) | np.isinf(left), slow[active] + 1, 0
-        )
-        best[active] = np.minimum(best[active], left)
-        stuck = slow[active] >= SYSTEM.equilibrium_patience
+        largest_error = log_error(error)
+        slow = (largest_error > SYSTEM.equilibrium_progress * best_error[active]) | np.isinf(largest_error)
+        slow_steps[active] = np.where(slow, slow_steps[active] + 1, 0)
+        best_error[active] = np.minimum(best_error[active], largest_error)
+        stuck = slow_steps[active] >= SYSTEM.equilibrium_patience
         rounded = stuck & (np.abs(error) <= rounding.most).all(axis=-1)
-        ended = met | ~last.converged | stuck
-        whole.reason[active] = np.where(met | ~last.converged, last.reason, np.where(rounded, ROUNDED, UNMET))
-        if ended.all():
+        answered = met | ~record.converged
+        final_record.reason[active] = np.where(answered, record.reason, np.where(rounded, ROUNDED, UNMET))
+        going_on = np.flatnonzero(~(answered | stuck))
+        if not len(going_on):
             break
-        if ended.any():
-            rest = np.flatnonzero(~ended)
-            active, state, error = active[rest], take_rows(state, rest), error[rest]
-            part = suspension.take(active)
-            cables = catenary.solve(spans(part, state))
-    return final, whole
+        if len(going_on) < len(active):
+            active, state, error = active[going_on], take_rows(state, going_on), error[going_on]
+            subset = suspension.take(active)
+            cables = catenary.solve(spans(subset, state))
+    return final, final_record
 
 
 def backtrack(suspension, state, step, change, which, error):
-    """The largest of a falling series of shares of a step of bodies and lengths that lowers the errors."""
-    before, share = log_error(error), np.ones(len(error))
+    """Shorten steps of bodies and lengths until they lower the errors of stated values, in equilibrium after each.
+
+    Parameters
+    ----------
+    suspension, state, which, error
+        As of `errors`.
+    step, change
+        As of `coupled_step`.
+
+    Returns
+    -------
+    state : PoseState
+    error, rounding, cables
+        As of `errors`, in this state.
+    record : SearchRecord
+        Of the search for the equilibrium.
+    """
+    error_before, share = log_error(error), np.ones(len(error))
     for _ in range(SYSTEM.equilibrium_halvings):
-        trial = displaced(suspension, state, step * share[:, None, None])
-        trial, record = descend(suspension, with_lengths(trial, change * share[:, None]), SYSTEM.next_equilibrium_steps)
-        fresh, rounding, cables = errors(suspension, trial, which)
-        worse = ~(log_error(fresh) < before) & (np.abs(fresh) > rounding.most).any(axis=-1) | ~record.converged
+        trial = with_lengths(displaced(suspension, state, step * share[:, None, None]), change * share[:, None])
+        trial, record = descend(suspension, trial, SYSTEM.next_equilibrium_steps)
+        trial_error, rounding, cables = errors(suspension, trial, which)
+        larger = ~(log_error(trial_error) < error_before) & (np.abs(trial_error) > rounding.most).any(axis=-1)
+        worse = larger | ~record.converged
         if not worse.any():
             break
         share = np.where(worse, share / 4, share)
-    return trial, fresh, rounding, cables, record
+    return trial, trial_error, rounding, cables, record
 
 
 def log_error(error):
-    """Largest logarithm of what is over what shall be, shape (n,)."""
+    """Largest |log(value/(stated value))| of each case, from relative errors of shape (n, s), shape (n,)."""
     return np.abs(np.log(np.maximum(1 + error, TINY))).max(axis=-1)
 
 
 def coupled_step(suspension, state, cables, which, error):
     """Newton step of bodies and lengths together towards what the cables `which` state.
+
+    Parameters
+    ----------
+    suspension, state, which
+        As of `errors`, `cables` and `error` its results.
 
     Returns
     -------
@@ -286,73 +313,111 @@ def coupled_step(suspension, state, cables, which, error):
     Notes
     -----
     [K, -G; M, D] [q; dL/L] = [0; -error], with G the net forces and D the stated values by dL/L, and M the stated
-    values by q.
+    values by q. K and q are divided by scales of the degrees of freedom, and dL/L by the one that changes a value by
+    itself. A step takes away an error of no more than `error_in_step`, and changes no length by more than
+    `length_change`.
     """
     rates = stated.rates(cables, suspension.given)
     forces, stiffness, _ = at_ends(suspension, state, cables, rates.stiffness)
     blocks = tangent.blocks(suspension, state.rotation, state.arms, forces, stiffness)
     measure, factor = stated.linear_measure(error, np.array(suspension.given, dtype=object)[which])
     value = suspension.value[:, which] / np.where(np.isfinite(factor), factor, 1.0)
-    pulled = tangent.wrenches(state.arms[:, which], rates.end_forces[:, which])
-    signed = rates.by_end[:, which, None, :] * np.array([-1.0, 1.0])[:, None] / value[..., None, None]
-    turned = tangent.wrenches(state.arms[:, which], signed)
-    own = rates.by_length[:, which] / value
-    stretch = np.where(own != 0, 1 / np.maximum(np.abs(own), TINY), 1.0)  # dL/L that changes a value by itself
-    scales = np.sqrt(np.maximum(tangent.magnitudes(blocks, suspension), TINY))
-    right = -np.clip(measure, -1.0, SYSTEM.error_in_step)
-    couple = _dense_coupled if scales.shape[-1] + len(which) <= SYSTEM.dense_freedoms else _sparse_coupled
-    moves, change = couple(
-        suspension, blocks, scales, which, pulled * stretch[..., None, None], turned, own * stretch, right
+    end_sign = np.array([-1.0, 1.0])[:, None]
+    value_by_ends = rates.by_end[:, which, None, :] * end_sign / value[..., None, None]
+    value_by_length = rates.by_length[:, which] / value
+    length_scale = np.where(value_by_length != 0, 1 / np.maximum(np.abs(value_by_length), TINY), 1.0)
+    force_by_length = tangent.wrenches(state.arms[:, which], rates.end_forces[:, which])
+    equations = CoupledEquations(
+        blocks,
+        scales=np.sqrt(np.maximum(tangent.magnitudes(blocks, suspension), TINY)),
+        which=which,
+        force_by_length=force_by_length * length_scale[..., None, None],
+        value_by_motion=tangent.wrenches(state.arms[:, which], value_by_ends),
+        value_by_length=value_by_length * length_scale,
+        right=-np.clip(measure, -1.0, SYSTEM.error_in_step),
     )
+    motion, change = equations.solve(suspension)
     step, changes = np.zeros((*state.position.shape[:-1], 6)), np.zeros(state.length.shape)
     # without a definite form, as of a slack cable without weight, there are no rates
-    step[:, suspension.free], changes[:, which] = np.nan_to_num(moves / scales), np.nan_to_num(change * stretch)
-    limited = np.maximum(1.0, np.abs(changes).max(axis=-1) / SYSTEM.length_change)
-    return step / limited[:, None, None], changes / limited[:, None]
+    step[:, suspension.free] = np.nan_to_num(motion / equations.scales)
+    changes[:, which] = np.nan_to_num(change * length_scale)
+    divisor = np.maximum(1.0, np.abs(changes).max(axis=-1) / SYSTEM.length_change)
+    return step / divisor[:, None, None], changes / divisor[:, None]
 
 
-def _dense_coupled(suspension, blocks, scales, which, pulled, turned, own, right):
-    """Solution of the equations of `coupled_step` for all cases at once."""
-    n, d, s = len(own), scales.shape[-1], own.shape[-1]
-    columns, rows = (tangent.by_body(suspension, which, values) / scales[:, None, :] for values in (pulled, turned))
-    matrix = np.zeros((n, d + s, d + s))
-    matrix[:, :d, :d] = tangent.scaled_dense(blocks, suspension, scales) + SYSTEM.added_stiffness * np.eye(d)
-    matrix[:, :d, d:], matrix[:, d:, :d] = -np.swapaxes(columns, -1, -2), rows
-    matrix[:, d:, d:] = (own[:, None, :] + SYSTEM.added_stiffness) * np.eye(s)
-    vector = np.concatenate([np.zeros((n, d)), right], axis=-1)
-    solution = tangent.solved(matrix, vector)
-    return solution[:, :d], solution[:, d:]
+@dataclass(frozen=True)
+class CoupledEquations:
+    """Scaled equations of `coupled_step`: d free degrees of freedom of bodies and s lengths in each of n cases.
 
+    Attributes
+    ----------
+    blocks : tangent.Blocks
+        K.
+    scales : ndarray, shape (n, d)
+        By which rows and columns of the degrees of freedom are divided. [sqrt(N/m)], [sqrt(N m/rad)]
+    which : ndarray of int, shape (s,)
+        The cables whose lengths are sought.
+    force_by_length, value_by_motion : ndarray, shape (n, s, 2, 6)
+        G, and M, by the movements of what holds the two ends of each of these cables.
+    value_by_length : ndarray, shape (n, s)
+        Diagonal of D.
+    right : ndarray, shape (n, s)
+        Right-hand sides of the stated values.
+    """
 
-def _sparse_coupled(suspension, blocks, scales, which, pulled, turned, own, right):
-    """The same case by case, by sparse matrices."""
-    from scipy.sparse import block_array, coo_array, diags_array, eye_array
-    from scipy.sparse.linalg import splu
+    blocks: tangent.Blocks
+    scales: np.ndarray
+    which: np.ndarray
+    force_by_length: np.ndarray
+    value_by_motion: np.ndarray
+    value_by_length: np.ndarray
+    right: np.ndarray
 
-    d, s = scales.shape[-1], own.shape[-1]
-    free, owner = suspension.free, suspension.owner[which]
-    number = np.where(free.ravel(), np.cumsum(free) - 1, -1).reshape(free.shape)
-    cable, end = np.nonzero(owner != GROUND)
-    column = number[owner[cable, end]]
-    row = np.broadcast_to(cable[:, None], column.shape)
-    solutions = []
-    for case in range(len(own)):
-        inverse = diags_array(1 / scales[case])
+    def solve(self, suspension):
+        """Scaled motions, shape (n, d), and changes of length, shape (n, s)."""
+        n, d = self.scales.shape
+        right = np.concatenate([np.zeros((n, d)), self.right], axis=-1)
+        if right.shape[-1] <= SYSTEM.dense_freedoms:
+            solution = tangent.solved(self._dense(suspension), right)
+        else:
+            from scipy.sparse.linalg import splu
 
-        def assembled(wrenches, inverse=inverse, case=case):
-            entries = wrenches[case, cable, end]
-            there = column >= 0
-            return coo_array((entries[there], (row[there], column[there])), shape=(s, d)) @ inverse
+            matrices = self._sparse(suspension)
+            solution = np.array([splu(matrix).solve(vector) for matrix, vector in zip(matrices, right, strict=True)])
+        return solution[:, :d], solution[:, d:]
 
-        stiffness = tangent.scaled_sparse(
-            blocks.of(case), suspension, scales[case]
-        ) + SYSTEM.added_stiffness * eye_array(d)
-        matrix = block_array(
-            [[stiffness, -assembled(pulled).T], [assembled(turned), diags_array(own[case] + SYSTEM.added_stiffness)]]
-        )
-        solutions.append(splu(matrix.tocsc()).solve(np.concatenate([np.zeros(d), right[case]])))
-    solution = np.array(solutions)
-    return solution[:, :d], solution[:, d:]
+    def _dense(self, suspension):
+        """Matrices of all cases, shape (n, d + s, d + s)."""
+        (n, d), s, scales = self.scales.shape, len(self.which), self.scales[:, None, :]
+        columns = tangent.by_body(suspension, self.which, self.force_by_length) / scales
+        rows = tangent.by_body(suspension, self.which, self.value_by_motion) / scales
+        matrix = np.zeros((n, d + s, d + s))
+        matrix[:, :d, :d] = tangent.scaled_dense(self.blocks, suspension, self.scales)
+        matrix[:, :d, :d] += SYSTEM.added_stiffness * np.eye(d)
+        matrix[:, :d, d:], matrix[:, d:, :d] = -np.swapaxes(columns, -1, -2), rows
+        matrix[:, d:, d:] = (self.value_by_length[:, None, :] + SYSTEM.added_stiffness) * np.eye(s)
+        return matrix
+
+    def _sparse(self, suspension):
+        """Yield the matrix of each case, scipy.sparse.csc_array of shape (d + s, d + s)."""
+        from scipy.sparse import block_array, coo_array, diags_array, eye_array
+
+        d, s, free = self.scales.shape[-1], len(self.which), suspension.free
+        owner = suspension.owner[self.which]
+        number = np.where(free.ravel(), np.cumsum(free) - 1, -1).reshape(free.shape)
+        cable, end = np.nonzero(owner != GROUND)
+        column = number[owner[cable, end]]  # shape (ends, 6), -1 where held
+        is_free = column >= 0
+        position = np.broadcast_to(cable[:, None], column.shape)[is_free], column[is_free]
+        for case, scales in enumerate(self.scales):
+            columns, rows = (
+                coo_array((entries[case, cable, end][is_free], position), shape=(s, d)) @ diags_array(1 / scales)
+                for entries in (self.force_by_length, self.value_by_motion)
+            )
+            stiffness = tangent.scaled_sparse(self.blocks.of(case), suspension, scales)
+            stiffness = stiffness + SYSTEM.added_stiffness * eye_array(d)
+            by_length = diags_array(self.value_by_length[case] + SYSTEM.added_stiffness)
+            yield block_array([[stiffness, -columns.T], [rows, by_length]]).tocsc()
 
 
 def refuse_unheld(suspension):
@@ -362,17 +427,15 @@ def refuse_unheld(suspension):
     ------
     NoSolutionError
     """
-    held = ~suspension.free[:, :3].all(axis=-1)
-    reached = np.append(held, True)  # the last one is the ground
-    owner = suspension.owner % len(reached)
+    held = np.append(~suspension.free[:, :3].all(axis=-1), True)  # the last one is the ground
+    owner = suspension.owner % len(held)
     while True:
-        joined = reached[owner].any(axis=-1)
-        fresh = np.unique(owner[joined])
-        if reached[fresh].all():
+        held_by_cables = np.unique(owner[held[owner].any(axis=-1)])  # at either end of a cable one end of which is held
+        if held[held_by_cables].all():
             break
-        reached[fresh] = True
-    if not reached.all():
-        name = suspension.body_names[int(np.argmin(reached))]
+        held[held_by_cables] = True
+    if not held.all():
+        name = suspension.body_names[int(np.argmin(held))]
         raise NoSolutionError(f"nothing holds {name}: no cables lead from it to the ground")
 
 
@@ -385,18 +448,27 @@ def equilibrium(suspension, flat, state, record):
 
     cables = catenary.solve(span_of_shape(spans(flat, state), (*shape, state.length.shape[-1])))
     record = replace(record, **{f.name: shaped(getattr(record, f.name))[()] for f in fields(record)})
-    found = Equilibrium(suspension.broadcast(), shaped(state.position), shaped(state.rotation), cables, record)
-    return _mounted(found, shaped(state.vector), shaped(state.extension)) if suspension.link_names else found
+    result = Equilibrium(suspension.broadcast(), shaped(state.position), shaped(state.rotation), cables, record)
+    return _with_links(result, shaped(state.vector), shaped(state.extension)) if suspension.link_names else result
 
 
-def _mounted(found, vector, extension):
-    """An `Equilibrium` with its links, which all have a length: where none is stated their distance there."""
-    suspension, distance = found.suspension, size(vector)
-    unstated, first = np.isnan(suspension.link_length), len(suspension.cable_names)
-    own = np.where(distance <= SYSTEM.link_places * distance.max(axis=-1, keepdims=True), 0.0, distance)[..., first:]
-    suspension = replace(suspension, link_length=np.where(unstated, own, suspension.link_length))
-    links = Links.of(suspension, vector[..., first:, :], np.where(unstated, 0.0, extension))
-    return replace(found, suspension=suspension, links=links)
+def _with_links(equilibrium, vector, extension):
+    """The `Equilibrium` with its links, all of which have a length: the distance of their ends where none is stated.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+        Without links.
+    vector, extension
+        As of `PoseState`.
+    """
+    suspension, distance = equilibrium.suspension, size(vector)
+    unstated, first_link = np.isnan(suspension.link_length), len(suspension.cable_names)
+    none = distance <= SYSTEM.link_places * distance.max(axis=-1, keepdims=True)
+    link_distance = np.where(none, 0.0, distance)[..., first_link:]
+    suspension = replace(suspension, link_length=np.where(unstated, link_distance, suspension.link_length))
+    links = Links.of(suspension, vector[..., first_link:, :], np.where(unstated, 0.0, extension))
+    return replace(equilibrium, suspension=suspension, links=links)
 
 
 def span_of_shape(span, shape):

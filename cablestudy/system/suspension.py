@@ -138,11 +138,14 @@ class SuspendedSystem:
 
     @property
     def identity(self):
-        """Keys by which cases of shape (n,) are equal: one of all of them, and a list with one of each, hashable."""
-        whole = self.broadcast()._arrays
-        names = self.body_names, self.junctions, self.cable_names, self.given, self.link_names, tuple(whole)
-        common = *names, self.free.tobytes(), self.owner.tobytes(), *(array.shape[1:] for array in whole.values())
-        numbers = np.concatenate([array.reshape(len(array), -1) for array in whole.values()], axis=1)
+        """Hashable keys of cases of shape (n,): what they share, and a list with the numbers of each.
+
+        Two cases are equal where both keys are.
+        """
+        arrays = self.broadcast()._arrays
+        names = self.body_names, self.junctions, self.cable_names, self.given, self.link_names, tuple(arrays)
+        common = *names, self.free.tobytes(), self.owner.tobytes(), *(array.shape[1:] for array in arrays.values())
+        numbers = np.concatenate([array.reshape(len(array), -1) for array in arrays.values()], axis=1)
         return common, [row.tobytes() for row in numbers]
 
     @property
@@ -164,12 +167,12 @@ class SuspendedSystem:
 
     @property
     def of_cables(self):
-        """Where the cables are among all that has ends: a slice, behind which the links are."""
+        """Slice of the cables among cables and links, such as the rows of `owner`; the links are behind it."""
         return slice(len(self.cable_names))
 
     @property
     def bodies(self):
-        """How many bodies there are, junctions not counted."""
+        """Number of bodies, junctions not counted."""
         return len(self.body_names) - self.junctions
 
     def broadcast(self, shape=None):
@@ -183,25 +186,26 @@ class SuspendedSystem:
         return replace(self, **arrays)
 
     def take(self, index):
-        """One case of a batch of shape (n,), or some of them."""
+        """Copy of one case of a batch of shape (n,), or of some of them."""
         arrays, full = {}, self.shape
         for name, array in self._arrays.items():
-            lead = array.ndim - CORES[name]
-            whole = array if array.shape[:lead] == full else np.broadcast_to(array, full + array.shape[lead:])
-            arrays[name] = whole[index]
+            case_axes = array.ndim - CORES[name]
+            if array.shape[:case_axes] != full:
+                array = np.broadcast_to(array, full + array.shape[case_axes:])
+            arrays[name] = array[index]
         return replace(self, **arrays)
 
     def with_cables(self, cables):
-        """Copy with some of its cables only, by their numbers, and with all links."""
+        """Copy with some of its cables only, by their indices, and with all links."""
         arrays = {name: array.take(cables, axis=array.ndim - CORES[name])
                   for name, array in self._arrays.items() if name in OF_CABLES}  # fmt: skip
-        lines = [*cables, *range(len(self.cable_names), len(self.owner))]
-        ends = {"owner": self.owner[lines], "place": self.place.take(lines, axis=-3)}
-        names, given = (tuple(own[cable] for cable in cables) for own in (self.cable_names, self.given))
+        kept = [*cables, *range(len(self.cable_names), len(self.owner))]
+        ends = {"owner": self.owner[kept], "place": self.place.take(kept, axis=-3)}
+        names, given = (tuple(values[cable] for cable in cables) for values in (self.cable_names, self.given))
         return replace(self, cable_names=names, given=given, **ends, **arrays)
 
     def arms(self, rotation):
-        """From the reference point of its owner to each end, global axes; from the origin where it is fixed.
+        """Vectors from the reference point of its owner to each end, global axes; from the origin where it is fixed.
 
         Parameters
         ----------
@@ -215,11 +219,11 @@ class SuspendedSystem:
         fixed = self.owner == GROUND
         if fixed.all():
             return self.place
-        turned = (rotation[..., self.owner, :, :] * self.place[..., None, :]).sum(axis=-1)
-        return np.where(fixed[..., None], self.place, turned)
+        arms = (rotation[..., self.owner, :, :] * self.place[..., None, :]).sum(axis=-1)
+        return np.where(fixed[..., None], self.place, arms)
 
     def ends(self, position, rotation):
-        """Places of the ends of cables and links for a pose of the bodies.
+        """Positions of the ends of cables and links for a pose of the bodies.
 
         Parameters
         ----------
@@ -245,7 +249,7 @@ class Equilibrium:
     Attributes
     ----------
     suspension : SuspendedSystem
-        Its `position` and `rotation` are where the search began.
+        Its `position` and `rotation` are those where the search began.
     position : ndarray, shape (..., b, 3)
         [m]
     rotation : ndarray, shape (..., b, 3, 3)
@@ -264,8 +268,8 @@ class Equilibrium:
     links: Links | None = None
 
     def take(self, index):
-        """One case of a batch of shape (n,), or some of them, with what is known of their stiffness."""
-        part = Equilibrium(
+        """`Equilibrium` of one case of a batch of shape (n,), or of some, with their stiffness if it was computed."""
+        taken = Equilibrium(
             self.suspension.take(index),
             self.position[index],
             self.rotation[index],
@@ -274,8 +278,8 @@ class Equilibrium:
             self.links and take_rows(self.links, index),
         )
         if "blocks" in self.__dict__:
-            part.__dict__.update(blocks=self.blocks.of(index), end_stiffness=self.end_stiffness[index])
-        return part
+            taken.__dict__.update(blocks=self.blocks.of(index), end_stiffness=self.end_stiffness[index])
+        return taken
 
     @property
     def lengths(self):
@@ -284,12 +288,12 @@ class Equilibrium:
 
     @property
     def ends(self):
-        """Places of the ends of cables and links, global axes, shape (..., c + l, 2, 3). [m]"""
+        """Positions of the ends of cables and links, global axes, shape (..., c + l, 2, 3). [m]"""
         return self.suspension.ends(self.position, self.rotation)
 
     @cached_property
     def arms(self):
-        """From the reference point of its owner to each of these ends, global axes, shape (..., c + l, 2, 3). [m]"""
+        """Vectors from the reference point of its owner to each end, global axes, shape (..., c + l, 2, 3). [m]"""
         return self.suspension.arms(self.rotation)
 
     @cached_property
@@ -316,7 +320,7 @@ class Equilibrium:
 
     @cached_property
     def stiffness(self):
-        """Of all free degrees of freedom, in the order of `free.ravel()`, all loads counted, shape (..., d, d).
+        """Stiffness of the free degrees of freedom, in the order of `free.ravel()`, all loads counted, (..., d, d).
 
         `tangent.sparse` makes the same matrix of one case for a large net.
         """
@@ -324,7 +328,7 @@ class Equilibrium:
 
     @cached_property
     def body_stiffness(self):
-        """Of each body at its reference point, all loads counted, shape (..., b - junctions, 6, 6).
+        """Stiffness of each body at its reference point, all loads counted, shape (..., b - junctions, 6, 6).
 
         For small movements of this body, of its held degrees of freedom too, with the junctions following and all
         other bodies at rest. Rows x y z rx ry rz. [N/m, N/rad; N, N m/rad]
@@ -338,12 +342,12 @@ class Equilibrium:
 
     @cached_property
     def uncertainty(self):
-        """How far rounding moves it: `uncertainty.Uncertainty`."""
+        """Displacements and changes of tension by rounding: `uncertainty.Uncertainty`."""
         return uncertainty.uncertainty_of(self)
 
     @cached_property
     def stands(self):
-        """True where it was found, is stable, and its places are determined, shape (...)."""
+        """True where the search converged to a stable equilibrium, determined beyond rounding, shape (...)."""
         return self.record.converged & self.stability.stable & self.uncertainty.determined
 
 

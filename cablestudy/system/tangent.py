@@ -38,27 +38,27 @@ class Blocks:
     leverage: np.ndarray | float = 0.0
 
     def of(self, case):
-        """Those of one case."""
-        own = self.leverage[case] if np.ndim(self.leverage) else self.leverage
-        return Blocks(self.rows, self.columns, self.matrices[case], own)
+        """`Blocks` of one case of many, or of some."""
+        leverage = self.leverage[case] if np.ndim(self.leverage) else self.leverage
+        return Blocks(self.rows, self.columns, self.matrices[case], leverage)
 
 
 @lru_cache(maxsize=16)
-def _pairs(owners):
-    """Cable, row end and column end of all pairs of ends of one cable that are both held by bodies."""
+def _pairs_of_owners(owners):
+    """`pairs` from the owners of both ends of each cable or link: tuple of (int, int)."""
     pairs = [
-        (cable, e, f)
+        (cable, row_end, column_end)
         for cable, ends in enumerate(owners)
-        for e in (0, 1)
-        for f in (0, 1)
-        if ends[e] != GROUND and ends[f] != GROUND
+        for row_end in (0, 1)
+        for column_end in (0, 1)
+        if ends[row_end] != GROUND and ends[column_end] != GROUND
     ]
     return np.array(pairs, dtype=int).reshape(-1, 3).T
 
 
 def pairs(suspension):
-    """`_pairs` of a suspension."""
-    return _pairs(tuple(map(tuple, np.asarray(suspension.owner).tolist())))
+    """Cable (or link), row end and column end of all pairs of its ends that bodies hold, shape (3, p)."""
+    return _pairs_of_owners(tuple(map(tuple, np.asarray(suspension.owner).tolist())))
 
 
 def wrenches(arms, forces):
@@ -67,7 +67,7 @@ def wrenches(arms, forces):
 
 
 def free_values(suspension, values):
-    """Those of the free degrees of freedom, shape (..., d), of values of shape (..., b, 6).
+    """Values of the free degrees of freedom, shape (..., d), of those of all, shape (..., b, 6).
 
     Not by a boolean index, whose memory order depends on the number of cases, and the last digits of products with it.
     """
@@ -84,10 +84,11 @@ def solved(matrices, vectors):
     try:
         return np.linalg.solve(matrices, vectors[..., None])[..., 0]
     except np.linalg.LinAlgError:
-        return np.array([_one_solved(matrix, vector) for matrix, vector in zip(matrices, vectors, strict=True)])
+        return np.array([_solved_or_nearest(*system) for system in zip(matrices, vectors, strict=True)])
 
 
-def _one_solved(matrix, vector):
+def _solved_or_nearest(matrix, vector):
+    """Solution of one system of equations, by least squares where its matrix is singular; zero without numbers."""
     try:
         return np.linalg.solve(matrix, vector)
     except np.linalg.LinAlgError:
@@ -97,7 +98,7 @@ def _one_solved(matrix, vector):
 
 
 def by_body(suspension, which, values):
-    """Sums over the two ends of some cables of what acts on the bodies there.
+    """Values at the ends of some cables as values on the free degrees of freedom of the bodies that hold these ends.
 
     Parameters
     ----------
@@ -105,11 +106,12 @@ def by_body(suspension, which, values):
     which : ndarray of int, shape (s,)
         The cables.
     values : ndarray, shape (n, s, 2, 6)
+        Of each end of them, such as forces and moments.
 
     Returns
     -------
     ndarray, shape (n, s, d)
-        Of the free degrees of freedom.
+        The sum over both ends of each cable.
     """
     owner = suspension.owner[which]
     cable, end = np.nonzero(owner != GROUND)
@@ -131,8 +133,8 @@ def eccentric(suspension, rotation):
     return None if loads is None else (rotation[..., None] * loads[..., None, :, :]).sum(axis=-2)
 
 
-def _moment(outer):
-    """Sum of r x F from the sum of r F^T, shape (..., 3). [N m]"""
+def _moment_from_outer_product(outer):
+    """Sum of r x F, shape (..., 3), from the sum of r F^T, shape (..., 3, 3). [N m]"""
     difference = outer - np.swapaxes(outer, -1, -2)
     return np.stack([difference[..., 1, 2], difference[..., 2, 0], difference[..., 0, 1]], axis=-1)
 
@@ -159,7 +161,7 @@ def net_forces(suspension, rotation, arms, end_forces, tension):
     center, weight = weights(suspension, rotation)
     moment = suspension.moment + np.cross(center, weight)
     eccentricity = eccentric(suspension, rotation)
-    moment = moment if eccentricity is None else moment + _moment(eccentricity)
+    moment = moment if eccentricity is None else moment + _moment_from_outer_product(eccentricity)
     shape = np.broadcast_shapes(end_forces.shape[:-3], moment.shape[:-2])
     net = np.empty((*shape, moment.shape[-2], 6))
     net[..., :3], net[..., 3:] = weight + suspension.force, moment
@@ -176,7 +178,7 @@ def net_forces(suspension, rotation, arms, end_forces, tension):
 
 
 def blocks(suspension, rotation, arms, end_forces, end_stiffness):
-    """Stiffness of all degrees of freedom, held ones too.
+    """Stiffness of all degrees of freedom, held ones too, by the equation of the module's docstring.
 
     Parameters
     ----------
@@ -199,32 +201,32 @@ def blocks(suspension, rotation, arms, end_forces, end_stiffness):
     eccentricity = eccentric(suspension, rotation)
     if eccentricity is not None:
         geometric = geometric + np.trace(eccentricity, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - eccentricity
-    on, end = np.nonzero(owner != GROUND)
-    force, arm = end_forces[..., on, end, :], arms[..., on, end, :]
-    tilt = -cross_matrix(force) @ cross_matrix(arm)
+    held_cable, end = np.nonzero(owner != GROUND)
+    force, arm, body = end_forces[..., held_cable, end, :], arms[..., held_cable, end, :], owner[held_cable, end]
+    by_end_forces = -cross_matrix(force) @ cross_matrix(arm)
     shape = np.broadcast_shapes(between.shape[:-3], geometric.shape[:-3])
-    bodies = np.zeros((*shape, geometric.shape[-3], 6, 6))
-    bodies[..., 3:, 3:] = geometric
-    np.add.at(bodies[..., 3:, 3:], (..., owner[on, end], slice(None), slice(None)), tilt)
-    leverage = np.zeros(bodies.shape[:-2]) + size(weight) * size(center)
+    of_bodies = np.zeros((*shape, geometric.shape[-3], 6, 6))
+    of_bodies[..., 3:, 3:] = geometric
+    np.add.at(of_bodies[..., 3:, 3:], (..., body, slice(None), slice(None)), by_end_forces)
+    leverage = np.zeros(of_bodies.shape[:-2]) + size(weight) * size(center)
     leverage += 0.0 if eccentricity is None else np.sqrt((eccentricity**2).sum(axis=(-1, -2)))
-    np.add.at(leverage, (..., owner[on, end]), size(force) * size(arm))
-    own = np.arange(bodies.shape[-3])
+    np.add.at(leverage, (..., body), size(force) * size(arm))
+    bodies = np.arange(of_bodies.shape[-3])
     return Blocks(
-        np.concatenate([owner[cable, row], own]),
-        np.concatenate([owner[cable, column], own]),
-        np.concatenate([np.broadcast_to(sign * between, (*shape, len(cable), 6, 6)), bodies], axis=-3),
+        np.concatenate([owner[cable, row], bodies]),
+        np.concatenate([owner[cable, column], bodies]),
+        np.concatenate([np.broadcast_to(sign * between, (*shape, len(cable), 6, 6)), of_bodies], axis=-3),
         leverage,
     )
 
 
 def scaled_dense(blocks, suspension, scales):
-    """`dense` with each row and column divided by a scale of its degree of freedom, shape (..., d)."""
+    """`dense`, each row and column divided by a scale of its degree of freedom; scales of shape (..., d)."""
     return dense(blocks, suspension) / (scales[..., :, None] * scales[..., None, :])
 
 
 def full(blocks, bodies):
-    """The blocks as one matrix of all degrees of freedom, held ones too, shape (..., 6 b, 6 b)."""
+    """Sum of the blocks as a matrix of all degrees of freedom, held ones too, shape (..., 6 b, 6 b)."""
     shape = blocks.matrices.shape[:-3]
     matrix = np.zeros((*shape, bodies, bodies, 6, 6))
     for block, (row, column) in enumerate(zip(blocks.rows.tolist(), blocks.columns.tolist(), strict=True)):
@@ -233,13 +235,13 @@ def full(blocks, bodies):
 
 
 def dense(blocks, suspension):
-    """The blocks as a matrix of the free degrees of freedom, shape (..., d, d)."""
+    """Sum of the blocks as a matrix of the free degrees of freedom, shape (..., d, d)."""
     free = np.flatnonzero(suspension.free)
     return full(blocks, len(suspension.body_names)).take(free, axis=-2).take(free, axis=-1)
 
 
 def sparse(blocks, suspension, free=None):
-    """The blocks of one case as a sparse matrix of the free degrees of freedom.
+    """Sum of the blocks of one case as a sparse matrix of the free degrees of freedom.
 
     Parameters
     ----------
@@ -259,9 +261,9 @@ def sparse(blocks, suspension, free=None):
     number = np.where(free.ravel(), np.cumsum(free) - 1, -1).reshape(free.shape)
     rows = np.broadcast_to(number[blocks.rows][:, :, None], blocks.matrices.shape)
     columns = np.broadcast_to(number[blocks.columns][:, None, :], blocks.matrices.shape)
-    there = (rows >= 0) & (columns >= 0)
+    is_free = (rows >= 0) & (columns >= 0)
     size = int(free.sum())
-    return coo_array((blocks.matrices[there], (rows[there], columns[there])), shape=(size, size)).tocsc()
+    return coo_array((blocks.matrices[is_free], (rows[is_free], columns[is_free])), shape=(size, size)).tocsc()
 
 
 def body_sizes(suspension):
@@ -285,15 +287,15 @@ def magnitudes(blocks, suspension):
     As scales of the rows and columns they make each eigenvalue comparable with the rounding of the terms.
     """
     diagonal = np.abs(np.diagonal(blocks.matrices, axis1=-2, axis2=-1))
-    own = blocks.rows == blocks.columns
+    on_diagonal = blocks.rows == blocks.columns
     total = np.zeros((*blocks.matrices.shape[:-3], *suspension.free.shape))
-    np.add.at(total, (..., blocks.rows[own], slice(None)), diagonal[..., own, :])
+    np.add.at(total, (..., blocks.rows[on_diagonal], slice(None)), diagonal[..., on_diagonal, :])
     total[..., 3:] += np.asarray(blocks.leverage)[..., None]
     return free_values(suspension, total)
 
 
 def scaled_sparse(blocks, suspension, scales):
-    """`sparse` with each row and column divided by a scale of its degree of freedom, shape (d,)."""
+    """`sparse`, each row and column divided by a scale of its degree of freedom; scales of shape (d,)."""
     from scipy.sparse import diags_array
 
     inverse = diags_array(1 / scales)
@@ -342,27 +344,33 @@ def body_stiffness(blocks, suspension):
     K_bb - K_bj K_jj^-1 K_jb, j being the free degrees of freedom of the junctions (static condensation).
     """
     count, shape = suspension.bodies, blocks.matrices.shape[:-3]
-    follow = suspension.free.copy()
-    follow[:count] = False
-    result = np.empty((*shape, count, 6, 6))
-    if not follow.any():
+    following = suspension.free.copy()
+    following[:count] = False
+    stiffness = np.empty((*shape, count, 6, 6))
+    if not following.any():
         for body in range(count):
-            own = (blocks.rows == body) & (blocks.columns == body)
-            result[..., body, :, :] = blocks.matrices[..., own, :, :].sum(axis=-3)
-        return result
+            of_body = (blocks.rows == body) & (blocks.columns == body)
+            stiffness[..., body, :, :] = blocks.matrices[..., of_body, :, :].sum(axis=-3)
+        return stiffness
     for case in np.ndindex(shape):
-        result[case] = _condensed(blocks.of(case), suspension, count, follow)
-    return result
+        stiffness[case] = _condensed(blocks.of(case), suspension, count, following)
+    return stiffness
 
 
-def _condensed(blocks, suspension, count, follow):
-    """`body_stiffness` of one case, with the degrees of freedom that follow."""
+def _condensed(blocks, suspension, count, following):
+    """`body_stiffness` of one case with `count` bodies.
+
+    Parameters
+    ----------
+    following : ndarray of bool, shape (b, 6)
+        j of `body_stiffness`.
+    """
     from scipy.sparse.linalg import splu
 
-    kept = follow.copy()
-    kept[:count] = True
-    matrix = sparse(blocks, suspension, kept)  # bodies first
+    used = following.copy()
+    used[:count] = True
+    matrix = sparse(blocks, suspension, used)  # bodies first
     size = 6 * count
-    moved = splu(matrix[size:, size:].tocsc()).solve(matrix[size:, :size].toarray())
-    condensed = matrix[:size, :size].toarray() - matrix[:size, size:] @ moved
+    junction_motion = splu(matrix[size:, size:].tocsc()).solve(matrix[size:, :size].toarray())  # K_jj^-1 K_jb
+    condensed = matrix[:size, :size].toarray() - matrix[:size, size:] @ junction_motion
     return np.array([condensed[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] for i in range(count)]).reshape(count, 6, 6)

@@ -21,7 +21,7 @@ METHODS = ("balanced", "least", "closest")
 
 @dataclass(frozen=True)
 class Distribution:
-    """Tensions found.
+    """Tensions that balance given loads, or come nearest to it.
 
     Attributes
     ----------
@@ -30,9 +30,9 @@ class Distribution:
     unbounded : ndarray, shape (f,)
         The unknowns y.
     left : ndarray, shape (e,)
-        Net forces that no tensions balance: zero where the loads can be held.
+        Net forces that no tensions balance: zero where the loads can be held. [N]
     held, within : bool
-        Whether the loads can be held, and within the bounds.
+        True if any tensions hold the loads, and if tensions within the bounds do.
     """
 
     tension: np.ndarray
@@ -69,28 +69,29 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
     count = by_tension.shape[1]
     matrix = np.hstack([by_tension, by_unbounded])
     norms = np.sqrt((matrix**2).sum(axis=0))
-    columns = np.where(norms > 0, norms, 1.0)
-    columns[:count] = columns[:count].max(initial=0.0) or 1.0  # the tensions stay comparable
-    left_vectors, values, right_vectors = np.linalg.svd(matrix / columns)
+    column_scales = np.where(norms > 0, norms, 1.0)
+    column_scales[:count] = column_scales[:count].max(initial=0.0) or 1.0  # the tensions stay comparable
+    left_vectors, values, right_vectors = np.linalg.svd(matrix / column_scales)
     rank = int((values > SYSTEM.rank * values.max(initial=0.0)).sum())
-    particular = right_vectors[:rank].T @ ((left_vectors[:, :rank].T @ right) / values[:rank]) / columns
-    space = right_vectors[rank:].T / columns[:, None]
+    particular = right_vectors[:rank].T @ ((left_vectors[:, :rank].T @ right) / values[:rank]) / column_scales
+    null_space = right_vectors[rank:].T / column_scales[:, None]
     left = right - matrix @ particular
-    size = np.abs(right).max(initial=0.0)
-    held = bool(np.abs(left).max(initial=0.0) <= SYSTEM.unbalanced * max(size, np.finfo(float).tiny))
-    unit = max(np.abs(part).max(initial=1e-300) for part in (particular[:count], reference, low[np.isfinite(low)]))
+    largest_load = np.abs(right).max(initial=0.0)
+    held = bool(np.abs(left).max(initial=0.0) <= SYSTEM.unbalanced * max(largest_load, np.finfo(float).tiny))
+    tensions = particular[:count], reference, low[np.isfinite(low)]
+    unit = max(np.abs(part).max(initial=1e-300) for part in tensions)
     objective, target = _objective(method, count, len(particular)), np.zeros(len(particular))
     target[:count] = reference if method == "closest" else 0.0
-    desired = objective @ target
+    objective_value = objective @ target
     if damping:
         weights = damping * np.append(np.sqrt(current.max() / current), norms[count:])
         objective = np.vstack([objective, np.diag(weights)])
-        desired = np.concatenate([desired, weights[:count] * current, np.zeros(len(norms) - count)])
-    free = _least_distance(particular, space, count, objective, desired, low, high, unit)
-    within = free is not None
+        objective_value = np.concatenate([objective_value, weights[:count] * current, np.zeros(len(norms) - count)])
+    coordinates = _least_distance(particular, null_space, count, objective, objective_value, low, high, unit)
+    within = coordinates is not None
     if not within:
-        free = _nearest(particular, space, count, low, high, unit)
-    solution = particular + space @ free
+        coordinates = _least_excess(particular, null_space, count, low, high, unit)
+    solution = particular + null_space @ coordinates
     return Distribution(solution[:count], solution[count:], left, held, within)
 
 
@@ -99,57 +100,60 @@ def _objective(method, count, unknowns):
     tensions = np.eye(count, unknowns)
     if method != "balanced":
         return tensions
-    spread = tensions.copy()
-    spread[:, :count] -= 1.0 / count
-    return np.vstack([spread, SYSTEM.tensions_themselves * tensions])
+    deviations = tensions.copy()
+    deviations[:, :count] -= 1.0 / count
+    return np.vstack([deviations, SYSTEM.tensions_themselves * tensions])
 
 
-def _least_distance(particular, space, count, objective, desired, low, high, unit):
-    """Coordinates z of the solution in the null space of the equations, or None where the bounds leave none."""
-    # S (t_0 + Z z - target) = S Z z - f, with z = V (w + f')/s; motions that change no tension are left out
-    left_vectors, values, right_vectors = np.linalg.svd(objective @ space, full_matrices=False)
-    kept = values > SYSTEM.rank * values.max(initial=0.0)
+def _least_distance(particular, null_space, count, objective, objective_value, low, high, unit):
+    """Coordinates z of the best solution t_0 + Z z of the equations, or None where the bounds leave none.
+
+    t_0 is a `particular` solution and Z the null space. The best one has the least |S (t_0 + Z z) - f|^2, with S the
+    `objective` and f its value at the target. By the singular value decomposition S Z = U s V^T that is
+    z = V (w + U^T (f - S t_0))/s with the w of least size within the bounds: a least-distance problem.
+    """
+    left_vectors, values, right_vectors = np.linalg.svd(objective @ null_space, full_matrices=False)
+    kept = values > SYSTEM.rank * values.max(initial=0.0)  # motions that change no tension are left out
     basis = right_vectors[kept].T / values[kept]
-    start = basis @ (left_vectors[:, kept].T @ (desired - objective @ particular))
-    tension, slopes = particular[:count] + space[:count] @ start, space[:count] @ basis
+    optimum = basis @ (left_vectors[:, kept].T @ (objective_value - objective @ particular))
+    tension, slopes = particular[:count] + null_space[:count] @ optimum, null_space[:count] @ basis
     lower, upper = np.isfinite(low), np.isfinite(high)
-    rows = np.vstack([slopes[lower], -slopes[upper]])
-    bounds = np.maximum(
-        np.concatenate([(low - tension)[lower], (tension - high)[upper]]) / unit, -SYSTEM.farthest_bound
-    )
+    rows = np.vstack([slopes[lower], -slopes[upper]])  # rows @ w >= bounds
+    bounds = np.concatenate([(low - tension)[lower], (tension - high)[upper]]) / unit
+    bounds = np.maximum(bounds, -SYSTEM.farthest_bound)
     if not np.any(bounds > SYSTEM.outside_bounds):
-        return start
+        return optimum
     if not kept.any():
         return None
     from scipy.optimize import nnls
 
-    multipliers, _ = nnls(np.vstack([rows.T, bounds]), np.append(np.zeros(rows.shape[1]), 1.0), maxiter=100 * count)
-    gap = np.vstack([rows.T, bounds]) @ multipliers - np.append(np.zeros(rows.shape[1]), 1.0)
-    if -gap[-1] <= SYSTEM.outside_bounds**2:
+    matrix, right = np.vstack([rows.T, bounds]), np.append(np.zeros(rows.shape[1]), 1.0)
+    multipliers, _ = nnls(matrix, right, maxiter=100 * count)
+    residual = matrix @ multipliers - right
+    if -residual[-1] <= SYSTEM.outside_bounds**2:
         return None
     # the bounds that hold with a multiplier, met exactly
     active = multipliers > SYSTEM.outside_bounds * multipliers.max()
-    step = np.linalg.lstsq(rows[active], bounds[active], rcond=None)[0]
-    if np.any(rows @ step < bounds - 1e3 * SYSTEM.outside_bounds):
-        step = -gap[:-1] / gap[-1]
-        if np.any(rows @ step < bounds - 1e3 * SYSTEM.outside_bounds):
+    shift = np.linalg.lstsq(rows[active], bounds[active], rcond=None)[0]
+    if np.any(rows @ shift < bounds - 1e3 * SYSTEM.outside_bounds):
+        shift = -residual[:-1] / residual[-1]
+        if np.any(rows @ shift < bounds - 1e3 * SYSTEM.outside_bounds):
             return None
-    return start + basis @ (step * unit)
+    return optimum + basis @ (shift * unit)
 
 
-def _nearest(particular, space, count, low, high, unit):
+def _least_excess(particular, null_space, count, low, high, unit):
     """Coordinates z for which the sum of the tensions outside the bounds is least, by a linear program."""
-    size = space.shape[1]
+    size = null_space.shape[1]
     if size == 0:
         return np.zeros(0)
-    slopes = space[:count]
+    slopes, excess = null_space[:count], np.eye(count)  # unknowns: z, and by how much each tension is outside
     lower, upper = np.isfinite(low), np.isfinite(high)
-    eye = np.eye(count)
-    rows = np.vstack([np.hstack([-slopes, -eye])[lower], np.hstack([slopes, -eye])[upper]])
-    bounds = np.concatenate([(particular[:count] - low)[lower], (high - particular[:count])[upper]])
+    rows = np.vstack([np.hstack([-slopes, -excess])[lower], np.hstack([slopes, -excess])[upper]])
+    right = np.concatenate([(particular[:count] - low)[lower], (high - particular[:count])[upper]])
     cost = np.append(np.zeros(size), np.ones(count))
     limits = [(None, None)] * size + [(0, None)] * count
     from scipy.optimize import linprog
 
-    found = linprog(cost, A_ub=rows, b_ub=bounds / unit, bounds=limits, method="highs")
-    return found.x[:size] * unit if found.success else np.zeros(size)
+    result = linprog(cost, A_ub=rows, b_ub=right / unit, bounds=limits, method="highs")
+    return result.x[:size] * unit if result.success else np.zeros(size)

@@ -33,7 +33,8 @@ class SystemTolerances:
     next_equilibrium_steps: int = 25  # from an equilibrium to the next one
     softened: tuple = (0.3, 0.03, 1e-3, 1e-5, 1e-8)  # strains of cables that a search goes by
     error_in_step: float = 10.0  # relative error that a step shall take away at most
-    # way of a search with softer cables that has failed, over the suspension's extent, to go on from it
+    # distance that a failed search with softer cables has gone, over the suspension's extent, up to which the next one
+    # begins where it ended
     farthest_softened: float = 100.0
     length_change: float = 0.3  # change of an unstretched length in one step, over the length
     # steps off a saddle: rotation [rad], or share of the extent of the suspension
@@ -66,7 +67,7 @@ class SystemTolerances:
     # relative change up to which balanced tensions are an answer: the best ones but for its stated error
     rough_balance: float = 1e-3
     infeasible_steps: int = 6  # in a row that leave no tensions within the bounds, and come no closer
-    least_tension_share: float = 0.1  # of a tension that a step leaves of it
+    least_tension_share: float = 0.1  # tension after a step over that before it, at least
     least_level_tension: float = 0.508  # of a level cable that does not stretch, over the weight of its chord
     stated_steps: int = 60  # of the search for the length of one cable
     stalled_error: float = 1e-9  # relative error at which rounding may stop the search
@@ -90,9 +91,9 @@ class SystemTolerances:
     rounding: float = 2.0**-52  # of a number
     # rounding of a sum of some terms, over that of one: a residual that does not cancel further
     sum_rounding: float = 8.0
-    samples: int = 16  # of the signs: the root mean square of as many is good to a fifth
-    seed: int = 1  # of these
-    curved: float = 2.0  # what is left moves the place by so many times its linear estimate at most
+    samples: int = 16  # of the signs of rounding: the root mean square of as many is good to a fifth
+    seed: int = 1  # of the generator of these signs
+    curved: float = 2.0  # largest displacement by a residual over its linear estimate: what curvature makes of it
     # what rounding moves by more than this share of the longest cable, or turns by as many radians, is not determined
     # by what is stated: hardly two digits of it would be known
     undetermined: float = 5e-3
@@ -151,8 +152,8 @@ class SystemTolerances:
     # product of two modes above which they are not orthogonal: of some that coincide not all were asked for
     not_orthogonal: float = 1e-6
     coupled_modes: int = 40  # modes above those asked for that damping may couple to them
-    # of a mode in the motion of a pole, below which a mode damped above critical does not oscillate
-    own_part: float = 0.5
+    # share of a mode in the motion of a pole, below which a mode damped above critical does not oscillate
+    oscillating_share: float = 0.5
     uncorrected: float = 1e-3  # singular value of the static gain over the largest, below which a pose is not corrected
     dependent_shares: float = 1e5  # sum of the sizes of the shares of all states in a pole,
     singular_inverse: float = 1e12  # and entry of V^-1, above which A has next to no eigenvectors

@@ -1,8 +1,9 @@
 """How well an equilibrium is determined: what the rounding of forces, lengths and stated values moves it by.
 
 With K the stiffness on the free degrees of freedom of cables that keep what they state (a length, or a tension that
-their length follows), g what is left of the net forces, and b changes by rounding, the place is known to K^-1 (g + b).
-The sum of all b is sampled: each has its size and a random sign, and the root mean square of some samples is taken.
+their length follows), g the net forces that the search left, and b changes of them by rounding, the place is known to
+K^-1 (g + b). The sum of all b is sampled: each has its size and a random sign, and the root mean square of some samples
+is taken.
 
 Where bodies stay where the description puts them, since what it states balances there, lengths are cut for these places
 and the places are known with them, also where the tensions would balance in other places too.
@@ -73,118 +74,131 @@ def uncertainty_of(equilibrium):
     suspension, cables = equilibrium.suspension, equilibrium.catenary
     with np.errstate(all="ignore"):  # of cases that have no equilibrium
         place, change = _sampled(equilibrium)
-    solved = np.asarray(equilibrium.record.converged)[..., None]
+    converged = np.asarray(equilibrium.record.converged)[..., None]
+
+    def bounded(values, converged):
+        """The values where there is an equilibrium, no larger than `unknown`; elsewhere that."""
+        finite = np.minimum(np.nan_to_num(values, nan=SYSTEM.unknown), SYSTEM.unknown)
+        return np.where(converged, finite, SYSTEM.unknown)
+
     tension, force = np.split(change, [len(suspension.cable_names)], axis=-1)
-    tension = np.where(cables.max_tension > 0, tension, 0.0)
-    place = np.where(
-        solved[..., None], np.minimum(np.nan_to_num(place, nan=SYSTEM.unknown), SYSTEM.unknown), SYSTEM.unknown
-    )
-    tension = np.where(solved, np.minimum(np.nan_to_num(tension, nan=SYSTEM.unknown), SYSTEM.unknown), SYSTEM.unknown)
-    force = np.where(solved, np.minimum(np.nan_to_num(force, nan=SYSTEM.unknown), SYSTEM.unknown), SYSTEM.unknown)
+    tension = bounded(np.where(cables.max_tension > 0, tension, 0.0), converged)
+    place, force = bounded(place, converged[..., None]), bounded(force, converged)
     return Uncertainty(place, tension, force, equilibrium.longest, suspension.body_names)
 
 
 def _sampled(equilibrium):
-    """Root mean square of the samples, with what is left added: of places, tensions and forces of links.
+    """Changes of places, tensions and forces of links by rounding, as `_rms` of random samples of it.
 
     Returns
     -------
-    moved : ndarray, shape (..., b, 6)
+    displacement : ndarray, shape (..., b, 6)
         [m], [rad]
     change : ndarray, shape (..., c + l)
         Of each tension over the largest one of the cable [-], of each force [N].
     """
     suspension, cables, arms = equilibrium.suspension, equilibrium.catenary, equilibrium.arms
     given = tuple(kind or "unstretched_length" for kind in suspension.given)
-    lengths = np.array([kind == "unstretched_length" for kind in given], dtype=bool)
-    cut, answers = _stayed(equilibrium)[..., None] | lengths, stated.kept(cables, given)
-    if (cut & ~lengths).any():
-        fixed = stated.kept(cables, ("unstretched_length",) * len(given))
-        answers = np.where(cut[..., None, None, None], fixed, answers)
-    net, bounds, error, rounded = _left(equilibrium, given, cut)
+    length_stated = np.array([kind == "unstretched_length" for kind in given], dtype=bool)
+    length_known = _stayed(equilibrium)[..., None] | length_stated
+    force_changes = stated.end_forces_at_stated_values(cables, given)
+    if (length_known & ~length_stated).any():
+        at_given_lengths = stated.end_forces_at_stated_values(cables, ("unstretched_length",) * len(given))
+        force_changes = np.where(length_known[..., None, None, None], at_given_lengths, force_changes)
+    net, net_rounding, error, value_rounding = _residuals(equilibrium, given, length_known)
     free = suspension.free
     signs = np.random.default_rng(SYSTEM.seed)
     on_bodies = signs.choice([-1.0, 1.0], size=(SYSTEM.samples, *free.shape))
     on_cables = signs.choice([-1.0, 1.0], size=(SYSTEM.samples, len(given)))
-    changes = np.concatenate([on_cables * rounded[..., None, :], -error[..., None, :]], axis=-2)
-    pulled = answers[..., None, :, :, :, 3] * changes[..., None, None]  # (..., samples, c, 2, 3)
-    answers = answers[..., :, :, :3]
+    value_changes = np.concatenate([on_cables * value_rounding[..., None, :], -error[..., None, :]], axis=-2)
+    end_forces = force_changes[..., None, :, :, :, 3] * value_changes[..., None, None]  # (..., samples + 1, c, 2, 3)
+    stiffness = force_changes[..., :, :, :3]
     if suspension.link_names:
-        answers, pulled = _with_links(equilibrium, answers, pulled, signs)
-    forces = np.concatenate([on_bodies * bounds[..., None, :, :], net[..., None, :, :]], axis=-3)
+        stiffness, end_forces = _with_links(equilibrium, stiffness, end_forces, signs)
+    forces = np.concatenate([on_bodies * net_rounding[..., None, :, :], net[..., None, :, :]], axis=-3)
     cable, end = np.nonzero(suspension.owner != tangent.GROUND)
     body = suspension.owner[cable, end]
-    held = arms[..., None, cable, end, :]
-    acting = tangent.wrenches(held, pulled[..., cable, end, :])
-    for place, owner in enumerate(body.tolist()):
-        forces[..., owner, :] += acting[..., place, :]
-    moved, pulled = np.zeros(forces.shape), pulled[..., 1, :]
+    arm = arms[..., None, cable, end, :]
+    wrench = tangent.wrenches(arm, end_forces[..., cable, end, :])
+    for held_end, owner in enumerate(body.tolist()):
+        forces[..., owner, :] += wrench[..., held_end, :]
+    displacement, tension = np.zeros(forces.shape), end_forces[..., 1, :]
     if free.any():
-        moved[..., free] = _solved(suspension, _blocks(equilibrium, answers), tangent.free_values(suspension, forces))
-        ends = np.zeros((*pulled.shape[:-1], 2, 3))
-        ends[..., cable, end, :] = moved[..., body, :3] + np.cross(moved[..., body, 3:], held)
-        along = (ends[..., 1, :] - ends[..., 0, :])[..., None]
-        pulled = pulled + (answers[..., None, :, 1, :, :] @ along)[..., 0]
+        free_forces = tangent.free_values(suspension, forces)
+        displacement[..., free] = _solved(suspension, _blocks(equilibrium, stiffness), free_forces)
+        end_displacement = np.zeros((*tension.shape[:-1], 2, 3))
+        by_rotation = np.cross(displacement[..., body, 3:], arm)
+        end_displacement[..., cable, end, :] = displacement[..., body, :3] + by_rotation
+        relative = (end_displacement[..., 1, :] - end_displacement[..., 0, :])[..., None]
+        tension = tension + (stiffness[..., None, :, 1, :, :] @ relative)[..., 0]
     unit = np.maximum(cables.max_tension, SYSTEM.tiny)
     unit = joined(unit, equilibrium.links and np.ones_like(equilibrium.links.extension), -1)
-    return _rms(moved, -3), _rms(size(pulled) / unit[..., None, :], -2)
+    return _rms(displacement, -3), _rms(size(tension) / unit[..., None, :], -2)
 
 
-def _with_links(equilibrium, answers, pulled, signs):
-    """Answers of all ends to movements, and forces at them by rounding of lengths in each sample, those of links too.
+def _with_links(equilibrium, stiffness, end_forces, signs):
+    """Stiffness of end 2 and forces at the ends by rounding in each sample, of cables and then of links.
 
     Parameters
     ----------
     equilibrium : Equilibrium
-    answers : ndarray, shape (..., c, 2, 3, 3)
-    pulled : ndarray, shape (..., samples + 1, c, 2, 3)
+    stiffness : ndarray, shape (..., c, 2, 3, 3)
+        Of the force on each end of the cables by movements of end 2. [N/m]
+    end_forces : ndarray, shape (..., samples + 1, c, 2, 3)
+        Of the cables. [N]
     signs : numpy.random.Generator
     """
     links, ends = equilibrium.links, equilibrium.ends[..., len(equilibrium.suspension.cable_names) :, :, :]
     least, most = rounding.of_springs(ends, links)
-    change = (
-        LENGTH * signs.choice([-1.0, 1.0], size=(SYSTEM.samples + 1, least.shape[-1])) * (most - least)[..., None, :]
-    )
-    change[..., -1, :] = 0.0  # that is what is left
-    force = change[..., None] * links.direction[..., None, :, :]
-    stiffness = np.stack([links.end_stiffness, -links.end_stiffness], axis=-3)
-    return joined(answers, stiffness, -4), joined(pulled, np.stack([-force, force], axis=-2))
+    sign = signs.choice([-1.0, 1.0], size=(SYSTEM.samples + 1, least.shape[-1]))
+    tension = LENGTH * sign * (most - least)[..., None, :]
+    tension[..., -1, :] = 0.0  # the last sample is that of the residuals
+    force = tension[..., None] * links.direction[..., None, :, :]
+    link_stiffness = np.stack([links.end_stiffness, -links.end_stiffness], axis=-3)
+    return joined(stiffness, link_stiffness, -4), joined(end_forces, np.stack([-force, force], axis=-2))
 
 
 def _rms(samples, axis):
-    """Root mean square of all samples but the last along an axis, and what is left, the last one."""
+    """Root mean square of all samples but the last along an axis, and a multiple of the last: that of the residuals."""
     samples = np.moveaxis(np.abs(samples), axis, 0)
     return np.sqrt((samples[:-1] ** 2).mean(axis=0)) + SYSTEM.curved * samples[-1]
 
 
 def _stayed(equilibrium):
-    """Whether all bodies are where the search began, shape (...)."""
+    """True where all bodies are where the search began, shape (...)."""
     suspension, longest = equilibrium.suspension, equilibrium.longest
-    moved = np.abs(equilibrium.position - suspension.position).max(axis=(-1, -2), initial=0.0) / longest
-    turned = np.abs(equilibrium.rotation - suspension.rotation).max(axis=(-1, -2, -3), initial=0.0)
-    return np.maximum(moved, turned) <= SYSTEM.stayed
+    distance = np.abs(equilibrium.position - suspension.position).max(axis=(-1, -2), initial=0.0) / longest
+    turn = np.abs(equilibrium.rotation - suspension.rotation).max(axis=(-1, -2, -3), initial=0.0)
+    return np.maximum(distance, turn) <= SYSTEM.stayed
 
 
-def _left(equilibrium, given, cut):
-    """Net forces that are left and their rounding (..., b, 6), errors of stated values and their rounding (..., c)."""
+def _residuals(equilibrium, given, length_known):
+    """Residuals of the search, and their rounding.
+
+    Returns
+    -------
+    net, net_rounding : ndarray, shape (..., b, 6)
+        Forces and moments that are left. [N], [N m]
+    error, value_rounding : ndarray, shape (..., c)
+        Relative error of stated values, zero where the length is known. [-]
+    """
     suspension, cables, arms, ends = equilibrium.suspension, equilibrium.catenary, equilibrium.arms, equilibrium.ends
-    strain = np.asarray(cables.span.chord_strain)
-    net, _ = tangent.net_forces(suspension, equilibrium.rotation, arms, equilibrium.end_forces, cables.max_tension)
-    known = strain, cables, cables.max_tension, equilibrium.links
-    least = rounding.bounds(suspension, equilibrium.rotation, arms, ends, *known).least
+    strain, tension = np.asarray(cables.span.chord_strain), cables.max_tension
+    net, _ = tangent.net_forces(suspension, equilibrium.rotation, arms, equilibrium.end_forces, tension)
+    bounds = rounding.bounds(suspension, equilibrium.rotation, arms, ends, strain, cables, tension, equilibrium.links)
     ends = ends[..., suspension.of_cables, :, :]
-    own = rounding.of_values(ends, strain, cables, given, suspension.value).least
-    of_length = LENGTH * (1 + np.abs(ends).max(axis=(-1, -2)) / cables.span.chord)
-    error = np.where(cut, 0.0, stated.values(cables, given) / suspension.value - 1)
-    return net, least, error, np.where(cut, of_length, own)
+    of_values = rounding.of_values(ends, strain, cables, given, suspension.value).least
+    of_lengths = LENGTH * (1 + np.abs(ends).max(axis=(-1, -2)) / cables.span.chord)
+    error = np.where(length_known, 0.0, stated.values(cables, given) / suspension.value - 1)
+    return net, bounds.least, error, np.where(length_known, of_lengths, of_values)
 
 
-def _blocks(equilibrium, answers):
-    """`tangent.Blocks` of cables that keep what they state."""
+def _blocks(equilibrium, end_stiffness):
+    """`tangent.Blocks` of the suspension with cables that keep what they state, see `_with_links`."""
     suspension, arms, blocks = equilibrium.suspension, equilibrium.arms, equilibrium.blocks
     cable, row, column = tangent.pairs(suspension)
     sign = np.where(column == 1, -1.0, 1.0)[:, None, None]
-    stiffness = sign * answers[..., cable, row, :, :]
+    stiffness = sign * end_stiffness[..., cable, row, :, :]
     between = at_attachments(stiffness, arms[..., cable, row, :], arms[..., cable, column, :])
     matrices = np.concatenate([between, blocks.matrices[..., len(cable) :, :, :]], axis=-3)
     return tangent.Blocks(blocks.rows, blocks.columns, matrices, blocks.leverage)
@@ -204,20 +218,21 @@ def _solved(suspension, blocks, forces):
 
         for case in np.ndindex(scales.shape[:-1]):
             matrix = tangent.scaled_sparse(blocks.of(case), suspension, scales[case])
-            solution[case] = _one(matrix, right[case], lambda m, r: splu(m).solve(r))
+            solution[case] = _solved_or_infinite(matrix, right[case], lambda m, r: splu(m).solve(r))
     return np.swapaxes(solution, -1, -2) / scales[..., None, :]
 
 
 def _dense_solutions(matrices, right):
-    """Those of some cases, shape (m, d, samples); infinite where a matrix is singular."""
+    """Solutions of systems of equations, shape (m, d, samples); infinite where a matrix is singular."""
     try:
         return np.linalg.solve(matrices, right)
     except np.linalg.LinAlgError:  # of one of them
-        pairs = zip(matrices, right, strict=True)
-        return np.array([_one(matrix, vectors, np.linalg.solve) for matrix, vectors in pairs])
+        systems = zip(matrices, right, strict=True)
+        return np.array([_solved_or_infinite(*system, np.linalg.solve) for system in systems])
 
 
-def _one(matrix, right, solve):
+def _solved_or_infinite(matrix, right, solve):
+    """Solution of one system of equations by a function; infinite where its matrix is singular."""
     try:
         return solve(matrix, right)
     except (np.linalg.LinAlgError, RuntimeError):  # singular: nothing holds some motion

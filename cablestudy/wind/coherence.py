@@ -26,16 +26,16 @@ DECAY, LARGE_SCALE = 12.0, 0.12  # of the exponential model of IEC 61400-1
 
 @dataclass(frozen=True)
 class Coherence:
-    """The coherence exp(-kappa r) at two places a distance r apart, and how covariances under it are interpolated.
+    """Coherence exp(-kappa r) of the wind at two points a distance r apart, and how covariances are interpolated.
 
     Attributes
     ----------
     kappa : callable
-        Of frequencies, shape (f,) [Hz] -> shape (f,), ascending. [1/m]
+        Frequencies, shape (f,) [Hz] -> kappa, shape (f,), ascending. [1/m]
     per_decade : int
-        Values of kappa at which a covariance is computed; between them it is a spline.
+        Number of values of kappa in a decade at which a covariance is computed; between them it is a spline.
     error : float
-        Of a variance by it.
+        Relative error of a variance by the spline. [-]
     """
 
     kappa: Callable
@@ -44,12 +44,12 @@ class Coherence:
 
     @property
     def least(self):
-        """kappa of slow gusts. [1/m]"""
+        """The least kappa, that of slow gusts. [1/m]"""
         return float(self.kappa(np.zeros(1))[0])
 
     @property
     def constant(self):
-        """True if it is the same at all frequencies."""
+        """True if kappa is the same at all frequencies."""
         return bool(self.kappa(np.ones(1))[0] == self.least)
 
 
@@ -72,28 +72,31 @@ def along_cable(wind):
     """
     if wind.coherence_length is not None:
         return Coherence(lambda frequency: np.full(len(frequency), 1 / wind.coherence_length), *WIND.fine_coherence)
-    slow = LARGE_SCALE * wind.speed / wind.length_scale
+    slow = LARGE_SCALE * wind.speed / wind.length_scale  # frequency below which kappa is about constant
     return Coherence(lambda frequency: DECAY / wind.speed * np.hypot(frequency, slow), *WIND.fine_coherence)
 
 
 @dataclass(frozen=True)
 class Rod:
-    """Functions in which loads along a cable are expanded, orthonormal over its stretched length, counted as 1."""
+    """Eigenfunctions of a free rod, in which loads along a cable are expanded.
 
-    square: np.ndarray  # integral of the squared slope of each function, shape (r,)
+    They are orthonormal over the stretched length of the cable, which counts as 1.
+    """
+
+    square: np.ndarray  # eigenvalues, the integral of the squared slope of each function, shape (r,)
     ends: np.ndarray  # values of each function at both ends, shape (r, 2)
     length: float  # stretched over unstretched length
     shapes: np.ndarray  # values of each function at the nodes, shape (nodes, r)
 
     def covariance(self, loads, ratio):
-        """I between pairs of real loads that are coherent over some length.
+        """I between pairs of loads under the coherence exp(-kappa r).
 
         Parameters
         ----------
         loads : ndarray, shape (c, i, r)
             Integrals of i loads by c uncorrelated components times each function.
         ratio : ndarray, shape (m,)
-            The cable's length over the coherence length. [-]
+            The cable's stretched length times kappa. [-]
 
         Returns
         -------
@@ -101,36 +104,47 @@ class Rod:
             Sum over the components, the cable's length counted as 1.
         """
         ratio = np.maximum(ratio, WIND.least_length_ratio)[:, None]
-        found = np.zeros((len(ratio), loads.shape[1], loads.shape[1]))
+        covariance = np.zeros((len(ratio), loads.shape[1], loads.shape[1]))
         for load in loads:
-            inner, sums, others, (by_constant, first, second, mixed) = self._parts(load, ratio)
-            weights = np.zeros((len(ratio), 3, 3))
-            weights[:, 0, 0], weights[:, 1, 1], weights[:, 2, 2] = by_constant, -second, -first
-            weights[:, 1, 2] = weights[:, 2, 1] = mixed
-            sums = np.stack(sums, axis=-1).swapaxes(0, 1)
-            found += sums @ weights @ sums.swapaxes(-1, -2)
-            for place, root in enumerate(np.sqrt(inner)):  # one by one: all at once they are more than caches hold
+            inverse, others, sums, weights = self._covariance_terms(load, ratio)
+            covariance += sums @ weights @ sums.swapaxes(-1, -2)
+            for index, root in enumerate(np.sqrt(inverse)):  # one by one: all at once they are more than caches hold
                 scaled = others * root
-                found[place] += scaled @ scaled.T
-        return 2 * found
+                covariance[index] += scaled @ scaled.T
+        return 2 * covariance
 
-    def _parts(self, load, ratio):
-        """Of loads, shape (i, r), for `ratio` of shape (m, 1): what `covariance` is a sum of.
+    def _covariance_terms(self, load, ratio):
+        """Terms of which half of the covariance of loads, shape (i, r), is the sum, for m ratios, shape (m, 1).
 
-        The rod's inverse without its ends, (m, r - 1); three sums of each load, (i, m); the load but for its constant;
-        weights of squares and product of these sums, (m,).
+        With rho = ratio, the rod has the matrix K = diag(square/rho + rho) + v0 v0^T + v1 v1^T, v0 and v1 being the
+        functions at its ends, and I = 2 load K^-1 load^T. K is inverted by Woodbury's formula, with the even and the
+        odd combination of v0 and v1. The constant function is taken apart, since only the ends restrain it.
+
+        Returns
+        -------
+        inverse : ndarray, shape (m, r - 1)
+            Of the diagonal matrix, without the constant function.
+        others : ndarray, shape (i, r - 1)
+            The loads without the constant function.
+        sums : ndarray, shape (m, i, 3)
+            Remainder of the constant part of each load, and its products with the even and the odd combination.
+        weights : ndarray, shape (m, 3, 3)
+            Half of the covariance is others inverse others^T + sums weights sums^T.
         """
         constant, others = load[:, :1], load[:, 1:]
-        inner = 1 / (self.square[1:] / ratio + ratio)
-        near, far = self.ends[1:].T
-        even, odd = (near + far) / np.sqrt(2), (near - far) / np.sqrt(2)
-        # the ends by Woodbury's formula; the constant apart, since only the ends restrain it
-        first, second, mixed = 1 + inner @ even**2, 1 + inner @ odd**2, inner @ (even * odd)
-        determinant, end = first * second - mixed**2, self.ends[0, 0]
-        f, g = others @ (inner * even).T, others @ (inner * odd).T
-        left = constant - end * np.sqrt(2) * (second * f - mixed * g) / determinant
-        by_constant = 1 / (ratio[:, 0] + 2 * end**2 * second / determinant)
-        return inner, (left, f, g), others, (by_constant, *(part / determinant for part in (first, second, mixed)))
+        inverse = 1 / (self.square[1:] / ratio + ratio)
+        end_1, end_2 = self.ends[1:].T
+        even, odd = (end_1 + end_2) / np.sqrt(2), (end_1 - end_2) / np.sqrt(2)
+        # the 2 x 2 matrix of Woodbury's formula, [[a, b], [b, c]]
+        a, b, c = 1 + inverse @ even**2, inverse @ (even * odd), 1 + inverse @ odd**2
+        determinant, constant_at_end = a * c - b**2, self.ends[0, 0]
+        by_even, by_odd = others @ (inverse * even).T, others @ (inverse * odd).T
+        remainder = constant - constant_at_end * np.sqrt(2) * (c * by_even - b * by_odd) / determinant
+        weights = np.zeros((len(ratio), 3, 3))
+        weights[:, 0, 0] = 1 / (ratio[:, 0] + 2 * constant_at_end**2 * c / determinant)
+        weights[:, 1, 1], weights[:, 2, 2] = -(c / determinant), -(a / determinant)
+        weights[:, 1, 2] = weights[:, 2, 1] = b / determinant
+        return inverse, others, np.stack([remainder, by_even, by_odd], axis=-1).swapaxes(0, 1), weights
 
 
 def rod(mesh, stretch):
@@ -142,9 +156,9 @@ def rod(mesh, stretch):
         square, shapes = eigh(stiffness.toarray(), mass.toarray())
     else:
         count = min(WIND.coherence_functions, mesh.nodes // 2)
-        place = mesh.node_positions[:, None]
+        x = mesh.node_positions[:, None]
         # cosines have no slope at the ends: two more functions give them any
-        smooth = np.concatenate([np.cos(np.pi * place * np.arange(count - 2)), place, place**2], axis=1)
+        smooth = np.concatenate([np.cos(np.pi * x * np.arange(count - 2)), x, x**2], axis=1)
         square, shapes = eigh(smooth.T @ (stiffness @ smooth), smooth.T @ (mass @ smooth))
         shapes = smooth @ shapes
     square = np.maximum(square, 0.0)
@@ -153,12 +167,12 @@ def rod(mesh, stretch):
 
 
 def gauss(order):
-    """Points of an element of an order on [0, 1], one more than has its tension, and their weights, shape (q,) both."""
+    """Gauss points of an element on [0, 1], one more than those of its tension, and their weights, shape (q,) each."""
     return basis(order + 1).points, basis(order + 1).weights
 
 
 def galerkin(mesh, stretch):
-    """The rod of a cable in its shape functions.
+    """Length, stiffness and mass of the rod of a cable, in its shape functions.
 
     Parameters
     ----------
@@ -170,15 +184,15 @@ def galerkin(mesh, stretch):
     Returns
     -------
     length : float
-        Stretched over unstretched.
+        Stretched over unstretched length. [-]
     stiffness, mass : sparse array, shape (nodes, nodes)
-        The stretched length counted as 1.
+        Integrals of products of slopes, and of values, of the functions over the stretched length, counted as 1. [-]
     """
     element, (points, weights) = basis(mesh.order), gauss(mesh.order)
-    values, between = lagrange(element.nodes, points), lagrange(element.points, points)
-    slopes, stretched = between @ element.derivative, stretch @ between.T
-    length = float((mesh.sizes[:, None] * weights * stretched).sum())
-    share = mesh.sizes[:, None] * weights * stretched / length
-    flat = weights / (mesh.sizes[:, None] * stretched) * length
-    stiffness = add_elements(mesh, 1, slopes.T @ (flat[..., None] * slopes))
-    return length, stiffness, add_elements(mesh, 1, values.T @ (share[..., None] * values))
+    values, interpolation = lagrange(element.nodes, points), lagrange(element.points, points)
+    slopes, stretch = interpolation @ element.derivative, stretch @ interpolation.T
+    length = float((mesh.sizes[:, None] * weights * stretch).sum())
+    mass_weights = mesh.sizes[:, None] * weights * stretch / length
+    stiffness_weights = weights / (mesh.sizes[:, None] * stretch) * length
+    stiffness = add_elements(mesh, 1, slopes.T @ (stiffness_weights[..., None] * slopes))
+    return length, stiffness, add_elements(mesh, 1, values.T @ (mass_weights[..., None] * values))

@@ -1,8 +1,8 @@
 """Drag of the wind on a cable, linear in the turbulence; and vortex shedding frequencies.
 
-Only the wind across the cable counts (the independence principle of a round cylinder). With U_n what of the mean wind
-is normal to the cable, a = |U_n| and t the tangent, the drag rho C_d d/2 |u_n| u_n per length changes with the
-turbulence u' by
+Only the wind across the cable counts (the independence principle of a round cylinder). With the part U_n of the mean
+wind that is normal to the cable, a = |U_n| and the tangent t, turbulence u' changes the drag rho C_d d/2 |u_n| u_n per
+length by
 
     rho C_d d/2 [a (I - t t^T) + U_n U_n^T/a] u':
 
@@ -18,30 +18,30 @@ from cablestudy.wind.tolerances import WIND
 STROUHAL = 0.2  # of a round cylinder at Reynolds numbers from 3e2 to 2e5 (Blevins, Flow-Induced Vibration, 1990)
 
 
-def drag_matrices(tangent, blowing):
-    """The bracket above over the mean speed, halved.
+def drag_matrices(tangent, wind_direction):
+    """[a (I - t t^T) + U_n U_n^T/a]/(2 v) along a cable: its drag in turbulence over rho C_d d v.
 
     Parameters
     ----------
     tangent : ndarray, shape (..., 3)
-        Unit vectors. [-]
-    blowing : ndarray, shape (3,)
-        Unit vector of the mean wind. [-]
+        Unit vectors t. [-]
+    wind_direction : ndarray, shape (3,)
+        Unit vector of the mean wind, whose speed is v. [-]
 
     Returns
     -------
     ndarray, shape (..., 3, 3)
         Force per length = rho C_d d v times this times turbulence. [-]
     """
-    normal = blowing - tangent * (tangent @ blowing)[..., None]
-    size = np.sqrt((normal**2).sum(axis=-1))[..., None, None]
-    unit = normal / np.where(size > 0, size, 1.0)[..., 0]
+    normal_wind = wind_direction - tangent * (tangent @ wind_direction)[..., None]  # U_n/v
+    a = np.sqrt((normal_wind**2).sum(axis=-1))[..., None, None]
+    unit = normal_wind / np.where(a > 0, a, 1.0)[..., 0]
     across = np.eye(3) - tangent[..., :, None] * tangent[..., None, :]
-    return size * (across + unit[..., :, None] * unit[..., None, :]) / 2
+    return a * (across + unit[..., :, None] * unit[..., None, :]) / 2
 
 
 def body_damping(wind, area, drag_coefficient):
-    """Viscous damping rho C_d A v of a body that moves along the mean wind; zero where the `Wind` leaves it out.
+    """Viscous damping rho C_d A v of a body that moves along the mean wind; zero without aerodynamic damping.
 
     Parameters
     ----------
@@ -63,10 +63,10 @@ def body_damping(wind, area, drag_coefficient):
 
 
 def cable_damping(wind, diameter):
-    """Viscous damping per length of a cable's motion, rho C_d d v/2; zero where the `Wind` leaves it out.
+    """Viscous damping per length of a cable's motion, rho C_d d v/2; zero without aerodynamic damping.
 
-    It is that of motion normal to the cable and to the wind, the smaller one of the two: along the wind it is twice as
-    large. A motion of the cable in any direction is damped by no less, where the wind is across the cable.
+    It is that of motion normal to the cable and to the wind; along the wind it is twice as large. So motion of the
+    cable in any direction is damped by no less, where the wind is across the cable.
 
     Parameters
     ----------

@@ -31,16 +31,17 @@ class Gusts:
     wind : SuspensionWind
         Has speed, turbulence, length_scale, spectrum and admittance.
     directions : ndarray, shape (3, 3)
-        Rows: along the mean wind, across it, vertical. [-]
+        Unit vectors (rows) along the mean wind, across it, and vertical. [-]
     strips : list of Strip
+        The c cables that the wind acts on.
     amplitudes : list of ndarray, shape (k, m + 2 c)
-        Of the coordinates of each of these c cables, see `strips.amplitudes`.
+        Amplitudes of the coordinates of each of these cables, see `strips.amplitudes`.
     forces : ndarray, shape (b, 3, m)
-        Force on each coordinate by a unit speed along x, y, z at each body that the wind acts on.
+        Force on each coordinate by a unit speed along x, y, z at each of the b bodies that the wind acts on.
     places : ndarray, shape (b, 3)
         Centres of pressure of these bodies. [m]
     areas : ndarray, shape (b,)
-        For the admittance of these bodies. [m^2]
+        Areas of these bodies, for their admittance. [m^2]
     coherence : Coherence
     """
 
@@ -54,78 +55,79 @@ class Gusts:
     coherence: Coherence
 
     def variance_spectra(self, frequency, response):
-        """One-sided spectra of some outputs.
+        """One-sided spectra of o outputs.
 
         Parameters
         ----------
         frequency : ndarray, shape (f,)
             [Hz]
         response : ndarray, complex, shape (f, m, o)
-            Of each output to a force on each coordinate.
+            Frequency response of each output to a force on each coordinate.
 
         Returns
         -------
         ndarray, shape (f, o)
         """
-        return self.input_spectra(frequency, np.swapaxes(self.into, -1, -2) @ response)
+        return self.input_spectra(frequency, np.swapaxes(self.input_matrix, -1, -2) @ response)
 
     def input_spectra(self, frequency, response):
-        """Spectra by the response to each of the inputs of `into`, shape (f, m + t + 3 b, o)."""
-        pushed = self.matrix_times(frequency, response)
-        return (pushed.real * response.real + pushed.imag * response.imag).sum(axis=1)
+        """One-sided spectra of o outputs, shape (f, o), by their response to the i inputs, shape (f, i, o)."""
+        times_spectra = self.matrix_times(frequency, response)
+        return (times_spectra.real * response.real + times_spectra.imag * response.imag).sum(axis=1)
 
     def matrix_times(self, frequency, columns):
-        """The one-sided spectral matrix of the inputs of `into` at frequencies, times columns (f, i, o)."""
-        speed, shares = self._functions(frequency)
+        """One-sided spectral matrix of the i inputs, see `input_matrix`, at frequencies, times columns (f, i, o)."""
+        speed, factors = self._frequency_functions(frequency)
         root = np.ones((len(frequency), columns.shape[1], 1))
-        for part, share in zip(self.parts, shares, strict=True):
-            root[:, part, 0] = (np.sqrt(speed) * share)[:, None]
-        covariance = self._covariance(self.coherence.kappa(frequency))
-        columns, found = root * columns, np.empty(columns.shape, dtype=complex)
-        found.real, found.imag = covariance @ columns.real, covariance @ columns.imag
-        return root * found
+        for group, factor in zip(self.input_groups, factors, strict=True):
+            root[:, group, 0] = (np.sqrt(speed) * factor)[:, None]
+        covariance = self._interpolated_covariance(self.coherence.kappa(frequency))
+        columns, product = root * columns, np.empty(columns.shape, dtype=complex)
+        product.real, product.imag = covariance @ columns.real, covariance @ columns.imag
+        return root * product
 
     @cached_property
-    def into(self):
+    def input_matrix(self):
         """Forces on the coordinates by the i inputs, shape (m, i).
 
-        These are the forces of the cables on each coordinate; two of each cable, by `Strip.pulled`, which move nothing;
-        and the three components of the speed at each body.
+        Inputs are, if the wind acts on cables, the work of the gusts on them for each coordinate, and for the two end
+        movements of each cable that `strips.amplitudes` adds, which exert no force; then the three components of the
+        speed at each body.
         """
         count = self.forces.shape[-1]
         of_bodies = (self.directions @ self.forces).reshape(-1, count).T
-        return np.concatenate([np.eye(count, self._work), of_bodies], axis=1)
+        return np.concatenate([np.eye(count, self._cable_inputs), of_bodies], axis=1)
 
     @property
-    def _work(self):
-        """How many inputs are works of the gusts on cables: one for each coordinate, and two of each cable, if any."""
+    def _cable_inputs(self):
+        """Number of inputs that are work of the gusts on cables: one for each coordinate, two for each cable."""
         return self.forces.shape[-1] + 2 * len(self.strips) if self.strips else 0
 
     @property
-    def parts(self):
-        """Those of the cables among these inputs, if any, then the three of each body: list of slice."""
-        count = self._work
+    def input_groups(self):
+        """Inputs with one function of frequency: those of the cables, if any, then the three of each body; slices."""
+        count = self._cable_inputs
         of_bodies = [slice(count + 3 * k, count + 3 * k + 3) for k in range(len(self.areas))]
         return [slice(count), *of_bodies] if count else of_bodies
 
     def noise(self, frequency):
-        """Forces of the cables on the coordinates and speeds at the bodies as `Noise`, at frequencies [Hz]."""
-        speed, shares = self._functions(frequency)
-        cables, bodies = self._shares(self.coherence.kappa(frequency))
-        first = 1 if self._work else 0  # of the bodies
-        functions = [
-            [
-                speed * one * other * (cables if min(row, column) < first else bodies)
-                for column, other in enumerate(shares)
-            ]
-            for row, one in enumerate(shares)
-        ]
-        return Noise(self._known[1], self.parts, functions)
+        """The inputs, see `input_matrix`, as `Noise` at frequencies [Hz]."""
+        speed, factors = self._frequency_functions(frequency)
+        for_cables, for_bodies = self._table_weights(self.coherence.kappa(frequency))
+        first_body = 1 if self._cable_inputs else 0  # group
+
+        def function(row, column):
+            weights = for_cables if min(row, column) < first_body else for_bodies
+            return speed * factors[row] * factors[column] * weights
+
+        groups = range(len(factors))
+        functions = [[function(row, column) for column in groups] for row in groups]
+        return Noise(self._table[1], self.input_groups, functions)
 
     @property
     def force_on_cables(self):
-        """Bound of their force on all cables together, RMS. [N]"""
-        return max(self.wind.turbulence) * sum(strip.most for strip in self.strips)
+        """Upper bound of the RMS force of the gusts on all cables together. [N]"""
+        return max(self.wind.turbulence) * sum(strip.largest_force for strip in self.strips)
 
     def edges(self, low, high):
         """Boundaries between frequencies at which `noise` is smooth, from low to high, ascending. [Hz]"""
@@ -133,32 +135,23 @@ class Gusts:
         inner = low * 10 ** (np.arange(1, count) / WIND.panels_per_decade)
         return np.concatenate([[low], inner, [high]])
 
-    def _functions(self, frequency):
-        """Spectrum of the speed over the variance of a component, and the root of the admittance of each part."""
+    def _frequency_functions(self, frequency):
+        """Spectrum of the speed over its variance, shape (f,), and root of the admittance of each of `input_groups`."""
         wind = self.wind
         speed = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
-        shares = [np.sqrt(admittance(frequency, wind.speed, area, wind.admittance)) for area in self.areas.tolist()]
-        return speed, [np.ones_like(frequency), *shares] if self._work else shares
+        roots = [np.sqrt(admittance(frequency, wind.speed, area, wind.admittance)) for area in self.areas.tolist()]
+        return speed, [np.ones_like(frequency), *roots] if self._cable_inputs else roots
 
-    def _covariance(self, kappa):
-        """Covariance of the forces of the cables on the coordinates and of the components of speed at the bodies.
+    def _interpolated_covariance(self, kappa):
+        """Covariance of the inputs for kappa [1/m], shape (f,), interpolated in `_table`: shape (f, i, i)."""
+        for_cables, for_bodies = self._table_weights(kappa)
+        table, bodies = self._table[1], slice(self._cable_inputs, None)
+        covariance = np.tensordot(for_cables, table, axes=(0, 0))
+        covariance[:, bodies, bodies] = np.tensordot(for_bodies, table[:, bodies, bodies], axes=(0, 0))
+        return covariance
 
-        Parameters
-        ----------
-        kappa : ndarray, shape (f,)
-            [1/m]
-
-        Returns
-        -------
-        ndarray, shape (f, i, i)
-        """
-        (cables, bodies), matrices, of_bodies = self._shares(kappa), self._known[1], slice(self._work, None)
-        found = np.tensordot(cables, matrices, axes=(0, 0))
-        found[:, of_bodies, of_bodies] = np.tensordot(bodies, matrices[:, of_bodies, of_bodies], axes=(0, 0))
-        return found
-
-    def _shares(self, kappa):
-        """Share of each known covariance in that for other kappa, of what cables take part in, and between bodies.
+    def _table_weights(self, kappa):
+        """Weights of the k covariances of `_table` whose sum is that for other kappa: with cables, and between bodies.
 
         Parameters
         ----------
@@ -167,61 +160,64 @@ class Gusts:
 
         Returns
         -------
-        cables, bodies : ndarray, shape (k, f)
+        for_cables, for_bodies : ndarray, shape (k, f)
         """
-        known = self._known[0]
-        if known is None:
+        table_kappa = self._table[0]
+        if table_kappa is None:
             return (np.ones((1, len(kappa))),) * 2
-        linear, kappa = WIND.linear_covariance / self._across, kappa[:, None]
-        splines = CardinalSplines(np.log(known + linear), WIND.coherence_degree)
-        bodies = splines(np.log(np.minimum(kappa, known[-1]) + linear)[:, 0])
-        # all that cables take part in falls with 1/kappa at last, and the speeds at the bodies remain as they are
-        return (np.minimum(known[-1] / np.maximum(kappa, known[-1]), 1.0) * bodies).T, bodies.T
+        linear, highest, kappa = WIND.linear_covariance / self._extent, table_kappa[-1], kappa[:, None]
+        splines = CardinalSplines(np.log(table_kappa + linear), WIND.coherence_degree)
+        for_bodies = splines(np.log(np.minimum(kappa, highest) + linear)[:, 0])
+        # covariances with cables fall with 1/kappa at last, and those of speeds at bodies remain as they are
+        falling = np.minimum(highest / np.maximum(kappa, highest), 1.0)
+        return (falling * for_bodies).T, for_bodies.T
 
     @cached_property
-    def _across(self):
+    def _extent(self):
         """Size of the suspension that the wind acts on. [m]"""
-        everywhere = np.concatenate([*(strip.places for strip in self.strips), self.places])
-        return size(np.ptp(everywhere, axis=0)) if len(everywhere) else 0.0
+        points = np.concatenate([*(strip.places for strip in self.strips), self.places])
+        return size(np.ptp(points, axis=0)) if len(points) else 0.0
 
     @cached_property
-    def _known(self):
-        """Some kappa, shape (k,), and `_covariance` for them; None and only one where all is coherent."""
-        least, across = self.coherence.least, self._across
-        if self.coherence.constant or not across:
-            return None, self._at(np.array([least]))
-        linear, high = (
-            WIND.linear_covariance / across,
-            max(WIND.falling_covariance / across, WIND.far_above_least * least),
-        )
-        count = round(self.coherence.per_decade * np.log10((high + linear) / (least + linear)))
-        kappa = np.maximum(np.geomspace(least + linear, high + linear, 1 + count) - linear, least)
-        return kappa, self._at(kappa)
+    def _table(self):
+        """Ascending kappa, shape (k,), and the covariances for them, shape (k, i, i).
+
+        None and one covariance where it does not depend on the frequency.
+        """
+        least, extent = self.coherence.least, self._extent
+        if self.coherence.constant or not extent:
+            return None, self._computed_covariance(np.array([least]))
+        linear = WIND.linear_covariance / extent
+        highest = max(WIND.falling_covariance / extent, WIND.far_above_least * least)
+        count = round(self.coherence.per_decade * np.log10((highest + linear) / (least + linear)))
+        kappa = np.maximum(np.geomspace(least + linear, highest + linear, 1 + count) - linear, least)
+        return kappa, self._computed_covariance(kappa)
 
     @property
     def error(self):
-        """Of a variance, relative: by covariances between known ones. [-]"""
-        return self.coherence.error if self._known[0] is not None else 0.0
+        """Relative error of a variance by interpolation between covariances. [-]"""
+        return self.coherence.error if self._table[0] is not None else 0.0
 
     @property
     def uniform(self):
         """Forces on the coordinates by a unit speed along x, y, z that is the same everywhere, shape (3, m)."""
-        count, along = self.forces.shape[-1], zip(self.strips, self.amplitudes, strict=True)
-        return self.forces.sum(axis=0) + sum(strip.forces.sum(axis=1) @ own[:, :count] for strip, own in along)
+        count, cables = self.forces.shape[-1], zip(self.strips, self.amplitudes, strict=True)
+        on_cables = sum(strip.forces.sum(axis=1) @ amplitudes[:, :count] for strip, amplitudes in cables)
+        return self.forces.sum(axis=0) + on_cables
 
-    def _at(self, kappa):
-        """`_covariance` computed directly: of works on the coordinates of each cable, and then of the inputs."""
-        points, forces, given, alone = self._blown(kappa)
-        half = np.zeros((len(kappa), self.into.shape[1], self.into.shape[1]))
-        for place, own in enumerate(alone):
-            before = zip(points[:place], forces[:place], strict=True)
-            row = [_between(kappa, points[place], forces[place], *other) for other in before]
-            row = np.concatenate([*row, own / 2], axis=-1)
-            half += given[place].T @ (row @ np.concatenate(given[: place + 1]))
+    def _computed_covariance(self, kappa):
+        """Covariance of the inputs, see `input_matrix`, for kappa [1/m], shape (f,): shape (f, i, i)."""
+        points, work, coordinates, own_covariances = self._loads(kappa)
+        half = np.zeros((len(kappa), self.input_matrix.shape[1], self.input_matrix.shape[1]))
+        for load, own_covariance in enumerate(own_covariances):  # with those before it, and half of its own
+            earlier = zip(points[:load], work[:load], strict=True)
+            blocks = [_cross_covariance(kappa, points[load], work[load], *other) for other in earlier]
+            row = np.concatenate([*blocks, own_covariance / 2], axis=-1)
+            half += coordinates[load].T @ (row @ np.concatenate(coordinates[: load + 1]))
         return half + np.swapaxes(half, -1, -2)
 
-    def _blown(self, kappa):
-        """What the gusts act on: each cable, then all bodies together, if any.
+    def _loads(self, kappa):
+        """Loads by the gusts: those on each cable, then those on all bodies together, if any.
 
         Parameters
         ----------
@@ -231,55 +227,55 @@ class Gusts:
         Returns
         -------
         points : list of ndarray, shape (q, 3)
-            [m]
-        forces : list of ndarray, shape (c, q, k)
-            Works on k coordinates by c components of the turbulence at each point; of bodies the speeds themselves.
-        given : list of ndarray, shape (k, i)
-            These coordinates in terms of the inputs of `into`.
-        alone : list of ndarray, shape (f, k, k)
-            Covariances of these works.
+            Points at which each load acts. [m]
+        work : list of ndarray, shape (c, q, k)
+            Its work on k coordinates of its own by c components of the turbulence at each point; of bodies the speeds.
+        coordinates : list of ndarray, shape (k, i)
+            These coordinates in terms of the inputs, see `input_matrix`.
+        own_covariances : list of ndarray, shape (f, k, k)
+            Covariances of the work on these coordinates.
         """
-        rms, count, bodies = np.array(self.wind.turbulence), self._work, np.arange(len(self.areas))
-        blown, inputs = np.flatnonzero(rms), np.eye(count + 3 * len(bodies))
-        components = (rms[:, None] * self.directions)[blown]
-        points, given = [strip.points for strip in self.strips], [own @ inputs[:count] for own in self.amplitudes]
-        forces = [np.tensordot(components, strip.point_forces, axes=1) for strip in self.strips]
-        alone = [strip.coherent(components, kappa) for strip in self.strips]
+        rms, count, bodies = np.array(self.wind.turbulence), self._cable_inputs, np.arange(len(self.areas))
+        nonzero, inputs = np.flatnonzero(rms), np.eye(count + 3 * len(bodies))
+        components = (rms[:, None] * self.directions)[nonzero]
+        points = [strip.points for strip in self.strips]
+        work = [np.tensordot(components, strip.point_forces, axes=1) for strip in self.strips]
+        coordinates = [amplitudes @ inputs[:count] for amplitudes in self.amplitudes]
+        own_covariances = [strip.coherent(components, kappa) for strip in self.strips]
         if len(bodies):
-            speeds = np.zeros((len(blown), len(bodies), 3 * len(bodies)))
-            speeds[np.arange(len(blown))[:, None], bodies, 3 * bodies + blown[:, None]] = rms[blown, None]
-            points, forces, given = [*points, self.places], [*forces, speeds], [*given, inputs[count:]]
-            alone.append(_between(kappa, self.places, speeds, self.places, speeds))
-        return points, forces, given, alone
+            speeds = np.zeros((len(nonzero), len(bodies), 3 * len(bodies)))
+            speeds[np.arange(len(nonzero))[:, None], bodies, 3 * bodies + nonzero[:, None]] = rms[nonzero, None]
+            points, work, coordinates = [*points, self.places], [*work, speeds], [*coordinates, inputs[count:]]
+            own_covariances.append(_cross_covariance(kappa, self.places, speeds, self.places, speeds))
+        return points, work, coordinates, own_covariances
 
 
-def _between(kappa, points, forces, others, other_forces):
-    """Covariance of works of the gusts at some points with works at others.
+def _cross_covariance(kappa, points, work, other_points, other_work):
+    """Covariance of the work of the gusts at points with that at other points, under the coherence exp(-kappa r).
 
     Parameters
     ----------
     kappa : ndarray, shape (f,)
         [1/m]
-    points : ndarray, shape (q, 3)
+    points, other_points : ndarray, shapes (q, 3) and (p, 3)
         [m]
-    forces : ndarray, shape (c, q, k)
-        By each component of the turbulence at each point.
-    others, other_forces : ndarray, shapes (p, 3) and (c, p, l)
+    work, other_work : ndarray, shapes (c, q, k) and (c, p, l)
+        Work on k and l coordinates by each component of the turbulence at each point.
 
     Returns
     -------
     ndarray, shape (f, k, l)
     """
-    distance, count = size(points[:, None] - others), forces.shape[-1]
-    forces = forces.transpose(2, 0, 1).reshape(-1, len(points))
-    other_forces = other_forces.reshape(-1, other_forces.shape[-1])
-    found = np.zeros((len(kappa), count, other_forces.shape[-1]))
+    distance, count = size(points[:, None] - other_points), work.shape[-1]
+    work = work.transpose(2, 0, 1).reshape(-1, len(points))
+    other_work = other_work.reshape(-1, other_work.shape[-1])
+    covariance = np.zeros((len(kappa), count, other_work.shape[-1]))
     at_once = max(1, WIND.coherence_entries // max(1, distance.size))
     for begin in range(0, len(kappa), at_once):
-        part = slice(begin, begin + at_once)
-        coherence = np.exp(-kappa[part, None, None] * distance)
-        found[part] = (forces @ coherence).reshape(len(coherence), count, len(other_forces)) @ other_forces
-    return found
+        batch = slice(begin, begin + at_once)
+        coherence = np.exp(-kappa[batch, None, None] * distance)
+        covariance[batch] = (work @ coherence).reshape(len(coherence), count, len(other_work)) @ other_work
+    return covariance
 
 
 def gusts(wind, drag, layout, shapes, strips, amplitudes, areas, coherence):
@@ -292,12 +288,11 @@ def gusts(wind, drag, layout, shapes, strips, amplitudes, areas, coherence):
         Of one case.
     layout : Layout
     shapes : ndarray, shape (n, m)
-        Combinations of its coordinates.
-    strips : list of Strip
-    amplitudes : list of ndarray
-        Of these in these combinations.
+        Combinations of its n coordinates, which are the m coordinates of the gusts.
+    strips, amplitudes : list
+        As of `strips.on_cables`, in these combinations.
     areas : ndarray, shape (b,)
-        Of all bodies and junctions, for their admittance. [m^2]
+        Areas of all bodies and junctions, for their admittance. [m^2]
     coherence : Coherence
 
     Notes
@@ -305,41 +300,43 @@ def gusts(wind, drag, layout, shapes, strips, amplitudes, areas, coherence):
     Drag on a body rho/2 C_d A_k |u| u_k changes with the turbulence u' by rho/2 C_d A_k (|U| u'_k + U_k (U.u')/|U|).
     """
     speed = float(size(drag.velocity))
-    blown, places, linear, moved = _on_bodies(drag, layout, shapes)
-    forces = np.swapaxes(linear, -1, -2) @ moved
+    bodies, centers, drag_matrix, displacements = _wind_on_bodies(drag, layout, shapes)
+    forces = np.swapaxes(drag_matrix, -1, -2) @ displacements
     along = drag.velocity / speed
     up = np.array([0.0, 0.0, 1.0])
     directions = np.stack([along, np.cross(up, along), up])
-    return Gusts(wind, directions, strips, amplitudes, forces, places, areas[blown], coherence)
+    return Gusts(wind, directions, strips, amplitudes, forces, centers, areas[bodies], coherence)
 
 
 def damping_of_bodies(drag, layout, shapes):
-    """Aerodynamic damping of coordinates by the drag on bodies and junctions, see `gusts`, shape (m, m)."""
-    _, _, linear, moved = _on_bodies(drag, layout, shapes)
-    return (np.swapaxes(moved, -1, -2) @ linear @ moved).sum(axis=0)
+    """Aerodynamic damping matrix of m coordinates by the drag on bodies and junctions, arguments as of `gusts`."""
+    _, _, drag_matrix, displacements = _wind_on_bodies(drag, layout, shapes)
+    return (np.swapaxes(displacements, -1, -2) @ drag_matrix @ displacements).sum(axis=0)
 
 
-def _on_bodies(drag, layout, shapes):
-    """Bodies on which the wind acts, b of them.
+def _wind_on_bodies(drag, layout, shapes):
+    """Linear drag of the b bodies and junctions on which the wind acts.
 
     Returns
     -------
-    blown : ndarray of int, shape (b,)
-        Their numbers.
-    places : ndarray, shape (b, 3)
-        Of the drag. [m]
-    linear : ndarray, shape (b, 3, 3)
-        Force per speed. [N s/m]
-    moved : ndarray, shape (b, 3, m)
-        Displacements of these places per coordinate.
+    bodies : ndarray of int, shape (b,)
+        Their indices.
+    centers : ndarray, shape (b, 3)
+        Their centres of pressure. [m]
+    drag_matrix : ndarray, shape (b, 3, 3)
+        Change of the drag per change of the speed, see `gusts`, global axes. [N s/m]
+    displacements : ndarray, shape (b, 3, m)
+        Displacements of the centres of pressure per coordinate.
     """
     rotation = layout.equilibrium.rotation
     speed = float(size(drag.velocity))
-    own = (np.swapaxes(rotation, -1, -2) @ drag.velocity[:, None])[..., 0]
-    linear = speed * np.eye(3) + own[:, :, None] * own[:, None, :] / speed
-    linear = rotation @ (float(drag.density) / 2 * drag.bodies[..., None] * linear) @ np.swapaxes(rotation, -1, -2)
+    in_body_axes = (np.swapaxes(rotation, -1, -2) @ drag.velocity[:, None])[..., 0]
+    linear = speed * np.eye(3) + in_body_axes[:, :, None] * in_body_axes[:, None, :] / speed
+    linear = float(drag.density) / 2 * drag.bodies[..., None] * linear
+    drag_matrix = rotation @ linear @ np.swapaxes(rotation, -1, -2)
     _, arm = body_forces(drag, rotation)
-    moved = layout.displaced(layout.bodies(shapes))
-    moved = moved[:, :3] - cross_matrix(arm) @ moved[:, 3:]
-    blown = np.flatnonzero((drag.bodies > 0).any(axis=-1))
-    return blown, (layout.equilibrium.position + arm)[blown], linear[blown], moved[blown]
+    motion = layout.displaced(layout.bodies(shapes))  # translations and rotations, shape (b, 6, m)
+    displacements = motion[:, :3] - cross_matrix(arm) @ motion[:, 3:]
+    bodies = np.flatnonzero((drag.bodies > 0).any(axis=-1))
+    centers = layout.equilibrium.position + arm
+    return bodies, centers[bodies], drag_matrix[bodies], displacements[bodies]

@@ -1,4 +1,4 @@
-"""Motion that an exposure and a correcting mirror leave: factors of its spectrum.
+"""Factors of the spectrum of a motion by which a telescope sees it: within an exposure, behind a correcting mirror.
 
 Both are factors of the variance at each frequency, so their product holds for exposures behind a mirror.
 """
@@ -12,7 +12,7 @@ from cablestudy.wind.tolerances import WIND
 
 
 def exposure_weight(frequency, exposure):
-    """Share of the variance that is motion within one exposure: 1 - sinc^2(pi f t).
+    """Share of the variance, at each frequency, that is motion within one exposure: 1 - sinc^2(pi f t).
 
     It is the variance about the mean of each exposure, averaged over exposures that begin at any time.
 
@@ -44,7 +44,9 @@ def exposure_weight(frequency, exposure):
 
 
 def correction_weight(frequency, bandwidth, delay):
-    """Share of the variance that an integrating mirror leaves: |1/(1 + L)|^2, L = 2 pi bandwidth/s exp(-s delay).
+    """Share of the variance, at each frequency, that a mirror with an integrating loop leaves: |1/(1 + L)|^2.
+
+    Its loop is L = 2 pi bandwidth/s exp(-s delay).
 
     Parameters
     ----------
@@ -69,13 +71,13 @@ def correction_weight(frequency, bandwidth, delay):
     frequency = np.asarray(frequency, dtype=float)
     # |s + w exp(-s delay)|^2 = (f - b)^2 + 2 f b (1 - sin(2 pi f delay)), times (2 pi)^2; the last factor as a square
     lag = np.sin(pi / 4 - pi * frequency * delay) ** 2
-    larger = np.maximum(frequency, bandwidth)
-    own, mirror = frequency / larger, bandwidth / larger  # of which the squares do not overflow
-    return own**2 / ((own - mirror) ** 2 + 4 * own * mirror * lag)
+    scale = np.maximum(frequency, bandwidth)  # squares of frequencies over it do not overflow
+    f, b = frequency / scale, bandwidth / scale
+    return f**2 / ((f - b) ** 2 + 4 * f * b * lag)
 
 
 def seen_weights(exposure=None, correction=None):
-    """Which parts of a motion a telescope sees: name -> factor of the spectrum, a function of frequencies [Hz].
+    """Factors of a motion's spectrum by which a telescope sees it: name -> function of frequencies [Hz].
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Integrals over frequency of the spectra of what gusts move: one cable or many, with the loop closed or open.
+"""Integrals over frequency of the spectra of motions in gusts: one cable or many, with the loop closed or open.
 
 A resonance that nothing damps has no finite variance. Where the gusts do not excite it, it is left out.
 """
@@ -16,12 +16,12 @@ TURN = 2 * np.pi
 
 @dataclass(frozen=True)
 class Integrals:
-    """Integrals over frequency in some gusts.
+    """Integrals over frequency of the spectra of outputs in gusts.
 
     Attributes
     ----------
     panels : Panels
-        On which the spectrum of the gusts and the weights are resolved.
+        Intervals of frequency on which the spectrum of the gusts and the weights are resolved.
     gusts : Gusts
     weights : dict
         Name -> factor of the spectra at the frequencies of the panels, shape (n,).
@@ -38,7 +38,7 @@ class Integrals:
     def on(edges, gusts, weights, least=WIND.undamped):
         """`Integrals` on panels between edges [Hz] with weights that are functions of frequency [Hz]."""
         panels = Panels(edges)
-        return Integrals(panels, gusts, {name: of(panels.frequency) for name, of in weights.items()}, least)
+        return Integrals(panels, gusts, {name: weight(panels.frequency) for name, weight in weights.items()}, least)
 
     @cached_property
     def noise(self):
@@ -46,32 +46,33 @@ class Integrals:
         return self.gusts.noise(self.panels.frequency)
 
     def variances(self, response, names=None):
-        """Variances of the outputs, weighted by the weights of some names, by default all.
+        """Variances of the outputs with their spectra times each weight.
 
         Parameters
         ----------
         response : Residues or DelayedResponse
             Of a stable system, by the inputs of the gusts.
         names : sequence of str, optional
+            Names of the w weights, by default all.
 
         Returns
         -------
         ndarray, shape (w, o)
         """
         weights = np.stack([self.weights[name] for name in names or self.weights])
-        modal, rest = response.split(TURN * self.panels.highest)
+        modal, remainder = response.split(TURN * self.panels.highest)
         modal = modal.take(damped(modal, self.least))
-        if rest is None:
+        if remainder is None:
             return variances(modal, self.panels, self.noise, weights)
-        return mixed_variances(modal, rest, self.gusts.matrix_times, self.panels, self.noise, weights)
+        return mixed_variances(modal, remainder, self.gusts.matrix_times, self.panels, self.noise, weights)
 
-    def undamped(self, response, whole, stiffness):
+    def undamped(self, response, variance, stiffness):
         """Pole of the undamped motion that moves each output most, of those motions that the gusts excite.
 
         Parameters
         ----------
         response : Residues or DelayedResponse
-        whole : ndarray, shape (o,)
+        variance : ndarray, shape (o,)
             Variances of its outputs.
         stiffness : ndarray, shape (o,)
             Energy per square of each output, by which outputs are compared; 0 for one that does not matter.
@@ -84,14 +85,15 @@ class Integrals:
         modal, _ = response.split(TURN * self.panels.highest)
         undamped = modal.take(~damped(modal, self.least) & (modal.poles != 0))
         if not len(undamped.poles):
-            return np.zeros(len(whole), dtype=complex)
-        omega, inputs = np.abs(undamped.poles), undamped.inputs[:, :, None]
-        force = (undamped.inputs * self.gusts.matrix_times(omega / TURN, inputs.conj())[..., 0]).sum(axis=1).real
+            return np.zeros(len(variance), dtype=complex)
+        omega, inputs = np.abs(undamped.poles), undamped.inputs
+        force_spectrum = (inputs * self.gusts.matrix_times(omega / TURN, inputs[:, :, None].conj())[..., 0]).sum(axis=1)
         # of each pole (rows) in each output (columns), as if its damping ratio were `least`
-        energy = np.abs(undamped.outputs.T) ** 2 * stiffness * (force / (2 * self.least * omega))[:, None]
-        whole_energy = whole * stiffness
-        rounding = WIND.still * max(energy.max(), whole_energy.max())
-        excited = energy > np.maximum(WIND.undamped_share * whole_energy, rounding)
+        variance_at_least_damping = (force_spectrum.real / (2 * self.least * omega))[:, None]
+        energy = np.abs(undamped.outputs.T) ** 2 * stiffness * variance_at_least_damping
+        total_energy = variance * stiffness
+        rounding = WIND.still * max(energy.max(), total_energy.max())
+        excited = energy > np.maximum(WIND.undamped_share * total_energy, rounding)
         return np.where(excited.any(axis=0), undamped.poles[np.argmax(energy, axis=0)], 0.0)
 
 

@@ -1,7 +1,7 @@
 """The mean wind on a suspension: forces on bodies and cables, and the equilibrium that they lead to.
 
-With u the wind along the axes of a body and C_d A_k the drag areas that it shows along them, the force on its centre of
-pressure is
+With the components u_k of the wind along the axes of a body and its drag areas C_d A_k along them, the force on its
+centre of pressure is
 
     f_k = rho/2 C_d A_k |u| u_k,
 
@@ -26,7 +26,7 @@ from cablestudy.wind.tolerances import WIND
 
 @dataclass(frozen=True)
 class Drag:
-    """Wind, and what of a suspension it meets; `...` are the axes of cases.
+    """Wind, and the drag areas of a suspension; `...` are the axes of cases.
 
     Attributes
     ----------
@@ -54,11 +54,11 @@ class Drag:
     stretched: bool = True
     profile: Profile | None = None
 
-    def take(self, place):
-        """That of one case."""
-        parts = (self.velocity, self.density, self.cables, self.bodies, self.centers)
-        profile = self.profile and self.profile.take(place)
-        return Drag(*(np.asarray(part)[place] for part in parts), self.stretched, profile)
+    def take(self, case):
+        """`Drag` of one case."""
+        fields = (self.velocity, self.density, self.cables, self.bodies, self.centers)
+        profile = self.profile and self.profile.take(case)
+        return Drag(*(np.asarray(field)[case] for field in fields), self.stretched, profile)
 
 
 def body_forces(drag, rotation):
@@ -73,10 +73,10 @@ def body_forces(drag, rotation):
     -------
     force, arm : ndarray, shape (..., b, 3)
     """
-    own = (np.swapaxes(rotation, -1, -2) @ drag.velocity[..., None, :, None])[..., 0]
+    in_body_axes = (np.swapaxes(rotation, -1, -2) @ drag.velocity[..., None, :, None])[..., 0]
     speed = size(drag.velocity)[..., None, None]
-    pressed = np.asarray(drag.density)[..., None, None] / 2 * drag.bodies * speed * own
-    return (rotation @ pressed[..., None])[..., 0], (rotation @ drag.centers[..., None])[..., 0]
+    force = np.asarray(drag.density)[..., None, None] / 2 * drag.bodies * speed * in_body_axes
+    return (rotation @ force[..., None])[..., 0], (rotation @ drag.centers[..., None])[..., 0]
 
 
 def cable_loads(drag, catenary, end_1=None):
@@ -88,7 +88,7 @@ def cable_loads(drag, catenary, end_1=None):
     catenary : Catenary
         Of shape (..., c).
     end_1 : ndarray, shape (..., c, 3), optional
-        Places of their ends 1, where the wind has a profile. [m]
+        Positions of their ends 1, where the wind has a profile. [m]
     """
     chord = catenary.span.frame[..., 0, :]
     wind = np.broadcast_to(drag.velocity[..., None, :], chord.shape)
@@ -100,13 +100,13 @@ def cable_loads(drag, catenary, end_1=None):
     return factor[..., None] * across
 
 
-def _kept(chosen, old, new):
-    """Arrays of cases, old ones where they are chosen; `chosen` has the shape of the cases."""
-    return np.where(chosen.reshape(chosen.shape + (1,) * (np.ndim(new) - chosen.ndim)), old, new)
+def _where_case(mask, values, others):
+    """Values of the cases in a mask, shape (...), and those of others elsewhere; both have the shape (..., any)."""
+    return np.where(mask.reshape(mask.shape + (1,) * (np.ndim(others) - mask.ndim)), values, others)
 
 
 def equilibrium_in_wind(without_wind, drag):
-    """The equilibrium in the mean wind, with the unstretched lengths of the equilibrium without wind.
+    """Equilibrium in the mean wind, with the unstretched lengths of the equilibrium without wind.
 
     Parameters
     ----------
@@ -118,8 +118,7 @@ def equilibrium_in_wind(without_wind, drag):
     Returns
     -------
     Equilibrium
-        Where the search from that without wind fails for a case, or forces and attitude do not agree, its record says
-        so.
+        Its record states for each case whether the search failed, or forces and attitude do not agree.
 
     Notes
     -----
@@ -135,51 +134,65 @@ def equilibrium_in_wind(without_wind, drag):
         position=without_wind.position,
         rotation=without_wind.rotation,
     )
-    found, shape = without_wind, np.shape(without_wind.record.converged)
-    loads, ended = None, np.zeros(shape, dtype=bool)
-    least, reason = np.full(shape, np.inf), np.full(shape, DISAGREED)
+    equilibrium, shape = without_wind, np.shape(without_wind.record.converged)
+    inputs, ended = None, np.zeros(shape, dtype=bool)
+    least_change, reason = np.full(shape, np.inf), np.full(shape, DISAGREED)
     for _ in range(WIND.mean_wind_equilibria):
-        force, arm = body_forces(drag, found.rotation)
-        if drag.profile is not None:
-            force = force * drag.profile.pressure(found.position + arm)[..., None]
-        fresh = {
-            "force": suspension.force + force,
-            "moment": suspension.moment + np.cross(arm, force),
-            "cable_wind": cable_loads(drag, found.catenary, found.ends[..., found.suspension.of_cables, 0, :]),
-            "position": found.position,
-            "rotation": found.rotation,
-        }
-        # a case that has ended keeps its digits while others go on
-        loads = {name: _kept(ended, loads[name], new) for name, new in fresh.items()} if ended.any() else fresh
-        before, found = found, pose(replace(suspension, **loads))
-        change = size(found.ends - before.ends).max(axis=(-1, -2))
-        agreed = change <= SYSTEM.sum_rounding * SYSTEM.rounding * np.abs(found.ends).max(axis=(-1, -2, -3))
-        settled = _settled(drag, found, loads["cable_wind"])
-        agreed, rounded = agreed & settled, settled & ~agreed & (change >= WIND.mean_wind_progress * least)
-        least = np.minimum(least, change)
+        new_inputs = _inputs_in_wind(suspension, equilibrium, drag)
+        if ended.any():  # a case that has ended keeps its digits while others go on
+            new_inputs = {name: _where_case(ended, inputs[name], new) for name, new in new_inputs.items()}
+        inputs, previous = new_inputs, equilibrium
+        equilibrium = pose(replace(suspension, **inputs))
+        change = size(equilibrium.ends - previous.ends).max(axis=(-1, -2))
+        settled = _loads_settled(drag, equilibrium, inputs["cable_wind"])
+        rounding = SYSTEM.sum_rounding * SYSTEM.rounding * np.abs(equilibrium.ends).max(axis=(-1, -2, -3))
+        agreed = (change <= rounding) & settled
+        rounded = settled & ~(change <= rounding) & (change >= WIND.mean_wind_progress * least_change)
+        least_change = np.minimum(least_change, change)
         if (rounded & ~ended).any():
-            rounded &= change <= _unknown(found)
-        failed = ~np.asarray(found.record.converged)
-        why = np.where(rounded & ~failed, ROUNDED, found.record.reason)
-        reason = np.where(~ended & (agreed | rounded | failed), why, reason)
+            rounded &= change <= _end_uncertainty(equilibrium)
+        failed = ~np.asarray(equilibrium.record.converged)
+        new_reason = np.where(rounded & ~failed, ROUNDED, equilibrium.record.reason)
+        reason = np.where(~ended & (agreed | rounded | failed), new_reason, reason)
         ended = ended | agreed | rounded | failed
         if ended.all():
             break
-    return replace(found, record=replace(found.record, reason=reason[()]))
+    return replace(equilibrium, record=replace(equilibrium.record, reason=reason[()]))
 
 
-def _settled(drag, found, used):
-    """Cases whose cables hang where the loads that were used are those of a wind with a profile, or that has none."""
+def _inputs_in_wind(suspension, equilibrium, drag):
+    """Fields of the `Suspension` for the next search, a dict: loads by the wind on an equilibrium, and the start."""
+    force, arm = body_forces(drag, equilibrium.rotation)
+    if drag.profile is not None:
+        force = force * drag.profile.pressure(equilibrium.position + arm)[..., None]
+    return {
+        "force": suspension.force + force,
+        "moment": suspension.moment + np.cross(arm, force),
+        "cable_wind": _cable_loads_at(equilibrium, drag),
+        "position": equilibrium.position,
+        "rotation": equilibrium.rotation,
+    }
+
+
+def _cable_loads_at(equilibrium, drag):
+    """`cable_loads` of the cables where an equilibrium has them."""
+    end_1 = equilibrium.ends[..., equilibrium.suspension.of_cables, 0, :]
+    return cable_loads(drag, equilibrium.catenary, end_1)
+
+
+def _loads_settled(drag, equilibrium, loads):
+    """True for cases whose cables hang where a wind with a profile exerts these loads on them; for all without one."""
     if drag.profile is None:
-        return np.ones(np.shape(found.record.converged), dtype=bool)
-    there = cable_loads(drag, found.catenary, found.ends[..., found.suspension.of_cables, 0, :])
-    return (size(there - used) <= WIND.mean_wind_load * size(used)).all(axis=-1)
+        return np.ones(np.shape(equilibrium.record.converged), dtype=bool)
+    change = size(_cable_loads_at(equilibrium, drag) - loads)
+    return (change <= WIND.mean_wind_load * size(loads)).all(axis=-1)
 
 
-def _unknown(found):
-    """How far rounding leaves the ends of cables undetermined, at most, of each case. [m]"""
-    place = found.uncertainty.place
-    if not place.size:
-        return np.zeros(np.shape(found.record.converged))
-    arms = np.where(found.suspension.owner != GROUND, size(found.arms), 0.0).max(axis=(-1, -2))
-    return np.sqrt(3) * (place[..., :3].max(axis=(-1, -2)) + place[..., 3:].max(axis=(-1, -2)) * arms)
+def _end_uncertainty(equilibrium):
+    """Largest displacement of an end of a cable that rounding leaves undetermined, of each case. [m]"""
+    uncertainty = equilibrium.uncertainty.place
+    if not uncertainty.size:
+        return np.zeros(np.shape(equilibrium.record.converged))
+    translation, rotation = (sizes.max(axis=(-1, -2)) for sizes in (uncertainty[..., :3], uncertainty[..., 3:]))
+    arms = np.where(equilibrium.suspension.owner != GROUND, size(equilibrium.arms), 0.0).max(axis=(-1, -2))
+    return np.sqrt(3) * (translation + rotation * arms)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-LEAST = np.e  # crossings, below which the formula grows again
+LEAST_CROSSINGS = np.e  # of fewer the factor of the formula grows again
 
 
 def peak_factor(rate, duration):
@@ -30,5 +30,5 @@ def peak_factor(rate, duration):
     """
     with np.errstate(divide="ignore"):
         crossings = np.log(rate) + np.log(duration)  # their product might overflow
-    mode = np.sqrt(2 * np.maximum(crossings, np.log(LEAST)))
+    mode = np.sqrt(2 * np.maximum(crossings, np.log(LEAST_CROSSINGS)))
     return mode + np.euler_gamma / mode

@@ -34,12 +34,12 @@ def speed_spectrum(frequency, speed, rms, length_scale, kind="von_karman"):
 
     Notes
     -----
-    With x = f L/v and S v/(sigma^2 L):
+    With x = f L/v, S v/(sigma^2 L) is:
     von Karman 4/(1 + 70.7 x^2)^(5/6), the paper's; its integral is 1.00057 sigma^2, exactly sigma^2 with 70.78.
     Davenport (1961) (2/3) x/(1 + x^2)^(4/3), for which L is 1200 m. Kaimal (IEC 61400-1) 4/(1 + 6 x)^(5/3).
     """
-    passing = length_scale / speed
-    return rms * rms * passing * SPECTRA[kind](frequency * passing)
+    time_scale = length_scale / speed
+    return rms * rms * time_scale * SPECTRA[kind](frequency * time_scale)
 
 
 def admittance(frequency, speed, area, kind="vickery"):
@@ -59,6 +59,6 @@ def admittance(frequency, speed, area, kind="vickery"):
     """
     if kind == "none":
         return np.ones_like(frequency)
-    passing = min(2 * sqrt(area) / speed, WIND.largest_power_base)
-    chi = 1 / (1 + np.minimum(frequency * passing, WIND.largest_power_base) ** (4 / 3))
+    inverse_corner = min(2 * sqrt(area) / speed, WIND.largest_power_base)  # 1/f_c
+    chi = 1 / (1 + np.minimum(frequency * inverse_corner, WIND.largest_power_base) ** (4 / 3))
     return chi if kind == "vickery" else chi**2

@@ -1,4 +1,4 @@
-"""Interpolating splines of odd degree through equal tables: what scipy.interpolate takes a fifth of a second to import.
+"""Interpolating splines of odd degree, as of scipy.interpolate, which takes a fifth of a second to import.
 
 References
 ----------
@@ -10,33 +10,38 @@ import numpy as np
 
 
 class CardinalSplines:
-    """The splines of odd degree k through the columns of the unit matrix at n > k ascending places."""
+    """Splines of odd degree k, of which the j-th is 1 at the j-th of n > k ascending points, and 0 at the others.
 
-    def __init__(self, places, degree):
-        inner = places[(degree + 1) // 2 : -((degree + 1) // 2)]
+    Parameters
+    ----------
+    points : ndarray, shape (n,)
+    degree : int
+    """
+
+    def __init__(self, points, degree):
+        inner = points[(degree + 1) // 2 : -((degree + 1) // 2)]
         self._degree = degree
-        self._knots = np.concatenate([[places[0]] * (degree + 1), inner, [places[-1]] * (degree + 1)])
-        first, weights = self._weights(places)
-        matrix = np.zeros((len(places), len(places)))
-        np.put_along_axis(matrix, first[:, None] + np.arange(degree + 1), weights, axis=1)
-        self._coefficients = np.linalg.inv(matrix)
+        self._knots = np.concatenate([[points[0]] * (degree + 1), inner, [points[-1]] * (degree + 1)])
+        first, values = self._basis(points)
+        collocation = np.zeros((len(points), len(points)))
+        np.put_along_axis(collocation, first[:, None] + np.arange(degree + 1), values, axis=1)
+        self._coefficients = np.linalg.inv(collocation)
 
-    def __call__(self, place):
-        """Values at places within the first and the last, shape (f,) -> (f, n)."""
-        first, weights = self._weights(place)
-        return sum(weights[:, j, None] * self._coefficients[first + j] for j in range(self._degree + 1))
+    def __call__(self, x):
+        """Values of the splines between the first and the last point, shape (f,) -> (f, n)."""
+        first, values = self._basis(x)
+        return sum(values[:, j, None] * self._coefficients[first + j] for j in range(self._degree + 1))
 
-    def _weights(self, place):
-        """The k + 1 B-splines that are not zero at each place, shape (f, k + 1), and the number of the first, (f,)."""
+    def _basis(self, x):
+        """Index of the first B-spline that is not zero at each x, shape (f,), and values of it and the k next ones."""
         degree, knots = self._degree, self._knots
-        at = np.clip(np.searchsorted(knots, place, side="right") - 1, degree, len(knots) - degree - 2)
-        weights = np.ones((len(place), 1))
+        interval = np.clip(np.searchsorted(knots, x, side="right") - 1, degree, len(knots) - degree - 2)
+        values = np.ones((len(x), 1))
         for order in range(1, degree + 1):
-            low = knots[at[:, None] + np.arange(1 - order, 1)]
-            high = knots[at[:, None] + np.arange(1, order + 1)]
-            part = weights / (high - low)
-            grown = np.zeros((len(place), order + 1))
-            grown[:, :-1] = (high - place[:, None]) * part
-            grown[:, 1:] += (place[:, None] - low) * part
-            weights = grown
-        return at - degree, weights
+            low = knots[interval[:, None] + np.arange(1 - order, 1)]
+            high = knots[interval[:, None] + np.arange(1, order + 1)]
+            scaled = values / (high - low)
+            values = np.zeros((len(x), order + 1))
+            values[:, :-1] = (high - x[:, None]) * scaled
+            values[:, 1:] += (x[:, None] - low) * scaled
+        return interval - degree, values

@@ -1,17 +1,17 @@
-"""Cables in turbulent wind: the drag along each, and the coherence along one cable and between two.
+"""Cables in turbulent wind: the drag along each, and the covariance of its work along one cable and between two.
 
 The drag on a cable is linear in the turbulence and in the motion against it, see `drag`; integrals along the cable give
 the forces on the coordinates of a suspension and the aerodynamic damping. The coherence exp(-kappa r) of two places of
-one cable is Green's function of a rod, see `coherence.Rod`, and follows from the forces by a turbulence that has the
-form of each shape function of the elements.
+one cable is Green's function of a rod, see `coherence.Rod`: the covariance follows from the forces by a turbulence that
+has the form of each shape function of the rod's elements.
 
 Where a cable comes closest to the direction of the wind its drag, by |u_n|, has a kink, or nearly one: integrals over
-an element are sums over both sides of that place.
+an element are sums over both sides of that point.
 
 Two cables that meet at a body are coherent near their common end alone, over a small part of the distance of two nodes.
-Their covariance is a sum over Gauss points that lie close together at the ends of each element: over t with the place
-3 t^2 - 2 t^3. Elements of high orders have fewer of them than their loads need: between these the coherence is a
-polynomial in t, and the loads are taken to them by its Lagrange polynomials.
+Their covariance is a sum over Gauss points that lie close together at the ends of each element: points of a parameter t
+with the position 3 t^2 - 2 t^3. Elements of high orders have fewer of them than their loads need: between these the
+coherence is a polynomial in t, and the loads are distributed to them by its Lagrange polynomials.
 """
 
 from dataclasses import dataclass, replace
@@ -32,28 +32,29 @@ STRAIGHT = mesh_segments(np.ones(1), 1, 2)  # of a cable without mass
 
 @dataclass(frozen=True)
 class Strip:
-    """One cable, its p nodes and q points.
+    """Wind forces along one cable of k coordinates, with p nodes and q points of quadrature.
 
     Attributes
     ----------
     cable : int
+        Index of the cable.
     mesh : Mesh
     unstretched : float
         Length. [m]
     places : ndarray, shape (p, 3)
-        Of the nodes, global axes. [m]
+        Positions of the nodes, global axes. [m]
     shapes : ndarray, shape (p, 3, k)
-        Displacements per coordinate of the cable: what is kept of its modes, then its six ends.
-    offered : float
-        Drag of a length across the wind over the mean speed, rho C_d d U. [N s/m^2]
-    blowing : ndarray, shape (3,)
+        Displacements of the nodes per coordinate: the kept modes, then six displacements of the ends.
+    drag_factor : float
+        Linear drag per length across the wind, rho C_d d U at the mean speed U. [N s/m^2]
+    wind_direction : ndarray, shape (3,)
         Unit vector of the mean wind, global axes. [-]
     direction : ndarray, shape (elements, order, 3)
         Unit tangents at the points of the tensions, global axes. [-]
     stretch : ndarray, shape (elements, order)
         |r'| at these points. [-]
     kinks : ndarray, shape (elements,)
-        Place in each element on [0, 1] where it comes closest to the direction of the wind, 1 where there is none. [-]
+        Position in each element, on [0, 1], that is closest to the direction of the wind; 1 where that is an end. [-]
     """
 
     cable: int
@@ -61,107 +62,111 @@ class Strip:
     unstretched: float
     places: np.ndarray
     shapes: np.ndarray
-    offered: float
-    blowing: np.ndarray
+    drag_factor: float
+    wind_direction: np.ndarray
     direction: np.ndarray
     stretch: np.ndarray
     kinks: np.ndarray
 
     @cached_property
-    def _fine(self):
-        """The mesh of the rod, with more nodes near the ends of elements than the cable needs."""
+    def _rod_mesh(self):
+        """`Mesh` of the rod, with more nodes near the ends of elements than the cable needs."""
         order, elements = self.mesh.order, self.mesh.elements
         return self.mesh if order == 1 else replace(self.mesh, order=max(order, ceil(WIND.rod_orders / sqrt(elements))))
 
     @cached_property
     def _rod(self):
-        points, fine = basis(self.mesh.order).points, basis(self._fine.order).points
-        return rod(self._fine, self.stretch @ lagrange(points, fine).T)
+        """`Rod` of the cable."""
+        points, rod_points = basis(self.mesh.order).points, basis(self._rod_mesh.order).points
+        return rod(self._rod_mesh, self.stretch @ lagrange(points, rod_points).T)
 
     @property
     def length(self):
-        """Stretched. [m]"""
+        """Stretched length. [m]"""
         return self.unstretched * self._rod.length
 
     @cached_property
     def _quadrature(self):
-        """Places on [0, 1] and weights in each element of the rod's mesh, shape (e, q) both."""
-        return _both_sides(*gauss(self._fine.order), self.kinks)
+        """Positions on [0, 1] and weights in each of e elements for the rod's functions, shape (e, q) each."""
+        return _split_at_kinks(*gauss(self._rod_mesh.order), self.kinks)
 
     @cached_property
     def forces(self):
-        """Work on each of `shapes` by a turbulence along x, y, z of the form of each of the rod's P shape functions.
+        """Work on each of `shapes` by a turbulence along x, y, z with the form of each of the rod's P shape functions.
 
-        Of shape (3, P, k). Of a unit speed everywhere it is the sum over the P nodes.
+        Shape (3, P, k). The sum over the P functions is the work by a unit speed everywhere.
         """
-        values = _between(basis(self._fine.order).nodes, self._quadrature[0])
-        found = np.zeros((3, self._fine.nodes, self.shapes.shape[-1]))
-        np.add.at(found, (slice(None), self._fine.element_nodes), _taken(values, self._pushed(*self._quadrature)))
-        return found
+        mesh, (positions, weights) = self._rod_mesh, self._quadrature
+        values = _lagrange_by_element(basis(mesh.order).nodes, positions)
+        work = np.zeros((3, mesh.nodes, self.shapes.shape[-1]))
+        by_element = _work_on_functions(values, self._point_work(positions, weights))
+        np.add.at(work, (slice(None), mesh.element_nodes), by_element)
+        return work
 
     @property
-    def most(self):
-        """Bound of the force by a unit speed. [N s/m]"""
-        matrices = drag_matrices(self.direction, self.blowing)
-        return self.length * self.offered * float(np.abs(matrices).sum(axis=-1).max())
+    def largest_force(self):
+        """Upper bound of the force by a unit speed. [N s/m]"""
+        matrices = drag_matrices(self.direction, self.wind_direction)
+        return self.length * self.drag_factor * float(np.abs(matrices).sum(axis=-1).max())
 
     @cached_property
     def points(self):
-        """Places of the points, shape (q, 3), global axes. [m]"""
+        """Positions of the points for covariances with other cables, shape (q, 3), global axes. [m]"""
         nodes = basis(self.mesh.order).nodes
-        return (lagrange(nodes, self._points[1]) @ self.places[self.mesh.element_nodes]).reshape(-1, 3)
+        return (lagrange(nodes, self._point_parameters[1]) @ self.places[self.mesh.element_nodes]).reshape(-1, 3)
 
     @cached_property
     def point_forces(self):
-        """Forces at each point, as `forces` of strips, shape (3, q, k)."""
-        order, points = self.mesh.order, self._points[0]
+        """Work on each of `shapes` by a turbulence along x, y, z at each of `points` alone, shape (3, q, k)."""
+        order, parameters = self.mesh.order, self._point_parameters[0]
         if order == 1:
-            t, weights = _both_sides(*gauss(1), self.kinks)
-            pushed = self._pushed(t, weights)
+            t, weights = _split_at_kinks(*gauss(1), self.kinks)
+            work = self._point_work(t, weights)
         else:
-            t, weights = _both_sides(*_gauss(order + WIND.strip_points), _graded_inverse(self.kinks))
-            pushed = self._pushed(_graded(t), weights * 6 * t * (1 - t))
-        return _taken(_between(points, t), pushed).reshape(3, -1, self.shapes.shape[-1])
+            t, weights = _split_at_kinks(*_gauss(order + WIND.strip_points), _graded_inverse(self.kinks))
+            work = self._point_work(_graded(t), weights * 6 * t * (1 - t))
+        return _work_on_functions(_lagrange_by_element(parameters, t), work).reshape(3, -1, self.shapes.shape[-1])
 
     @property
-    def _points(self):
-        """Of an element: t and places of `points`, on [0, 1]; of bars those at which they have a drag of their own."""
+    def _point_parameters(self):
+        """Parameters t and positions of `points` in an element, on [0, 1]; in a bar those of its two Gauss points."""
         order = self.mesh.order
         t = _gauss(min(order + WIND.strip_points, WIND.interpolated_points))[0]
         return (t, _graded(t)) if order > 1 else (gauss(1)[0],) * 2
 
-    def _pushed(self, places, weights):
-        """Work on each of `shapes` by a unit speed along x, y, z at places of each element, shape (e, q, 3, k).
+    def _point_work(self, positions, weights):
+        """Work on each of `shapes` by a unit speed along x, y, z at positions in each element, shape (e, q, 3, k).
 
-        Places on [0, 1] and their weights have the shape (e, q).
+        Positions on [0, 1] and their weights have the shape (e, q).
         """
-        mesh, between = self.mesh, _between(basis(self.mesh.order).points, places)
-        tangent = between @ self.direction
+        mesh, interpolation = self.mesh, _lagrange_by_element(basis(self.mesh.order).points, positions)
+        tangent = interpolation @ self.direction
         tangent = tangent / np.sqrt((tangent**2).sum(axis=-1, keepdims=True))
-        lengths = self.unstretched * mesh.sizes[:, None] * weights * (between @ self.stretch[..., None])[..., 0]
-        forces = self.offered * drag_matrices(tangent, self.blowing) * lengths[..., None, None]
-        return forces @ self._displaced(places)
+        stretch = (interpolation @ self.stretch[..., None])[..., 0]
+        lengths = self.unstretched * mesh.sizes[:, None] * weights * stretch
+        forces = self.drag_factor * drag_matrices(tangent, self.wind_direction) * lengths[..., None, None]
+        return forces @ self._displacements(positions)
 
-    def _displaced(self, places):
-        """`shapes` at places of each element, shape (e, q, 3, k)."""
-        moved = self.shapes[self.mesh.element_nodes]
-        found = _between(basis(self.mesh.order).nodes, places) @ moved.reshape(*moved.shape[:2], -1)
-        return found.reshape(*places.shape, *self.shapes.shape[1:])
+    def _displacements(self, positions):
+        """Displacements per coordinate at positions in each element, shape (e, q, 3, k)."""
+        nodal = self.shapes[self.mesh.element_nodes]
+        interpolation = _lagrange_by_element(basis(self.mesh.order).nodes, positions)
+        displacements = interpolation @ nodal.reshape(*nodal.shape[:2], -1)
+        return displacements.reshape(*positions.shape, *self.shapes.shape[1:])
 
     @property
     def damping(self):
         """Aerodynamic damping of the coordinates, shape (k, k)."""
-        parts = self._pushed(*self._quadrature), self._displaced(self._quadrature[0])
-        pushed, moved = (part.reshape(-1, part.shape[-1]) for part in parts)
-        return pushed.T @ moved
+        work, displacements = self._point_work(*self._quadrature), self._displacements(self._quadrature[0])
+        return work.reshape(-1, work.shape[-1]).T @ displacements.reshape(-1, displacements.shape[-1])
 
     def coherent(self, components, kappa):
-        """Covariance of the works on `shapes` by components of turbulence with the coherence exp(-kappa r).
+        """Covariance of the work on each of `shapes` by components of turbulence with the coherence exp(-kappa r).
 
         Parameters
         ----------
         components : ndarray, shape (c, 3)
-            Their directions times their RMS. [m/s]
+            Directions of the components times their RMS. [m/s]
         kappa : ndarray, shape (f,)
             Positive. [1/m]
 
@@ -174,7 +179,7 @@ class Strip:
 
 
 def strips(models, kept, equilibrium, drag):
-    """The `Strip` of each cable that the wind acts on: list.
+    """`Strip` of each cable that the wind acts on: list.
 
     Parameters
     ----------
@@ -188,19 +193,21 @@ def strips(models, kept, equilibrium, drag):
     if not (drag.cables > 0).any():
         return []
     speed = float(np.sqrt((drag.velocity**2).sum()))
-    begin = equilibrium.suspension.ends(equilibrium.position, equilibrium.rotation)[:, 0]
-    states, blowing, found = _states(models), drag.velocity / speed, []
+    end_1 = equilibrium.suspension.ends(equilibrium.position, equilibrium.rotation)[:, 0]
+    span, tension = equilibrium.catenary.span, equilibrium.catenary.mean_tension
+    states, wind_direction, on_cables = _states_by_cable(models), drag.velocity / speed, []
     for cable, mesh, places, shapes in nodal_shapes(models, kept, np.flatnonzero(drag.cables > 0)):
-        mean = 1 + equilibrium.catenary.mean_tension[cable] / equilibrium.catenary.span.axial_stiffness[cable]
-        course = _course(mesh, states.get(cable), equilibrium.catenary.span.frame[cable], float(mean), blowing)
-        offered = float(drag.density) * drag.cables[cable] * speed
+        mean_stretch = float(1 + tension[cable] / span.axial_stiffness[cable])
+        course = _direction_and_stretch(mesh, states.get(cable), span.frame[cable], mean_stretch, wind_direction)
+        drag_factor = float(drag.density) * drag.cables[cable] * speed
         length = float(equilibrium.lengths[cable])
-        found.append(Strip(cable, mesh, length, begin[cable] + places, shapes, offered, blowing, *course))
-    return found
+        places = end_1[cable] + places
+        on_cables.append(Strip(cable, mesh, length, places, shapes, drag_factor, wind_direction, *course))
+    return on_cables
 
 
 def nodal_shapes(models, kept, cables):
-    """Yield number, `Mesh`, places of the nodes and their displacements per coordinate, of some cables.
+    """Yield index, `Mesh`, positions of the nodes and their displacements per coordinate, of each of some cables.
 
     Parameters
     ----------
@@ -212,18 +219,19 @@ def nodal_shapes(models, kept, cables):
     Yields
     ------
     int, Mesh, ndarray, ndarray
-        Places from end 1 on, shape (p, 3) [m]; displacements as `Strip.shapes`, shape (p, 3, k).
+        Positions from end 1, shape (p, 3) [m]; displacements as `Strip.shapes`, shape (p, 3, k).
     """
     meshes, nodes = models.meshes, models.shapes_of_modes()
     for cable in cables.tolist():
-        mesh, (places, moved) = meshes[cable], nodes[cable]
-        if mesh is None:
+        mesh, (positions, displacements) = meshes[cable], nodes[cable]
+        if mesh is None:  # a cable without mass has the values of its two ends
             mesh = STRAIGHT
-            blend = mesh.node_positions[:, None]
-            places = (1 - blend) * places[0] + blend * places[1]
-            moved = (1 - blend[..., None]) * moved[0] + blend[..., None] * moved[1]
-        shapes = of_shapes(moved.reshape(-1, moved.shape[-1]), with_ends(kept[cable].shapes))
-        yield cable, mesh, places, shapes.reshape(*moved.shape[:2], -1)
+            x = mesh.node_positions[:, None]
+            positions = (1 - x) * positions[0] + x * positions[1]
+            displacements = (1 - x[..., None]) * displacements[0] + x[..., None] * displacements[1]
+        flat = displacements.reshape(-1, displacements.shape[-1])
+        shapes = of_shapes(flat, with_ends(kept[cable].shapes))
+        yield cable, mesh, positions, shapes.reshape(*displacements.shape[:2], -1)
 
 
 def midspan_shapes(models, kept, catenary):
@@ -240,25 +248,26 @@ def midspan_shapes(models, kept, catenary):
     -------
     list of ndarray, shape (3, k)
     """
-    found = []
+    at_midspan = []
     for cable, mesh, _, shapes in nodal_shapes(models, kept, np.arange(len(kept))):
         (element,), local = mesh.located(catenary.middle[cable : cable + 1])
         weights = lagrange(basis(mesh.order).nodes, local)[0]
-        found.append(catenary.span.frame[cable] @ np.tensordot(weights, shapes[mesh.element_nodes[element]], axes=1))
-    return found
+        displacements = np.tensordot(weights, shapes[mesh.element_nodes[element]], axes=1)
+        at_midspan.append(catenary.span.frame[cable] @ displacements)
+    return at_midspan
 
 
 def on_cables(solution, layout, shapes, drag):
     """`strips` with the coordinates of a `Solution`, and their `amplitudes` in shapes of the suspension."""
-    found = strips(solution.models, solution.kept, layout.equilibrium, drag)
-    return found, amplitudes(solution, layout, shapes, [strip.cable for strip in found])
+    on_each = strips(solution.models, solution.kept, layout.equilibrium, drag)
+    return on_each, amplitudes(solution, layout, shapes, [strip.cable for strip in on_each])
 
 
 def amplitudes(solution, layout, shapes, cables):
-    """Of the coordinates of cables in combinations of those of the suspension, and in two movements of their own ends.
+    """Amplitudes of the coordinates of cables in shapes of the suspension, and in two end movements of each cable.
 
-    In these two either end is moved out of the cable along its tangent by one, and nothing else: the work of a load on
-    them is what it takes off the tension there.
+    In an end movement one end is moved out of its cable along the tangent by one, and nothing else: the work of a load
+    on it is the decrease of the tension there by that load.
 
     Parameters
     ----------
@@ -266,29 +275,30 @@ def amplitudes(solution, layout, shapes, cables):
         Models and coordinates of the cables.
     layout : Layout
     shapes : ndarray, shape (n, m)
-        Combinations.
+        Combinations of the n coordinates of the suspension.
     cables : list of int
 
     Returns
     -------
     list of ndarray, shape (k, m + 2 c)
-        Of each of the c cables.
+        Those of each of the c cables: rows are its coordinates, modes first and then its ends.
     """
     if not cables:
         return []
     ends, outwards = layout.ends(layout.bodies(shapes)), outward(layout.equilibrium)[0]
-    owner, count, found = solution.coordinates.cable, shapes.shape[1], []
-    for place, cable in enumerate(cables):
-        own = shapes[np.flatnonzero(owner == cable)]
-        moved = np.zeros((len(own) + 6, count + 2 * len(cables)))
-        moved[:, :count] = np.concatenate([own, ends[cable]])
+    owner, count, by_cable = solution.coordinates.cable, shapes.shape[1], []
+    for index, cable in enumerate(cables):
+        modes = shapes[np.flatnonzero(owner == cable)]
+        columns = np.zeros((len(modes) + 6, count + 2 * len(cables)))
+        columns[:, :count] = np.concatenate([modes, ends[cable]])
         for end in range(2):
-            moved[len(own) + 3 * end : len(own) + 3 * end + 3, count + 2 * place + end] = outwards[cable, end]
-        found.append(moved)
-    return found
+            row = len(modes) + 3 * end
+            columns[row : row + 3, count + 2 * index + end] = outwards[cable, end]
+        by_cable.append(columns)
+    return by_cable
 
 
-def _course(mesh, state, frame, mean, blowing):
+def _direction_and_stretch(mesh, state, frame, mean_stretch, wind_direction):
     """`direction`, `stretch` and `kinks` of a `Strip`.
 
     Parameters
@@ -297,35 +307,37 @@ def _course(mesh, state, frame, mean, blowing):
     state : State or None
         None of a straight cable.
     frame : ndarray, shape (3, 3)
-        Of the chord.
-    mean : float
-        Stretch of a straight cable.
-    blowing : ndarray, shape (3,)
+        Chord frame of the cable.
+    mean_stretch : float
+        Stretch of a straight cable. [-]
+    wind_direction : ndarray, shape (3,)
         Unit vector of the mean wind, global axes.
     """
-    none = np.ones(mesh.elements)
+    no_kinks = np.ones(mesh.elements)
     if state is None:
-        straight = np.broadcast_to(frame[0], (mesh.elements, mesh.order, 3))
-        return straight, np.full((mesh.elements, mesh.order), mean), none
-    bars = mesh.order == 1  # each has one direction
-    kinks = none if bars else _closest(state.mid_forces @ frame, state.half_changes @ frame, blowing)
+        chord = np.broadcast_to(frame[0], (mesh.elements, mesh.order, 3))
+        return chord, np.full((mesh.elements, mesh.order), mean_stretch), no_kinks
+    kinks = no_kinks
+    if mesh.order > 1:  # a bar has one direction
+        kinks = _closest_to_wind(state.mid_forces @ frame, state.half_changes @ frame, wind_direction)
     return state.direction @ frame, state.stretch, kinks
 
 
-def _closest(middle, half, blowing):
-    """Place in each element on [0, 1] where its tangent comes closest to the direction of the wind, 1 where outside.
+def _closest_to_wind(middle, half, wind_direction):
+    """Position in each element, on [0, 1], where its tangent is closest to the direction u of the wind; 1 at an end.
 
-    The tension vector is middle + x half, from x = -1 to 1: |T . blowing|/|T| is largest where its derivative vanishes.
+    The tension vector is T = M + x H, from x = -1 to 1, with M in `middle` and the change H in `half`, shape (e, 3):
+    |T . u|/|T| is largest where its derivative vanishes, (H . u) (M . M + x M . H) = (M . u) (M . H + x H . H).
     """
-    along, rise = middle @ blowing, half @ blowing
-    squared, mixed, risen = ((one * other).sum(axis=-1) for one, other in ((middle,) * 2, (middle, half), (half,) * 2))
-    below = rise * mixed - along * risen
-    x = (along * mixed - rise * squared) / np.where(below != 0, below, 1.0)
-    return np.where((below != 0) & (np.abs(x) < 1), (1 + x) / 2, 1.0)
+    mu, hu = middle @ wind_direction, half @ wind_direction
+    mm, mh, hh = (middle * middle).sum(axis=-1), (middle * half).sum(axis=-1), (half * half).sum(axis=-1)
+    divisor = hu * mh - mu * hh
+    x = (mu * mh - hu * mm) / np.where(divisor != 0, divisor, 1.0)
+    return np.where((divisor != 0) & (np.abs(x) < 1), (1 + x) / 2, 1.0)
 
 
-def _both_sides(points, weights, kinks):
-    """Points and weights on [0, 1] of the two sides of a place in each element, shape (e, 2 q) both."""
+def _split_at_kinks(points, weights, kinks):
+    """Points and weights of a rule on both sides of the kink in each element, (e, 2 q), without kinks (e, q)."""
     if (kinks == 1).all():
         return np.tile(points, (len(kinks), 1)), np.tile(weights, (len(kinks), 1))
     kinks = kinks[:, None]
@@ -333,15 +345,15 @@ def _both_sides(points, weights, kinks):
     return points, np.concatenate([kinks * weights, (1 - kinks) * weights], axis=1)
 
 
-def _between(nodes, places):
-    """`lagrange` of nodes, shape (k,), at places of each element, shape (e, q): shape (e, q, k)."""
-    return lagrange(nodes, places.ravel()).reshape(*places.shape, -1)
+def _lagrange_by_element(nodes, positions):
+    """`lagrange` of nodes, shape (k,), at positions in each element, shape (e, q): shape (e, q, k)."""
+    return lagrange(nodes, positions.ravel()).reshape(*positions.shape, -1)
 
 
-def _taken(values, pushed):
-    """Works at places, shape (e, q, 3, k), on functions of some values there, (e, q, i): shape (3, e, i, k)."""
-    found = np.swapaxes(values, 1, 2) @ pushed.reshape(*pushed.shape[:2], -1)
-    return np.moveaxis(found.reshape(*found.shape[:2], *pushed.shape[2:]), 2, 0)
+def _work_on_functions(values, work):
+    """Sum over q points of the work at each, (e, q, 3, k), times i functions there, (e, q, i): shape (3, e, i, k)."""
+    sums = np.swapaxes(values, 1, 2) @ work.reshape(*work.shape[:2], -1)
+    return np.moveaxis(sums.reshape(*sums.shape[:2], *work.shape[2:]), 2, 0)
 
 
 @cache
@@ -352,19 +364,19 @@ def _gauss(count):
 
 
 def _graded(t):
-    """Place in an element that belongs to t."""
+    """Position in an element by its parameter t, both on [0, 1]: close together at the ends for equal steps of t."""
     return t**2 * (3 - 2 * t)
 
 
-def _graded_inverse(places):
-    """t that belongs to a place in an element."""
-    return 0.5 - np.sin(np.arcsin(1 - 2 * places) / 3)
+def _graded_inverse(positions):
+    """Parameter t of positions in an element, the inverse of `_graded`."""
+    return 0.5 - np.sin(np.arcsin(1 - 2 * positions) / 3)
 
 
-def _states(models):
-    """`State` of each cable with mass, by its number: dict."""
+def _states_by_cable(models):
+    """`State` of each cable with mass, by its index: dict."""
     return {
-        cable: group.ends.state.take(place)
+        cable: group.ends.state.take(index)
         for group in models.groups
-        for place, cable in enumerate(group.places.tolist())
+        for index, cable in enumerate(group.cable_indices.tolist())
     }

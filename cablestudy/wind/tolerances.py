@@ -13,9 +13,10 @@ class WindTolerances:
     fine_coherence: tuple = (24, 3e-8)  # and those of a finer one
     coherence_degree: int = 7  # of the splines between them
     least_length_ratio: float = 1e-200  # cable's length over coherence length, whose square must not be zero
-    strip_points: int = 4  # of an element more than its order: an error of 1e-6 of the RMS on six cables that meet
-    # at most, between which the coherence with other cables is interpolated: an error of 2e-8 of the RMS, of elements
-    # of order 44
+    # Gauss points of an element beyond its order: an error of 1e-6 of the RMS on six cables that meet
+    strip_points: int = 4
+    # Gauss points of an element, at most, between which the coherence with other cables is interpolated: an error of
+    # 2e-8 of the RMS, for elements of order 44
     interpolated_points: int = 30
     # order of the rod along a cable in one element, over the root of their number in several: gusts that are coherent
     # over little of a cable have a short layer at its ends, with order 16 an error of 2e-4 of the RMS rate of a
@@ -34,11 +35,11 @@ class WindTolerances:
 
     # ------------------------------------------------------------------------------------------------ drag
 
-    # standard deviations of the speed on either side in a range of shedding frequencies
+    # standard deviations of the speed, on either side of its mean, in a range of shedding frequencies
     shedding_deviations: float = 3.0
-    mean_wind_equilibria: int = 40  # until forces and attitude agree
+    mean_wind_equilibria: int = 40  # largest number of equilibria until forces and attitude agree
     mean_wind_load: float = 1e-7  # change of the load of a cable, relative, up to which it is that of where it hangs
-    # an equilibrium that changes places by more than this share of the smallest change comes no closer
+    # change of the cable ends over the smallest change so far, from which on the equilibria come no closer
     mean_wind_progress: float = 0.9
     largest_power_base: float = 1e150  # of a ratio whose powers must not overflow
     series_phase: float = 0.5  # pi f t below which a series takes the place of a difference
@@ -49,10 +50,10 @@ class WindTolerances:
     undamped: float = 1e-9  # damping ratio below which a resonance is not bounded,
     # and that where the wind acts along cables: strain damps waves across them next to nothing
     undamped_along_cables: float = 1e-10
-    undamped_share: float = 1e-6  # of a variance by a motion that is as good as undamped, from which it is refused
+    undamped_share: float = 1e-6  # share of a variance by an undamped motion, from which on the variance is refused
     decay_rounding: float = 1e-15  # of the largest pole: decay that rounding may make
     quadrature: float = 1e-10  # error of the variances by the rule on the panels: that of Davenport's spectrum is 4e-11
-    still: float = 1e-16  # of the energy of an output over the largest of all: what is less is none
+    still: float = 1e-16  # energy of an output over the largest of all, below which it does not move
     delay_in_panel: float = 2.0  # turn by a delay in a panel [rad],
     delay_panels: int = 40  # and how many panels are made for it
     panel_edges: float = 1e-3  # least relative distance of their edges from others

@@ -34,50 +34,49 @@ class Noise:
     ----------
     matrices : ndarray, shape (p, i, i)
         S_k, symmetric.
-    parts : list of slice
-        The inputs by parts that have one function e of frequency each: E = diag(e).
+    groups : list of slice
+        Groups of inputs that have one function e of frequency each: E = diag(e).
     functions : list of list of ndarray, shape (p, n)
-        e_j e_l g_k for parts j and l at the frequencies of the panels.
+        e_j e_l g_k for groups j and l at the n frequencies of the panels.
     """
 
     matrices: np.ndarray
-    parts: list
+    groups: list
     functions: list
 
 
 def with_turns(edges, delay):
-    """Edges, and further ones between which the phase of a delay [s] turns by `delay_in_panel`."""
+    """Edges [Hz], and further ones between which the phase of a delay [s] turns by `WIND.delay_in_panel`."""
     if not delay:
         return edges
     turns = WIND.delay_in_panel * np.arange(1, WIND.delay_panels) / (2 * np.pi * delay)
     turns = turns[(turns > edges[0]) & (turns < edges[-1])]
-    return np.sort(
-        np.concatenate([edges, turns[np.abs(np.log(turns / edges[:, None])).min(axis=0) > WIND.panel_edges]])
-    )
+    distance = np.abs(np.log(turns / edges[:, None])).min(axis=0)  # to the nearest edge
+    return np.sort(np.concatenate([edges, turns[distance > WIND.panel_edges]]))
 
 
 def smooth_on(edges, functions):
-    """Edges of panels on which some functions are resolved: those panels are halved on which one is not.
+    """Edges of panels on which functions are resolved by polynomials: panels are halved until they are.
 
     Parameters
     ----------
     edges : ndarray
         Ascending. [Hz]
     functions : sequence of callable
-        Of frequencies [Hz].
+        Frequencies [Hz] -> values, both of one shape (n,).
     """
-    done = [edges[-1:]]
+    resolved_edges = [edges[-1:]]
     low, high = edges[:-1], edges[1:]
     for _ in range(WIND.panel_halvings):
         middle = np.sqrt(low * high)
-        place = middle[:, None] * (high / middle)[:, None] ** NODES
+        frequency = middle[:, None] * (high / middle)[:, None] ** NODES  # Gauss points in log frequency
         rough = np.zeros(len(low), dtype=bool)
         for function in functions:
-            value = function(place.ravel()).reshape(place.shape)
+            value = function(frequency.ravel()).reshape(frequency.shape)
             rough |= np.abs(value @ HIGHEST).max(axis=1) > WIND.unresolved_panel * np.abs(value).max(axis=1)
-        done.append(low[~rough])
+        resolved_edges.append(low[~rough])
         low, high = np.concatenate([low[rough], middle[rough]]), np.concatenate([middle[rough], high[rough]])
-    return np.sort(np.concatenate([*done, low]))
+    return np.sort(np.concatenate([*resolved_edges, low]))
 
 
 class Panels:
@@ -97,12 +96,12 @@ class Panels:
     """
 
     def __init__(self, edges):
-        ends = np.log(edges)
+        log_edges = np.log(edges)
         self.highest = float(edges[-1])
-        self._middle, self._half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
-        inner = np.exp(self._middle[:, None] + self._half[:, None] * NODES)
-        self.frequency = np.append(inner.ravel(), edges[0])
-        self.weights = np.append((self._half[:, None] * WEIGHTS * inner).ravel(), edges[0])
+        self._middle, self._half = (log_edges[1:] + log_edges[:-1]) / 2, np.diff(log_edges) / 2
+        on_panels = np.exp(self._middle[:, None] + self._half[:, None] * NODES)
+        self.frequency = np.append(on_panels.ravel(), edges[0])
+        self.weights = np.append((self._half[:, None] * WEIGHTS * on_panels).ravel(), edges[0])
 
     def resolvents(self, poles, one_sided=False):
         """r_a times the weights, shape (N, n), so that sums of them with a smooth function are integrals over f.
@@ -110,9 +109,9 @@ class Panels:
         Parameters
         ----------
         poles : ndarray, complex, shape (N,)
-            Of the upper half plane and the real axis; any of a response for positive frequencies alone. [rad/s]
+            In the upper half plane or on the real axis; anywhere for a response at positive frequencies alone. [rad/s]
         one_sided : bool
-            Whether they are those of such a response.
+            Whether the poles are those of such a response.
         """
         omega = 2 * np.pi * self.frequency
         if one_sided:
@@ -131,33 +130,34 @@ class Panels:
         functions of the first and second kind: Christoffel's sum of (2 k + 1) P_k(x) Q_k(z) (Whittaker and Watson,
         Modern Analysis, 15.4).
         """
-        found = np.tile(self.weights + 0j, (len(poles), 1))
-        place = (np.log(poles / 2j / np.pi)[:, None] - self._middle) / self._half
-        pole, panel = np.nonzero(np.abs(place) < WIND.near_pole)
+        weights = np.tile(self.weights + 0j, (len(poles), 1))
+        z = (np.log(poles / 2j / np.pi)[:, None] - self._middle) / self._half  # of each pole for each panel
+        pole, panel = np.nonzero(np.abs(z) < WIND.near_pole)
         points = panel[:, None] * WIND.panel_points + np.arange(WIND.panel_points)
-        found[pole[:, None], points] *= 1 + WIND.panel_points * LAST * _second_kind(place[pole, panel])[:, None]
-        return found
+        weights[pole[:, None], points] *= 1 + WIND.panel_points * LAST * _legendre_q(z[pole, panel])[:, None]
+        return weights
 
 
-def _second_kind(z):
-    """Legendre's function of the second kind and of degree `panel_points`, off the segment from -1 to 1."""
-    before, found = 1.0, np.log((z + 1) / (z - 1)) / 2  # of degree -1, times 0, and 0
-    for degree in range(WIND.panel_points):
-        before, found = found, ((2 * degree + 1) * z * found - (degree * before if degree else 1.0)) / (degree + 1)
-    return found
+def _legendre_q(z):
+    """Q_n(z) of Legendre's functions of the second kind, n = `WIND.panel_points`, z off the segment from -1 to 1."""
+    q_below, q = 1.0, np.log((z + 1) / (z - 1)) / 2  # k Q_(k-1) at k = 0, and Q_0
+    for k in range(WIND.panel_points):  # (k + 1) Q_(k+1) = (2 k + 1) z Q_k - k Q_(k-1)
+        q_below, q = q, ((2 * k + 1) * z * q - (k * q_below if k else 1.0)) / (k + 1)
+    return q
 
 
 def variances(residues, panels, noise, weights):
-    """Variances of the outputs.
+    """Variances of the outputs y of a system driven by noise, their spectra multiplied by each of some weights.
 
     Parameters
     ----------
     residues : Residues
-        Stable; of complex poles both of each pair.
+        Of a stable system; of complex poles both of each pair.
     panels : Panels
     noise : Noise
+        The inputs.
     weights : ndarray, shape (w, n)
-        Functions of frequency by which the spectra are weighted.
+        w functions of frequency, at the panels, by which the spectra are multiplied.
 
     Returns
     -------
@@ -167,28 +167,29 @@ def variances(residues, panels, noise, weights):
     poles, inputs, outputs = residues.poles[upper], residues.inputs[upper], residues.outputs[:, upper]
     if not residues.one_sided:
         outputs = outputs * np.where(poles.imag > 0, 2.0, 1.0)
-    forced, direct = _forced(inputs, panels, noise, weights, panels.resolvents(poles, residues.one_sided))
-    sums = poles[:, None] + residues.poles.conj()
-    covariance = forced @ residues.inputs.conj().T / -sums
-    seen = covariance @ residues.outputs.conj().T + forced @ residues.direct.conj().T
-    directly = ((residues.direct @ direct) * residues.direct.conj()).sum(axis=-1).real
-    found = (outputs.T * seen).sum(axis=1).real + directly
+    by_pole, spectra = _spectral_integrals(inputs, panels, noise, weights, panels.resolvents(poles, residues.one_sided))
+    pole_sums = poles[:, None] + residues.poles.conj()  # l_a + conj(l_b)
+    covariance = by_pole @ residues.inputs.conj().T / -pole_sums  # X is this plus its conjugate transpose
+    with_outputs = covariance @ residues.outputs.conj().T + by_pole @ residues.direct.conj().T
+    by_direct = ((residues.direct @ spectra) * residues.direct.conj()).sum(axis=-1).real
+    variance = (outputs.T * with_outputs).sum(axis=1).real + by_direct
     # by Schwarz's inequality no sum over the poles is larger than that of the sizes of its terms
-    own = np.maximum(2 * covariance[:, np.arange(len(poles)), np.flatnonzero(upper)].real, 0.0)
-    return np.where(found > WIND.variance_rounding * (np.sqrt(own) @ np.abs(outputs.T)) ** 2, found, 0.0)
+    pole_variances = np.maximum(2 * covariance[:, np.arange(len(poles)), np.flatnonzero(upper)].real, 0.0)
+    largest = (np.sqrt(pole_variances) @ np.abs(outputs.T)) ** 2
+    return np.where(variance > WIND.variance_rounding * largest, variance, 0.0)
 
 
 def mixed_variances(residues, smooth, noise_times, panels, noise, weights):
-    """Variances of the outputs of a system with few known poles beside a response that is smooth over frequency.
+    """Variances of the outputs of a system whose response is that of a few poles and one that is smooth over frequency.
 
     Parameters
     ----------
     residues : Residues
         The poles, stable, without a direct part; of complex ones both of each pair.
     smooth : callable
-        What is to be added to their response: s = i w, shape (f,) [rad/s] -> complex, shape (f, o, i).
+        The smooth response: s = i w, shape (f,) [rad/s] -> complex, shape (f, o, i).
     noise_times : callable
-        Frequencies and columns, complex, shape (f, i, o) -> S times these.
+        Frequencies, shape (f,) [Hz], and columns, complex, shape (f, i, o) -> S times the columns.
     panels, noise, weights
         As for `variances`.
 
@@ -200,34 +201,38 @@ def mixed_variances(residues, smooth, noise_times, panels, noise, weights):
     -----
     With the poles' response P and the smooth one G: P S P* + 2 Re P S G* + G S G*.
     """
-    found, s = variances(residues, panels, noise, weights), 2j * np.pi * panels.frequency
+    variance, s = variances(residues, panels, noise, weights), 2j * np.pi * panels.frequency
     fractions = panels.weights_for(residues.poles).T / (s[:, None] - residues.poles)
     for begin in range(0, len(s), WIND.frequencies_at_once):
-        part = slice(begin, begin + WIND.frequencies_at_once)
-        own = smooth(s[part])
-        pushed = noise_times(panels.frequency[part], np.swapaxes(own, 1, 2).conj())
-        plain = (own * np.swapaxes(pushed, 1, 2)).sum(axis=-1).real * panels.weights[part, None]
-        crossed = ((residues.inputs @ pushed) * fractions[part, :, None] * residues.outputs.T).sum(axis=1)
-        found += weights[:, part] @ (plain + 2 * crossed.real)
-    return found
+        batch = slice(begin, begin + WIND.frequencies_at_once)
+        g = smooth(s[batch])
+        s_g = noise_times(panels.frequency[batch], np.swapaxes(g, 1, 2).conj())  # S G*
+        g_s_g = (g * np.swapaxes(s_g, 1, 2)).sum(axis=-1).real * panels.weights[batch, None]
+        p_s_g = ((residues.inputs @ s_g) * fractions[batch, :, None] * residues.outputs.T).sum(axis=1)
+        variance += weights[:, batch] @ (g_s_g + 2 * p_s_g.real)
+    return variance
 
 
-def _forced(inputs, panels, noise, weights, resolvents):
-    """Integrals of r_a b_a S, shape (w, a, i), and of S, shape (w, i, i)."""
-    count, size = inputs.shape
-    parts = np.concatenate([resolvents.real, resolvents.imag])
-    forced = np.zeros((len(weights), count, size), dtype=complex)
-    direct = np.zeros((len(weights), size, size))
-    for row, functions in zip(noise.parts, noise.functions, strict=True):
-        own = np.concatenate([inputs[:, row].real, inputs[:, row].imag])
-        for column, function in zip(noise.parts, functions, strict=True):
+def _spectral_integrals(inputs, panels, noise, weights, resolvents):
+    """Integrals of r_a b_a S, shape (w, N, i), and of S, shape (w, i, i), for each of the w weights.
+
+    `inputs` are the b_a of N poles, shape (N, i), and `resolvents` their r_a times the weights of the panels, (N, n).
+    """
+    poles, size = inputs.shape
+    real_resolvents = np.concatenate([resolvents.real, resolvents.imag])
+    by_pole = np.zeros((len(weights), poles, size), dtype=complex)
+    spectra = np.zeros((len(weights), size, size))
+    for row, functions in zip(noise.groups, noise.functions, strict=True):
+        real_inputs = np.concatenate([inputs[:, row].real, inputs[:, row].imag])
+        for column, function in zip(noise.groups, functions, strict=True):
             matrices = noise.matrices[:, row, column]
-            pushed = np.tensordot(own, matrices, axes=(1, 1)).reshape(2, count, *matrices.shape[::2])
+            b_s = np.tensordot(real_inputs, matrices, axes=(1, 1)).reshape(2, poles, *matrices.shape[::2])
             weighted = weights[:, None] * function
-            integrals = (parts @ weighted.reshape(-1, len(panels.weights)).T).reshape(2, count, *weighted.shape[:2])
+            integrals = real_resolvents @ weighted.reshape(-1, len(panels.weights)).T
+            integrals = integrals.reshape(2, poles, *weighted.shape[:2])
             # (a + i b)(c + i d), matrix products of real numbers for each pole
-            straight, crossed = integrals @ pushed, integrals @ pushed[::-1]
-            found = straight[0] - straight[1] + 1j * (crossed[0] + crossed[1])
-            forced[..., column] += np.swapaxes(found, 0, 1)
-            direct[:, row, column] += np.tensordot(weighted @ panels.weights, matrices, axes=1)
-    return forced, direct
+            straight, crossed = integrals @ b_s, integrals @ b_s[::-1]
+            product = straight[0] - straight[1] + 1j * (crossed[0] + crossed[1])
+            by_pole[..., column] += np.swapaxes(product, 0, 1)
+            spectra[:, row, column] += np.tensordot(weighted @ panels.weights, matrices, axes=1)
+    return by_pole, spectra

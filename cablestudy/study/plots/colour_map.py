@@ -44,51 +44,54 @@ def colour_map(study, every, rows):
     plot = study.plot
     x, colour = quantity_named(study, plot.x, every), quantity_named(study, plot.color, every)
     along_y = [quantity_named(study, name, every) for name in plot.y]
-    shown = [(y, one) for y in along_y for one in series_of(study, every, rows, x, y, colour)[0]]
+    drawn = [(y, series) for y in along_y for series in series_of(study, every, rows, x, y, colour)[0]]
     mappable = _colours(colour, rows)
-    alone, count = len(shown) == 1, min(len(shown), PANELS)
+    alone, count = len(drawn) == 1, min(len(drawn), PANELS)
     side = 1 if alone else 2
     figure = Figure(figsize=(WIDTH, -(-count // side) * (4.4 if alone else 3.0) + 0.6), layout="constrained")
     grid = panels(figure, count, side)
-    for axes, (y, one) in zip(grid, shown, strict=False):
-        _panel(axes, (x, y, colour), one.rows, mappable, plot, alone)
+    for axes, (y, series) in zip(grid, drawn, strict=False):
+        _panel(axes, (x, y, colour), series.rows, mappable, plot, alone)
         axes.set_ylabel(wrapped(y.label, 2.6, 9))
-        axes.set_title(wrapped(one.label, (0.8 if alone else 0.38) * WIDTH, 8.5), loc="left", fontsize=8.5)
+        axes.set_title(wrapped(series.label, (0.8 if alone else 0.38) * WIDTH, 8.5), loc="left", fontsize=8.5)
     for axes in grid[-side:]:
         axes.set_xlabel(wrapped(x.label, 0.7 * WIDTH / side, 9))
-    named = range(len(colour.categories or ()))
-    colour_bar(figure, mappable, colour.label, grid, named, [shortened(colour.level(k), 24) for k in named], aspect=30)
-    heading(figure, f"{study.title}{panels_left_out(count, len(shown))}")
+    ticks = range(len(colour.categories or ()))
+    names = [shortened(colour.level(k), 24) for k in ticks]
+    colour_bar(figure, mappable, colour.label, grid, ticks, names, aspect=30)
+    heading(figure, f"{study.title}{panels_left_out(count, len(drawn))}")
     return figure
 
 
 def _colours(colour, rows):
     """Colours for the values that a quantity has in rows, as a ScalarMappable."""
-    known = [value for row in rows if (value := colour.value(row)) is not None]
-    return colours_over(known or [0.0], logarithmic=None if colour.categories is None else False)
+    values = [value for row in rows if (value := colour.value(row)) is not None]
+    return colours_over(values or [0.0], logarithmic=None if colour.categories is None else False)
 
 
 def _panel(axes, quantities, rows, mappable, plot, alone):
-    """Draws the rows of one series in a panel that is alone or one of two side by side."""
-    places = [tuple(quantity.value(row) for quantity in quantities) for row in rows]
-    places = [place for place in places if None not in place[:2]]
-    x, y, c = (np.array([place[k] for place in places], dtype=float) for k in range(3))
-    across, up = np.unique(x), np.unique(y)
+    """Draw the rows of one series in a panel that is alone or one of two side by side."""
+    points = [tuple(quantity.value(row) for quantity in quantities) for row in rows]
+    points = [point for point in points if None not in point[:2]]
+    x, y, c = (np.array([point[k] for point in points], dtype=float) for k in range(3))
+    x_values, y_values = np.unique(x), np.unique(y)
     room = (WIDTH - 2.0) / (1 if alone else 2)
     gridded = all(quantity.key for quantity in quantities[:2]) and len({*zip(x, y, strict=True)}) == len(x)
-    gridded = gridded and 1 < len(across) * len(up) <= SPARSE * len(x)
-    _axis(axes, "x", quantities[0], across, plot.logx, room)
-    _axis(axes, "y", quantities[1], up, plot.logy, room)
+    gridded = gridded and 1 < len(x_values) * len(y_values) <= SPARSE * len(x)
+    _axis(axes, "x", quantities[0], x_values, plot.logx, room)
+    _axis(axes, "y", quantities[1], y_values, plot.logy, room)
     if gridded:
         contoured = all(quantity.categories is None for quantity in quantities)
-        _heat(axes, (across, up), (x, y, c), mappable, alone, contoured)
+        _heat(axes, (x_values, y_values), (x, y, c), mappable, alone, contoured)
         return
-    known = np.isfinite(c)
-    axes.scatter(x[known], y[known], c=mappable.to_rgba(c[known]), s=22, lw=0.4, ec="white", rasterized=len(x) > MANY)
-    axes.plot(x[~known], y[~known], "x", color="#888888", ms=4)
+    answered = np.isfinite(c)
+    look = {"s": 22, "lw": 0.4, "ec": "white", "rasterized": len(x) > MANY}
+    axes.scatter(x[answered], y[answered], c=mappable.to_rgba(c[answered]), **look)
+    axes.plot(x[~answered], y[~answered], "x", color="#888888", ms=4)
 
 
 def _axis(axes, which, quantity, values, logarithmic, room):
+    """Set scale and ticks of an axis, about `room` inches long, for the values of a quantity."""
     axis = getattr(axes, f"{which}axis")
     if quantity.categories is not None:
         name_axis(axes, which, [quantity.level(k) for k in range(len(quantity.categories))], room)
@@ -99,11 +102,15 @@ def _axis(axes, which, quantity, values, logarithmic, room):
         plain_axis(axis, 7)
 
 
-def _heat(axes, sides, places, mappable, numbered, contoured):
-    across, up = sides
-    x, y, c = places
-    cells = np.full((len(up), len(across)), np.nan)
-    cells[np.searchsorted(up, y), np.searchsorted(across, x)] = c
+def _heat(axes, sides, points, mappable, numbered, contoured):
+    """Draw a heat map of cells about the values of x and y in `sides`, of the points x, y and colour.
+
+    Few cells have their numbers where asked for (`numbered`), many lines of equal values (`contoured`).
+    """
+    x_values, y_values = sides
+    x, y, c = points
+    cells = np.full((len(y_values), len(x_values)), np.nan)
+    cells[np.searchsorted(y_values, y), np.searchsorted(x_values, x)] = c
     edges = [_edges(values, axes, which) for values, which in zip(sides, "xy", strict=True)]
     axes.set_facecolor(EMPTY)
     axes.grid(visible=False)
@@ -117,34 +124,33 @@ def _heat(axes, sides, places, mappable, numbered, contoured):
             if np.isfinite(value):
                 dark = np.dot(mappable.to_rgba(value)[:3], (0.3, 0.6, 0.1)) < 0.5
                 look = {"ha": "center", "va": "center", "fontsize": 7.5, "color": "white" if dark else "black"}
-                axes.text(across[column], up[row], number(float(f"{value:.3g}")), **look)
+                axes.text(x_values[column], y_values[row], number(float(f"{value:.3g}")), **look)
 
 
 def _contours(axes, sides, cells, mappable):
-    """Lines of equal values through the middles of the cells, at round values, which stand on them."""
+    """Draw lines of equal values through the middles of the cells, at round values, with their numbers on them."""
     low, high = mappable.norm.vmin, mappable.norm.vmax
     logarithmic = isinstance(mappable.norm, LogNorm) and high > 10 * low
     levels = LogLocator(subs=(1, 2, 5)) if logarithmic else MaxNLocator(LINES)
     levels = [level for level in levels.tick_values(low, high) if cells.min() < level < cells.max()]
     if levels:
         lines = axes.contour(*sides, cells, levels, colors="black", linewidths=0.8)
-        keep_apart(
-            axes, axes.clabel(lines, fontsize=7.5, inline=False, fmt=lambda level: number(float(f"{level:.6g}")))
-        )
+        numbers = axes.clabel(lines, fontsize=7.5, inline=False, fmt=lambda level: number(float(f"{level:.6g}")))
+        keep_apart(axes, numbers)
 
 
 def keep_apart(axes, texts):
     """Set texts on white ground, and remove those that would stand over others, or over an edge of the axes."""
     size, kept = axes.bbox.size / axes.figure.dpi, np.zeros((0, 2))
     for text in texts:
-        place = (axes.transScale + axes.transLimits).transform(text.get_position()) * size  # [in]
-        far = text_width(text.get_text(), 7.5) + 0.1  # whatever the angles of both
-        over_edge = (np.minimum(place, size - place) < far / 2).any()
-        if over_edge or (np.hypot(*(kept - place).T) < far).any():
+        position = (axes.transScale + axes.transLimits).transform(text.get_position()) * size  # [in]
+        distance = text_width(text.get_text(), 7.5) + 0.1  # enough whatever the angles of both
+        over_edge = (np.minimum(position, size - position) < distance / 2).any()
+        if over_edge or (np.hypot(*(kept - position).T) < distance).any():
             text.remove()
             continue
         text.set_bbox({"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.8})
-        kept = np.append(kept, [place], axis=0)
+        kept = np.append(kept, [position], axis=0)
 
 
 def _edges(values, axes, which):

@@ -70,17 +70,17 @@ def _title(others, group):
 def _panel(axes, rows):
     """Draw the indices of one column, or a note if it has none."""
     names = [key_words(row["parameter"]) for row in rows]
-    places = np.arange(len(rows))
+    heights = np.arange(len(rows))
     for (kind, look), aside in zip(KINDS.items(), (-0.13, 0.13), strict=True):
-        for place, row in zip(places, rows, strict=True):
+        for height, row in zip(heights, rows, strict=True):
             if row[kind] is None:
                 continue
             low, high = row.get(f"{kind}_low"), row.get(f"{kind}_high")
             if low is not None and high is not None:
-                axes.plot([low, high], [place + aside] * 2, color=look["color"], lw=1.6)
-            axes.plot(row[kind], place + aside, ms=5, ls="none", **look)
+                axes.plot([low, high], [height + aside] * 2, color=look["color"], lw=1.6)
+            axes.plot(row[kind], height + aside, ms=5, ls="none", **look)
     if all(row[kind] is None for row in rows for kind in KINDS):
         axes.text(0.5, 0.5, "no indices", transform=axes.transAxes, ha="center", va="center", color="#555555")
-    axes.set_yticks(places, [wrapped(name, 1.5, 8.5) for name in names], fontsize=8.5)
+    axes.set_yticks(heights, [wrapped(name, 1.5, 8.5) for name in names], fontsize=8.5)
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.grid(visible=False, axis="y")

@@ -83,7 +83,7 @@ def loop_margins(closed_loop, span=None):
 
 
 def _title(closed_loop):
-    """What the loop holds by how many winches, and the letters of the picture."""
+    """Title of the figure: the coordinates that the loop holds, by how many winches, and the letters of the picture."""
     count, held = len(closed_loop.winches), ", ".join(closed_loop.measured)
     letters = "loop gain L, S = 1/(1 + L), T = S L" if len(closed_loop.measured) == 1 else "S = (I + L)⁻¹, T = S L"
     return f"Loop that holds {closed_loop.body_name} ({held}) by {count} winch{'es' * (count != 1)}: {letters}"
@@ -98,7 +98,7 @@ def _span(closed_loop):
 
 
 def _has_limit(closed_loop):
-    """Whether the loop has a largest gain, and it can be had."""
+    """True if the loop has a largest gain, and it can be had."""
     try:
         return closed_loop.largest_gain is not None
     except NoSolutionError:
@@ -111,18 +111,19 @@ def _margin(closed_loop):
 
 
 def _magnitude(axes, closed_loop, frequency, value):
+    """Draw the singular values of the loop gain over frequency, with gain margin and gain crossover."""
     sizes = decibels(singular_values(value)).T
-    for place, size in enumerate(sizes):
-        name = "|L|" if len(sizes) == 1 else ("largest singular value of L", "others")[place] if place < 2 else None
-        axes.semilogx(frequency, np.maximum(size, 2 * LEAST), color=BLUE, lw=1.3 if place == 0 else 0.7, label=name)
+    labels = ["|L|"] if len(sizes) == 1 else ["largest singular value of L", "others", *[None] * len(sizes)]
+    for number, (size, label) in enumerate(zip(sizes, labels, strict=False)):
+        axes.semilogx(frequency, np.maximum(size, 2 * LEAST), color=BLUE, lw=0.7 if number else 1.3, label=label)
     axes.axhline(0.0, color=GREY, lw=0.8)
     axes.set_ylim(max(LEAST, np.nanmin(sizes) - 5), np.nanmax(sizes) + 10)
     axes.set_ylabel("loop gain [dB]")
     if _has_limit(closed_loop):
-        margin, place = _margin(closed_loop), closed_loop.limit.omega / TURN
-        axes.annotate("", (place, 0), (place, -margin), arrowprops={"color": RED, **ARROW})
-        axes.plot(place, -margin, "o", color=RED, ms=4, zorder=5,
-                  label=with_minus(f"gain margin {margin:.4g} dB at {place:.4g} Hz"))  # fmt: skip
+        margin, crossing = _margin(closed_loop), closed_loop.limit.omega / TURN
+        axes.annotate("", (crossing, 0), (crossing, -margin), arrowprops={"color": RED, **ARROW})
+        axes.plot(crossing, -margin, "o", color=RED, ms=4, zorder=5,
+                  label=with_minus(f"gain margin {margin:.4g} dB at {crossing:.4g} Hz"))  # fmt: skip
     if crossover := closed_loop.margins.gain_crossover:
         name = "|L| = 1" if len(sizes) == 1 else "gain crossover"
         axes.plot(crossover, 0, "s", color=GREEN, ms=4, zorder=5, label=f"{name} at {crossover:.4g} Hz")
@@ -130,10 +131,12 @@ def _magnitude(axes, closed_loop, frequency, value):
 
 
 def _phase_label(margins):
+    """Phase margin in words, for legends."""
     return f"phase margin {margins.phase_margin:.4g}°"
 
 
 def _phase(axes, closed_loop, frequency, value):
+    """Draw the phase of the loop gain of one coordinate, lines at odd multiples of 180 degrees, and its margin."""
     phase = Phase()(value)
     axes.semilogx(frequency, phase, color=BLUE, lw=1.3)
     low, high = np.nanmin(phase), np.nanmax(phase)
@@ -142,27 +145,27 @@ def _phase(axes, closed_loop, frequency, value):
         axes.axhline(-180 + 360 * turn, color=GREY, lw=0.8, ls="--")
     axes.set_ylim(min(low, -180) - 20, max(high, low + 90) + 20)
     axes.set_ylabel("phase of L [deg]")
-    place = closed_loop.margins.gain_crossover
-    if closed_loop.stable and place and frequency[0] < place < frequency[-1]:
-        # the phase there without a turn, and the nearest -180 degrees
-        found = np.interp(np.log(place), np.log(frequency), phase)
-        nearest = 360 * np.round((found + 180) / 360) - 180
-        axes.annotate("", (place, nearest), (place, found), arrowprops={"color": GREEN, **ARROW})
-        axes.plot(place, found, "s", color=GREEN, ms=4, zorder=5, label=_phase_label(closed_loop.margins))
+    crossover = closed_loop.margins.gain_crossover
+    if closed_loop.stable and crossover and frequency[0] < crossover < frequency[-1]:
+        phase_there = np.interp(np.log(crossover), np.log(frequency), phase)
+        half_turn = 360 * np.round((phase_there + 180) / 360) - 180  # the odd multiple of 180 degrees next to it
+        axes.annotate("", (crossover, half_turn), (crossover, phase_there), arrowprops={"color": GREEN, **ARROW})
+        axes.plot(crossover, phase_there, "s", color=GREEN, ms=4, zorder=5, label=_phase_label(closed_loop.margins))
         axes.legend(loc="lower left", **LEGEND)
 
 
 def _sensitivity(axes, closed_loop, frequency, sensitivity, complementary):
-    both = [decibels(singular_values(one)[:, 0]) for one in (complementary, sensitivity)]
-    for size, colour, width, dashes, name in zip(both, (GREEN, BLUE), (1.0, 1.3), ("--", "-"), "TS", strict=True):
-        axes.semilogx(frequency, size, color=colour, lw=width, ls=dashes, label=f"|{name}|")
+    """Draw the largest singular values of T and S over frequency, and the peak of S."""
+    size_of_s, size_of_t = (decibels(singular_values(matrices)[:, 0]) for matrices in (sensitivity, complementary))
+    axes.semilogx(frequency, size_of_t, color=GREEN, lw=1.0, ls="--", label="|T|")
+    axes.semilogx(frequency, size_of_s, color=BLUE, lw=1.3, label="|S|")
     axes.axhline(0.0, color=GREY, lw=0.8)
-    top = np.nanmax(both[1])
+    top = np.nanmax(size_of_s)
     if closed_loop.stable:
-        peak, place = closed_loop.margins.sensitivity_peak, closed_loop.margins.sensitivity_frequency or frequency[-1]
+        peak, peak_at = closed_loop.margins.sensitivity_peak, closed_loop.margins.sensitivity_frequency or frequency[-1]
         top = max(top, float(decibels(peak)))
-        axes.plot(place, decibels(peak), "o", color=RED, ms=4, zorder=5,
-                  label=with_minus(f"peak {peak:.4g} = {decibels(peak):.4g} dB at {place:.4g} Hz"))  # fmt: skip
+        axes.plot(peak_at, decibels(peak), "o", color=RED, ms=4, zorder=5,
+                  label=with_minus(f"peak {peak:.4g} = {decibels(peak):.4g} dB at {peak_at:.4g} Hz"))  # fmt: skip
     axes.set_ylim(-40, top + 6)
     several = sensitivity.shape[-1] > 1
     axes.set_ylabel("largest singular value\nof S, T [dB]" if several else "|S|, |T| [dB]")
@@ -178,22 +181,23 @@ def _nyquist(axes, closed_loop, value):
     axes.plot(circle.real, circle.imag, color=GREY, lw=0.8, ls="--", label="unit circle")
     several = value.shape[-1] > 1
     colours = (*SERIES, GREY) * value.shape[-1] if several else (BLUE,)
-    for place, (row, colour) in enumerate(zip(_eigenvalues(value).T, colours, strict=False)):
+    label = "eigenvalues of L" if several else "L"
+    for eigenvalue, colour in zip(_eigenvalues(value).T, colours, strict=False):
         # far outside nothing is drawn, so that no line crosses the picture between two points far away
-        shown = np.where(np.abs(row) < 20 * NEAR, row, np.nan)
-        name = ("eigenvalues of L" if several else "L") if place == 0 else None
-        axes.plot(shown.real, shown.imag, color=colour, lw=1.3, zorder=3, label=name)
-        axes.plot(shown.real, -shown.imag, color=colour, lw=0.6, alpha=0.5, zorder=3)
+        locus = np.where(np.abs(eigenvalue) < 20 * NEAR, eigenvalue, np.nan)
+        axes.plot(locus.real, locus.imag, color=colour, lw=1.3, zorder=3, label=label)
+        axes.plot(locus.real, -locus.imag, color=colour, lw=0.6, alpha=0.5, zorder=3)
+        label = None
     axes.plot(-1, 0, "+", color=RED, ms=10, mew=2, zorder=6, label="−1")
     margins = closed_loop.margins if closed_loop.stable else None
     if margins:
-        near = 1 / margins.sensitivity_peak  # no eigenvalue is nearer than the least singular value of I + L
-        around = -1 + near * circle
-        name = f"1 over the peak of S: {near:.4g}" if several else f"nearest to −1: {near:.4g}"
-        axes.plot(around.real, around.imag, color=RED, lw=0.8, ls=":", label=name)
+        distance = 1 / margins.sensitivity_peak  # no eigenvalue is nearer than the least singular value of I + L
+        around = -1 + distance * circle
+        words = "1 over the peak of S" if several else "nearest to −1"
+        axes.plot(around.real, around.imag, color=RED, lw=0.8, ls=":", label=f"{words}: {distance:.4g}")
     if margins and margins.gain_crossover and not several:
-        (here,) = loop_gain(closed_loop, np.array([margins.gain_crossover]))[:, 0, 0]
-        axes.plot(here.real, here.imag, "s", color=GREEN, ms=4, zorder=5, label=_phase_label(margins))
+        (at_crossover,) = loop_gain(closed_loop, np.array([margins.gain_crossover]))[:, 0, 0]
+        axes.plot(at_crossover.real, at_crossover.imag, "s", color=GREEN, ms=4, zorder=5, label=_phase_label(margins))
     if _has_limit(closed_loop):
         axes.plot(-closed_loop.loop.gain / closed_loop.largest_gain, 0, "o", color=RED, ms=4, zorder=5,
                   label=with_minus(f"gain margin {_margin(closed_loop):.4g} dB"))  # fmt: skip
@@ -205,16 +209,16 @@ def _nyquist(axes, closed_loop, value):
 
 
 def _eigenvalues(value):
-    """Eigenvalues of matrices, shape (f, k), in the order in which each is near its neighbour."""
+    """Eigenvalues of matrices over frequency, shape (f, k): each column follows one from frequency to frequency."""
     if value.shape[-1] == 1:
         return value[:, 0]
     from scipy.optimize import linear_sum_assignment
 
-    found = np.linalg.eigvals(value[np.isfinite(value).all(axis=(-2, -1))])
-    for place in range(1, len(found)):
-        apart = np.abs(found[place - 1][:, None] - found[place][None])
-        found[place] = found[place][linear_sum_assignment(apart)[1]]
-    return found
+    eigenvalues = np.linalg.eigvals(value[np.isfinite(value).all(axis=(-2, -1))])
+    for row in range(1, len(eigenvalues)):
+        distance = np.abs(eigenvalues[row - 1][:, None] - eigenvalues[row][None])
+        eigenvalues[row] = eigenvalues[row][linear_sum_assignment(distance)[1]]
+    return eigenvalues
 
 
 def _numbers(axes, closed_loop):
@@ -229,8 +233,8 @@ def _numbers(axes, closed_loop):
     lines += [("largest gain", f"{largest:.4g} rad/s" if largest else "none")]
     lines += [("gain margin", f"{_margin(closed_loop):.4g} dB")] if limit else []
     lines += _of_stable(closed_loop.margins) if closed_loop.stable else [("loop", "unstable")]
-    for place, (name, number) in enumerate(lines):
-        height = 0.97 - LINE * place
+    for row, (name, number) in enumerate(lines):
+        height = 0.97 - LINE * row
         axes.text(0.02, height, name, transform=axes.transAxes, fontsize=8)
         axes.text(0.98, height, with_minus(number), transform=axes.transAxes, ha="right", fontsize=8)
 
@@ -253,27 +257,27 @@ def loop_in_time(solved):
     solved : TimeCase
     """
     time = solved.time
-    varies = np.ptp(solved.input.shown) > 0
+    varies = np.ptp(solved.input.values_in_unit) > 0
     heights = (1, 2, 1.5) if varies else (2, 1.5)
     figure = Figure(figsize=(WIDTH, 1.3 + 1.1 * sum(heights)), layout="constrained")
-    *first, second, third = grid = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
-    for axes in first:
-        axes.plot(time, solved.input.shown, color=GREY)
+    *of_input, of_body, of_winches = grid = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
+    for axes in of_input:
+        axes.plot(time, solved.input.values_in_unit, color=GREY)
         axes.set_ylabel(f"{'wind' if solved.input.unit == 'm/s' else 'input'} [{solved.input.unit}]")
-    _displacement(second, solved)
+    _displacement(of_body, solved)
     several = len(solved.winches) > 1
     # winches that reel alike, as in symmetric suspensions, are seen below each other
     widths = np.linspace(2.8, 1.1, len(solved.winches)) if several else [1.1]
-    for winch, (name, value) in enumerate(zip(solved.winches, MILLI * solved.found.winch.T, strict=True)):
-        third.plot(time, value, color=SERIES[(winch + 1) % len(SERIES)], lw=widths[winch],
-                   ls=DASHES[winch % len(DASHES)], label=name.removeprefix("winch."))  # fmt: skip
-    third.set_ylabel("winches [mm]" if several else "winch [mm]")
-    third.set_xlabel("time [s]")
+    for winch, (name, value) in enumerate(zip(solved.winches, MILLI * solved.response.winch.T, strict=True)):
+        of_winches.plot(time, value, color=SERIES[(winch + 1) % len(SERIES)], lw=widths[winch],
+                        ls=DASHES[winch % len(DASHES)], label=name.removeprefix("winch."))  # fmt: skip
+    of_winches.set_ylabel("winches [mm]" if several else "winch [mm]")
+    of_winches.set_xlabel("time [s]")
     if several:
-        _room_above(third)
-        third.legend(loc="upper right", ncols=6, **LEGEND)
-    third.set_xlim(time[0], time[-1])
-    plain_axis(third.xaxis, 8)
+        _room_above(of_winches)
+        of_winches.legend(loc="upper right", ncols=6, **LEGEND)
+    of_winches.set_xlim(time[0], time[-1])
+    plain_axis(of_winches.xaxis, 8)
     for axes in grid:
         plain_axis(axes.yaxis, 5)
     figure.align_ylabels(grid)
@@ -283,7 +287,7 @@ def loop_in_time(solved):
 
 def _displacement(axes, solved):
     """Draw the measured displacement with and without the loop, its largest value, and where that of a step settles."""
-    time, response, unit, step = solved.time, solved.found, solved.unit, solved.step
+    time, response, unit, step = solved.time, solved.response, solved.unit, solved.step
     if response.open_loop is not None:
         axes.plot(time, MILLI * response.open_loop, color=GREY, lw=1.0, ls="--", label="without the loop")
     displacement = MILLI * response.measured

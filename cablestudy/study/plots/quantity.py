@@ -22,7 +22,7 @@ class DrawnQuantity:
     name : str
         Of the cells in rows.
     words, unit : str
-        What it is, and the unit in which it is shown.
+        For people, and the unit in which it is shown.
     scale : tuple of float
         The cell of 0 and that of 1 in this unit.
     printed : str or None
@@ -75,8 +75,8 @@ class DrawnQuantity:
 
 def quantity_named(study, name, rows):
     """The `DrawnQuantity` of a column or varied key, with or without its unit."""
-    known = varied_key(study, name)
-    return _column(study, name) if known is None else _varied(study, known, rows)
+    varied = varied_key(study, name)
+    return _column(study, name) if varied is None else _varied(study, varied, rows)
 
 
 def quantities_varied(study, rows):
@@ -85,29 +85,28 @@ def quantities_varied(study, rows):
 
 
 def _column(study, name):
+    """`DrawnQuantity` of a column."""
     column = column_named(study, name)
     if column.needs == "find":
         return DrawnQuantity(column.header, key_words(column.name), *_shown(column.unit))
-    return DrawnQuantity(
-        column.header, column_words(column.name), column.unit, printed=reference_header(column.header, "printed")
-    )
+    printed = reference_header(column.header, "printed")
+    return DrawnQuantity(column.header, column_words(column.name), column.unit, printed=printed)
 
 
-def _varied(study, known, rows):
-    """A varied key in the unit in which its first value is written; from a column that shows it, if it has no cells."""
-    key = known.key
-    if rows and known.header not in rows[0]:
+def _varied(study, varied, rows):
+    """`DrawnQuantity` of a varied key in the unit of its first value; without cells, of the column that shows it."""
+    key = varied.key
+    if rows and varied.header not in rows[0]:
         shown = [column_named(study, name) for name in SHOWN_BY.get(key, ())]
         column = next((column for column in shown if column.header in rows[0]), None)
         if column:
             return DrawnQuantity(column.header, key_words(key), column.unit, key=key)
-    cells = [row[known.header] for row in rows if row.get(known.header) is not None]
-    if any(isinstance(cell, str) for cell in cells) or (known.unit is None and quantity_of(key)):
-        return DrawnQuantity(
-            known.header, key_words(key), "", categories=tuple(dict.fromkeys(map(str, cells))), key=key
-        )
-    unit, scale = _written_unit(study, known)
-    return DrawnQuantity(known.header, key_words(key), unit_text(unit), scale, key=key)
+    cells = [row[varied.header] for row in rows if row.get(varied.header) is not None]
+    if any(isinstance(cell, str) for cell in cells) or (varied.unit is None and quantity_of(key)):
+        categories = tuple(dict.fromkeys(map(str, cells)))
+        return DrawnQuantity(varied.header, key_words(key), "", categories=categories, key=key)
+    unit, scale = _written_unit(study, varied)
+    return DrawnQuantity(varied.header, key_words(key), unit_text(unit), scale, key=key)
 
 
 def _shown(unit):
@@ -116,10 +115,10 @@ def _shown(unit):
     return shown, SI if shown == unit else (to_si(f"0 {shown}", unit), to_si(f"1 {shown}", unit))
 
 
-def _written_unit(study, known):
+def _written_unit(study, varied):
     """Unit of the first value of a key as the study has it, of a temperature degC, and the cells of 0 and 1 in it."""
-    first = next(values[0] for entry in study.entries for key, values, _ in entry.columns if key == known.key)
-    unit = known.unit or ""
+    first = next(values[0] for entry in study.entries for key, values, _ in entry.columns if key == varied.key)
+    unit = varied.unit or ""
     if not isinstance(first, str) or unit in ("%", "K"):
         return _shown(unit)
     written = split(first)[1]

@@ -21,13 +21,13 @@ TICKS = 24  # names beside a colour bar
 
 @dataclass
 class Series:
-    """Rows that belong together.
+    """Rows of a study's table that one line joins, or one kind of mark shows.
 
     Attributes
     ----------
     rows : list of dict
     levels : tuple
-        Of each other entry of the study: the place of its value among those that there are.
+        Of each `Factor`: the position of its value among its levels.
     label : str
     look : dict
         Colour, mark and dashes of a line.
@@ -94,15 +94,15 @@ def series_of(study, every, rows, *drawn):
     entries = quantities_varied(study, every)
     within = _entries_of(entries, drawn) + ([] if study.sample is None else [entries[study.sample_entry]])
     across = [entry for entry in entries if entry not in (within or entries[-1:])]
-    factors = [found for found in (_factor(entry, rows) for entry in across) if len(found.levels) > 1]
+    factors = [factor for factor in (_factor(entry, rows) for entry in across) if len(factor.levels) > 1]
     categories = drawn[0] if len(drawn) == 1 and drawn[0].categories is not None else None
     groups = _grouped(rows, factors, categories)
-    again = any(turn for _, turn in groups)
-    companions = _companions(within, drawn) if again else []
-    found = []
+    categories_repeat = any(turn for _, turn in groups)
+    companions = _companions(within, drawn) if categories_repeat else []
+    series = []
     for (levels, _), members in groups.items():
-        found.append(Series(members, levels, _label(factors, levels, companions, members)))
-    return found, factors
+        series.append(Series(members, levels, _label(factors, levels, companions, members)))
+    return series, factors
 
 
 def _entries_of(entries, drawn):
@@ -118,14 +118,14 @@ def _companions(within, drawn):
 
 
 def _label(factors, levels, companions, rows):
-    """What tells a series from the others: its levels, and what its rows have in common."""
+    """Label of a series: its levels, and the values that its rows have in common."""
     parts = [f"{factor.words} {factor.text(level)}" for factor, level in zip(factors, levels, strict=True)]
     parts += [_common(quantity, rows) for quantity in companions]
     return shortened(", ".join(parts), LABEL)
 
 
 def _grouped(rows, factors, categories):
-    """Rows by the places of their levels and by their turn: a category along x that comes again begins another series.
+    """Rows by the positions of their levels and by their turn: a category along x that comes again is another series.
 
     Parameters
     ----------
@@ -134,10 +134,10 @@ def _grouped(rows, factors, categories):
     categories : Quantity or None
         What is drawn along x, if it has no numbers.
     """
-    places = [{level: place for place, level in enumerate(factor.levels)} for factor in factors]
+    positions = [{level: number for number, level in enumerate(factor.levels)} for factor in factors]
     groups, seen = {}, Counter()
     for row in rows:
-        levels = tuple(place[_level(factor.quantities, row)] for factor, place in zip(factors, places, strict=True))
+        levels = tuple(of[_level(factor.quantities, row)] for factor, of in zip(factors, positions, strict=True))
         turn = 0
         if categories is not None:
             turn = seen[levels, row.get(categories.name)]
@@ -147,20 +147,22 @@ def _grouped(rows, factors, categories):
 
 
 def _level(quantities, row):
+    """Values of some quantities in a row, as a tuple."""
     return tuple(quantity.value(row) for quantity in quantities)
 
 
 def _factor(entry, rows):
     """The first keys of an entry that tell its steps apart, and their levels in order of appearance."""
-    whole = len({_level(entry, row) for row in rows})
+    steps = len({_level(entry, row) for row in rows})
     for count in range(1, len(entry) + 1):
         levels = list(dict.fromkeys(_level(entry[:count], row) for row in rows))
-        if len(levels) == whole:
+        if len(levels) == steps:
             break
     return Factor(entry[:count], levels)
 
 
 def _common(quantity, rows):
+    """Words for the value of a quantity that all rows share, or that there is none."""
     values = {quantity.text(row) for row in rows}
     return f"{quantity.words} {values.pop()}" if len(values) == 1 else f"each with its own {quantity.words}"
 
@@ -178,12 +180,12 @@ def give_looks(series, factors, joined):
     bar : Bar or None
     """
     many = len(series) > MANY
-    for one in series:
-        one.look = {"ms": 3.0 if many else 4.5, "lw": 1.0 if many else 1.6, "marker": "o", "ls": "-"}
+    for line in series:
+        line.look = {"ms": 3.0 if many else 4.5, "lw": 1.0 if many else 1.6, "marker": "o", "ls": "-"}
     if len(series) <= NAMED:
-        for k, one in enumerate(series):
-            one.look |= {"color": SERIES[k], "marker": MARKS[k]}
-        return [(Line2D([], [], **_shown(one.look, joined)), one.label or "computed") for one in series], None
+        for line, colour, mark in zip(series, SERIES, MARKS, strict=False):
+            line.look |= {"color": colour, "marker": mark}
+        return [(Line2D([], [], **_shown(line.look, joined)), line.label or "computed") for line in series], None
     if not factors:
         return _turns(series)
     main, *others = sorted(range(len(factors)), key=lambda k: -len(factors[k].levels))
@@ -200,10 +202,12 @@ def _shown(look, joined):
 
 
 def _named(factor, level):
+    """Entry of a legend for a level of a factor."""
     return shortened(f"{factor.words} {factor.text(level)}", LABEL)
 
 
 def _not_told_apart(factor):
+    """Entry of a legend for a factor by whose levels series look alike."""
     first, last = factor.text(0), factor.text(len(factor.levels) - 1)
     return shortened(f"one for each {factor.words}: {first} … {last}", LABEL)
 
@@ -216,26 +220,24 @@ def _colours(series, factors, k):
         colours, bar = SERIES, None
         entries = [(Line2D([], [], color=SERIES[level], lw=3), _named(factor, level)) for level in range(count)]
     elif numbers is not None and None not in numbers:
-        bar, entries = (
-            Bar(colours_over(numbers, spaced_logarithmically(np.unique(numbers))), factor.quantities[0].label),
-            [],
-        )
+        mappable, entries = colours_over(numbers, spaced_logarithmically(np.unique(numbers))), []
+        bar = Bar(mappable, factor.quantities[0].label)
         colours = bar.mappable.to_rgba(numbers)
     else:
         ticks, entries = range(0, count, -(-count // TICKS)), []
-        names = [shortened(factor.text(place), 24) for place in ticks]
+        names = [shortened(factor.text(level), 24) for level in ticks]
         bar = Bar(colours_over(np.arange(count), logarithmic=False), shortened(factor.words), ticks, names)
         colours = bar.mappable.to_rgba(np.arange(count))
-    for one in series:
-        one.look["color"] = colours[one.levels[k]]
+    for line in series:
+        line.look["color"] = colours[line.levels[k]]
     return entries, bar
 
 
 def _marks(series, factors, k, joined):
     """Entries of a legend for a factor, whose levels are the marks and dashes of the series."""
     looks = [{"marker": mark, "ls": dashes} for mark, dashes in zip(MARKS, MARKED_DASHES, strict=True)]
-    for one in series:
-        one.look |= looks[one.levels[k]]
+    for line in series:
+        line.look |= looks[line.levels[k]]
     samples = [Line2D([], [], color=GREY, ms=4.5, **_shown(look, joined)) for look in looks]
     return [(samples[level], _named(factors[k], level)) for level in range(len(factors[k].levels))]
 
@@ -243,6 +245,6 @@ def _marks(series, factors, k, joined):
 def _turns(series):
     """A colour bar for series that begin where a category comes again."""
     mappable = colours_over(np.arange(1, len(series) + 1), logarithmic=False)
-    for place, one in enumerate(series, 1):
-        one.look["color"] = mappable.to_rgba(place)
+    for number, line in enumerate(series, 1):
+        line.look["color"] = mappable.to_rgba(number)
     return [], Bar(mappable, "which time the name comes")

@@ -61,7 +61,7 @@ def study_plot(study, table, chosen=()):
     -------
     matplotlib.figure.Figure
     """
-    every = [row | {ROW: place} for place, row in enumerate(table.rows, 1)]
+    every = [row | {ROW: number} for number, row in enumerate(table.rows, 1)]
     rows = [row for row in every if has_answer(row.get("status", OK))]
     if not rows:
         return _nothing(study)
@@ -149,8 +149,8 @@ def _drawn(study, rows, chosen):
 
 def _chosen(study, names, x, rows):
     """The quantities of names, without the one along x, text, and printed values, which are drawn with their column."""
-    own = [name for name in names if "_printed" not in name and "_difference" not in name]
-    return [quantity for quantity in _quantities(study, own, rows) if quantity.name not in {x.name, *TEXTS}]
+    computed = [name for name in names if "_printed" not in name and "_difference" not in name]
+    return [quantity for quantity in _quantities(study, computed, rows) if quantity.name not in {x.name, *TEXTS}]
 
 
 def _computed(study):
@@ -190,28 +190,31 @@ def _with_printed_values(study, quantity, rows, headers):
 
 
 def _panel(axes, x, column, series, joined):
-    """Draws the computed values of a column, joined or not, and rings for the printed ones; whether there are any."""
-    with_printed = False
-    for k, one in enumerate(series):
+    """Draw the computed values of a column, joined or not, and rings for the printed ones: True if there are any."""
+    any_printed = False
+    for k, line in enumerate(series):
         aside = 0.0
         if x.categories is not None:  # side by side, so that equal values do not cover each other
             aside = 0.24 * (k - (len(series) - 1) / 2) / max(1, len(series) / 3)
-        places = [(x.value(row), column.value(row)) for row in one.rows]
-        places = [place for place in places if None not in place]
+        points = _points(x, column, line.rows, printed=False)
         if joined and x.key:
-            places.sort(key=lambda place: place[0])
-        across, up = zip(*places, strict=True) if places else ((), ())
-        look = one.look if joined else one.look | {"ls": "none"}
-        axes.plot(np.add(across, aside), up, **look, label=one.label or "computed",
-                  rasterized=len(places) > MANY_POINTS)  # fmt: skip
-        printed = [(x.value(row, printed=True), column.value(row, printed=True)) for row in one.rows
-                   if column.printed and row.get(column.printed) is not None]  # fmt: skip
-        printed = [place for place in printed if None not in place]
-        if printed:
-            across, up = zip(*printed, strict=True)
-            axes.plot(np.add(across, aside), up, **PRINTED, label="printed")
-            with_printed = True
-    return with_printed
+            points.sort(key=lambda point: point[0])
+        x_values, y_values = zip(*points, strict=True) if points else ((), ())
+        look = line.look if joined else line.look | {"ls": "none"}
+        axes.plot(np.add(x_values, aside), y_values, **look, label=line.label or "computed",
+                  rasterized=len(points) > MANY_POINTS)  # fmt: skip
+        with_printed = [row for row in line.rows if column.printed and row.get(column.printed) is not None]
+        if printed := _points(x, column, with_printed, printed=True):
+            x_values, y_values = zip(*printed, strict=True)
+            axes.plot(np.add(x_values, aside), y_values, **PRINTED, label="printed")
+            any_printed = True
+    return any_printed
+
+
+def _points(x, column, rows, printed):
+    """Computed or printed values of two quantities, of the rows that have both: list of (x, y)."""
+    points = [(x.value(row, printed), column.value(row, printed)) for row in rows]
+    return [point for point in points if None not in point]
 
 
 def _telling_apart(study, entry, rows):
@@ -226,13 +229,13 @@ def _telling_apart(study, entry, rows):
 
 
 def _by_ratio(x, factors):
-    """Whether columns that span decades are drawn so over any x: over names, over rows, of series spaced by ratios."""
-    spaced = any(f.numbers is not None and spaced_logarithmically(np.unique(f.numbers)) for f in factors)
+    """True if columns that span decades are drawn so over any x: over names, over rows, of series spaced by ratios."""
+    spaced = any(factor.numbers is not None and spaced_logarithmically(np.unique(factor.numbers)) for factor in factors)
     return spaced or x.name == ROW or x.categories is not None
 
 
 def _scale(axes, which, quantity, logarithmic, lines):
-    """Sets scale and ticks of an axis for some lines; few values on a logarithmic x axis are themselves the ticks."""
+    """Set scale and ticks of an axis for some lines; few values on a logarithmic x axis are themselves the ticks."""
     axis = getattr(axes, f"{which}axis")
     if quantity.categories is not None:
         name_axis(axes, which, [value_text(name) for name in quantity.categories], WIDTH - 1.0)
@@ -240,8 +243,8 @@ def _scale(axes, which, quantity, logarithmic, lines):
     values = _values(lines, which)
     axes.margins(**{which: AROUND[which]})
     if logarithmic and len(values) and values[0] > 0:
-        own = _own_ticks(lines, values) if which == "x" else []
-        log_axis(axis, values[0], values[-1], DECADE_TICKS[which], own)
+        ticks = _value_ticks(lines, values) if which == "x" else []
+        log_axis(axis, values[0], values[-1], DECADE_TICKS[which], ticks)
         return
     if len(values):
         _widen(axes, which, values)
@@ -249,7 +252,7 @@ def _scale(axes, which, quantity, logarithmic, lines):
 
 
 def _widen(axes, which, values):
-    """Sets limits about values that are equal, or along y nearly so: else rounding and noise look like a result."""
+    """Set limits about values that are equal, or along y nearly so: else rounding and noise look like a result."""
     middle, largest = (values[0] + values[-1]) / 2, np.abs(values).max()
     if np.ptp(values) <= EQUAL * largest:
         around = 0.1 * abs(middle) or 1.0
@@ -260,12 +263,12 @@ def _widen(axes, which, values):
     getattr(axes, f"set_{which}lim")(middle - around, middle + around)
 
 
-def _own_ticks(lines, values):
+def _value_ticks(lines, values):
     """The values along a logarithmic x axis that are its ticks themselves: if they are few and not too close."""
-    own = _values([line for line in lines if line.get_label() != "printed"], "x")
-    if not 1 < len(own) <= OWN_TICKS:
+    computed = _values([line for line in lines if line.get_label() != "printed"], "x")
+    if not 1 < len(computed) <= OWN_TICKS:
         return []
-    return own if np.diff(np.log10(own)).min() >= 0.08 * np.log10(values[-1] / values[0]) else []
+    return computed if np.diff(np.log10(computed)).min() >= 0.08 * np.log10(values[-1] / values[0]) else []
 
 
 def _values(lines, which):

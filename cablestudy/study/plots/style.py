@@ -135,10 +135,10 @@ class Window:
         self.width = self.x[1] - self.x[0]
         margin = 0.18 if high - low < DEEP * self.width else 0.10
         self.y = padded(low, high, 1.6 * margin, margin)
-        tall = self.y[1] - self.y[0]
-        factor = nice(ratio * self.width / max(tall, 1e-12 * self.width))
+        height = self.y[1] - self.y[0]
+        factor = nice(ratio * self.width / max(height, 1e-12 * self.width))
         self.factor = 1.0 if factor < 2 else factor
-        spare = max(ratio * self.width / self.factor - tall, 0.0)
+        spare = max(ratio * self.width / self.factor - height, 0.0)
         self.y = (self.y[0] - spare / 2, self.y[1] + spare / 2)
         self.ratio = self.factor * (self.y[1] - self.y[0]) / self.width
         if self.ratio > TALL:
@@ -152,7 +152,7 @@ class Window:
         return "true to scale" if self.factor == 1 else f"vertical scale enlarged {number(self.factor)} times"
 
     def apply(self, axes, along_x=8, along_y=6):
-        """Sets these limits and this scale on axes, with at most so many ticks."""
+        """Set these limits and this scale on axes, with at most so many ticks."""
         axes.set(xlim=self.x, ylim=self.y)
         axes.set_aspect(self.factor, adjustable="box")
         plain(axes, along_x, along_y)
@@ -171,43 +171,43 @@ def nice(value):
 
 
 class _PlainTicks(Formatter):
-    """Tick labels of at most four digits, without exponents where possible; numbers that need more are differences.
+    """Tick labels of at most four digits, without exponents where possible.
 
-    From what they differ stands at the end of the axis, as `+ 1345`.
+    Numbers that need more digits are differences from an offset, which stands at the end of the axis, as `+ 1345`.
     """
 
-    _from = 0.0
+    _offset = 0.0
 
     def __call__(self, value, _=None):
         low, high = self.axis.get_view_interval()
-        if abs(value - self._from) < 1e-9 * (abs(high - low) or 1.0):
+        if abs(value - self._offset) < 1e-9 * (abs(high - low) or 1.0):
             return "0"
-        return number(value - self._from)
+        return number(value - self._offset)
 
     def format_ticks(self, values):
         """Labels of all ticks."""
         values = np.asarray(values, dtype=float)
-        self._from = 0.0
+        self._offset = 0.0
         distinct = np.unique(values)
         if len(distinct) > 1:
             error = np.abs([float(f"{value:.4g}") - value for value in distinct]).max()
             if error > 0.01 * np.diff(distinct).min():
-                self._from = float(f"{distinct[len(distinct) // 2]:.4g}")
+                self._offset = float(f"{distinct[len(distinct) // 2]:.4g}")
         return [self(value) for value in values]
 
     def get_offset(self):
-        """From what the labels differ, if anything."""
-        return f"{'+' if self._from > 0 else '−'} {number(abs(self._from))}" if self._from else ""
+        """The offset from which the labels are differences; empty for none."""
+        return f"{'+' if self._offset > 0 else '−'} {number(abs(self._offset))}" if self._offset else ""
 
 
 def plain(axes, along_x, along_y):
-    """Sets at most so many ticks at round numbers, with plain labels, on both axes."""
+    """Set at most so many ticks at round numbers, with plain labels, on both axes."""
     plain_axis(axes.xaxis, along_x)
     plain_axis(axes.yaxis, along_y)
 
 
 def plain_axis(axis, count):
-    """Sets at most so many ticks at round numbers, with plain labels, on one axis."""
+    """Set at most so many ticks at round numbers, with plain labels, on one axis."""
     axis.set_major_locator(round_ticks(count))
     axis.set_major_formatter(_PlainTicks())
 
@@ -229,13 +229,13 @@ def panels(figure, count, columns, **options):
 
 
 def log_axis(axis, low, high, count=8, own=()):
-    """Makes an axis logarithmic, with round ticks for values from low to high, or with ticks at its own values."""
+    """Make an axis logarithmic, with round ticks for values from low to high, or with ticks at its own values."""
     getattr(axis.axes, f"set_{axis.axis_name}scale")("log")
     log_ticks(axis, low, high, count, own)
 
 
 def log_ticks(axis, low, high, count=8, own=()):
-    """Sets at most so many round ticks with plain labels on a logarithmic axis."""
+    """Set at most so many round ticks with plain labels on a logarithmic axis."""
     decades = np.log10(high / low)
     if len(own):
         axis.set_major_locator(FixedLocator(own))
@@ -280,7 +280,7 @@ def spaced_logarithmically(values):
 
 
 def colour_bar(figure, mappable, label, axes, ticks=(), names=(), **options):
-    """Adds a colour bar with round ticks, or with names at some ticks, beside axes."""
+    """Add a colour bar with round ticks, or with names at some ticks, beside axes."""
     bar = figure.colorbar(mappable, ax=axes, **options)
     bar.outline.set_visible(False)
     low, high = mappable.get_clim()
@@ -333,9 +333,9 @@ def wrapped(text, room, size):
     lines = []
     for word in text.split():
         while text_width(word, size) > room and len(word) > 1:
-            part = next(k for k in range(len(word) - 1, 0, -1) if k == 1 or text_width(word[:k], size) <= room)
-            lines.append(word[:part])
-            word = word[part:]
+            fitting = next(k for k in range(len(word) - 1, 0, -1) if k == 1 or text_width(word[:k], size) <= room)
+            lines.append(word[:fitting])
+            word = word[fitting:]
         if lines and text_width(f"{lines[-1]} {word}", size) <= room:
             lines[-1] += f" {word}"
         else:
@@ -344,9 +344,9 @@ def wrapped(text, room, size):
 
 
 def name_axis(axes, which, names, room):
-    """Names the places 0, 1, 2, ... along an axis; of very many only some.
+    """Name the positions 0, 1, 2, ... along an axis; of very many only some.
 
-    Names along x stand in lines below their places where they fit, else at an angle.
+    Names along x stand in lines below their positions where they fit, else at an angle.
 
     Parameters
     ----------
@@ -355,16 +355,16 @@ def name_axis(axes, which, names, room):
         Length of the axis, about. [in]
     """
     step = -(-len(names) // MOST_NAMES)
-    places, shown = range(0, len(names), step), names[::step]
+    positions, shown = range(0, len(names), step), names[::step]
     axes.set(**{f"{which}lim": (-0.5, len(names) - 0.5)})
     if which == "y":
-        axes.set_yticks(places, [wrapped(name, 1.5, 7.5) for name in shown], fontsize=7.5)
+        axes.set_yticks(positions, [wrapped(name, 1.5, 7.5) for name in shown], fontsize=7.5)
         return
     axes.tick_params(axis="x", length=0)
     width = 0.8 * room / len(shown)
     if all(text_width(word, 8) <= width for name in shown for word in name.split()):
-        axes.set_xticks(places, [wrapped(name, width, 8) for name in shown], fontsize=8)
+        axes.set_xticks(positions, [wrapped(name, width, 8) for name in shown], fontsize=8)
     else:
         steep = len(shown) > STEEP * room
         angle = {"rotation": 90, "va": "center"} if steep else {"rotation": 30}
-        axes.set_xticks(places, shown, fontsize=8, ha="right", rotation_mode="anchor", **angle)
+        axes.set_xticks(positions, shown, fontsize=8, ha="right", rotation_mode="anchor", **angle)

@@ -77,7 +77,7 @@ def trade_plot(trade, title):
 
 
 def _legend(trade):
-    """Each family of models with its mark, and the numbers of its first and last model: list of (artist, str)."""
+    """Entries of the legend: families of models, with the numbers of their first and last: list of (artist, str)."""
     families, entries = {}, []
     for entry in trade.entries:
         if set(entry.times) & {column.name for column in trade.columns}:
@@ -88,7 +88,7 @@ def _legend(trade):
         if family == "several of high order":
             words = "2 or 4 elements of high order"
         elif family != "closed form" and all(numbers):
-            first, last = (number(float(one[0])) for one in (numbers[0], numbers[-1]))
+            first, last = (number(float(digits[0])) for digits in (numbers[0], numbers[-1]))
             words += f"{'' if family in WORDS else ','} {first}{f' … {last}' if len(names) > 1 else ''}"
         entries.append((Line2D([], [], **_look(family), lw=1.1), words))
     return entries
@@ -102,11 +102,11 @@ def _look(family):
 
 
 def _panel(axes, trade, column):
-    """Draws the models of one column."""
-    name, own = column.name, trade.reference.errors[column.name]
+    """Draw the models of one column."""
+    name, reference_error = column.name, trade.reference.errors[column.name]
     value = quantity_text(trade.reference.values[name], column.unit)
     axes.set_title(wrapped(f"{column_words(name)}: {value}", 0.4 * WIDTH, 9), loc="left")
-    curves = {}  # family -> its models, in the order of the table
+    curves = {}  # family -> entries of its models, in the order of the table
     for entry in trade.entries:
         if name in entry.times:
             curves.setdefault(entry.family, []).append(entry)
@@ -114,11 +114,11 @@ def _panel(axes, trade, column):
         axes.text(0.5, 0.5, "no model has it", transform=axes.transAxes, ha="center", color=GREY)
         return
     times, errors = np.transpose([_point(entry, name) for entries in curves.values() for entry in entries])
-    top = 8 * max(errors.max(), 1e3 * own)
-    bottom = own * (own / top) ** (BAND / (1 - BAND))
+    top = 8 * max(errors.max(), 1e3 * reference_error)
+    bottom = reference_error * (reference_error / top) ** (BAND / (1 - BAND))
     right = 1.4 * times.max()
     axes.set(xscale="log", yscale="log", xlim=(times.min() / 1.4, right), ylim=(bottom, top))
-    axes.axhspan(bottom, own, color=LIGHT, lw=0, zorder=0)
+    axes.axhspan(bottom, reference_error, color=LIGHT, lw=0, zorder=0)
     time, error = np.transpose([_point(entry, name) for entry in trade.front_of(column)])
     axes.plot(
         [time[0], *time, right], [top, *error, error[-1]], color="#c4c4c4", lw=5, solid_capstyle="butt",

@@ -37,7 +37,7 @@ class DrawnState:
     rms : dict
         Output -> RMS. [m], [rad]
     covariance : ndarray, shape (3, 3)
-        Of the displacements of the place whose ellipse is drawn. [m^2]
+        Of the displacements of the point whose ellipses are drawn. [m^2]
     parts : dict
         `spectra` by the last of several winds.
     """
@@ -77,15 +77,15 @@ def wind_response(winds, at_rest=None, on=None):
         There is no response, or nothing that moves, or it is outside the range of a picture.
     """
     closed_loop = winds[0].closed_loop
-    body, place = _drawn(closed_loop)
+    body, point = _drawn(closed_loop)
     names = [f"{body}.{axis}" for axis in (*PLACES, *TURNS) if f"{body}.{axis}" in closed_loop.outputs]
     frequency = _grid([*winds, *(at_rest or ())], names)
-    states = _states(winds, at_rest or winds, names, place, frequency)
+    states = _states(winds, at_rest or winds, names, point, frequency)
     kinds = _kinds(states, names)
     if not kinds:
         raise NoSolutionError(f"the wind does not move {body.removesuffix(MIDSPAN)}: there is nothing to draw")
     _check_range(states, kinds)
-    extended = np.linalg.matrix_rank(states[0].covariance) > 1  # the place moves in a plane, or in space
+    extended = np.linalg.matrix_rank(states[0].covariance) > 1  # the point moves in a plane, or in space
     heights = (1.3, 2.4, 1.6, 2.8) if extended else (2, 2, 2)
     figure = Figure(figsize=(WIDTH, 0.8 + 1.2 * sum(heights)), layout="constrained")
     grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
@@ -99,7 +99,7 @@ def wind_response(winds, at_rest=None, on=None):
         figure.align_ylabels([shared, upper, lower] if not column else [upper, lower])
     shared.set_xlim(frequency[0], high)
     if extended:
-        _draw_rms_ellipses(figure, grid, states, closed_loop, place)
+        _draw_rms_ellipses(figure, grid, states, closed_loop, point)
     heading(
         figure, f"Wind at {quantity_text(closed_loop.scene.wind.speed, 'm/s')} on {on or body.removesuffix(MIDSPAN)}"
     )
@@ -107,37 +107,37 @@ def wind_response(winds, at_rest=None, on=None):
 
 
 def _kinds(states, names):
-    """Those of KINDS that move, each with the outputs that do in place of its axes: list of tuples."""
-    moved = [name for name in names if states[0].rms[name] > 0]
-    kinds = [([name for name in moved if name.rpartition(".")[2] in axes], *look) for axes, *look in KINDS]
-    return [kind for kind in kinds if kind[0]]
+    """KINDS of motion that there are: list of (names of its outputs that move, scale, name, unit)."""
+    moving = [name for name in names if states[0].rms[name] > 0]
+    kinds = [([name for name in moving if name.rpartition(".")[2] in axes], *look) for axes, *look in KINDS]
+    return [(outputs, *look) for outputs, *look in kinds if outputs]
 
 
 def _check_range(states, kinds):
     """Refuse spectra that a picture cannot have."""
-    drawn = [scale**2 * state.spectra[name] for state in states for found, scale, *_ in kinds for name in found]
-    if not (np.isfinite(drawn).all() and all((one > 0).any() for one in drawn)):
+    spectra = [scale**2 * state.spectra[name] for state in states for names, scale, *_ in kinds for name in names]
+    if not (np.isfinite(spectra).all() and all((spectrum > 0).any() for spectrum in spectra)):
         raise NoSolutionError("the response spectrum is too large or too small for a picture")
 
 
 def _speed(axes, winds, frequency, body):
     """Spectrum of the longitudinal wind speed, and of its average over the body."""
-    closed_loop, names = winds[0].closed_loop, winds[0].closed_loop.equilibrium.suspension.body_names
-    on_bodies = body in names and any(not wind.airflow.side for wind in winds)
+    closed_loop, bodies = winds[0].closed_loop, winds[0].closed_loop.equilibrium.suspension.body_names
+    on_bodies = body in bodies and any(not wind.airflow.side for wind in winds)
     wind = closed_loop.scene.wind
-    bare = speed_spectrum(frequency, wind.speed, wind.turbulence[0], wind.length_scale, wind.spectrum)
-    axes.loglog(frequency, bare, color=BLUE, label="wind speed")
-    area = closed_loop.plant.airflow.areas(closed_loop.equilibrium)[names.index(body)] if on_bodies else 0.0
+    of_speed = speed_spectrum(frequency, wind.speed, wind.turbulence[0], wind.length_scale, wind.spectrum)
+    axes.loglog(frequency, of_speed, color=BLUE, label="wind speed")
+    area = closed_loop.plant.airflow.areas(closed_loop.equilibrium)[bodies.index(body)] if on_bodies else 0.0
     if area and wind.admittance != "none":
-        share = admittance(frequency, wind.speed, area, wind.admittance)
-        axes.loglog(frequency, bare * share, color=BLUE, ls="--", label=f"averaged over {body}")
+        averaged = of_speed * admittance(frequency, wind.speed, area, wind.admittance)
+        axes.loglog(frequency, averaged, color=BLUE, ls="--", label=f"averaged over {body}")
     axes.set_ylabel("spectrum of the\nwind speed [(m/s)²/Hz]")
     axes.tick_params(labelbottom=False)
     axes.legend(loc="lower left")
 
 
 def _drawn(closed_loop):
-    """Name of the body or mid-span that is drawn, and of the place whose ellipse is: a marker of it, or itself."""
+    """Names of the body or mid-span whose spectra are drawn, and of the point (it, or its marker) with the ellipses."""
     scene, outputs = closed_loop.scene, closed_loop.outputs
     owners = [name.rpartition(".")[0] for name in outputs if ".tension_" not in name]
     if scene.control:
@@ -153,7 +153,7 @@ def _drawn(closed_loop):
 
 def _grid(winds, names):
     """Frequencies of RANGE with equal ratios, and closer ones near the narrow poles of some outputs. [Hz]"""
-    responses = [one.response_of(open_loop) for one in winds for open_loop in (False, True)]
+    responses = [wind.response_of(open_loop) for wind in winds for open_loop in (False, True)]
     poles = np.concatenate([response.resonances(names) for response in responses])
     poles = poles[np.abs(poles.real) < NARROW * np.abs(poles)]
     centre, width = np.abs(poles) / TURN, np.abs(poles.real) / TURN
@@ -163,64 +163,71 @@ def _grid(winds, names):
 
 def _share_below(frequency, spectrum):
     """Share of the variance below each frequency, by trapezoids, shape (f,). [-]"""
-    step = np.diff(frequency) * (spectrum[1:] + spectrum[:-1]) / 2
-    return np.concatenate([[0.0], np.cumsum(step)]) / step.sum()
+    variance = np.diff(frequency) * (spectrum[1:] + spectrum[:-1]) / 2  # between two frequencies
+    return np.concatenate([[0.0], np.cumsum(variance)]) / variance.sum()
 
 
-def _states(winds, at_rest, names, place, frequency):
+def _states(winds, at_rest, names, point, frequency):
     """The `DrawnState` of each state of control: winches at rest, loop, actuators."""
     closed_loop = winds[0].closed_loop
-    rest = "at mid-span" if place.endswith(MIDSPAN) else "without control"
+    rest = "at mid-span" if point.endswith(MIDSPAN) else "without control"
     rest = f"winch{'es' * (len(closed_loop.winches) != 1)} at rest" if closed_loop.winches else rest
     looks = [("winch loop closed", RED, "-", False, winds), (rest, GREY, "--", True, at_rest)]
     if not closed_loop.actuators:
         looks = looks if winds[0].response.loop else [(rest, RED, "-", True, at_rest)]
-        return [_of(look, names, place, frequency) for look in reversed(looks)]
-    both = "loop and actuators" if winds[0].response.loop else "with actuators"
-    states = [_of((both, RED, "-", False, winds), names, place, frequency)]
+        return [_drawn_state(look, names, point, frequency) for look in reversed(looks)]
+    controlled = "loop and actuators" if winds[0].response.loop else "with actuators"
+    states = [_drawn_state((controlled, RED, "-", False, winds), names, point, frequency)]
     with suppress(NoSolutionError, ConvergenceError):  # unstable without them, for example
-        alone = [winds[0].without_actuators]
-        looks = [("loop, no actuators", "#000000", "--", False, alone),
-                 ("winches at rest, no actuators", GREY, ":", True, alone)]  # fmt: skip
-        if not alone[0].response.loop:
-            looks = [("without actuators", GREY, "--", True, alone)]
-        states += [_of(look, names, place, frequency) for look in looks]
+        without = [winds[0].without_actuators]
+        looks = [("loop, no actuators", "#000000", "--", False, without),
+                 ("winches at rest, no actuators", GREY, ":", True, without)]  # fmt: skip
+        if not without[0].response.loop:
+            looks = [("without actuators", GREY, "--", True, without)]
+        states += [_drawn_state(look, names, point, frequency) for look in looks]
     return states[::-1]
 
 
-def _of(look, names, place, frequency):
-    """A `DrawnState`: of its look, whether the winches are at rest, and its winds."""
+def _drawn_state(look, names, point, frequency):
+    """`DrawnState` of some outputs and a point.
+
+    `look` is its label, colour and dashes, whether the winches are at rest, and the winds, whose spectra add.
+    """
     label, colour, dashes, open_loop, winds = look
-    places = [f"{place}.{axis}" for axis in PLACES]
+    of_point = [f"{point}.{axis}" for axis in PLACES]  # outputs, of which some may be held
     spectra, variances, covariance = {}, {}, np.zeros((3, 3))
     for wind in winds:
         response = wind.response_of(open_loop)
-        known = list(dict.fromkeys([*names, *(name for name in places if name in response.names)]))
-        response.check_damped(known)
-        space = np.zeros((len(response.names), len(known) + len(PAIRS)))
-        space[[response.names.index(name) for name in known], np.arange(len(known))] = 1.0
-        for column, pair in enumerate(PAIRS, len(known)):  # sums of two displacements of the place
-            space[[response.names.index(places[axis]) for axis in pair if places[axis] in known], column] = 1.0
-        found = response.spectra(frequency, space)
-        parts = dict(zip(known, found, strict=False))
-        every = response.variances
-        own = {name: every.weighted["value"][every.rows[name]] for name in known}
-        covariance += _covariance(frequency, parts, found[len(known) :], own, places)
-        spectra = {name: spectra.get(name, 0.0) + part for name, part in parts.items()}
-        variances = {name: variances.get(name, 0.0) + part for name, part in own.items()}
+        outputs = list(dict.fromkeys([*names, *(name for name in of_point if name in response.names)]))
+        response.check_damped(outputs)
+        # columns: each output, and sums of two displacements of the point, from whose variances covariances follow
+        combinations = np.zeros((len(response.names), len(outputs) + len(PAIRS)))
+        combinations[[response.names.index(name) for name in outputs], np.arange(len(outputs))] = 1.0
+        for column, pair in enumerate(PAIRS, len(outputs)):
+            summed = [of_point[axis] for axis in pair if of_point[axis] in outputs]
+            combinations[[response.names.index(name) for name in summed], column] = 1.0
+        computed = response.spectra(frequency, combinations)
+        by_wind = dict(zip(outputs, computed, strict=False))
+        table = response.variances
+        variances_by_wind = {name: table.weighted["value"][table.rows[name]] for name in outputs}
+        covariance += _covariance(frequency, by_wind, computed[len(outputs) :], variances_by_wind, of_point)
+        spectra = {name: spectra.get(name, 0.0) + spectrum for name, spectrum in by_wind.items()}
+        variances = {name: variances.get(name, 0.0) + one for name, one in variances_by_wind.items()}
     rms = {name: np.sqrt(value) for name, value in variances.items()}
-    return DrawnState(label, colour, dashes, spectra, rms, covariance, parts)
+    return DrawnState(label, colour, dashes, spectra, rms, covariance, by_wind)
 
 
-def _covariance(frequency, spectra, of_sums, variances, places):
-    """Covariance of the displacements of a place, shape (3, 3), from their spectra and those of sums of two of them."""
-    drawn = np.array([np.trapezoid(spectra[name], frequency) if name in spectra else 0.0 for name in places])
-    covariance = np.diag(drawn)
-    for (one, other), total in zip(PAIRS, np.trapezoid(of_sums, frequency), strict=True):
-        covariance[one, other] = covariance[other, one] = (total - drawn[one] - drawn[other]) / 2
-    # what is not in the range of the picture counts too
-    exact = np.array([variances.get(name, 0.0) for name in places])
-    scale = np.sqrt(exact / np.where(drawn > 0, drawn, 1.0))
+def _covariance(frequency, spectra, spectra_of_sums, variances, names):
+    """Covariance of the three displacements of a point, shape (3, 3): cov(a, b) = (var(a + b) - var(a) - var(b))/2.
+
+    From their spectra and those of the sums of PAIRS, scaled to their variances, which have all frequencies.
+    """
+    in_range = np.array([np.trapezoid(spectra[name], frequency) if name in spectra else 0.0 for name in names])
+    covariance = np.diag(in_range)
+    for (a, b), of_sum in zip(PAIRS, np.trapezoid(spectra_of_sums, frequency), strict=True):
+        covariance[a, b] = covariance[b, a] = (of_sum - in_range[a] - in_range[b]) / 2
+    exact = np.array([variances.get(name, 0.0) for name in names])
+    scale = np.sqrt(exact / np.where(in_range > 0, in_range, 1.0))
     return covariance * np.outer(scale, scale)
 
 
@@ -234,11 +241,11 @@ def _highest(frequency, states, kinds):
 
 
 def _spectra(axes, frequency, states, kind, several):
-    """Of one motion a line in the colour of each state, of several one in that of each axis.
+    """Draw the spectra of a kind of motion: of one output in the colour of its state, of several in that of their axis.
 
-    Of `several` winds that by the last one too.
+    Of `several` winds the spectrum by the last one too.
     """
-    names, scale, what, unit = kind
+    names, scale, motion, unit = kind
     for state in states:
         for name in names:
             axis = name.rpartition(".")[2]
@@ -252,13 +259,14 @@ def _spectra(axes, frequency, states, kind, several):
     axes.set_ylim(10.0 ** (np.ceil(np.log10(largest)) - DECADES), 10 * largest)
     axes.tick_params(labelbottom=False)
     if several:
-        part = scale**2 * states[-1].parts[names[0]]
-        axes.loglog(frequency, part, color=BLUE, ls="--", label="by the wind on the cable")
+        by_cable = scale**2 * states[-1].parts[names[0]]
+        axes.loglog(frequency, by_cable, color=BLUE, ls="--", label="by the wind on the cable")
     axes.legend(loc="lower left", **BOX)
-    axes.set_ylabel(f"spectrum of\n{what}s [{unit}²/Hz]")
+    axes.set_ylabel(f"spectrum of\n{motion}s [{unit}²/Hz]")
 
 
 def _variance(axes, frequency, states, kind):
+    """Draw the share of the variance of a kind of motion below each frequency, and state its RMS."""
     names, scale, _, unit = kind
     for state in states:
         spectrum, rms = state.together(names)
@@ -272,16 +280,16 @@ def _variance(axes, frequency, states, kind):
     axes.legend(loc="upper left", fontsize=7)
 
 
-def _draw_rms_ellipses(figure, grid, states, closed_loop, place):
+def _draw_rms_ellipses(figure, grid, states, closed_loop, point):
     """Draw two ellipses of the RMS of the displacement: seen from above, and in the vertical plane of the mean wind.
 
     The extent of an ellipse in any direction is the RMS in it.
     """
     velocity = closed_loop.drag.velocity
     wind_direction = velocity / np.linalg.norm(velocity)
-    frame, title = np.eye(3), place  # the covariance of a body is along the global axes,
-    if place.endswith(MIDSPAN):  # that of a cable along those of its chord
-        cable, equilibrium = place.removesuffix(MIDSPAN), closed_loop.equilibrium
+    frame, title = np.eye(3), point  # the covariance of a body is along the global axes,
+    if point.endswith(MIDSPAN):  # that of a cable along those of its chord
+        cable, equilibrium = point.removesuffix(MIDSPAN), closed_loop.equilibrium
         frame = equilibrium.catenary.span.frame[equilibrium.suspension.cable_names.index(cable)]
         title = f"mid-span of {cable}"
     title = shortened(title, 32)
@@ -317,6 +325,6 @@ def _wind_arrow(axes, along):
 
 def ellipse(covariance):
     """Points of the ellipse whose extent in any direction is the RMS in it, shape (2, n), of a covariance (2, 2)."""
-    value, axes = np.linalg.eigh(covariance)
-    turned = np.linspace(0.0, TURN, 241)
-    return axes @ (np.sqrt(np.maximum(value, 0.0))[:, None] * np.stack([np.cos(turned), np.sin(turned)]))
+    variance, axes = np.linalg.eigh(covariance)
+    angle = np.linspace(0.0, TURN, 241)
+    return axes @ (np.sqrt(np.maximum(variance, 0.0))[:, None] * np.stack([np.cos(angle), np.sin(angle)]))

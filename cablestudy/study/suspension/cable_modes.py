@@ -19,12 +19,12 @@ from cablestudy.study.scene_values import SceneValues
 
 
 class CablesAtRest(Results):
-    """`Results` of all cables of a suspension in their equilibrium, which is given.
+    """`Results` of all cables of a suspension, with the catenaries of its equilibrium.
 
     Parameters
     ----------
     scene : SuspensionScene
-        An exact choice of elements follows the drag of a steady wind.
+        With fixed elements these follow the drag of a steady wind.
     catenary : Catenary
         Of shape (c,).
     drag : SteadyDrag or None
@@ -54,7 +54,8 @@ class CablesAtRest(Results):
 
     @property
     def _uneven(self):
-        return (self.drag.pressed > 0) & self._exact
+        """True for cables along which the drag changes, shape (c,); see `Results`."""
+        return (self.drag.normal_drag > 0) & self._exact
 
 
 class CableModes:
@@ -76,11 +77,11 @@ class CableModes:
             index = list(self._scene.cables).index(name)
             scene = SimpleNamespace(model=self._scene.model, cable=self._scene.cables[name], gondola=None, winch=None)
             self._cases[name] = Case(scene, self._results, index)
-            self._cases[name]._closed.key = name  # results of equal keys are shared
+            self._cases[name]._closed_form.key = name  # results of equal keys are shared
         return self._cases[name]
 
     def modes(self, name, count, upto):
-        """`Case` of a cable with the discretisation that was used, and its modes: `case_modes.solved_modes`."""
+        """`Case` of a cable at the level of refinement used, and its `Modes`; see `case_modes.solved_modes`."""
         return solved_modes(self._case(name), None if upto else count, upto)[:2]
 
     def frequency(self, name, column):

@@ -1,4 +1,4 @@
-"""One suspension: its equilibrium, what its cables carry and its coupled modes, each computed when it is needed."""
+"""One suspension: its equilibrium, tensions and coupled modes, each computed when it is needed."""
 
 from dataclasses import replace
 from functools import cached_property, partial
@@ -37,8 +37,8 @@ class SuspensionCase:
     scene : SuspensionScene
         With all cables.
     group : Group or CablestudyError, optional
-        With its statics, or why there are none, where they were computed with those of others.
-    place : int
+        With its statics, or the error in their place, where they were computed with those of others.
+    index : int
         Of the case in the group.
     estimate : bool
         Whether the errors of the motion of exact elements are to be estimated, against `finer`.
@@ -46,16 +46,16 @@ class SuspensionCase:
     Attributes
     ----------
     scene : SuspensionScene
-        With the cables that are there in its load case.
+        With the cables that its load case leaves.
     differences : dict
-        Header -> relative error of what was held against `finer`, None where it is not known.
+        Header -> relative error of each number that was compared with `finer`, None where it is not known.
     reason : str
-        Why some are not known.
+        Message of the failure by which some are not known.
     """
 
-    def __init__(self, scene, group=None, place=0, estimate=False):
+    def __init__(self, scene, group=None, index=0, estimate=False):
         self.scene, self.with_all_cables, self._group = scene.without_lost(), scene, group
-        self.place, self._modes = place, {}
+        self.index, self._modes = index, {}
         self.estimate, self.differences, self.reason = estimate and self.model is not None, {}, ""
 
     @cached_property
@@ -67,8 +67,8 @@ class SuspensionCase:
     def unbroken(self):
         """Copy of the case with its lost cables, for comparison."""
         name = self.scene.case
-        whole = self.with_all_cables.cases[name].model_copy(update={"lost": ()})
-        cases = {**self.scene.cases, name: whole}
+        without_loss = self.with_all_cables.cases[name].model_copy(update={"lost": ()})
+        cases = {**self.scene.cases, name: without_loss}
         return SuspensionCase(self.with_all_cables.model_copy(update={"cases": cases}))
 
     def refuse_lost(self, name, words="{0} is lost in the load case {1}"):
@@ -91,13 +91,13 @@ class SuspensionCase:
             There is none, or it is not stable.
         """
         group = self._solved_group
-        if failure := group.failure(self.place):
+        if failure := group.failure(self.index):
             raise failure
         return group
 
     @cached_property
     def _solved_group(self):
-        """The same, also of a case that failed, whose numbers mean nothing."""
+        """The `Group`, also of a case without a stable equilibrium, whose numbers then mean nothing."""
         group = Group([self.with_all_cables]) if self._group is None else self._group
         if isinstance(group, Exception):
             raise group
@@ -106,12 +106,12 @@ class SuspensionCase:
     @cached_property
     def equilibrium(self):
         """`Equilibrium` of this case; raises as `group`."""
-        return self.group.take(self.place)
+        return self.group.take(self.index)
 
     @property
     def without_wind(self):
         """`Equilibrium` without the steady wind of the load case; raises as `group`."""
-        return self.group.without_wind.take(self.place)
+        return self.group.without_wind.take(self.index)
 
     @cached_property
     def in_wind(self):
@@ -125,16 +125,16 @@ class SuspensionCase:
         if self.scene.control is not None:
             for name in self.with_all_cables.winches:
                 self.refuse_lost(name, "the loop needs the winch of {0}, which is lost in the load case {1}")
-        (found, drag), known = self.group.in_mean_wind, self.group.known[self.place]
-        about, modes = (self._exact_model, known), self.group.modes_in_wind[self.place]
+        (equilibrium, drag), linear_models = self.group.in_mean_wind, self.group.linear_models[self.index]
+        models, modes = (self._exact_model, linear_models), self.group.modes_in_wind[self.index]
         if drag is None:
-            return DynamicAnalysis(self.scene, self.without_wind, self.equilibrium, None, *about, modes=modes)
-        if not found.record.converged[self.place]:
-            raise ConvergenceError(f"no equilibrium in the mean wind: {explain(found.take(self.place))}")
-        if reason := found.stability.reason(self.place):
+            return DynamicAnalysis(self.scene, self.without_wind, self.equilibrium, None, *models, modes=modes)
+        if not equilibrium.record.converged[self.index]:
+            raise ConvergenceError(f"no equilibrium in the mean wind: {explain(equilibrium.take(self.index))}")
+        if reason := equilibrium.stability.reason(self.index):
             raise NoSolutionError(f"in the mean wind: {reason}")
-        in_mean_wind, airflow = found.take(self.place), Airflow(self.scene, drag.take(self.place))
-        return DynamicAnalysis(self.scene, self.without_wind, in_mean_wind, airflow, *about, modes=modes)
+        in_mean_wind, airflow = equilibrium.take(self.index), Airflow(self.scene, drag.take(self.index))
+        return DynamicAnalysis(self.scene, self.without_wind, in_mean_wind, airflow, *models, modes=modes)
 
     @property
     def moves(self):
@@ -148,77 +148,77 @@ class SuspensionCase:
 
     @property
     def largest_modes(self):
-        """Of the modes that were computed those of the largest number: a list of at most one `CoupledModes`."""
+        """The computed `CoupledModes` with most modes: a list of at most one."""
         return [self._modes[max(self._modes)]] if self._modes else []
 
     @property
     def over_strength(self):
-        """Largest stress over strength of the cables where it is above 1, by their names: dict. [-]"""
-        found = zip(self.group.cable_places, self.group.cables.utilisation[self.place].tolist(), strict=True)
-        return {name: utilisation for name, utilisation in found if utilisation > 1}
+        """Name of each cable whose largest tension is above its breaking force -> their ratio: dict. [-]"""
+        utilisations = zip(self.group.cable_indices, self.group.cables.utilisation[self.index].tolist(), strict=True)
+        return {name: utilisation for name, utilisation in utilisations if utilisation > 1}
 
     def cable(self, name):
-        """Place of a cable among all."""
-        return self.group.cable_places[name]
+        """Index of a cable among those of the case."""
+        return self.group.cable_indices[name]
 
     def body(self, name):
-        """Place of a body or free point among all."""
-        return self.group.body_places[name]
+        """Index of a body or free point among all."""
+        return self.group.body_indices[name]
 
     def stated_of_cable(self, column, name):
-        """A column that needs no statics for one cable, also where there is no equilibrium.
+        """Number of one cable in a column that needs no statics, also where there is no equilibrium.
 
-        The distance of its ends needs one unless both are held.
+        The distance of its ends needs an equilibrium unless both are held.
         """
-        place = list(self.scene.cables).index(name)
+        cable = list(self.scene.cables).index(name)
         if column.name != "chord":
-            return column.compute(CableValues([self.scene]))[0, place]
+            return column.compute(CableValues([self.scene]))[0, cable]
         suspension = self._solved_group.equilibrium.suspension
-        held = not any(end != GROUND and suspension.free[end].any() for end in suspension.owner[place])
-        return (self._solved_group if held else self.group).cables.chord[self.place, place]
+        held = not any(end != GROUND and suspension.free[end].any() for end in suspension.owner[cable])
+        return (self._solved_group if held else self.group).cables.chord[self.index, cable]
 
     @cached_property
     def _cable_modes(self):
-        """`CableModes`: those of single cables, their ends fixed; raises as `group`."""
-        return CableModes(self.scene, self.equilibrium.catenary, self.group.steady_drag(self.place))
+        """Modes of single cables with fixed ends: `CableModes`; raises as `group`."""
+        return CableModes(self.scene, self.equilibrium.catenary, self.group.steady_drag(self.index))
 
     def hanging(self, name):
         """`HangingCable` of a name, with the loads that it carries; raises as `group`.
 
-        Cables of a batch have as many places for loads as the one with the most: those without a load are left out.
+        The arrays of a batch have entries for as many loads as the cable with most: those without a load are left out.
         """
-        place = self.cable(name)
-        found, length = self.equilibrium.catenary.take(place), self.group.cables.reference_length[self.place, place]
-        carrying = np.zeros(len(found.span.load_positions), dtype=bool)
-        shares = found.span.load_positions / found.span.unstretched_length
-        for at, fraction, _, _ in merged_loads(self.scene.loads_on(name)):
-            carrying[np.argmin(np.abs(shares - (fraction if np.isnan(at) else at / length)))] = True
-        return HangingCable(replace(found, span=found.span.with_some_loads(carrying)))
+        cable = self.cable(name)
+        catenary, length = self.equilibrium.catenary.take(cable), self.group.cables.reference_length[self.index, cable]
+        loaded = np.zeros(len(catenary.span.load_positions), dtype=bool)
+        fractions = catenary.span.load_positions / catenary.span.unstretched_length
+        for position, fraction, _, _ in merged_loads(self.scene.loads_on(name)):
+            loaded[np.argmin(np.abs(fractions - (fraction if np.isnan(position) else position / length)))] = True
+        return HangingCable(replace(catenary, span=catenary.span.with_some_loads(loaded)))
 
     def of_cables(self, column):
-        """A column of single cables for all cables of this case, shape (c,); `column` is a `Column`."""
-        return self.group.cables.column(column.name, column.compute)[self.place]
+        """Numbers of all cables in a `Column` of single cables, shape (c,)."""
+        return self.group.cables.column(column.name, column.compute)[self.index]
 
-    def at(self, name):
-        """Place of a body or free point [m], shape (3,), and its rotation, shape (3, 3)."""
-        found, body = self.group.equilibrium, self.body(name)
-        return found.position[self.place, body], found.rotation[self.place, body]
+    def pose_of(self, name):
+        """Position of a body or free point, shape (3,) [m], and its rotation matrix, shape (3, 3)."""
+        equilibrium, body = self.group.equilibrium, self.body(name)
+        return equilibrium.position[self.index, body], equilibrium.rotation[self.index, body]
 
     def end_tension(self, name, end):
         """Tension at end 0 or 1 of a cable. [N]"""
-        return np.linalg.norm(self.group.equilibrium.end_forces[self.place, self.cable(name), end])
+        return np.linalg.norm(self.group.equilibrium.end_forces[self.index, self.cable(name), end])
 
     def link(self, name):
-        """Force along a link, positive in tension, rounding as zero [N], its relative error, and its length [m]."""
-        found, place = self.group.equilibrium, list(self.scene.links).index(name)
-        parts = found.links.force, found.uncertainty.force, found.links.distance
-        force, unknown, length = (float(part[self.place, place]) for part in parts)
-        zero, error = abs(force) <= unknown, self.statics_error(None)
-        return 0.0 if zero else force, error if zero else max(error, unknown / abs(force)), length
+        """Force along a link, positive in tension, 0 where it is rounding [N], its relative error, its length [m]."""
+        equilibrium, link = self.group.equilibrium, list(self.scene.links).index(name)
+        arrays = equilibrium.links.force, equilibrium.uncertainty.force, equilibrium.links.distance
+        force, uncertainty, length = (float(array[self.index, link]) for array in arrays)
+        zero, error = abs(force) <= uncertainty, self.statics_error(None)
+        return 0.0 if zero else force, error if zero else max(error, uncertainty / abs(force)), length
 
     def body_stiffness(self, name):
-        """6x6 of a body, shape (6, 6), rounding shown as zero; see `Equilibrium.body_stiffness`."""
-        matrix = self.group.equilibrium.body_stiffness[self.place, self.body(name)]
+        """Stiffness of a body, shape (6, 6), zero where it is rounding; see `Equilibrium.body_stiffness`."""
+        matrix = self.group.equilibrium.body_stiffness[self.index, self.body(name)]
         size = np.sqrt(np.abs(np.diagonal(matrix)))
         return np.where(np.abs(matrix) > STUDY.stiffness_rounding * np.outer(size, size), matrix, 0.0)
 
@@ -242,13 +242,13 @@ class SuspensionCase:
         body, equilibrium = self.body(name), self.equilibrium
         suspension, mass = equilibrium.suspension, Layout(equilibrium).mass[body]
         cable, end = np.nonzero(suspension.owner[suspension.of_cables] == body)
-        unit = np.broadcast_to(np.eye(3), (len(cable), 3, 3))
+        identity = np.broadcast_to(np.eye(3), (len(cable), 3, 3))
         # B of `system.rigid`: movement of each cable end by that of the body
-        ends = np.concatenate([unit, -cross_matrix(equilibrium.arms[cable, end])], axis=-1)
+        ends = np.concatenate([identity, -cross_matrix(equilibrium.arms[cable, end])], axis=-1)
         span = equilibrium.catenary.span
         load_mass = 0.0 if span.load_masses is None else span.load_masses.sum(axis=-1)
-        third = (span.mass * equilibrium.lengths + load_mass)[cable, None, None] / 3
-        mass = mass + (np.swapaxes(ends, -1, -2) @ ends * third).sum(axis=0)
+        third_of_mass = (span.mass * equilibrium.lengths + load_mass)[cable, None, None] / 3
+        mass = mass + (np.swapaxes(ends, -1, -2) @ ends * third_of_mass).sum(axis=0)
         free = np.ix_(suspension.free[body], suspension.free[body])
         stiffness = self.body_stiffness(name)[free]
         squared = eigvalsh((stiffness + stiffness.T) / 2, mass[free])
@@ -268,19 +268,19 @@ class SuspensionCase:
 
     def mode_errors(self, modes):
         """Estimated relative errors of the frequencies of `CoupledModes`, with that by the drag, shape (k,). [-]"""
-        return modes.error + self.group.drag_error(self.place)
+        return modes.error + self.group.drag_error(self.index)
 
     def statics_error(self, column):
         """Estimated relative error of a column that needs no motion; zero of one that the scene states. [-]"""
         if column is not None and column.needs == "scene":
             return 0.0
-        found = max(STUDY.rounding, self.group.rounding_error(self.place), self.group.drag_error(self.place))
+        largest = max(STUDY.rounding, self.group.rounding_error(self.index), self.group.drag_error(self.index))
         if column is None or column.determined_by != "sag":
-            return found
-        return max(found, self.group.sag_error(self.place, self.cable(column.name.rpartition(".")[0])))
+            return largest
+        return max(largest, self.group.sag_error(self.index, self.cable(column.name.rpartition(".")[0])))
 
     def coordinate(self, name, axis):
-        """A coordinate of a body or free point, and its estimated relative error; no more than rounding is zero.
+        """A coordinate of a body or free point, 0 where it is rounding, and its estimated relative error.
 
         Parameters
         ----------
@@ -288,32 +288,47 @@ class SuspensionCase:
         axis : int
             0 to 2: x, y, z [m]; 3 to 5: roll, pitch, yaw [rad].
         """
-        return self.group.coordinates(self.body(name), axis)[self.place]
+        return self.group.coordinates(self.body(name), axis)[self.index]
 
     def mean_displacement(self, name, axis):
         """Displacement of a body or marker by the mean wind along x, y or z (0, 1, 2) [m], and its relative error."""
-        moved, error = self.in_wind.mean_displacement(name)[axis], self.statics_error(None)
+        displacement, error = self.in_wind.mean_displacement(name)[axis], self.statics_error(None)
         owner, _, marker = name.partition(".")
-        unknown = self.group.drag_movement(self.place, in_wind=True)[self.body(owner)]
+        uncertainty = self.group.drag_movement(self.index, in_wind=True)[self.body(owner)]
         if marker:
-            arm = self.at(owner)[1] @ self.scene.bodies[owner].markers[marker]
-            unknown = unknown[:3] + np.abs(cross_matrix(arm)) @ unknown[3:]
-        unknown = unknown[axis]
-        return moved, max(error, unknown / abs(moved)) if moved else error
+            arm = self.pose_of(owner)[1] @ self.scene.bodies[owner].markers[marker]
+            uncertainty = uncertainty[:3] + np.abs(cross_matrix(arm)) @ uncertainty[3:]
+        uncertainty = uncertainty[axis]
+        return displacement, max(error, uncertainty / abs(displacement)) if displacement else error
 
     def force_displacement(self, name, axis):
-        """Displacement of a body or free point along x, y or z (0, 1, 2) by the forces of the load case [m].
+        """Displacement of a body or free point along x, y or z by the forces of the load case.
 
-        And its estimated relative error. Raises as `group`, and where there are no forces.
+        Parameters
+        ----------
+        name : str
+        axis : int
+            0, 1, 2.
+
+        Returns
+        -------
+        displacement, error : float
+            [m], and its estimated relative error. [-]
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            As `group`; or the load case has no forces.
         """
         if not self.scene.load_case.forces:
             raise NoSolutionError(
                 f"{name}.force_displacement needs the key cases.*.forces, which this case does not have"
             )
-        moved, unknown = (part[self.body(name), axis] for part in self.group.force_displacement(self.place))
-        if abs(moved) <= unknown:
+        of_all = self.group.force_displacement(self.index)
+        displacement, uncertainty = (array[self.body(name), axis] for array in of_all)
+        if abs(displacement) <= uncertainty:
             return 0.0, self.statics_error(None)
-        return moved, max(self.statics_error(None), unknown / abs(moved))
+        return displacement, max(self.statics_error(None), uncertainty / abs(displacement))
 
     @property
     def size(self):
@@ -328,21 +343,21 @@ class SuspensionCase:
 
     @property
     def _exact_model(self):
-        """The same with the steady wind that its elements follow; raises as `group`."""
-        return self.model and replace(self.model, drag=self.group.steady_drag(self.place))
+        """`model` with the steady wind on the cables, whose drag its elements follow; raises as `group`."""
+        return self.model and replace(self.model, drag=self.group.steady_drag(self.index))
 
     def modes(self, count):
-        """The lowest coupled modes, at least so many where there are: `CoupledModes`.
+        """The lowest coupled modes, at least `count` of them where there are so many: `CoupledModes`.
 
         Raises
         ------
         NoSolutionError, ConvergenceError
         """
-        known = [modes for asked, modes in self._modes.items() if asked >= count]
-        if known:
-            return known[0]
+        computed = [modes for computed_count, modes in self._modes.items() if computed_count >= count]
+        if computed:
+            return computed[0]
         if self.model is None:
-            self._modes[count] = self.group.modes(self.place, count)
+            self._modes[count] = self.group.modes(self.index, count)
         else:
             damping = [cable.damping for cable in self.scene.cables.values()]
             self._modes[count] = coupled_modes(self.equilibrium, count, damping=damping, model=self._exact_model)
@@ -368,7 +383,7 @@ class SuspensionCase:
         Returns
         -------
         modes : CoupledModes
-        place : int
+        index : int
             Of the mode among them, from 0.
 
         Raises
@@ -414,7 +429,7 @@ class SuspensionCase:
     def damping_ratio_along(self, name, axis):
         """Damping ratio of `mode_along`, the winches at rest, and its estimated relative error. [-]
 
-        With the aerodynamic damping of what the wind of the scene acts on, about the equilibrium of the modes.
+        With the aerodynamic damping of all parts in the wind of the scene, about the equilibrium of the modes.
 
         Raises
         ------
@@ -431,12 +446,12 @@ class SuspensionCase:
         return to_accuracy(lambda mode: mode.share, self._modes_along(name, axis), self.scene.model.accuracy)
 
     def _modes_along(self, name, axis):
-        """Yield `mode_along`, then of modes of higher accuracies; only the first of an exact choice of elements."""
+        """Yield `mode_along`, then likewise by modes of higher accuracies; only the first of fixed elements."""
         yield self.mode_along(name, axis)
         damping = [cable.damping for cable in self.scene.cables.values()]
         for sharper in STUDY.sharper[1:] if self.model is None else ():
-            about = {"accuracy": sharper * self.scene.model.accuracy, "damping": damping}
-            modes_of = partial(coupled_modes, self.equilibrium, **about)
+            options = {"accuracy": sharper * self.scene.model.accuracy, "damping": damping}
+            modes_of = partial(coupled_modes, self.equilibrium, **options)
             yield BodyMode.search(modes_of, name, self.body(name), axis)
 
     @cached_property
@@ -461,10 +476,10 @@ class SuspensionCase:
         NoSolutionError, ConvergenceError
         """
         frequency, error = self._cable_modes.frequency(name, column)
-        return frequency, error + self.group.drag_error(self.place)
+        return frequency, error + self.group.drag_error(self.index)
 
     def modes_of_cable(self, name, count, upto=None):
-        """`Case` of one cable between its ends where they are, both held, and its modes.
+        """`Case` of one cable with both ends held where they are in the equilibrium, and its modes.
 
         Parameters
         ----------
@@ -491,44 +506,44 @@ def cases_of(scenes):
     list of SuspensionCase
     """
     groups = {}
-    for place, (scene, connected) in enumerate(zip(scenes, each_with(_connections, scenes), strict=True)):
+    for index, (scene, connections) in enumerate(zip(scenes, each_with(_connections, scenes), strict=True)):
         method = scene.tensions and scene.tensions.method
         kinds = scene.case is None, scene.wind and scene.wind.mean, *kind_of_case(scene)
-        groups.setdefault((connected, scene.solve_for, method, *kinds), []).append(place)
+        groups.setdefault((connections, scene.solve_for, method, *kinds), []).append(index)
     cases = [None] * len(scenes)
-    for places in groups.values():
-        different = _different_at_rest(scenes, places)
-        solved = _solved([scenes[equal[0]] for equal in different])
-        for number, (equal, group) in enumerate(zip(different, solved, strict=True)):
-            alone = isinstance(group, Group) and len(group.problems) == 1
-            for place in equal:
-                cases[place] = SuspensionCase(scenes[place], group, 0 if alone else number)
+    for indices in groups.values():
+        groups_at_rest = _different_at_rest(scenes, indices)
+        solved_groups = _solved_groups([scenes[members[0]] for members in groups_at_rest])
+        for group_index, (members, group) in enumerate(zip(groups_at_rest, solved_groups, strict=True)):
+            single = isinstance(group, Group) and len(group.problems) == 1
+            for index in members:
+                cases[index] = SuspensionCase(scenes[index], group, 0 if single else group_index)
     return cases
 
 
-def _different_at_rest(scenes, places):
-    """Places of some scenes, those together that differ in keys IN_MOTION alone: list of lists.
+def _different_at_rest(scenes, indices):
+    """Indices of scenes, grouped by equal equilibria, since they differ in keys IN_MOTION alone: list of lists.
 
-    Scenes that share the very values of these keys vary others: none of them is like another one.
+    Scenes that share the very values of these keys must vary other keys: each of them is a group.
     """
-    first, found = scenes[places[0]], {}
-    if all(getattr(scenes[place], key) is getattr(first, key) for place in places for key in IN_MOTION):
-        return [[place] for place in places]
-    for place in places:
-        found.setdefault(scenes[place].model_dump_json(exclude=IN_MOTION), []).append(place)
-    return list(found.values())
+    first_scene, by_contents = scenes[indices[0]], {}
+    if all(getattr(scenes[index], key) is getattr(first_scene, key) for index in indices for key in IN_MOTION):
+        return [[index] for index in indices]
+    for index in indices:
+        by_contents.setdefault(scenes[index].model_dump_json(exclude=IN_MOTION), []).append(index)
+    return list(by_contents.values())
 
 
 def _connections(scene):
-    """What cases of one `Group` must share of their connections, and at how many places their cables carry loads."""
-    alone = [places_of(cable.loads) for cable in scene.cables.values()]
-    return (*topology_of(scene).values(), *alone, *[places_of(loads) for loads in loads_of(scene, False)])
+    """Connections, and counts of loaded positions on cables, which all cases of one `Group` must share: tuple."""
+    load_counts = [places_of(cable.loads) for cable in scene.cables.values()]
+    return (*topology_of(scene).values(), *load_counts, *[places_of(loads) for loads in loads_of(scene, False)])
 
 
 def prepare(cases):
     """Compute the coupled modes that loop and wind need first, of many cases together.
 
-    What one cannot have it says when asked.
+    A case without them raises its error when it is asked for them.
 
     Parameters
     ----------
@@ -537,15 +552,15 @@ def prepare(cases):
     groups = {}
     for case in cases:
         if not isinstance(wind := outcome_of(partial(getattr, case, "in_wind")), Exception):
-            groups.setdefault(id(case.group), (case.group, []))[1].append((case.place, wind))
+            groups.setdefault(id(case.group), (case.group, []))[1].append((case.index, wind))
     for group, members in groups.values():
-        places, winds = (list(part) for part in zip(*members, strict=True))
-        solve_modes(winds, group.in_mean_wind[0].take(np.array(places)))
+        indices, winds = (list(values) for values in zip(*members, strict=True))
+        solve_modes(winds, group.in_mean_wind[0].take(np.array(indices)))
 
 
-def _solved(scenes):
-    """For each of some scenes of equal topology its Group, or the error that says why there is none."""
+def _solved_groups(scenes):
+    """`Group` of each of some scenes of equal topology, or its error: those that fail together are solved alone."""
     try:
         return [Group(scenes)] * len(scenes)
     except (NoSolutionError, ConvergenceError) as error:
-        return [error] if len(scenes) == 1 else [one for scene in scenes for one in _solved([scene])]
+        return [error] if len(scenes) == 1 else [result for scene in scenes for result in _solved_groups([scene])]

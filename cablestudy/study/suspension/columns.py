@@ -1,4 +1,4 @@
-"""Columns of suspensions: numbers of a body, a free point or a cable by its name, and of the whole.
+"""Columns of suspensions: numbers of a body, a free point or a cable by its name, and of the whole suspension.
 
 `gondola.x`, `n1.max_tension`: a name, a dot and a quantity. Functions take a `SuspensionCase` and return a number, or a
 number and its estimated relative error.
@@ -29,7 +29,7 @@ from cablestudy.study.suspension.wind_columns import (
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.suspension import AXES
 
-# columns of a single cable -> what cables of a suspension have instead
+# columns of a single cable -> those that cables of a suspension have instead
 INSTEAD = {"tension_1": "tension_from", "tension_2": "tension_to"}
 # columns of a single cable that a cable of a suspension has too; the others are of its ends along x, or of loads on it
 OF_CABLES = tuple(
@@ -39,7 +39,7 @@ OF_CABLES = tuple(
     and (not column.key or column.key.startswith("cable.section_"))
     and column.name not in ("iterations", *INSTEAD)
 )
-# those that need more than its form, of which no table of the command static is made
+# further columns of a cable, which are in no table of the command static; with a meaning where it differs
 MORE = {
     column.name: replace(column, meaning=meaning or column.meaning)
     for name, meaning in {
@@ -65,9 +65,8 @@ CABLE_MASS = next(column for column in OF_CABLES if column.name == "mass")
 ANGLES = ("roll", "pitch", "yaw")
 UNITS = {(False, False): "N/m", (False, True): "N/rad", (True, False): "N", (True, True): "N m/rad"}
 FORCES = "load_case.forces"
-OF_BODIES = (  # that stand for many
-    "stiffness_", "frequency_", "share_", "damping_ratio_", "linear_range_", "force_displacement_",
-)  # fmt: skip
+# beginnings of the names of columns that bodies have for many axes or numbers
+OF_BODIES = "stiffness_", "frequency_", "share_", "damping_ratio_", "linear_range_", "force_displacement_"
 MODE = re.compile(r"((?:[^.]+\.)?)frequency_(\d{1,6})(?:_Hz)?")
 OF_CABLE_MODES = re.compile("|".join(family.name.replace("_K", r"_\w+") for family in FAMILIES))
 
@@ -79,8 +78,8 @@ def _of_cable(column, name):
     """A column of single cables for one cable of a suspension."""
 
     def compute(case):
-        if column.name in MORE and (key := _missing_key(case.scene, name, own)):
-            raise NoSolutionError(f"{own.name} needs the key {key}, which this case does not have")
+        if column.name in MORE and (key := _missing_key(case.scene, name, named)):
+            raise NoSolutionError(f"{named.name} needs the key {key}, which this case does not have")
         if column.determined_by:
             _refuse_shapeless(case, name)
         if column.each:
@@ -89,8 +88,8 @@ def _of_cable(column, name):
         return case.stated_of_cable(column, name) if stated else case.of_cables(column)[case.cable(name)]
 
     key = column.key.replace("cable.", f"cables.{name}.")
-    own = replace(column, name=f"{name}.{column.name}", compute=compute, key=key)
-    return own
+    named = replace(column, name=f"{name}.{column.name}", compute=compute, key=key)
+    return named
 
 
 def _refuse_shapeless(case, name):
@@ -104,27 +103,25 @@ def _refuse_shapeless(case, name):
 
 def _cable_mode(column, name):
     """A mode of single cables for one cable of a suspension, its ends fixed."""
-
-    def compute(case):
-        return case.cable_frequency(name, column)
-
-    return replace(column, name=f"{name}.{column.name}", meaning=f"{column.meaning}, ends fixed", compute=compute)
+    return replace(column, name=f"{name}.{column.name}", meaning=f"{column.meaning}, ends fixed",
+                   compute=lambda case: case.cable_frequency(name, column))  # fmt: skip
 
 
 def _end_tension(name, end, word):
-    def compute(case):
-        return case.end_tension(name, end)
-
-    return Column(f"{name}.tension_{word}", "N", f"tension at the end `{word}`", "statics", compute)
+    """Column of the tension at an end (0 or 1) of a cable, `from` or `to`."""
+    return Column(f"{name}.tension_{word}", "N", f"tension at the end `{word}`", "statics",
+                  lambda case: case.end_tension(name, end))  # fmt: skip
 
 
 def _clearance(name):
+    """Column of the clearance of a cable above the ground."""
+
     def compute(case):
         if case.scene.ground is None:
             raise NoSolutionError(f"{name}.clearance needs the key ground, which this case does not have")
         _refuse_shapeless(case, name)
-        found, place = case.equilibrium, case.cable(name)
-        return clearance(found.catenary.take(place), found.ends[place, 0], case.scene.ground)
+        equilibrium, cable = case.equilibrium, case.cable(name)
+        return clearance(equilibrium.catenary.take(cable), equilibrium.ends[cable, 0], case.scene.ground)
 
     meaning = "least vertical distance from the cable down to the ground"
     return Column(f"{name}.clearance", "m", meaning, "statics", compute, "ground")
@@ -145,13 +142,14 @@ def all_cable_columns(name):
 
 
 def _coordinate(name, axis):
-    def compute(case):
-        return case.coordinate(name, axis)
-
-    return Column(f"{name}.{'xyz'[axis]}", "m", f"place of its reference point along {'xyz'[axis]}", "statics", compute)
+    """Column of a coordinate of a body or free point."""
+    return Column(f"{name}.{'xyz'[axis]}", "m", f"place of its reference point along {'xyz'[axis]}", "statics",
+                  lambda case: case.coordinate(name, axis))  # fmt: skip
 
 
 def _angle(name, axis):
+    """Column of roll, pitch or yaw of a body."""
+
     def compute(case):
         value, error = case.coordinate(name, 3 + axis)
         return np.degrees(value), error
@@ -161,6 +159,8 @@ def _angle(name, axis):
 
 
 def _mass(name):
+    """Column of the mass of a body, free point, or cable."""
+
     def compute(case):
         scene = case.scene
         if name in scene.cables:  # whose column has the same name
@@ -171,36 +171,37 @@ def _mass(name):
 
 
 def _stiffness(name, row, column):
-    place = AXES.index(row), AXES.index(column)
-
-    def compute(case):
-        return case.body_stiffness(name)[place]
-
-    unit = UNITS[len(row) == 2, len(column) == 2]
+    """Column of an entry of the stiffness matrix of a body; row and column are names of AXES."""
+    indices, unit = (AXES.index(row), AXES.index(column)), UNITS[len(row) == 2, len(column) == 2]
     meaning = f"force or moment {row} per movement {column} of its reference point, all loads counted"
-    return Column(f"{name}.stiffness_{row}{column}", unit, meaning, "stiffness", compute)
+    return Column(f"{name}.stiffness_{row}{column}", unit, meaning, "stiffness",
+                  lambda case: case.body_stiffness(name)[indices])  # fmt: skip
 
 
 def _body_frequency(name, number):
+    """Column of the frequency of a mode with most of its kinetic energy in a body."""
+
     def compute(case):
-        modes, place = case.mode_of(name, number)
-        return modes.frequency[place], case.mode_errors(modes)[place]
+        modes, index = case.mode_of(name, number)
+        return modes.frequency[index], case.mode_errors(modes)[index]
 
     meaning = "frequency of the K-th mode with more than half of its kinetic energy in it"
     return Column(f"{name}.frequency_{number}", "Hz", meaning, "modes", compute)
 
 
 def _force_displacement(name, axis):
+    """Column of the displacement of a body or free point by the forces of the load case."""
+
     def compute(case):
-        moved, error = case.force_displacement(name, axis)
-        return 1e3 * moved, error
+        displacement, error = case.force_displacement(name, axis)
+        return 1e3 * displacement, error
 
     meaning = f"displacement along {AXES[axis]} by the forces of the load case, its other loads there before and after"
     return Column(f"{name}.force_displacement_{AXES[axis]}", "mm", meaning, "statics", compute, FORCES)
 
 
 def force_displacements(name):
-    """The columns of how far the forces of a load case move a body or free point: list of Column."""
+    """The columns of the displacements of a body or free point by the forces of a load case: list of Column."""
     return [_force_displacement(name, axis) for axis in range(3)]
 
 
@@ -210,24 +211,27 @@ def mode_columns(name):
 
 
 def _mode_along(name, axis):
-    """Yield the columns of the mode that has most of the static compliance of a motion."""
-    place = AXES.index(axis)
+    """Yield the columns of the mode with most of the static compliance of a body or point along an axis."""
+    axis_index = AXES.index(axis)
 
-    def with_drag(case, found):
-        number, error = found
-        return number, error + case.group.drag_error(case.place)
+    def with_drag(case, number_and_error):
+        """A number and its error, with the error by the drag."""
+        number, error = number_and_error
+        return number, error + case.group.drag_error(case.index)
 
-    along = f"of its static compliance {f'about {axis[1]}' if place > 2 else f'along {axis}'}"
-    yield Column(f"{name}.frequency_{axis}", "Hz", f"coupled mode with the largest share {along}", "modes",
-                 lambda case: with_drag(case, case.mode_along(name, place).frequency))  # fmt: skip
-    yield Column(f"{name}.share_{axis}", "", f"share {along} in that mode, phi^2/w^2 over 1/k", "modes",
-                 lambda case: with_drag(case, case.share_along(name, place)))  # fmt: skip
+    of_compliance = f"of its static compliance {f'about {axis[1]}' if axis_index > 2 else f'along {axis}'}"
+    yield Column(f"{name}.frequency_{axis}", "Hz", f"coupled mode with the largest share {of_compliance}", "modes",
+                 lambda case: with_drag(case, case.mode_along(name, axis_index).frequency))  # fmt: skip
+    yield Column(f"{name}.share_{axis}", "", f"share {of_compliance} in that mode, phi^2/w^2 over 1/k", "modes",
+                 lambda case: with_drag(case, case.share_along(name, axis_index)))  # fmt: skip
     yield Column(f"{name}.damping_ratio_{axis}", "", "damping ratio of that mode, winches at rest, with the air where "
                  "the scene has wind", "modes",
-                 lambda case: with_drag(case, case.damping_ratio_along(name, place)))  # fmt: skip
+                 lambda case: with_drag(case, case.damping_ratio_along(name, axis_index)))  # fmt: skip
 
 
 def _static_frequency(name, number):
+    """Column of a frequency of a body on its static stiffness."""
+
     def compute(case):
         frequencies = case.static_frequencies(name)
         if number > len(frequencies):
@@ -239,9 +243,11 @@ def _static_frequency(name, number):
 
 
 def _linear_range(name, axis):
+    """Column of the linear range of a body or free point along x, y or z."""
+
     def compute(case):
-        found = case.linear_range(name, axis)
-        return (None if found is None else 1e3 * found), case.statics_error(None)
+        displacement = case.linear_range(name, axis)
+        return (None if displacement is None else 1e3 * displacement), case.statics_error(None)
 
     meaning = (
         f"displacement along {'xyz'[axis]}, of either sign, at which the restoring force of its cables differs by 5 % "
@@ -251,14 +257,14 @@ def _linear_range(name, axis):
 
 
 def linear_ranges(name):
-    """The columns of how far a body or free point moves linearly, along x, y and z: list of Column."""
+    """The columns of the linear ranges of a body or free point along x, y and z: list of Column."""
     return [_linear_range(name, axis) for axis in range(3)]
 
 
 def point_columns(name):
     """The columns of a free point: list of Column."""
-    own = [*(_coordinate(name, axis) for axis in range(3)), _mass(name), *linear_ranges(name)]
-    return [*own, *force_displacements(name), *(column for axis in AXES[:3] for column in _mode_along(name, axis))]
+    statics = [*(_coordinate(name, axis) for axis in range(3)), _mass(name), *linear_ranges(name)]
+    return [*statics, *force_displacements(name), *(column for axis in AXES[:3] for column in _mode_along(name, axis))]
 
 
 def body_columns(name):
@@ -276,24 +282,26 @@ def link_columns(name):
     ]  # fmt: skip
 
 
-# --------------------------------------------------------------------------------------------------- of the whole
+# ------------------------------------------------------------------------------------------ of the whole suspension
 
 
 def _frequency(number):
-    def compute(case):
-        return case.frequency(number)
-
-    return Column(f"frequency_{number}", "Hz", "K-th frequency of all", "modes", compute, mode=(number,))
+    """Column of a frequency of the whole suspension."""
+    return Column(f"frequency_{number}", "Hz", "K-th frequency of all", "modes", lambda case: case.frequency(number),
+                  mode=(number,))  # fmt: skip
 
 
 def _over_all(name, unit, meaning, values, extreme, key=""):
-    """Column of the least, largest or sum of a number of all cables, those that lack it left out; None without any."""
+    """Column of the least, largest or sum, by a function `extreme`, of numbers of all cables that have them.
+
+    `values` is a function of `CableResults` for these numbers, shape (n, c), not a number where a cable has none.
+    """
     each = Column(name, unit, meaning, "statics", values)
 
     def compute(case):
-        found = case.of_cables(each)
-        found = found[~np.isnan(found)]
-        return extreme(found) if len(found) else np.nan if case.scene.cables else None
+        values_of_case = case.of_cables(each)
+        values_of_case = values_of_case[~np.isnan(values_of_case)]
+        return extreme(values_of_case) if len(values_of_case) else np.nan if case.scene.cables else None
 
     return Column(name, unit, meaning, "statics", compute, key)
 
@@ -315,18 +323,18 @@ WHOLE = (
 
 
 def families():
-    """Columns that stand for many, with words in capitals for names and numbers, for lists: list of Column."""
+    """All columns for a list, with BODY, POINT, CABLE, ... for names, and K for numbers: list of Column."""
     numbered = [replace(column, name=column.name[:-1] + "K") for column in (_body_frequency("BODY", 1), _frequency(1))]
     numbered.insert(1, replace(_static_frequency("BODY", 1), name="BODY.frequency_static_K"))
     stiffness = [*(_stiffness("BODY", axis, axis) for axis in AXES), *linear_ranges("BODY")]
     stiffness += [*force_displacements("BODY"), *mode_columns("BODY")]
-    whole = [column for column in WHOLE if column.needs != "run"]
+    of_whole = [column for column in WHOLE if column.needs != "run"]
     of_owners = [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *all_cable_columns("CABLE"), *numbered]
     in_wind = [*place_columns("BODY"), *turn_columns("BODY"), *place_columns("BODY.MARKER")]
     in_wind += [*tension_columns("CABLE"), midspan_column("CABLE")]
-    own_modes = [_cable_mode(family, "CABLE") for family in FAMILIES]
+    modes_of_cable = [_cable_mode(family, "CABLE") for family in FAMILIES]
     of_links = [*link_columns("LINK"), link_force_column("LINK")]
-    return [*of_owners, *own_modes, *in_wind, *actuator_columns("ACTUATOR"), *of_links, *whole]
+    return [*of_owners, *modes_of_cable, *in_wind, *actuator_columns("ACTUATOR"), *of_links, *of_whole]
 
 
 def wind_columns_of(scene, name):
@@ -386,9 +394,9 @@ def find(name):
             *mode_columns(owner),
             *link_columns(owner),
         ]
-        place = name.rpartition(".")[0]  # BODY.MARKER too
-        columns += [*place_columns(place), *turn_columns(place), *tension_columns(place), midspan_column(place)]
-        columns += actuator_columns(place)
+        path = name.rpartition(".")[0]  # BODY.MARKER too
+        columns += [*place_columns(path), *turn_columns(path), *tension_columns(path), midspan_column(path)]
+        columns += actuator_columns(path)
     for column in columns:
         if owner and name in (column.name, column.header):
             return column
@@ -398,7 +406,7 @@ def find(name):
 
 
 def why_not(scene, column):
-    """Why a suspension cannot have a column, or an empty text.
+    """Reason for which a suspension cannot have a column; empty where it can.
 
     Parameters
     ----------
@@ -441,7 +449,7 @@ def of_each_cable(scene, name):
 
 
 def has_key(scene, cable, column):
-    """True if the cable of a name has what one of its columns needs."""
+    """True if the scene has all keys that a column of the cable of a name needs."""
     return not _missing_key(scene, cable, column)
 
 
@@ -449,8 +457,8 @@ def _missing_key(scene, cable, column):
     """The first key that a column of the cable of a name needs and a scene has no value for, or an empty text."""
     for key in column.keys:
         name = key.rpartition(".")[2]
-        there = scene.loads_on(cable) if name == "loads" else attribute(scene, key)
-        if there is None or (isinstance(there, tuple) and not there):
+        entry = scene.loads_on(cable) if name == "loads" else attribute(scene, key)
+        if entry is None or (isinstance(entry, tuple) and not entry):
             return written_key(key.split("|")[0])
     return ""
 
@@ -464,16 +472,16 @@ def _columns_of_owners(scene):
 
 
 def _why_not_of_whole(scene, column):
-    """`why_not` of a column without a name before it."""
+    """Reason as of `why_not`, for a column of the whole suspension, without a name before it."""
     strong = any(cable.section_breaking_force is not None for cable in scene.cables.values())
     if column.name in ("max_utilisation", "max_peak_utilisation") and not strong:
         return f"{column.name} needs the strength or breaking_force of a cable, which the scene does not have"
-    if own := next((other for other in WHOLE if other.name == column.name), None):
-        key = "" if own.name == "max_utilisation" else lacks(scene, own)
+    if of_whole := next((other for other in WHOLE if other.name == column.name), None):
+        key = "" if of_whole.name == "max_utilisation" else lacks(scene, of_whole)
         return f"{column.name} needs the key {key}, which the scene does not have" if key else ""
     if MODE.fullmatch(column.name):
         return ""
-    here = ""
+    hint = ""
     if column.name in INSTEAD or f".{column.name}" in {other.name for other in all_cable_columns("")}:
-        here = f"; here it is CABLE.{INSTEAD.get(column.name, column.name)}"
-    return f"{column.name} is a column of a single cable{here}"
+        hint = f"; here it is CABLE.{INSTEAD.get(column.name, column.name)}"
+    return f"{column.name} is a column of a single cable{hint}"

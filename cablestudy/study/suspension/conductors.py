@@ -1,10 +1,10 @@
-"""Conductors that stretch for good, of suspensions; see `study.conductors`."""
+"""Conductors with permanent elongation, of suspensions; see `study.conductors`."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from cablestudy.study.conductors import Conductors, but_for_their_cases, uneven_errors
+from cablestudy.study.conductors import Conductors, distinct_without_case, uneven_errors
 from cablestudy.study.suspension.load_cases import CablesOfCase, cables_left, loaded_state, numbers_at_rest
 from cablestudy.study.suspension.numbers import kind_of_case
 
@@ -17,14 +17,15 @@ class SuspendedConductors:
     scenes : sequence of SuspensionScene
         n of them, alike.
     at_rest : callable
-        Scenes, and their `SuspendedSystem` -> `Equilibrium` in the reference state, and what is wrong with each.
+        Scenes, and their `SuspendedSystem` -> `Equilibrium` in the reference state, and a message for each scene that
+        has none.
 
     Attributes
     ----------
     reference : Equilibrium
         Of the new conductors in the reference state, shape (n,).
     problems : list of str
-        What is wrong there.
+        Why there is none, empty where there is.
     of_case : CablesOfCase
         Of all cables in their cases.
     labels : ndarray of str, shape (n, c)
@@ -32,74 +33,78 @@ class SuspendedConductors:
     """
 
     def __init__(self, scenes, at_rest):
-        different, rows = but_for_their_cases(scenes)
-        known = _Stretched(different, at_rest)
-        self.reference = known.reference.take(rows)
-        self.problems = [known.problems[row] for row in rows.tolist()]
-        self._names, self._stretching = known.names, known.stretching[rows]
-        self._found = known.conductors.in_their_cases(rows, scenes)
-        self.of_case = known.cables(rows, self._found.stiffness, self._found.longer, self._found.share)
-        self.labels = np.where(self._stretching, self._found.labels, "")
+        different, rows = distinct_without_case(scenes)
+        without_cases = _ConductorsWithoutCase(different, at_rest)
+        self.reference = without_cases.reference.take(rows)
+        self.problems = [without_cases.problems[row] for row in rows.tolist()]
+        self._names, self._stretching = without_cases.names, without_cases.stretching[rows]
+        self._linear = linear = without_cases.conductors.equivalent_cables(rows, scenes)
+        self.of_case = without_cases.cables(rows, linear.stiffness, linear.elongation, linear.length_ratio)
+        self.labels = np.where(self._stretching, linear.labels, "")
 
     def uneven_errors(self, equilibrium):
         """Largest of `conductors.uneven_errors` of the cables of each suspension, shape (n,). [-]"""
-        left = np.array([self._names.index(name) for name in equilibrium.suspension.cable_names])
-        row, cable = np.nonzero(self._stretching[:, left])
-        there, found, error = (row, left[cable]), self._found, np.zeros((len(self._stretching), len(left)))
-        linear = equilibrium.catenary.take((row, cable))
-        error[row, cable] = uneven_errors(found.condition.take(there), found.strain[there], linear)
+        present = np.array([self._names.index(name) for name in equilibrium.suspension.cable_names])  # none of the lost
+        stretching = self._stretching[:, present]
+        row, cable = np.nonzero(stretching)
+        indices, error = (row, present[cable]), np.zeros(stretching.shape)
+        condition, strain = self._linear.condition.take(indices), self._linear.strain[indices]
+        error[row, cable] = uneven_errors(condition, strain, equilibrium.catenary.take((row, cable)))
         return error.max(axis=-1)
 
 
-class _Stretched:
-    """Suspensions but for their cases: new conductors in the reference state, and what becomes of them.
+class _ConductorsWithoutCase:
+    """Conductors of suspensions in no load case: new in the reference state, and as the cases load them.
 
     Parameters are those of `SuspendedConductors`.
     """
 
     def __init__(self, scenes, at_rest):
         self._scenes, self._at_rest, self._numbers = scenes, at_rest, numbers_at_rest(scenes)
-        listed = [[cable.stress_strain is not None for cable in scene.cables.values()] for scene in scenes]
-        self.names, self.stretching = list(scenes[0].cables), np.array(listed)
-        self.conductors = Conductors(scenes, self.stretching.shape, self._stated, self._loaded, alone=False)
+        stretching = [[cable.stress_strain is not None for cable in scene.cables.values()] for scene in scenes]
+        self.names, self.stretching = list(scenes[0].cables), np.array(stretching)
+        solve = self._solve_reference, self._solve_cases
+        self.conductors = Conductors(scenes, self.stretching.shape, *solve, independent=False)
         _, self.reference, self._lengths = self.conductors.reference
 
-    def cables(self, rows, stiffness, longer, share):
-        """`CablesOfCase` of some of the suspensions, in cases in which `LinearCables` have these."""
-        return CablesOfCase(self._lengths[rows], 1.0 + longer, stiffness, self._numbers.cable_mass[rows], share)
+    def cables(self, rows, stiffness, elongation, length_ratio):
+        """`CablesOfCase` of some of the suspensions, from these attributes of `LinearCables` in their cases."""
+        mass = self._numbers.cable_mass[rows]
+        return CablesOfCase(self._lengths[rows], 1.0 + elongation, stiffness, mass, length_ratio)
 
-    def _stated(self, stiffness, longer, _):
+    def _solve_reference(self, stiffness, elongation, _):
         """Mean tensions [N] in the reference state, its `Equilibrium`, and lengths without tension there [m]."""
-        numbers, warm = self._numbers, 1.0 + longer
-        length = np.array([kind == "unstretched_length" for kind in numbers.given])
+        numbers, stretch = self._numbers, 1.0 + elongation
+        states_length = np.array([kind == "unstretched_length" for kind in numbers.given])
         linear = replace(
             numbers,
             axial_stiffness=stiffness,
-            cable_mass=numbers.cable_mass / warm,
-            value=np.where(length, numbers.value * warm, numbers.value),
+            cable_mass=numbers.cable_mass / stretch,
+            value=np.where(states_length, numbers.value * stretch, numbers.value),
         )
-        found, self.problems = self._at_rest(self._scenes, linear)
-        tension = np.where(found.record.converged[:, None], found.catenary.mean_tension, np.nan)
-        return tension, found, found.lengths / warm
+        equilibrium, self.problems = self._at_rest(self._scenes, linear)
+        tension = np.where(equilibrium.record.converged[:, None], equilibrium.catenary.mean_tension, np.nan)
+        return tension, equilibrium, equilibrium.lengths / stretch
 
-    def _loaded(self, rows, scenes, reference, *linear):
-        """Mean tensions of suspensions in some cases. [N]"""
+    def _solve_cases(self, rows, scenes, reference, *linear):
+        """Mean tensions of suspensions in load cases, as `solve_cases` of `Conductors`, shape (k, c). [N]"""
         tension, groups = np.full(linear[0].shape, np.nan), {}
-        for place, scene in enumerate(scenes):
-            groups.setdefault(kind_of_case(scene), []).append(place)
-        for places in groups.values():
-            chosen = rows[places]
-            cables = self.cables(chosen, *(part[places] for part in linear))
-            some = [scenes[place].without_lost() for place in places]
-            left = cables_left(reference[1], some[0])
-            found = loaded_state(reference[1].take(chosen), some, cables=cables).equilibrium
-            own = np.where(found.record.converged[:, None], found.catenary.mean_tension, np.nan)
-            tension[np.ix_(places, left)] = own
+        for index, scene in enumerate(scenes):
+            groups.setdefault(kind_of_case(scene), []).append(index)
+        for indices in groups.values():
+            rows_of_group = rows[indices]
+            cables = self.cables(rows_of_group, *(array[indices] for array in linear))
+            loaded_scenes = [scenes[index].without_lost() for index in indices]
+            cables_present = cables_left(reference[1], loaded_scenes[0])
+            equilibrium = loaded_state(reference[1].take(rows_of_group), loaded_scenes, cables=cables).equilibrium
+            converged = equilibrium.record.converged[:, None]
+            of_group = np.where(converged, equilibrium.catenary.mean_tension, np.nan)
+            tension[np.ix_(indices, cables_present)] = of_group
         return tension
 
 
 def conductors_of(scenes, at_rest):
-    """`SuspendedConductors` of suspensions, parameters as of these; None where no cable stretches for good."""
+    """`SuspendedConductors` of suspensions, parameters as of these; None where no cable has permanent elongation."""
     if all(cable.stress_strain is None for scene in scenes for cable in scene.cables.values()):
         return None
     return SuspendedConductors(scenes, at_rest)

@@ -119,7 +119,7 @@ class DrivenCables:
     @property
     def _highest_resolved(self):
         """Highest frequency that the models of the modes resolve, those beyond the modes of the model too. [rad/s]"""
-        return self._base.every.omega[-1]
+        return self._base.with_all_modes.omega[-1]
 
     @property
     def _gain_in_words(self):
@@ -149,7 +149,7 @@ class DrivenCables:
         plant, cables = self._closed_loop.plant, base.models.cables
         search = Search(plant.equilibrium, len(base.omega), plant.accuracy, cables=cables)
         meshes = cables.meshes(search.orders_of(half_waves.max(axis=0)))
-        models = Models(cables, meshes, most=STUDY.driven_modes_of_cable)
+        models = Models(cables, meshes, most_modes=STUDY.driven_modes_of_cable)
         try:
             models.first  # noqa: B018 all modes are computed
         except ConvergenceError as error:
@@ -205,7 +205,7 @@ class DrivenCables:
         """`LoopGain` with the kept modes of the cables; a function, of the coupled modes, where rounding spoils it."""
         closed_loop, effects = self._closed_loop, self._effects
         layout, plant = closed_loop.layout, closed_loop.plant
-        stiffness, mass = (dense(matrix) for matrix in layout.own)
+        stiffness, mass = (dense(matrix) for matrix in layout.body_matrices)
         damping = np.zeros_like(mass) + plant.air_on_bodies(np.eye(len(mass))) + dense(layout.damping)
         *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, closed_loop.actuators)
         bodies = LinearSystem(*matrices, feedback=feedback)
@@ -214,7 +214,7 @@ class DrivenCables:
             """A matrix by free displacements with columns of zeros for the strokes of actuators."""
             return np.concatenate([matrix, np.zeros((*matrix.shape[:-1], len(bodies) - len(mass)))], axis=-1)
 
-        lifted = dense(layout.moved).T @ load_off_ends(closed_loop.equilibrium, closed_loop.winches)
+        lifted = dense(layout.connection).T @ load_off_ends(closed_loop.equilibrium, closed_loop.winches)
         loop_gain = LoopGain(
             bodies,
             elements=[in_air.element for in_air in plant.in_air(self.models, kept)],
@@ -292,7 +292,7 @@ class DrivenCables:
         elements = self.loop_gain.elements
         mesh_errors = [np.zeros(len(element.omega)) for element in elements]
         for group in self.models.groups:
-            for cable in group.places.tolist():
+            for cable in group.cable_indices.tolist():
                 mesh_errors[cable] = self._mesh_errors(cable, group.take(np.array([cable])).ends)
         perturbed = [[_lowered(element, error) for element, error in zip(elements, mesh_errors, strict=True)]]
         if any(element.strain is None and element.damping_ratio.any() for element in elements):

@@ -60,7 +60,7 @@ class Effects:
         self.closed_loop, self.equilibrium = closed_loop, closed_loop.equilibrium
         self.cables = closed_loop.modes.solution.models.cables
         self.omega = RANGE * closed_loop.modes.solution.omega[0]
-        self.moved = dense(closed_loop.layout.moved).reshape(self.cables.count, 6, -1)
+        self.moved = dense(closed_loop.layout.connection).reshape(self.cables.count, 6, -1)
         self.reeled = reeled(self.equilibrium, closed_loop.winches).reshape(self.cables.count, 6, -1)
 
     @cached_property
@@ -121,7 +121,7 @@ class Effects:
         """P Z^-1, shape (f, k, d), F^T Z^-1, shape (f, i, d), and P Z^-1 F, shape (f, k, i), at the frequencies."""
         layout, moved = self.closed_loop.layout, self.moved
         moved_transposed = np.swapaxes(moved, 1, 2)
-        body_stiffness, mass = (dense(matrix) for matrix in layout.own)
+        body_stiffness, mass = (dense(matrix) for matrix in layout.body_matrices)
         # by cables at rest and by waves that leave their ends: of Z, and of the forces F of winches on the bodies
         of_cables = self.cables.end_stiffness, self._impedance
         stiffness, waves = ((moved_transposed @ part @ moved).sum(axis=0) for part in of_cables)

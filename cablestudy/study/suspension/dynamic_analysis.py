@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.activity import doing
-from cablestudy.cable.steady_drag import joined
+from cablestudy.cable.steady_drag import concatenate
 from cablestudy.control.law import law_from
 from cablestudy.errors import outcome_of, result_of
 from cablestudy.scene.words import counted
@@ -511,7 +511,7 @@ def solve_modes(analyses, equilibrium):
         batch, model = [analyses[index] for index in indices], elements
         damping = [cable.damping for analysis in batch for cable in analysis.scene.cables.values()]
         if elements and elements.drag is not None:
-            model = replace(elements, drag=joined([analysis._model.drag for analysis in batch]))
+            model = replace(elements, drag=concatenate([analysis._model.drag for analysis in batch]))
         arguments = equilibrium.take(np.array(indices)), count, accuracy, damping, planes, True, model
         for analysis, modes in zip(batch, coupled_modes_of_cases(*arguments), strict=True):
             result = modes if isinstance(modes, Exception) else outcome_of(lambda modes=modes: modes.damped)

@@ -1,4 +1,4 @@
-"""Suspensions of equal names and connections: their equilibria, found together, and what their cables carry there."""
+"""Suspensions of equal names and connections: their equilibria, found together, and the statics of their cables."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -66,7 +66,7 @@ class CableResults(CableValues):
 
     @property
     def end_1(self):
-        """Places of the ends `from`, shape (n, c, 3). [m]"""
+        """Positions of the ends `from`, shape (n, c, 3). [m]"""
         return self._equilibrium.ends[:, self._equilibrium.suspension.of_cables, 0]
 
     @property
@@ -81,7 +81,7 @@ class CableResults(CableValues):
 
     @property
     def mass(self):
-        """Of each cable without ice, shape (n, c). [kg]"""
+        """Mass of each cable without ice, shape (n, c). [kg]"""
         return self.given("cable.section_mass") * self.reference_length
 
     @cached_property
@@ -90,7 +90,7 @@ class CableResults(CableValues):
         return utilisation_of(self)
 
     def column(self, name, compute):
-        """A column of single cables for all of these, shape (n, c), computed once.
+        """Numbers of all cables in a column of single cables, shape (n, c), computed once.
 
         Parameters
         ----------
@@ -101,30 +101,30 @@ class CableResults(CableValues):
         """
         if name not in self._values:
             values = np.broadcast_to(compute(self), np.shape(self.span.chord))
-            self._values[name] = np.where(self._upright(name), 0.0, values)
+            self._values[name] = np.where(self._is_rounding(name), 0.0, values)
         return self._values[name]
 
-    def _upright(self, name):
-        """Whether a column of HORIZONTAL is zero but for rounding: the load, and so the cable, is along the chord."""
-        along = (name in HORIZONTAL) & (np.abs(self.span.cosine) < STUDY.rounding)
-        return along & (self.span.vertical[..., 2] == 1) if name != "lambda_squared" else along
+    def _is_rounding(self, name):
+        """True where a column of HORIZONTAL is rounding of zero: the load, and so the cable, is along the chord."""
+        load_along_chord = (name in HORIZONTAL) & (np.abs(self.span.cosine) < STUDY.rounding)
+        return load_along_chord & (self.span.vertical[..., 2] == 1) if name != "lambda_squared" else load_along_chord
 
 
 @dataclass(frozen=True)
 class HangingCable:
-    """One cable of a case where it hangs, with the attributes of `Case` that columns of point loads need."""
+    """One cable of a case in equilibrium, with the attributes of `Case` that columns of point loads need."""
 
     catenary: Catenary
     exact_statics: ClassVar = True
 
     @property
     def form(self):
-        """Form of the cables, as `cable.geometry` takes it."""
+        """The catenary, as functions of `cable.geometry` take it."""
         return self.catenary
 
     @property
     def span(self):
-        """`Span`."""
+        """The cable and its ends: `Span`."""
         return self.catenary.span
 
 
@@ -139,44 +139,44 @@ class Group:
     Raises
     ------
     NoSolutionError, ConvergenceError
-        Something that no case has an answer to.
+        None of the cases has an answer.
     """
 
     def __init__(self, scenes):
         self._modes, self._coordinates = {}, {}
         # linear models of each, and its coupled modes in the mean wind: see `DynamicAnalysis`
-        self.known, self.modes_in_wind = ([{} for _ in scenes] for _ in range(2))
+        self.linear_models, self.modes_in_wind = ([{} for _ in scenes] for _ in range(2))
         self._scenes = scenes
         self._conductors = conductors_of(scenes, at_rest)
         if self._conductors is None:
             self.reference, self.problems = at_rest(scenes, numbers_at_rest(scenes))
         else:
             self.reference, self.problems = self._conductors.reference, self._conductors.problems
-        bare = scenes[0].case is None and not any(loads_of(scenes[0], of_case=True)) and self._conductors is None
+        unloaded = scenes[0].case is None and not any(loads_of(scenes[0], of_case=True)) and self._conductors is None
         lost, self._scenes = scenes[0].load_case.lost, [scene.without_lost() for scene in scenes]
         self._lost = f"without {', '.join(lost)}: " if lost else ""
         try:
-            self._loaded = None if bare else loaded_state(self.reference, self._scenes, cables=self._of_case)
+            self._loaded = None if unloaded else loaded_state(self.reference, self._scenes, cables=self._of_case)
         except NoSolutionError as error:
             raise NoSolutionError(f"{self._lost}{error}") from None
         unstretched = self.reference.lengths if self._of_case is None else self._of_case.lengths
-        left = cables_left(self.reference, self._scenes[0])
-        self.cables = CableResults(self._scenes, self.equilibrium, unstretched[:, left])
-        self.cable_places = {name: place for place, name in enumerate(self._scenes[0].cables)}
-        self.body_places = {name: place for place, name in enumerate(self.reference.suspension.body_names)}
+        present = cables_left(self.reference, self._scenes[0])
+        self.cables = CableResults(self._scenes, self.equilibrium, unstretched[:, present])
+        self.cable_indices = {name: index for index, name in enumerate(self._scenes[0].cables)}
+        self.body_indices = {name: index for index, name in enumerate(self.reference.suspension.body_names)}
 
     @property
     def _of_case(self):
-        """`CablesOfCase` of conductors that stretch for good; None where there is none."""
+        """`CablesOfCase` of conductors with permanent elongation; None where there is none."""
         return self._conductors and self._conductors.of_case
 
-    def conductor_states(self, place):
+    def conductor_states(self, index):
         """States of all cables of a case, see `LinearCables.labels`; empty where all are linear: list of str."""
-        return [] if self._conductors is None else self._conductors.labels[place].tolist()
+        return [] if self._conductors is None else self._conductors.labels[index].tolist()
 
     @cached_property
     def _too_long(self):
-        """See `load_cases.too_long`; without loads in the reference state no search has been seen to go astray."""
+        """Texts of `load_cases.too_long`; without loads no search was ever seen to end at the longer length."""
         none = [""] * len(self._scenes)
         return none if self.reference.suspension.load_forces is None else too_long(self.reference)
 
@@ -195,12 +195,12 @@ class Group:
         """`LoadedState` of all cases without the forces of their load cases."""
         return loaded_state(self.reference, self._scenes, forced=False, cables=self._of_case)
 
-    def force_displacement(self, place):
+    def force_displacement(self, index):
         """Displacement of bodies and points by the forces of the load case of a case, and its error by rounding.
 
         Returns
         -------
-        moved, unknown : ndarray, shape (b, 3)
+        displacement, error : ndarray, shape (b, 3)
             Along x, y, z. [m]
 
         Raises
@@ -208,12 +208,12 @@ class Group:
         NoSolutionError, ConvergenceError
             Without these forces there is no stable equilibrium.
         """
-        for found in (self._unforced.without_wind, self._unforced.equilibrium):
-            if failure := _failure(found, place, "without the forces of the load case: "):
+        for equilibrium in (self._unforced.without_wind, self._unforced.equilibrium):
+            if failure := _failure(equilibrium, index, "without the forces of the load case: "):
                 raise failure
         unforced = self._unforced.equilibrium
-        unknown = self.equilibrium.uncertainty.place[place] + unforced.uncertainty.place[place]
-        return self.equilibrium.position[place] - unforced.position[place], unknown[:, :3]
+        uncertainty = self.equilibrium.uncertainty.place[index] + unforced.uncertainty.place[index]
+        return self.equilibrium.position[index] - unforced.position[index], uncertainty[:, :3]
 
     @cached_property
     def _steady_drag(self):
@@ -222,9 +222,9 @@ class Group:
             return None
         return drag_on_cables(self._loaded.drag, self.equilibrium)
 
-    def steady_drag(self, place):
-        """That of a case on its cables, as `FixedModel.drag`; None without a steady wind."""
-        return self._steady_drag and self._steady_drag.take(place)
+    def steady_drag(self, index):
+        """Drag of the steady wind on the cables of a case, as `FixedModel.drag`; None without a steady wind."""
+        return self._steady_drag and self._steady_drag.take(index)
 
     @cached_property
     def _drag_change(self):
@@ -234,55 +234,56 @@ class Group:
     @cached_property
     def _drag_change_in_wind(self):
         """`drag_change` of the equilibrium about which a suspension moves in the wind."""
-        found, drag = self.in_mean_wind
-        return self._drag_change if found is self.equilibrium else drag_change(found, drag)
+        equilibrium, drag = self.in_mean_wind
+        return self._drag_change if equilibrium is self.equilibrium else drag_change(equilibrium, drag)
 
-    def drag_error(self, place, in_wind=False):
-        """Estimated relative error of a case, since drag, and the curve of a conductor, are uniform along each cable.
+    def drag_error(self, index, in_wind=False):
+        """Estimated relative error of a case by drag, and the curve of a conductor, taken as uniform along each cable.
 
-        In the steady wind of its load case, or `in_wind`, in which it moves.
+        With `in_wind` about the equilibrium in the mean wind, else in the steady wind of its load case. [-]
         """
-        stretch = 0.0 if self._conductors is None else self._stretch_errors[place]
-        return float((self._drag_change_in_wind if in_wind else self._drag_change).error[place] + stretch)
+        stretch = 0.0 if self._conductors is None else self._stretch_errors[index]
+        return float((self._drag_change_in_wind if in_wind else self._drag_change).error[index] + stretch)
 
     @cached_property
     def _stretch_errors(self):
-        """Relative errors, since conductors are taken as linear along each cable, shape (n,). [-]"""
+        """Relative errors by conductors taken as linear along each cable, shape (n,). [-]"""
         return self._conductors.uneven_errors(self.equilibrium)
 
-    def drag_movement(self, place, in_wind=False):
-        """Estimated error of places [m] and attitudes [rad] of bodies and points for the same reason, shape (b, 6)."""
-        return (self._drag_change_in_wind if in_wind else self._drag_change).moved[place]
+    def drag_movement(self, index, in_wind=False):
+        """Errors as of `drag_error` of positions [m] and attitudes [rad] of bodies and points, shape (b, 6)."""
+        return (self._drag_change_in_wind if in_wind else self._drag_change).displacement[index]
 
-    def sag_error(self, place, cable):
-        """Estimated relative error of the sag of a cable for the same reason."""
-        return float(self._drag_change.sag[place, cable])
+    def sag_error(self, index, cable):
+        """Error as of `drag_error` of the sag of a cable, relative. [-]"""
+        return float(self._drag_change.sag[index, cable])
 
-    def rounding_error(self, place):
-        """Estimated relative error of tensions, places and attitudes of a case by rounding and its search. [-]"""
-        return self._rounding_errors[place]
+    def rounding_error(self, index):
+        """Estimated relative error of tensions, positions and attitudes of a case by rounding and its search. [-]"""
+        return self._rounding_errors[index]
 
     @cached_property
     def _rounding_errors(self):
-        """Those of all cases, a list."""
-        found = [self.reference.record.correction] if None in self.reference.suspension.given else []
+        """`rounding_error` of all cases: list of float."""
+        errors = [self.reference.record.correction] if None in self.reference.suspension.given else []
         for state in {id(state): state for state in (self.reference, self.equilibrium)}.values():
-            known = state.uncertainty
-            found += [known.tension.max(axis=-1, initial=0.0), known.relative.max(axis=(-1, -2), initial=0.0)]
-        return np.max(found, axis=0).tolist()
+            uncertainty = state.uncertainty
+            errors.append(uncertainty.tension.max(axis=-1, initial=0.0))
+            errors.append(uncertainty.relative.max(axis=(-1, -2), initial=0.0))
+        return np.max(errors, axis=0).tolist()
 
     @cached_property
     def _rounding_movement(self):
-        """Estimated errors of places [m] and attitudes [rad] of bodies and points by rounding, shape (n, b, 6)."""
+        """Estimated errors of positions [m] and attitudes [rad] of bodies and points by rounding, shape (n, b, 6)."""
         return np.maximum(self.reference.uncertainty.place, self.equilibrium.uncertainty.place)
 
     def coordinates(self, body, axis):
-        """A coordinate of a body or free point in all cases, and its estimated relative error; rounding is zero.
+        """A coordinate of a body or free point in all cases, 0 where it is rounding, and its estimated relative error.
 
         Parameters
         ----------
         body : int
-            Its place among all.
+            Its index among all.
         axis : int
             0 to 2: x, y, z [m]; 3 to 5: roll, pitch, yaw [rad].
 
@@ -296,22 +297,24 @@ class Group:
         return self._coordinates[body, axis]
 
     def _coordinate(self, body, axis):
-        rotation, moved = self.equilibrium.rotation[:, body], self._drag_change.moved[:, body]
-        unknown = self._rounding_movement[:, body, axis]
+        """A coordinate in all cases and its estimated relative error, as of `coordinates`."""
+        rotation, by_drag_change = self.equilibrium.rotation[:, body], self._drag_change.displacement[:, body]
+        by_rounding = self._rounding_movement[:, body, axis]
         if axis < 3:
-            value, by_drag = self.equilibrium.position[:, body, axis], moved[:, axis]
+            value, by_drag = self.equilibrium.position[:, body, axis], by_drag_change[:, axis]
             least = STUDY.rounding * self.equilibrium.longest
         else:  # the three angles change by about the rotation, whose axes are not theirs
             value, least = to_angles(rotation)[:, axis - 3], STUDY.rounding * 2 * np.pi
-            by_drag = moved[:, 3:].sum(axis=-1) / np.sqrt(np.maximum(1 - rotation[:, 2, 0] ** 2, STUDY.rounding))
-        zero = np.abs(value) <= np.maximum(unknown, least)
-        error = (unknown + by_drag) / np.where(zero, 1.0, np.abs(value))
+            cos_pitch = np.sqrt(np.maximum(1 - rotation[:, 2, 0] ** 2, STUDY.rounding))
+            by_drag = by_drag_change[:, 3:].sum(axis=-1) / cos_pitch
+        zero = np.abs(value) <= np.maximum(by_rounding, least)
+        error = (by_rounding + by_drag) / np.where(zero, 1.0, np.abs(value))
         error = np.where(zero, np.maximum(self._rounding_errors, self._drag_change.error), error)
         return list(zip(np.where(zero, 0.0, value).tolist(), np.maximum(STUDY.rounding, error).tolist(), strict=True))
 
     @cached_property
     def in_mean_wind(self):
-        """`Equilibrium` of all cases in the mean wind, and `Drag`; that without wind, and None, without wind.
+        """`Equilibrium` of all cases in the mean wind, and its `Drag`; `equilibrium` and None for scenes without wind.
 
         The steady wind of load cases takes the place of the mean wind.
         """
@@ -324,67 +327,68 @@ class Group:
             return self.equilibrium, drag
         return equilibrium_in_wind(self.equilibrium, drag), drag
 
-    def failure(self, place):
+    def failure(self, index):
         """The error of a case without a stable equilibrium, or None."""
-        if self.problems[place]:
-            return NoSolutionError(str(self.problems[place]))
+        if self.problems[index]:
+            return NoSolutionError(str(self.problems[index]))
         if self._loaded is None:
-            return _failure(self.equilibrium, place)
+            return _failure(self.equilibrium, index)
         reference = None
         if set(self.reference.suspension.given) - {"unstretched_length"}:  # lengths that follow from that state
-            reference = _failure(self.reference, place, "in the reference state: ")
-            if reference is None and self._too_long[place]:
-                return NoSolutionError(f"in the reference state: {self._too_long[place]}")
-        if reference is None and self._loaded.problems[place]:
-            return NoSolutionError(self._loaded.problems[place])
+            reference = _failure(self.reference, index, "in the reference state: ")
+            if reference is None and self._too_long[index]:
+                return NoSolutionError(f"in the reference state: {self._too_long[index]}")
+        if reference is None and self._loaded.problems[index]:
+            return NoSolutionError(self._loaded.problems[index])
         states = (self.without_wind, self.equilibrium)
-        return reference or next(filter(None, (_failure(state, place, self._lost) for state in states)), None)
+        return reference or next(filter(None, (_failure(state, index, self._lost) for state in states)), None)
 
-    def take(self, place):
+    def take(self, index):
         """The `Equilibrium` of one case."""
-        return self.equilibrium.take(place)
+        return self.equilibrium.take(index)
 
-    def modes(self, place, count):
-        """The lowest `CoupledModes` of a case without failure, with those of its neighbours.
+    def modes(self, index, count):
+        """The lowest `CoupledModes` of a case without failure; those of its neighbours are computed in one call.
 
         Raises
         ------
         NoSolutionError, ConvergenceError
         """
-        if (place, count) not in self._modes:
-            scene, cables = self._scenes[place], len(self.cable_places)
-            many = max(1, STUDY.cables_at_once // max(1, cables))
-            block = range(place // many * many, min((place // many + 1) * many, len(self._scenes)))
-            alike = [i for i in block if self._scenes[i].model == scene.model and not self.failure(i)]
-            damping = [cable.damping for i in alike for cable in self._scenes[i].cables.values()]
-            equilibrium = self.equilibrium.take(np.array(alike))
-            found = coupled_modes_of_cases(equilibrium, count, scene.model.accuracy or 1.0, damping)
-            self._modes.update(((i, count), modes) for i, modes in zip(alike, found, strict=True))
-        found = self._modes[place, count]
-        if isinstance(found, Exception):
-            raise found
-        return found
+        if (index, count) not in self._modes:
+            model, cables = self._scenes[index].model, len(self.cable_indices)
+            block_size = max(1, STUDY.cables_at_once // max(1, cables))
+            start = index // block_size * block_size
+            block = range(start, min(start + block_size, len(self._scenes)))
+            members = [i for i in block if self._scenes[i].model == model and not self.failure(i)]
+            damping = [cable.damping for i in members for cable in self._scenes[i].cables.values()]
+            equilibrium = self.equilibrium.take(np.array(members))
+            of_members = coupled_modes_of_cases(equilibrium, count, model.accuracy or 1.0, damping)
+            self._modes.update(((i, count), modes) for i, modes in zip(members, of_members, strict=True))
+        modes = self._modes[index, count]
+        if isinstance(modes, Exception):
+            raise modes
+        return modes
 
 
 def at_rest(scenes, numbers):
-    """`Equilibrium` of suspensions in the reference state, and for each in words why there is none, or ""."""
+    """`Equilibrium` of suspensions in the reference state, and for each a text why there is none, empty if there is."""
     if scenes[0].solve_for == "lengths":
         return lengths.solve(numbers, **distribution_of(scenes))
-    return pose(_formed(numbers)), [""] * len(scenes)
+    return pose(_with_form(numbers)), [""] * len(scenes)
 
 
-def _failure(found, place, state=""):
+def _failure(equilibrium, index, state=""):
     """The error of a case without a stable equilibrium, which names the state, or None."""
-    if found.stands[place]:
+    if equilibrium.stands[index]:
         return None
-    if not found.record.converged[place]:
-        return ConvergenceError(f"{state}no equilibrium: {explain(found.take(place))}")
-    reason = found.stability.reason(place) or found.uncertainty.reason(place)
+    if not equilibrium.record.converged[index]:
+        return ConvergenceError(f"{state}no equilibrium: {explain(equilibrium.take(index))}")
+    reason = equilibrium.stability.reason(index) or equilibrium.uncertainty.reason(index)
     return NoSolutionError(state + reason) if reason else None
 
 
-def _formed(numbers):
-    """The same cases with their junctions where force densities place them, where all that is needed is stated."""
+def _with_form(numbers):
+    """`SuspendedSystem` with junctions at the positions of its force densities, if these are stated for all cables."""
     if numbers.force_density is None:
         return numbers
     try:

@@ -1,4 +1,4 @@
-"""Notes on a suspension: what was modelled, what each cable was given, and what follows where cables are lost."""
+"""Notes on a suspension: on its models, on the modes of each cable, and on the movements where cables are lost."""
 
 import numpy as np
 
@@ -25,16 +25,16 @@ def notes_of(case):
     """
     if not case.solved:
         return ()
-    found = case.equilibrium
-    record, free = found.record, int(found.suspension.free.sum())
+    equilibrium = case.equilibrium
+    record, free = equilibrium.record, int(equilibrium.suspension.free.sum())
     residual = max(float(record.residual), STUDY.noted_force)
-    shown = f"{10.0 ** np.ceil(np.log10(residual)):g}"
+    bound = f"{10.0 ** np.ceil(np.log10(residual)):g}"
     return (
-        f"statics: {counted(len(found.suspension.cable_names), 'cable')} in closed form, "
+        f"statics: {counted(len(equilibrium.suspension.cable_names), 'cable')} in closed form, "
         f"{counted(free, 'free displacement')}; {counted(int(record.steps), 'Newton step')}, "
-        f"net force below {shown} of the forces",
+        f"net force below {bound} of the forces",
         *_of_load_case(case),
-        *_of_slack(found),
+        *_of_slack(equilibrium),
         *_of_wind(case),
         *(line for modes in case.largest_modes for line in _of_modes(modes)),
         *of_comparison(case.differences, case.reason),
@@ -49,93 +49,93 @@ def strength_warning(case):
     NoSolutionError, ConvergenceError
         The case has no stable equilibrium.
     """
-    weak = [f"{name} (utilisation {share:.4g})" for name, share in case.over_strength.items()]
-    return (f"warning: the stress is above the strength: {first_of(weak, STUDY.listed_parts)}",) if weak else ()
+    overloaded = [f"{name} (utilisation {utilisation:.4g})" for name, utilisation in case.over_strength.items()]
+    listed = first_of(overloaded, STUDY.listed_parts)
+    return (f"warning: the stress is above the strength: {listed}",) if overloaded else ()
 
 
 def warnings_of(case):
     """Warnings and notes on a case beside its results, a tuple of str.
 
-    `strength_warning`, `averaged_wind`, `lost_notes`, `moved_note`, and where cables state what only a much longer
-    cable has `notes.long_cables`.
+    `strength_warning`, `averaged_wind`, `lost_notes`, `moved_note`, and `notes.long_cables` for cables much longer than
+    their spans.
     """
-    reference, place = case.group.reference, case.place
-    chord = np.asarray(reference.catenary.span.chord)[place]
-    names, given = reference.suspension.cable_names, reference.suspension.given
-    long = long_cables(names, np.asarray(reference.lengths)[place].tolist(), chord.tolist(), given)
-    averaged = averaged_wind(case.scene.load_case, case.group.drag_error(case.place))
-    return (*strength_warning(case), *averaged, *lost_notes(case), *moved_note(case), *long)
+    reference, index = case.group.reference, case.index
+    chord = np.asarray(reference.catenary.span.chord)[index]
+    names, stated = reference.suspension.cable_names, reference.suspension.given
+    notes_on_length = long_cables(names, np.asarray(reference.lengths)[index].tolist(), chord.tolist(), stated)
+    averaged = averaged_wind(case.scene.load_case, case.group.drag_error(case.index))
+    return (*strength_warning(case), *averaged, *lost_notes(case), *moved_note(case), *notes_on_length)
 
 
 def moved_note(case):
     """A note on free points and bodies that stated tensions and sags move, at most one. Returns a tuple of str.
 
-    The lengths follow from what is stated with all forces on, so that a force beside those that are always there cuts
-    the cables anew. What moves less than the longest stretch of its cables may as well have been pulled there.
+    The lengths follow from the stated values with all forces acting, so that a further force in the scene changes the
+    lengths. A movement less than the longest stretch of the cables may as well be by their tension, and is not told.
     """
     scene = case.scene
     if scene.solve_for != "pose" or all(cable.unstretched_length is not None for cable in scene.cables.values()):
         return ()
     reference = case.group.reference
     suspension = reference.suspension
-    stating = np.array([kind != "unstretched_length" for kind in suspension.given])
+    states_tension = np.array([kind != "unstretched_length" for kind in suspension.given])
     if suspension.force_density is not None:
         return ()
-    catenary, place = reference.catenary, case.place
-    stretch = np.asarray(catenary.stretched_length - catenary.span.unstretched_length)[place]
+    catenary, index = reference.catenary, case.index
+    stretch = np.asarray(catenary.stretched_length - catenary.span.unstretched_length)[index]
     holders = {**scene.bodies, **{name: point for name, point in scene.points.items() if point.free}}
-    told = []
+    moved_bodies = []
     for body, name in enumerate(suspension.body_names):
-        own = (suspension.owner[suspension.of_cables] == body).any(axis=-1)
-        moved = float(np.linalg.norm(reference.position[place, body] - holders[name].at))
-        if (own & stating).any() and moved > stretch[own].max():
-            told.append(f"{name} by {moved:.4g} m")
-    if not told:
+        of_body = (suspension.owner[suspension.of_cables] == body).any(axis=-1)
+        distance = float(np.linalg.norm(reference.position[index, body] - holders[name].at))
+        if (of_body & states_tension).any() and distance > stretch[of_body].max():
+            moved_bodies.append(f"{name} by {distance:.4g} m")
+    if not moved_bodies:
         return ()
     return (
-        f"note: the stated tensions or sags move {first_of(told, STUDY.listed_parts)} from its place in the file (at), "
-        "more than its cables stretch: their lengths follow with all forces on; "
-        "a force in a load case (cases.NAME.forces) keeps "
-        "them",
+        f"note: the stated tensions or sags move {first_of(moved_bodies, STUDY.listed_parts)} from its place in the "
+        "file (at), more than its cables stretch: their lengths follow with all forces on; a force in a load case "
+        "(cases.NAME.forces) keeps them",
     )
 
 
 def _of_load_case(case):
-    """What the load case is about, and what its drag leaves out."""
+    """Yield a note on the load case, with the error by its drag."""
     scene = case.scene
     if scene.case is None:
         return
-    error = case.group.drag_error(case.place)
+    error = case.group.drag_error(case.index)
     drag = f"; drag is uniform along each cable: estimated error {error:.1e}" if error else ""
     yield f"load case {scene.case}: on the unstretched lengths of the reference state{drag}"
 
 
-def _of_slack(found):
-    """Cables that hang by their own weight: the mean tension is below it."""
-    if slack := slack_cables(found):
+def _of_slack(equilibrium):
+    """Yield a note on slack cables, if there are any."""
+    if slack := slack_cables(equilibrium):
         yield f"slack: {first_of(slack, STUDY.listed_parts)}"
 
 
 def _of_wind(case):
-    """How the motion in the wind and under control was computed, where it was."""
+    """Yield notes on the model of the motion in the wind and under control, where it was computed."""
     if not case.moves:
         return
     closed_loop, wind = case.in_wind.described, case.scene.wind
-    modes, strokes = len(closed_loop.modes), sum(not one.wheel for one in closed_loop.actuators)
+    modes, strokes = len(closed_loop.modes), sum(not actuator.wheel for actuator in closed_loop.actuators)
     shapes = counted(len(closed_loop.motion) - len(closed_loop.plant.kept) - strokes, "static shape")
     if closed_loop.loop is not None and case.model is not None:
         yield (
             f"loop: judged by the modes of these elements, up to {_highest(closed_loop):.4g} Hz, and not by those "
             "of the cables above"
         )
-    some = f"{modes} coupled modes up to {closed_loop.modes.frequency[-1]:.4g} Hz"
-    yield f"motion: {some}, {shapes} for those above, {counted(strokes, 'stroke')}"
+    kept = f"{modes} coupled modes up to {closed_loop.modes.frequency[-1]:.4g} Hz"
+    yield f"motion: {kept}, {shapes} for those above, {counted(strokes, 'stroke')}"
     if wind is not None:
-        about = "about the equilibrium in the mean wind" if wind.mean else "about the equilibrium without wind"
+        state = "about the equilibrium in the mean wind" if wind.mean else "about the equilibrium without wind"
         if case.scene.load_case.wind is not None:
-            about = "about the equilibrium in the steady wind of the load case"
+            state = "about the equilibrium in the steady wind of the load case"
         damped = "with" if wind.aerodynamic_damping else "without"
-        yield f"wind on {'bodies and cables' if wind.on == 'both' else wind.on}: {about}, {damped} aerodynamic damping"
+        yield f"wind on {'bodies and cables' if wind.on == 'both' else wind.on}: {state}, {damped} aerodynamic damping"
     if closed_loop.loop is not None:
         yield from _of_loop(closed_loop, wind)
     if case.damped_by_modes:
@@ -143,15 +143,16 @@ def _of_wind(case):
 
 
 def _of_loop(closed_loop, wind):
-    law, for_ = closed_loop.loop.law, ", ".join(closed_loop.measured)
+    """Yield notes on the loop of the winches."""
+    law, coordinates = closed_loop.loop.law, ", ".join(closed_loop.measured)
     gains = "" if law.integrates_only else f": {law.described(closed_loop.loop.gain, 4)}"
-    yield f"loop of {counted(len(closed_loop.winches), 'cable')} for {for_}{gains}"
+    yield f"loop of {counted(len(closed_loop.winches), 'cable')} for {coordinates}{gains}"
     yield from law_notes(closed_loop.loop)
     if wind is not None and wind.mean:
         yield "displacements by the mean wind are those with the winches at rest; the loop takes them back in time"
     if closed_loop.scene.control.measured is None and len(closed_loop.measured) < len(closed_loop.free):
-        left = [name for name in closed_loop.free if name not in closed_loop.measured]
-        yield f"not measured, as no winch moves it to speak of: {', '.join(left)}"
+        unmeasured = [name for name in closed_loop.free if name not in closed_loop.measured]
+        yield f"not measured, as no winch moves it to speak of: {', '.join(unmeasured)}"
 
 
 def law_notes(loop):
@@ -162,12 +163,12 @@ def law_notes(loop):
     if loop.slight_delay:
         yield f"delay of {law.delay:.4g} s: not in poles and state space: it turns no phase that matters by 0.005 rad"
     elif law.delay:
-        right = loop.right_up_to / (2 * np.pi)
-        yield f"delay of {law.delay:.4g} s: Padé approximants, whose phase is right to 1e-7 up to {right:.4g} Hz"
+        right_up_to = loop.right_up_to / (2 * np.pi)
+        yield f"delay of {law.delay:.4g} s: Padé approximants, whose phase is right to 1e-7 up to {right_up_to:.4g} Hz"
 
 
 def _of_modes(modes):
-    """What each cable was given for the coupled modes, and which modes coincide."""
+    """Yield notes on the coupled modes: their number, the model of each cable, and modes that coincide."""
     error = modes.error.max(initial=0.0)
     stated = "" if np.isnan(error) else f"; estimated error {error:.1e}"
     yield f"modes: {len(modes)} of a linear model with {len(modes.shapes)} coordinates{stated}"
@@ -184,32 +185,33 @@ def _of_modes(modes):
 
 
 def _highest(closed_loop):
-    """Of all modes of cables that a loop was judged with. [Hz]"""
+    """Highest frequency of the modes of cables by which the stability of a loop was judged. [Hz]"""
     return closed_loop.driven.highest_mode / (2 * np.pi)
 
 
 def damping_notes(scene):
-    """Which damping is assumed, and how a state space represents that of the cables: lines."""
+    """Yield notes on the damping that is assumed, and on how a state space represents that of the cables."""
     yield from assumed_damping(scene)
     for law in dict.fromkeys(cable.damping.model for cable in scene.cables.values()):
         yield from DAMPING_NOTES[law]
 
 
 def assumed_damping(scene):
-    """Which damping is assumed, at most one line."""
+    """Yield a note on the damping that is assumed, at most one."""
     cables = scene.cables
-    silent = [name for name, cable in cables.items() if "damping" not in cable.model_fields_set]
-    if silent:
-        named = first_of(silent, STUDY.listed_parts) if len(silent) < len(cables) else "the scene"
-        damping = cables[silent[0]].damping
+    without_damping = [name for name, cable in cables.items() if "damping" not in cable.model_fields_set]
+    if without_damping:
+        names = first_of(without_damping, STUDY.listed_parts) if len(without_damping) < len(cables) else "the scene"
+        damping = cables[without_damping[0]].damping
         assumed = f"{damping.model}, with a ratio of {100 * damping.ratio:g} %, is assumed"
-        yield f"damping: none is given for {named}; {assumed}"
+        yield f"damping: none is given for {names}; {assumed}"
 
 
 def _of_modal_damping(models):
-    """Why damping ratios depend on the models of cables with modal damping."""
-    damped = {place for place, one in enumerate(models.cables.damping) if grows_with_modes(one)}
-    counts = [group.ends.omega.shape[-1] for group in models.groups if not damped.isdisjoint(group.places.tolist())]
+    """Yield a note on damping ratios that depend on the number of modes, of cables with modal damping."""
+    with_modal_damping = {cable for cable, damping in enumerate(models.cables.damping) if grows_with_modes(damping)}
+    groups = [group for group in models.groups if not with_modal_damping.isdisjoint(group.cable_indices.tolist())]
+    counts = [group.ends.omega.shape[-1] for group in groups]
     if counts:
         number = f"{min(counts)} to {max(counts)}" if min(counts) < max(counts) else f"{counts[0]}"
         yield (
@@ -238,22 +240,22 @@ def lost_notes(case):
     lost = case.scene.load_case.lost
     if not lost:
         return ()
-    begin, slack = f"without {first_of(lost, STUDY.listed_parts)}", slack_cables(case.equilibrium)
-    ends = (
+    without, slack = f"without {first_of(lost, STUDY.listed_parts)}", slack_cables(case.equilibrium)
+    follows = (
         f"{'slack: ' + first_of(slack, STUDY.listed_parts) if slack else 'no cable is slack'}; "
         "this is the equilibrium that follows, on the unstretched lengths of the reference state: "
         "the snap itself, which pulls more for a moment, is not computed"
     )
     try:
-        moved, down = _movements(case)
+        moved_bodies, fallen_bodies = _movements(case)
         changes = _changes(case)
     except (NoSolutionError, ConvergenceError) as error:
-        return f"note: {begin} {ends}", f"note: {begin} nothing is compared: with all cables, {error}"
-    told = first_of(moved, STUDY.listed_parts) or "nothing moves"
-    stands = f"warning: {begin} it falls to where it hangs now" if down else f"note: {begin} it stands"
-    parts = [f"{word} in {first_of(names, STUDY.listed_parts)}" for word, names in changes.items() if names]
-    tension = "; ".join(parts) or "as before in each cable"
-    return f"{stands}: {told}; {ends}", f"note: {begin} the largest tension is {tension}"
+        return f"note: {without} {follows}", f"note: {without} nothing is compared: with all cables, {error}"
+    movements = first_of(moved_bodies, STUDY.listed_parts) or "nothing moves"
+    stands = f"warning: {without} it falls to where it hangs now" if fallen_bodies else f"note: {without} it stands"
+    texts = [f"{word} in {first_of(names, STUDY.listed_parts)}" for word, names in changes.items() if names]
+    tension = "; ".join(texts) or "as before in each cable"
+    return f"{stands}: {movements}; {follows}", f"note: {without} the largest tension is {tension}"
 
 
 def fallen(case):
@@ -264,37 +266,42 @@ def fallen(case):
         return []  # with all cables there is nothing to compare with
 
 
-def slack_cables(found):
+def slack_cables(equilibrium):
     """Names of the cables of an `Equilibrium` of one case that hang by their own weight: list."""
-    span, tension = found.catenary.span, np.asarray(found.catenary.mean_tension)
+    span, tension = equilibrium.catenary.span, np.asarray(equilibrium.catenary.mean_tension)
     slack = np.flatnonzero((np.asarray(span.chord_strain) < 0) & (tension < span.weight))
-    return [found.suspension.cable_names[place] for place in slack]
+    return [equilibrium.suspension.cable_names[cable] for cable in slack]
 
 
 def _changes(case):
-    """Cables whose largest tension is more or less than with all cables, those that change most first: two lists."""
+    """Texts on cables whose largest tension is more, or less, than with all cables, the largest change first.
+
+    Returns
+    -------
+    dict
+        `more`, `less` -> list of str.
+    """
     tension = find("max_tension")
-    before = dict(zip(case.unbroken.scene.cables, case.unbroken.of_cables(tension).tolist(), strict=True))
-    found = {"more": [], "less": []}
+    tension_before = dict(zip(case.unbroken.scene.cables, case.unbroken.of_cables(tension).tolist(), strict=True))
+    texts = {"more": [], "less": []}
     pairs = zip(case.scene.cables, case.of_cables(tension).tolist(), strict=True)
-    changes = [(now / before[name] - 1, name, now) for name, now in pairs if before[name] > 0]
-    for change, name, now in sorted(changes, key=lambda one: -round(abs(one[0]), 6)):  # alike in their order
+    changes = [(now / tension_before[name] - 1, name, now) for name, now in pairs if tension_before[name] > 0]
+    for change, name, now in sorted(changes, key=lambda item: -round(abs(item[0]), 6)):  # equal ones as in the file
         if abs(change) > STUDY.noted_change:
-            found["more" if change > 0 else "less"].append(f"{name} ({now:.4g} N, {100 * change:+.3g} %)")
-    return found
+            texts["more" if change > 0 else "less"].append(f"{name} ({now:.4g} N, {100 * change:+.3g} %)")
+    return texts
 
 
 def _movements(case):
-    """How far bodies and free points are from where they are with all cables, in words; and which have fallen."""
-    now, before = case.equilibrium, case.unbroken.equilibrium
-    moved = np.sqrt(((now.position - before.position) ** 2).sum(axis=-1))
-    trace = (now.rotation * before.rotation).sum(axis=(-1, -2))
-    turned = np.degrees(np.arccos(np.clip((trace - 1) / 2, -1.0, 1.0)))
-    # rounding of the cosine of a small angle is not told
-    shift, turn = (np.where(part > least, part, 0.0) for part, least in ((moved, 1e-9), (turned, 1e-5)))
-    fallen = (turned > STUDY.standing_turn) | (moved > STUDY.standing_movement * now.catenary.span.chord.max())
-    parts = []
-    for name, far, angle in zip(now.suspension.body_names, shift.tolist(), turn.tolist(), strict=True):
-        words = [f"moves by {far:.4g} m"] * (far > 0) + [f"turns by {angle:.4g} deg"] * (angle > 0)
-        parts += [f"{name} {' and '.join(words)}"] if words else []
-    return parts, [name for name, down in zip(now.suspension.body_names, fallen, strict=True) if down]
+    """Texts on the movements of bodies and free points by lost cables; and names of those that have fallen: lists."""
+    equilibrium, unbroken = case.equilibrium, case.unbroken.equilibrium
+    distance = np.sqrt(((equilibrium.position - unbroken.position) ** 2).sum(axis=-1))
+    trace = (equilibrium.rotation * unbroken.rotation).sum(axis=(-1, -2))
+    angle = np.degrees(np.arccos(np.clip((trace - 1) / 2, -1.0, 1.0)))
+    span, names, texts = equilibrium.catenary.span, equilibrium.suspension.body_names, []
+    fallen = (angle > STUDY.standing_turn) | (distance > STUDY.standing_movement * span.chord.max())
+    for name, metres, degrees in zip(names, distance.tolist(), angle.tolist(), strict=True):
+        words = [f"moves by {metres:.4g} m"] if metres > 1e-9 else []
+        words += [f"turns by {degrees:.4g} deg"] if degrees > 1e-5 else []  # less is rounding of the cosine
+        texts += [f"{name} {' and '.join(words)}"] if words else []
+    return texts, [name for name, has_fallen in zip(names, fallen, strict=True) if has_fallen]

@@ -1,4 +1,4 @@
-"""Scenes of suspensions -> the numeric description that the solvers take, with an axis of cases."""
+"""Numeric description of scenes of suspensions for the solvers, with an axis of cases: `SuspendedSystem`."""
 
 import numpy as np
 
@@ -10,10 +10,10 @@ from cablestudy.system import rigid
 from cablestudy.system.suspension import GROUND, SuspendedSystem
 
 ORIGIN = (0.0, 0.0, 0.0)
-OF_JUNCTION = (True, True, True, False, False, False)  # what of it is free
+OF_JUNCTION = (True, True, True, False, False, False)  # its free displacements and rotations
 OF_LINKS = ("link_stiffness", "link_damping", "link_length")
 OF_CASE_AND_CABLE = ("elongation", "wind_diameter")  # numbers that a load case computes of a cable
-# of the six entries in a scene, xx yy zz xy xz yz, that at each place of the tensor
+# index of each entry of the tensor among the six in a scene, xx yy zz xy xz yz
 TENSOR = [[0, 3, 4], [3, 1, 5], [4, 5, 2]]
 
 
@@ -35,11 +35,13 @@ class CableValues:
         if table == "cable":
             values = [[getattr(cable, name, None) for cable in scene.cables.values()] for scene in self._scenes]
         elif name in OF_CASE_AND_CABLE:
-            values = [[getattr(scene.load_case.of_cable(own), name)(cable) for own, cable in scene.cables.items()]
-                      for scene in self._scenes]  # fmt: skip
+            values = [
+                [getattr(scene.load_case.of_cable(owner), name)(cable) for owner, cable in scene.cables.items()]
+                for scene in self._scenes
+            ]
         elif table.startswith("load_case."):
-            inside = path.partition(".")[2]
-            values = [_of_case(scene, inside) for scene in self._scenes]
+            key = path.partition(".")[2]
+            values = [_of_case(scene, key) for scene in self._scenes]
         else:
             values = [[attribute(scene, path)] * len(scene.cables) for scene in self._scenes]
         return np.array(values, dtype=float)
@@ -48,19 +50,19 @@ class CableValues:
     def moves(self):
         """Displacements of the fixed ends of cables and links by the load cases, shape (n, c + l, 2, 3). [m]"""
         return np.array([
-            [[s.load_case.moves.get(end, ORIGIN) if isinstance(end, str) else ORIGIN for end in one.ends]
-             for one in s.lines.values()]
-            for s in self._scenes
+            [[scene.load_case.moves.get(end, ORIGIN) if isinstance(end, str) else ORIGIN for end in line.ends]
+             for line in scene.lines.values()]
+            for scene in self._scenes
         ])  # fmt: skip
 
     def loads(self, of_case):
         """Point loads in the reference state, or `of_case`; see `load_arrays`, but of shape (n, c, k)."""
-        parts = load_arrays([loads for scene in self._scenes for loads in loads_of(scene, of_case)])
-        return tuple(part.reshape(len(self._scenes), -1, *part.shape[1:]) for part in parts)
+        arrays = load_arrays([loads for scene in self._scenes for loads in loads_of(scene, of_case)])
+        return tuple(array.reshape(len(self._scenes), -1, *array.shape[1:]) for array in arrays)
 
 
 def _of_case(scene, path):
-    """A number of the load case of a scene as each of its cables has it: list."""
+    """A number of the load case of a scene for each of its cables: list."""
     case = scene.load_case
     if not case.listed:
         return [attribute(case, path)] * len(scene.cables)
@@ -75,13 +77,13 @@ def loads_of(scene, of_case):
 
 
 def kind_of_case(scene):
-    """Kind of a load case, which cases solved together share: wind or none, loads at how many places, lost cables."""
+    """Kind of a load case, which cases solved together share: wind or none, numbers of loads, lost cables. Tuple."""
     of_case = scene.load_case.loads and [places_of(loads) for loads in loads_of(scene, True)]
     return scene.load_case.wind is None, *of_case, scene.load_case.lost
 
 
 def topology_of(scene):
-    """Names, connections, what is free and what is stated: cases of one `SuspendedSystem` share them.
+    """Names, connections, free motions and kinds of stated values, which cases of one `SuspendedSystem` share.
 
     Parameters
     ----------
@@ -94,7 +96,7 @@ def topology_of(scene):
     """
     junctions = [name for name, point in scene.points.items() if point.free]
     names = (*scene.bodies, *junctions)
-    index = {name: place for place, name in enumerate(names)}
+    index = {name: number for number, name in enumerate(names)}
     cables, lines = scene.cables.values(), scene.lines.values()
     free = (tuple([motion in body.free for motion in MOTIONS]) for body in scene.bodies.values())
     return {
@@ -102,32 +104,32 @@ def topology_of(scene):
         "free": (*free, *[OF_JUNCTION] * len(junctions)),
         "junctions": len(junctions),
         "cable_names": tuple(scene.cables),
-        "owner": tuple([tuple([index.get(scene.attachment(end)[0], GROUND) for end in one.ends]) for one in lines]),
+        "owner": tuple([tuple([index.get(scene.attachment(end)[0], GROUND) for end in line.ends]) for line in lines]),
         "link_names": tuple(scene.links),
         "given": tuple([cable.stated for cable in cables]),
     }
 
 
 def connected_alike(scene, other):
-    """True if two scenes share the very tables of what is connected with what, as rows do that vary other numbers."""
+    """True if two scenes share the same objects for all connections, as rows do that vary other numbers."""
     shared = scene.cables is other.cables and scene.points is other.points and scene.links is other.links
     return (
         shared
         and len(scene.bodies) == len(other.bodies)
         and all(
-            name == other_name and body.free is known.free and body.attachments is known.attachments
-            for (name, body), (other_name, known) in zip(scene.bodies.items(), other.bodies.items(), strict=True)
+            name == other_name and body.free is other_body.free and body.attachments is other_body.attachments
+            for (name, body), (other_name, other_body) in zip(scene.bodies.items(), other.bodies.items(), strict=True)
         )
     )
 
 
 def each_with(compute, scenes):
     """Results from the connections of each scene, computed once for neighbours that share them: list."""
-    found = []
-    for place, scene in enumerate(scenes):
-        known = place and connected_alike(scene, scenes[place - 1])
-        found.append(found[-1] if known else compute(scene))
-    return found
+    results = []
+    for number, scene in enumerate(scenes):
+        shared = number and connected_alike(scene, scenes[number - 1])
+        results.append(results[-1] if shared else compute(scene))
+    return results
 
 
 def numbers_of(scenes):
@@ -148,16 +150,16 @@ def numbers_of(scenes):
     ValueError
         The scenes differ in more than numbers.
     """
-    topology, *others = each_with(topology_of, scenes)
-    if any(other is not topology and other != topology for other in others):
+    topology, *other_topologies = each_with(topology_of, scenes)
+    if any(other is not topology and other != topology for other in other_topologies):
         raise ValueError("the scenes differ in their names, connections, free motions, or in what their cables state")
-    of_cables = each_with(_cable_numbers, scenes)
-    listed = [_numbers(scene) | numbers for scene, numbers in zip(scenes, of_cables, strict=True)]
+    cable_numbers = each_with(_cable_numbers, scenes)
+    numbers_of_scenes = [_numbers(scene) | numbers for scene, numbers in zip(scenes, cable_numbers, strict=True)]
     n, b, c = len(scenes), len(topology["body_names"]), len(topology["cable_names"])
     links = len(topology["link_names"])
 
     def array(name, *shape):
-        return np.array([numbers[name] for numbers in listed], dtype=float).reshape(n, *shape)
+        return np.array([numbers[name] for numbers in numbers_of_scenes], dtype=float).reshape(n, *shape)
 
     density = array("force_density", c)
     return SuspendedSystem(
@@ -194,51 +196,52 @@ def distribution_of(scenes):
     Returns
     -------
     dict
-        `method`; `low`, `high`, `reference`: ndarrays, shape (n, c) [N]; `found`: ndarray of bool, shape (b, 6).
+        `method`; `low`, `high`, `reference`: ndarrays, shape (n, c) [N]; `moving`: ndarray of bool, shape (b, 6), true
+        of displacements and rotations that are found with the lengths.
     """
-    chosen = [scene.tensions or Tensions() for scene in scenes]
+    settings = [scene.tensions or Tensions() for scene in scenes]
     names = list(scenes[0].cables)
     junctions = sum(point.free for point in scenes[0].points.values())
-    turning = found_rotations(scenes[0])
-    found = [[motion in turning.get(name, ()) for motion in MOTIONS] for name in scenes[0].bodies]
-    high = [np.inf if tensions.max is None else tensions.max for tensions in chosen]
+    rotations = found_rotations(scenes[0])
+    free_rotations = [[motion in rotations.get(name, ()) for motion in MOTIONS] for name in scenes[0].bodies]
+    high = [np.inf if tensions.max is None else tensions.max for tensions in settings]
     return {
-        "method": chosen[0].method,
-        "low": np.array([[tensions.min] * len(names) for tensions in chosen]),
+        "method": settings[0].method,
+        "low": np.array([[tensions.min] * len(names) for tensions in settings]),
         "high": np.array([[limit] * len(names) for limit in high]),
-        "reference": np.array([[_reference(tensions, name) for name in names] for tensions in chosen]),
-        "found": np.array([*found, *[OF_JUNCTION] * junctions], dtype=bool).reshape(-1, len(MOTIONS)),
+        "reference": np.array([[_reference(tensions, name) for name in names] for tensions in settings]),
+        "moving": np.array([*free_rotations, *[OF_JUNCTION] * junctions], dtype=bool).reshape(-1, len(MOTIONS)),
     }
 
 
 def _reference(tensions, cable):
-    """What the tension of a cable shall be close to; zero where the file says nothing of it. [N]"""
+    """Tension to which that of a cable is to be close; zero where the file states none. [N]"""
     reference = tensions.reference
     return reference.get(cable, 0.0) if isinstance(reference, dict) else reference or 0.0
 
 
 def _numbers(scene):
-    """Name -> nested lists of the numbers of one scene but its cables, in the order of `topology_of`; None for none."""
+    """Name -> nested lists of numbers of one scene without its cables, ordered as `topology_of`; None if absent."""
     bodies = list(scene.bodies.values())
     points = [point for point in scene.points.values() if point.free]
-    holders, still = [*bodies, *points], [ORIGIN] * len(points)
+    holders, zeros = [*bodies, *points], [ORIGIN] * len(points)
     return {
         "gravity": scene.gravity,
         "position": [holder.at for holder in holders],
-        "angles": [*(body.start_angles for body in bodies), *still],
+        "angles": [*(body.start_angles for body in bodies), *zeros],
         "mass": [holder.mass for holder in holders],
-        "center": [*(body.center_of_mass for body in bodies), *still],
+        "center": [*(body.center_of_mass for body in bodies), *zeros],
         "inertia": [*(body.inertia_tensor for body in bodies), *[(0.0,) * 6] * len(points)],
         "force": [holder.force for holder in holders],
-        "moment": [*(body.moment for body in bodies), *still],
+        "moment": [*(body.moment for body in bodies), *zeros],
     }
 
 
 def _cable_numbers(scene):
-    """The same of its cables and links, and where they end."""
+    """Numbers as of `_numbers` of the cables and links of one scene, and the positions of their ends."""
     cables, links = scene.cables.values(), scene.links.values()
     return {
-        "place": [number for one in scene.lines.values() for end in one.ends for number in scene.attachment(end)[1]],
+        "place": [number for line in scene.lines.values() for end in line.ends for number in scene.attachment(end)[1]],
         "axial_stiffness": [cable.section_axial_stiffness for cable in cables],
         "cable_mass": [cable.section_mass for cable in cables],
         "value": [cable.stated_value for cable in cables],

@@ -250,7 +250,7 @@ class Plant:
 
         s = i W - (c + h/W)/2, c and h being the viscous and hysteretic damping of the shape.
         """
-        computed, count, system = self.modes.solution.every, len(self.modes), self._full_system
+        computed, count, system = self.modes.solution.with_all_modes, len(self.modes), self._full_system
         if len(computed.omega) <= count:
             return np.zeros(0, dtype=complex)
         omega, shapes = computed.omega[count:], computed.shapes[:, count:]
@@ -297,7 +297,7 @@ class Plant:
         return self.motion.within(self.coarse_space)
 
     def residues_of(self, motion, loop=None, space=None, speeds=False):
-        """`Residues` from the inputs of `Gusts.into` to all outputs, with actuators; a `DelayedResponse` with delay.
+        """`Residues` from the inputs of `Gusts.input_matrix` to all outputs; a `DelayedResponse` with delay.
 
         Parameters
         ----------
@@ -310,7 +310,7 @@ class Plant:
         speeds : bool
             True for the speeds of the winches instead of the outputs.
         """
-        into = self.gusts.into
+        into = self.gusts.input_matrix
         forces = np.zeros((len(self.motion), into.shape[1]))  # gusts do not act on the strokes of masses
         forces[: len(into)] = into
         forces = forces if space is None else space.T @ forces
@@ -325,17 +325,17 @@ class Plant:
 
     @property
     def _direct(self):
-        """Change of each output by the inputs of `Gusts.into` where nothing moves, shape (o, i).
+        """Change of each output by the inputs of `Gusts.input_matrix` where nothing moves, shape (o, i).
 
         The tensions are the last outputs, two of each cable: each is less by the force of the gusts that reaches its
         end statically.
         """
         gusts = self.gusts
-        direct = np.zeros((len(self.outputs), gusts.into.shape[1]))
+        direct = np.zeros((len(self.outputs), gusts.input_matrix.shape[1]))
         first_tension = len(direct) - 2 * len(self.layout.equilibrium.suspension.cable_names)
         for index, strip in enumerate(gusts.strips):
             for end in range(2):
-                direct[first_tension + 2 * strip.cable + end, len(gusts.into) + 2 * index + end] = -1.0
+                direct[first_tension + 2 * strip.cable + end, len(gusts.input_matrix) + 2 * index + end] = -1.0
         return direct
 
     @cached_property

@@ -32,8 +32,8 @@ def static_tables(case, only=None, failures=None):
     case : SuspensionCase
     only : str, optional
         The name of one of them; the others are not made.
-    failures : list, optional
-        Takes why a cell of them has no value; without it the first such reason is raised.
+    failures : list of str, optional
+        Reasons why cells have no value are appended; without it the first such reason is raised.
 
     Returns
     -------
@@ -49,8 +49,8 @@ def static_tables(case, only=None, failures=None):
     bodies, points = np.split(np.array(suspension.body_names, dtype=object), [suspension.bodies])
 
     def columns_of_cable(name):
-        there = name in case.scene.cables
-        return [column for column in cable_columns(name) if has_key(case.scene, name, column)] if there else []
+        columns = cable_columns(name) if name in case.scene.cables else []  # none of a lost cable
+        return [column for column in columns if has_key(case.scene, name, column)]
 
     def of_cables():
         names = case.with_all_cables.cables
@@ -59,7 +59,7 @@ def static_tables(case, only=None, failures=None):
     makers = {
         "bodies": lambda: listed(case, bodies, lambda name: body_columns(name)[:-1], body_columns("")[:-1]),
         "points": lambda: listed(case, points, lambda name: point_columns(name)[:3], point_columns("")[:3]),
-        "cables": lambda: _first_things(of_cables()),
+        "cables": lambda: _with_secondary_columns(of_cables()),
         "stiffness": lambda: _stiffness_table(case),
     }
     if case.scene.links:
@@ -80,8 +80,8 @@ def chosen_tables(tables, only):
     return {name: table for name, table in tables.items() if only in (None, name)}
 
 
-def _first_things(table):
-    """The table of the cables, of which a narrow terminal keeps the columns FIRST."""
+def _with_secondary_columns(table):
+    """The table of the cables with all columns but FIRST as those that a narrow terminal leaves out."""
     fields = (replace(field, secondary=not (field.label or field.plain in FIRST)) for field in table.fields)
     return replace(table, fields=tuple(fields))
 
@@ -89,10 +89,10 @@ def _first_things(table):
 def _with_state(case, table):
     """The table of the cables with a column of their states, if any has one.
 
-    These are lost, slack or taut where a load case has lost cables; for a conductor that stretches for good, the load
-    or creep that governs its length.
+    These are lost, slack or taut where a load case has lost cables; of a conductor with permanent elongation, the load
+    case or creep that governs its length.
     """
-    conductors = case.group.conductor_states(case.place)
+    conductors = case.group.conductor_states(case.index)
     if not (case.scene.load_case.lost or any(conductors)):
         return table
     states = {name: state for name, state in zip(case.with_all_cables.cables, conductors, strict=False) if state}
@@ -127,8 +127,8 @@ def listed(case, names, columns_of, kinds=(), failures=None):
         cells, known_errors = cells_of(case, {field.name: column for field, column in columns.items()}, failures)
         rows.append({"name": name} | cells)
         errors.append(known_errors)
-    used = [field for field in fields.values() if not rows or any(field.name in row for row in rows)]
-    return Table((Field("name", "name", label=True), *used), rows, errors=lambda: iter(errors))
+    used_fields = [field for field in fields.values() if not rows or any(field.name in row for row in rows)]
+    return Table((Field("name", "name", label=True), *used_fields), rows, errors=lambda: iter(errors))
 
 
 def cells_of(case, columns, failures=None):
@@ -140,12 +140,12 @@ def cells_of(case, columns, failures=None):
     columns : dict
         Name -> Column.
     failures : list of str, optional
-        Takes the reason of each value that cannot be had, which is then None.
+        The reason of each value that does not exist, which is then None, is appended.
 
     Raises
     ------
     NoSolutionError
-        A value cannot be had, and there is no list of failures.
+        A value does not exist, and there is no list of failures.
     ConvergenceError
     """
     cells, errors = {}, {}
@@ -162,8 +162,8 @@ def cells_of(case, columns, failures=None):
 
 def _field(column, name):
     """The `Field` of a column whose name begins with that of a body or cable and a dot."""
-    begin = len(name) + 1
-    return Field(column.header[begin:], column.name[begin:].replace("_", " "), column.unit)
+    start = len(name) + 1
+    return Field(column.header[start:], column.name[start:].replace("_", " "), column.unit)
 
 
 def _stiffness_table(case):
@@ -188,8 +188,8 @@ def form_tables(scene):
     Returns
     -------
     dict
-        Name -> Table: "points", places of the free points; "cables", force density, tension and distance of the ends
-        of each cable that states a force density.
+        Name -> Table: "points", positions of the free points; "cables", force density, tension and distance of the
+        ends of each cable that states a force density.
 
     Raises
     ------
@@ -201,12 +201,12 @@ def form_tables(scene):
     points = (name, *(Field(f"{axis}_m", axis, "m") for axis in "xyz"))
     cables = (name, Field("force_density_N_per_m", "force density", "N/m"), Field("tension_N", "tension", "N"),
               Field("length_m", "length", "m"))  # fmt: skip
-    places = zip(form.body_names[form.bodies :], form.position[0, form.bodies :].tolist(), strict=True)
+    positions = zip(form.body_names[form.bodies :], form.position[0, form.bodies :].tolist(), strict=True)
     has_density = np.isfinite(density)
     numbers = np.stack([density, tension[0], tension[0] / density], axis=-1)[has_density].tolist()
     names = np.array(form.cable_names, dtype=object)[has_density].tolist()
     return {
-        "points": Table.of(points, ([name, *place] for name, place in places)),
+        "points": Table.of(points, ([name, *position] for name, position in positions)),
         "cables": Table.of(cables, ([name, *line] for name, line in zip(names, numbers, strict=True))),
     }
 
@@ -220,7 +220,7 @@ def mode_table(case, modes, chosen):
     modes : CoupledModes
         Of this case.
     chosen : sequence of int
-        Which of them, from 0.
+        Their indices, from 0.
 
     Returns
     -------
@@ -241,14 +241,14 @@ def mode_table(case, modes, chosen):
 
     def errors():
         frequency, ratio = mode_errors(case, modes, int(max(chosen, default=-1)) + 1)
-        for k in map(int, chosen):
-            stated = {"frequency_Hz": float(frequency[k]), "damping_ratio": float(ratio[k])}
-            yield {name: error for name, error in stated.items() if not np.isnan(error)}
+        for index in map(int, chosen):
+            errors_of_mode = {"frequency_Hz": float(frequency[index]), "damping_ratio": float(ratio[index])}
+            yield {name: error for name, error in errors_of_mode.items() if not np.isnan(error)}
 
     return Table.of(fields, lines, errors=errors)
 
 
-def cable_mode_table(case, name, found):
+def cable_mode_table(case, name, case_and_modes):
     """Modes of one cable between fixed ends as rows.
 
     Parameters
@@ -256,31 +256,31 @@ def cable_mode_table(case, name, found):
     case : SuspensionCase
     name : str
         Of the cable.
-    found : tuple
-        From `SuspensionCase.modes_of_cable`.
+    case_and_modes : tuple
+        `Case` of the cable and its modes, from `SuspensionCase.modes_of_cable`.
 
     Returns
     -------
     Table
         Number, type, symmetry and frequency.
     """
-    cable, modes = found
+    cable, modes = case_and_modes
     table = modes_as_rows(cable, modes, range(len(modes)), {})
     return replace(table, errors=lambda: _errors_of_cable_modes(case, name, modes))
 
 
 def _errors_of_cable_modes(case, name, modes):
-    """Yield the estimated error of each frequency, of exact elements against the finer model: header -> number."""
-    seen = Counter()
+    """Yield the estimated error of each frequency, of fixed elements against the finer model: header -> number."""
+    numbers = Counter()
     for kind, frequency, error in zip(modes.kind, modes.frequency.tolist(), modes.errors.tolist(), strict=True):
-        seen[kind] += 1
+        numbers[kind] += 1
         if case.model is None:
-            yield {"frequency_Hz": error + case.group.drag_error(case.place)}
+            yield {"frequency_Hz": error + case.group.drag_error(case.index)}
             continue
         try:
-            column = find(f"{kind.replace('-', '')}_frequency_{seen[kind]}")
-            truth, unknown = case.finer.cable_frequency(name, column)
-            yield {"frequency_Hz": relative(frequency, truth) + unknown}
+            column = find(f"{kind.replace('-', '')}_frequency_{numbers[kind]}")
+            reference, reference_error = case.finer.cable_frequency(name, column)
+            yield {"frequency_Hz": relative(frequency, reference) + reference_error}
         except CablestudyError as failure:
             case.reason = str(failure)
             yield {}
@@ -293,26 +293,28 @@ def shape_table(case, failures):
     ----------
     case : SuspensionCase
     failures : list
-        Takes why a cable has no definite form.
+        Reasons why cables have no definite form are appended.
 
     Raises
     ------
     NoSolutionError, ConvergenceError
         There is no stable equilibrium.
     """
-    found, cables = case.equilibrium, {}
-    ends = found.suspension.ends(found.position, found.rotation)
-    for place, name in enumerate(found.suspension.cable_names):
-        catenary = found.catenary.take(place)
+    equilibrium, cables = case.equilibrium, {}
+    ends = equilibrium.suspension.ends(equilibrium.position, equilibrium.rotation)
+    for cable, name in enumerate(equilibrium.suspension.cable_names):
+        catenary = equilibrium.catenary.take(cable)
         if catenary.slack:
             failures.append(f"{name} is slack and without weight: it has no definite form")
             continue
-        cables[name] = catenary, ends[place, 0]
+        cables[name] = catenary, ends[cable, 0]
     return shapes_table(cables)
 
 
 def mode_errors(case, modes, count):
-    """Estimated relative errors of the lowest coupled modes: of exact elements against a finer model, by their shapes.
+    """Estimated relative errors of the lowest coupled modes.
+
+    Modes of fixed elements are compared with those of a finer model that have the most similar shapes.
 
     Parameters
     ----------
@@ -334,22 +336,23 @@ def mode_errors(case, modes, count):
     except CablestudyError as error:
         case.reason = str(error)
         return errors
-    known = min(count, len(modes), len(finer))
-    pair = pair_modes(modes.take(np.arange(known)), finer)
+    compared = min(count, len(modes), len(finer))
+    partner = pair_modes(modes.take(np.arange(compared)), finer)
     pairs = (
         (modes.frequency, finer.frequency, finer.error),
         (modes.damping_ratio, finer.damping_ratio, finer.damping_error),
     )
-    for row, (own, true, error) in zip(errors, pairs, strict=True):
-        own, true, error = own[:known], true[pair], error[pair]
-        moves = np.abs(true) > STUDY.rounding  # not a mode without damping
-        row[:known] = np.where(moves, np.abs(own - true) / np.where(moves, np.abs(true), 1.0) + error, np.nan)
-        row[:known][~moves & (np.abs(own) <= STUDY.rounding)] = 0.0  # shown as zero
+    for row, (numbers, reference, error) in zip(errors, pairs, strict=True):
+        numbers, reference, error = numbers[:compared], reference[partner], error[partner]
+        nonzero = np.abs(reference) > STUDY.rounding  # not a mode without damping
+        difference = np.abs(numbers - reference) / np.where(nonzero, np.abs(reference), 1.0)
+        row[:compared] = np.where(nonzero, difference + error, np.nan)
+        row[:compared][~nonzero & (np.abs(numbers) <= STUDY.rounding)] = 0.0  # shown as zero
     return errors
 
 
 def mode_notes(case, modes, count):
-    """Notes on the errors of the lowest coupled modes of exact elements, none of others: tuple of str."""
+    """Notes on the errors of the lowest coupled modes of fixed elements, none of others: tuple of str."""
     if case.model is None:
         return ()
     errors = [None if np.isnan(error) else error for error in mode_errors(case, modes, count)[0].tolist()]

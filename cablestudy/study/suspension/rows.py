@@ -1,4 +1,4 @@
-"""Rows of a table of suspensions: the columns of cases, with the reason where one cannot be had."""
+"""Rows of a table of suspensions: the columns of cases, with the reason where one has no value."""
 
 import time
 from math import isfinite, isnan
@@ -10,7 +10,7 @@ from cablestudy.scene.words import first_of
 from cablestudy.study.closed_form import DISCRETE, SYSTEM
 from cablestudy.study.columns import most_modes_first, not_finite, relative
 from cablestudy.study.refinement import reference_scene
-from cablestudy.study.row import Row
+from cablestudy.study.row import Row, batched
 from cablestudy.study.status import FALLEN, MODAL, OVER_STRENGTH, SLACK, status_of
 from cablestudy.study.suspension.case import SuspensionCase, cases_of, prepare
 from cablestudy.study.suspension.columns import WHOLE
@@ -34,40 +34,34 @@ def evaluate_suspensions(scenes, columns, estimate=False):
     Returns
     -------
     list of Row
-        Where a column cannot be had its cell is empty, and the status says why.
+        Where a column has no value its cell is empty, and the status says why.
     """
     columns = [OF_THE_WHOLE.get(column.name, column) for column in columns]
     need_statics = any(column.needs in ("statics", "stiffness", "modes", "loop", "wind") for column in columns)
     need_motion = any(column.needs in SYSTEM for column in columns)
     compared = estimate or any(column.name == "error_estimate" for column in columns)
     rows, most_cables = [], max((len(scene.cables) for scene in scenes), default=1)
-    at_once = max(STUDY.suspensions_at_once, STUDY.suspended_cables_at_once // max(1, most_cables))
-    for batch in _batches(scenes, at_once):  # equilibria solved together
-        begin = time.perf_counter()
+    batch_size = max(STUDY.suspensions_at_once, STUDY.suspended_cables_at_once // max(1, most_cables))
+    for batch in batched(scenes, batch_size):  # equilibria solved together
+        start = time.perf_counter()
         cases = cases_of(batch) if need_statics else [SuspensionCase(scene) for scene in batch]
         if compared:
             _compare(cases, columns)
-        seconds = (time.perf_counter() - begin) / len(batch)
-        at_once_moving = len(cases)
+        seconds = (time.perf_counter() - start) / len(batch)
+        block_size = len(cases)
         if need_motion:
-            at_once_moving = max(1, STUDY.cables_at_once // max(1, *(len(scene.cables) for scene in batch)))
-        for block in _batches(cases, at_once_moving):  # models of cables computed together
-            begin = time.perf_counter()
+            block_size = max(1, STUDY.cables_at_once // max(1, *(len(scene.cables) for scene in batch)))
+        for block in batched(cases, block_size):  # models of cables computed together
+            start = time.perf_counter()
             if need_motion:
                 prepare(block)
-            seconds_of_row = seconds + (time.perf_counter() - begin) / len(block)
+            seconds_of_row = seconds + (time.perf_counter() - start) / len(block)
             rows += [_row(case, columns, seconds_of_row, estimate) for case in block]
     return rows
 
 
-def _batches(items, size):
-    """Yield a sequence in parts of a size, the last one shorter."""
-    for first in range(0, len(items), size):
-        yield items[first : first + size]
-
-
 def _compare(cases, columns):
-    """Give cases with exact elements finer models to be compared with, whose statics are computed together."""
+    """Set `finer` of cases with fixed elements, for comparison; the statics of all are computed together."""
     exact = [case for case in cases if case.model is not None]
     if exact and any(column.needs in DISCRETE for column in columns):
         for case, finer in zip(exact, cases_of([reference_scene(case.with_all_cables) for case in exact]), strict=True):
@@ -75,27 +69,27 @@ def _compare(cases, columns):
 
 
 def _row(case, columns, seconds, noted):
-    """One row; `seconds` is its share of the time of what was solved with others."""
-    begin = time.perf_counter()
+    """The `Row` of a case; `seconds` is its share of the time of the work done for several cases."""
+    start = time.perf_counter()
     cells, errors, failures = _cells(case, columns)
-    known = [error for error in errors.values() if error is not None]
+    known_errors = [error for error in errors.values() if error is not None]
     run = {
         "dof": case.size,
-        "error_estimate": max(known, default=0.0) if len(known) == len(errors) else None,
-        "solve_time_ms": 1e3 * (seconds + time.perf_counter() - begin),
+        "error_estimate": max(known_errors, default=0.0) if len(known_errors) == len(errors) else None,
+        "solve_time_ms": 1e3 * (seconds + time.perf_counter() - start),
     }
     cells.update((header, number) for header, number in run.items() if header in cells)
-    weak = list(case.over_strength) if case.solved else []
-    slack = slackened(case) if any(column.needs == "wind" for column in columns) and case.moves else []
-    doubts = (OVER_STRENGTH, weak), (SLACK, slack), (FALLEN, fallen(case) if case.solved else [])
+    overloaded = list(case.over_strength) if case.solved else []
+    slack_cables = slackened(case) if any(column.needs == "wind" for column in columns) and case.moves else []
+    doubts = (OVER_STRENGTH, overloaded), (SLACK, slack_cables), (FALLEN, fallen(case) if case.solved else [])
     cells["status"] = status_of(
         failures, *(f"{words}: {first_of(names, STUDY.listed_parts)}" for words, names in doubts if names)
     )
-    return Row(cells, case, notes_of(case) if noted else (), errors, strength_warning(case) if weak else ())
+    return Row(cells, case, notes_of(case) if noted else (), errors, strength_warning(case) if overloaded else ())
 
 
 def _cells(case, columns):
-    """Header -> number, None where it cannot be had; estimated relative errors; and the reasons: three dicts."""
+    """Numbers of the columns, None where there is none, estimated relative errors, and failures: dicts by header."""
     cells, errors, failures = {column.header: None for column in columns}, {}, {}
     for column in most_modes_first(columns):
         if column.needs == "run":
@@ -110,7 +104,7 @@ def _cells(case, columns):
 
 
 def _doubts(case, in_wind):
-    """Reasons to doubt a row: an unstable loop; where `in_wind`, limits exceeded in the wind, or why none are known.
+    """Reasons to doubt a row: an unstable loop; with `in_wind`, limits exceeded in the wind, or why none are known.
 
     Returns
     -------
@@ -144,8 +138,8 @@ def value(case, column):
     result = column.compute(case)
     number, error = result if isinstance(result, tuple) else (result, case.statics_error(column))
     if column.needs in ("loop", "wind") and error:
-        # mean displacements have an error by the drag, to first order: alone it is too small
-        error += case.group.drag_error(case.place, in_wind=True)
+        # that which mean displacements have by the drag is of first order, and alone too small
+        error += case.group.drag_error(case.index, in_wind=True)
     if case.estimate and column.needs in DISCRETE:
         error = _difference(case, column, number)
     if number is None:

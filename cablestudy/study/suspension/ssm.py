@@ -262,7 +262,7 @@ def with_node_forces(system, layout, models, kept):
         With the inputs `CABLE.force_node_1_x` and so on, global axes, numbered from the end `from` on. [N]
     """
     names, (direction, _) = layout.equilibrium.suspension.cable_names, outward(layout.equilibrium)
-    sizes, ends = [len(one.element.omega) for one in kept], dense(layout.moved)
+    sizes, ends = [len(one.element.omega) for one in kept], dense(layout.connection)
     begin, tensions = np.cumsum([0, *sizes]), len(system.outputs) - 2 * len(kept)
     forces, direct, labels = [], [], []
     for cable, _, _, shapes in nodal_shapes(models, kept, np.flatnonzero(models.cables.heavy)):

@@ -41,21 +41,16 @@ def reference_case(scene):
     NoSolutionError, ConvergenceError
         It has no stable equilibrium.
     """
-    case = SuspensionCase(scene)
-    return SuspensionCase(scene, case.group)
+    return SuspensionCase(scene, SuspensionCase(scene).group)
 
 
 def reference_levels(case):
-    """Ever finer models of the coupled modes: a function, `Column` -> list of (name, SuspensionCase)."""
-    fits = _size_limit(case)
-    levels = [
-        (
-            f"{n} x order {order} of each cable",
-            SuspensionCase(with_elements(case.scene, n, order, "lumped"), case.group),
-        )
-        for n, order in LEVELS
-        if fits(n * order)
-    ]
+    """Finer and finer models of the coupled modes: a function, `Column` -> list of (name, SuspensionCase)."""
+    fits, levels = _size_limit(case), []
+    for n, order in LEVELS:
+        if fits(n * order):
+            finer = SuspensionCase(with_elements(case.scene, n, order, "lumped"), case.group)
+            levels.append((f"{n} x order {order} of each cable", finer))
     return lambda column: levels
 
 
@@ -66,12 +61,12 @@ def exact_value(column, case):
 
 
 def missing_key(scene, column):
-    """An empty text: what a column lacks `columns.why_not` says."""
+    """An empty text: `columns.why_not` has the message on a missing key."""
     return ""
 
 
 def comparable(_, column):
-    """A column that is compared: itself."""
+    """The column itself: models of a suspension have every column."""
     return column
 
 
@@ -83,7 +78,7 @@ def models_of(scene, columns):
     NoSolutionError, ConvergenceError
         There is no stable equilibrium.
     """
-    found = [
+    models = [
         ComparedModel(
             "closed form", "catenary", _case, ("statics", "stiffness"), _static_value, lambda _: 0, _stated_error
         ),
@@ -92,8 +87,8 @@ def models_of(scene, columns):
 
     def add(family, name, change):
         build = partial(_case, change=change)
-        own = DISCRETE, _number, lambda case: case.size, _stated_error, most_modes_first
-        found.append(ComparedModel(family, name, build, *own))
+        options = DISCRETE, _number, lambda case: case.size, _stated_error, most_modes_first
+        models.append(ComparedModel(family, name, build, *options))
 
     for accuracy in ACCURACIES:
         add("error control", f"accuracy {power(accuracy)}", partial(with_accuracy, accuracy=accuracy))
@@ -101,7 +96,7 @@ def models_of(scene, columns):
     for family, name, n, order, mass in element_models():
         if fits(n * order):
             add(family, name, partial(with_elements, elements=n, order=order, mass=mass))
-    return [model for model in found if any(column.needs in model.needs for column in columns)]
+    return [model for model in models if any(column.needs in model.needs for column in columns)]
 
 
 def _case(scene, _=(), change=lambda scene: scene):
@@ -110,7 +105,7 @@ def _case(scene, _=(), change=lambda scene: scene):
 
 
 def _size_limit(case):
-    """Whether a model with a number of segments along each cable is small enough to be compared: a function."""
+    """Function of the number of segments along each cable: True if the model is small enough to be compared."""
     layout, cables = Layout(case.equilibrium), len(case.scene.cables)
     return lambda segments: 3 * (segments - 1) * cables <= LARGEST[layout.large]
 
@@ -121,21 +116,24 @@ def _value(column, case):
 
 
 def _number(column, case):
+    """A number of a case, without its error."""
     return _value(column, case)[0]
 
 
 def _stated_error(column, case):
+    """Relative error that the model states of a number, or None. [-]"""
     return _value(column, case)[1]
 
 
 def _static_value(column, case):
+    """A number of the statics; NoSolutionError for other columns."""
     if column.needs in DISCRETE:
         raise NoSolutionError("statics alone")
     return _number(column, case)
 
 
 def _free_displacements(case):
-    """Of bodies and junctions. [-]"""
+    """Number of free displacements of bodies and junctions. [-]"""
     return int(case.equilibrium.suspension.free.sum())
 
 
@@ -152,10 +150,10 @@ def _static_frequency(column, case):
     if body:
         frequencies = case.static_frequencies(body)
     else:
-        found = case.equilibrium
-        cables = Cables(found.catenary, UNDAMPED)
-        straight = Layout(found).without_modes(cables.end_stiffness, cables.straight)
-        frequencies = straight.lowest(number)[0] / (2 * np.pi)
+        equilibrium = case.equilibrium
+        cables = Cables(equilibrium.catenary, UNDAMPED)
+        without_modes = Layout(equilibrium).without_modes(cables.end_stiffness, cables.straight)
+        frequencies = without_modes.lowest(number)[0] / (2 * np.pi)
         frequencies = frequencies[np.isfinite(frequencies)]
     if number > len(frequencies):
         raise NoSolutionError(f"{len(frequencies)} free displacements have no mode {number}")
