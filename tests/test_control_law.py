@@ -278,7 +278,7 @@ class Finer:
         own, ground = self.cable.dynamic_stiffness(s, [3], [3, 0])[:, 0].T
         driven = own if self._loop.location == "gondola" else -ground
         passed = 1.0 if self.notch is None else self.notch(s)
-        return self._loop.closed_loop.given_loop.law(s) * passed * driven / (self._loop.mass * s**2 + own)
+        return self._loop.closed_loop.untuned_loop.law(s) * passed * driven / (self._loop.mass * s**2 + own)
 
 
 @pytest.mark.parametrize("seed", [2, 31, 66])

@@ -162,7 +162,7 @@ def test_crossings_are_the_gains_at_which_eigenvalues_cross(seed, k):
     found = refined(loop.unit_gain, crossings(omega[None], values[None]))
     if loop.limit:
         assert found.factor[found.outward].min() == pytest.approx(loop.limit, rel=1e-9)
-    for gain, place, outward in zip(found.factor, found.place, found.outward, strict=True):
+    for gain, place, outward in zip(found.factor, found.frequency, found.outward, strict=True):
         sides = [loop.poles(gain * (1 + step)) for step in (-1e-6, 0.0, 1e-6)]
         before, at, after = (one[np.argmin(np.abs(one - 1j * place))] for one in sides)
         assert abs(at - 1j * place) < 1e-9 * place

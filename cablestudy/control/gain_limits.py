@@ -26,17 +26,18 @@ from cablestudy.control.margins_grid import (
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
 
-ASIDE = np.geomspace(0.05, 1e4, 80)  # distances from such a mode, over its width, at which its growth is looked for
+# distances from the frequency of a mode as good as undamped, over its width, at which its growth is looked for
+ASIDE = np.geomspace(0.05, 1e4, 80)
 
 
 @dataclass(frozen=True)
 class Limit:
-    """Where a pole crosses the imaginary axis.
+    """Gain and frequency at which a pole crosses the imaginary axis.
 
     Attributes
     ----------
     factor : float
-        Of a gain; for all winches together the gain itself. [-], [rad/s]
+        The gain itself [rad/s]; of the gain of one coordinate alone its factor [-].
     omega : float
         Frequency of the pole there. [rad/s]
     rate : float
@@ -54,34 +55,35 @@ class Limit:
         return self.rate < CONTROL.undamped
 
     def of(self, loop_gain):
-        """`Limit` of this crossing in a similar loop gain.
+        """`Limit` of this crossing in another loop gain, which is similar or the same.
 
-        That of a mode as good as undamped is where it grows by `negligible_growth`; its factor is infinite if it never
-        does.
+        Of a mode as good as undamped it is where the mode grows by `negligible_growth`; its factor is infinite if the
+        mode never does.
         """
         if not self.undamped:
-            found = limit_near(loop_gain, self)
-            return replace(found, rate=self.rate) if found else self
+            limit = limit_near(loop_gain, self)
+            return replace(limit, rate=self.rate) if limit else self
 
         def damped(s):
+            """The loop gain on a line of poles that grow by it, whose crossings are looked for."""
             return loop_gain(s + CONTROL.negligible_growth * np.abs(s))
 
         step = max(self.rate, CONTROL.negligible_growth) * self.omega * ASIDE
         omega = self.omega + np.concatenate([-step[::-1], [0.0], step])
-        found = crossings(omega[None], eigenvalues(by_parts(damped, omega))[None])
-        found = refined(damped, found.take(found.outward))
-        return replace(self, factor=float(found.factor.min(initial=np.inf)) if len(found) else np.inf)
+        beside = crossings(omega[None], eigenvalues(by_parts(damped, omega))[None])
+        outward = refined(damped, beside.take(beside.outward))
+        return replace(self, factor=float(outward.factor.min(initial=np.inf)) if len(outward) else np.inf)
 
 
 class StableGains:
-    """The loop gain over frequency, and what follows for the gain.
+    """Gains with which a loop is stable, its margins and limits, from its loop gain over frequency.
 
     Parameters
     ----------
     loop_gain : callable
         L over the gain: s, shape (f,) -> shape (f, k, k).
     poles : ndarray
-        Without control, all stable: those beside which L changes. [rad/s]
+        Without control, all stable: L changes fast beside them. [rad/s]
     notches : tuple of (Notch or None)
     law : Law
     most : float
@@ -90,7 +92,7 @@ class StableGains:
 
     def __init__(self, loop_gain, poles, notches, law, most=np.inf):
         self.loop_gain, self.law, self.poles, self._most = loop_gain, law, poles, most
-        self._first = frequencies(self.poles, notches, law)
+        self._first_frequencies = frequencies(self.poles, notches, law)
 
     @cached_property
     def curve(self):
@@ -104,13 +106,15 @@ class StableGains:
         values : ndarray, shape (f, k)
             Eigenvalues of these.
         """
-        return curve(self.loop_gain, self._first, upto=self.law.judged_up_to, most=self._most)
+        return curve(self.loop_gain, self._first_frequencies, upto=self.law.judged_up_to, most=self._most)
 
     @cached_property
     def _crossings(self):
+        """`Crossings` of the curve up to the highest gain that is judged, by ascending gain."""
         omega, _, values = self.curve
-        found = crossings(omega[None], values[None])
-        return found.take(found.factor < CONTROL.highest_judged_gain * np.abs(self.poles).min(initial=np.inf)).sorted()
+        on_curve = crossings(omega[None], values[None])
+        highest = CONTROL.highest_judged_gain * np.abs(self.poles).min(initial=np.inf)
+        return on_curve.take(on_curve.factor < highest).sorted()
 
     @property
     def limit(self):
@@ -119,7 +123,7 @@ class StableGains:
 
     @cached_property
     def limits(self):
-        """`Limit` of gains at which poles cross to the right, the smallest ones: list, ascending.
+        """`Limit` of the smallest gains at which poles cross to the right: list, ascending.
 
         Notes
         -----
@@ -127,24 +131,25 @@ class StableGains:
         of a mode as good as undamped is called unstable only from the gain on with which it grows by
         `negligible_growth`.
         """
-        rest, found = self._crossings, []
-        while len(rest) and (not found or rest.factor[0] < found[0].factor):
-            near, rest = _least(self.loop_gain, rest)
-            found += [one for one, outward in self._described(near) if outward and one.factor < np.inf]
-            found.sort(key=lambda one: one.factor)
-        return found
+        remaining, limits = self._crossings, []
+        while len(remaining) and (not limits or remaining.factor[0] < limits[0].factor):
+            least, remaining = _split_least(self.loop_gain, remaining)
+            limits += [limit for limit, outward in self._limits_of(least) if outward and limit.factor < np.inf]
+            limits.sort(key=lambda limit: limit.factor)
+        return limits
 
-    def _described(self, crossings):
-        """Each of some crossings as a `Limit`, and whether the pole crosses to the right: list of pairs."""
-        rate = np.abs((1j / (crossings.factor * crossings.slope)).real) / crossings.place
-        numbers = np.stack([crossings.factor, crossings.place, rate], axis=1).tolist()
-        limits = [(Limit(*row), outward) for row, outward in zip(numbers, crossings.outward.tolist(), strict=True)]
-        return [
-            (limit.of(self.loop_gain) if outward and limit.undamped else limit, outward) for limit, outward in limits
-        ]
+    def _limits_of(self, crossings):
+        """Each of some `Crossings` as a `Limit`, and whether its pole crosses to the right: list of pairs."""
+        rate = np.abs((1j / (crossings.factor * crossings.slope)).real) / crossings.frequency
+        numbers = np.stack([crossings.factor, crossings.frequency, rate], axis=1).tolist()
+        limits = []
+        for row, outward in zip(numbers, crossings.outward.tolist(), strict=True):
+            limit = Limit(*row)
+            limits.append((limit.of(self.loop_gain) if outward and limit.undamped else limit, outward))
+        return limits
 
     def open_ratio(self, omega):
-        """Damping ratio without control of the mode whose pole is nearest to a frequency. [-]"""
+        """Damping ratio, without control, of the mode whose pole is nearest to a frequency [rad/s]. [-]"""
         if not len(self.poles):
             return 1.0
         pole = self.poles[np.argmin(np.abs(self.poles - 1j * omega))]
@@ -161,7 +166,7 @@ class StableGains:
         self.check_delay(gain)
         candidates = self._crossings.take(self._crossings.factor < CONTROL.refined_together * gain)
         count = 0
-        for limit, outward in self._described(refined(self.loop_gain, candidates)) if len(candidates) else ():
+        for limit, outward in self._limits_of(refined(self.loop_gain, candidates)) if len(candidates) else ():
             if limit.factor < gain:
                 count += 2 if outward else -2
         return max(count, 0)
@@ -185,35 +190,34 @@ class StableGains:
         return float(self._largest[self.curve[0] > omega].max(initial=0.0))
 
     def frequencies(self, gain):
-        """Those of the curve, and beside the poles of the loop with a gain [rad/s], ascending, shape (f,). [rad/s]"""
-        return self._close(gain)[0]
+        """Frequencies of the curve, and beside poles of the loop with a gain [rad/s], ascending, shape (f,). [rad/s]"""
+        return self._closed_loop_curve(gain)[0]
 
-    def _close(self, gain):
-        """`frequencies`, and L over the gain there, shape (f, k, k)."""
+    def _closed_loop_curve(self, gain):
+        """`frequencies`, and L over the gain there, shape (f, k, k).
+
+        A pole that crosses the axis near this gain is extrapolated from its crossing; the integrator has one at -gain.
+        """
         omega, matrices, values = self.curve
         if not gain:
             return omega, matrices
-        near = self._crossings
-        near = near.take(
-            (near.factor < CONTROL.closed_poles_gain * gain) & (gain < CONTROL.closed_poles_gain * near.factor)
-        )
-        poles = 1j * near.place + 1j / (near.factor * near.slope) * (gain / near.factor - 1)
+        near, ratio = self._crossings, CONTROL.closed_poles_gain
+        near = near.take((near.factor < ratio * gain) & (gain < ratio * near.factor))
+        poles = 1j * near.frequency + 1j / (near.factor * near.slope) * (gain / near.factor - 1)
         added = near_poles(np.append(poles, [-gain, -min(gain / 2, omega[0])]))  # a small gain is below all of them
         omega, matrices = curve_beside(self.loop_gain, gain, omega, matrices, values)
         return with_more(self.loop_gain, omega, matrices, added[added < omega[-1]])
 
     def margins(self, gain):
         """`Margins` of the loop with a gain. [rad/s]"""
-        omega, matrices = self._close(gain)
+        omega, matrices = self._closed_loop_curve(gain)
         return Margins(lambda s: gain * self.loop_gain(s), omega, self._check_peak, gain * matrices)
 
     def _check_peak(self, omega):
-        """Refuse a peak of the sensitivity [rad/s] of a mode as good as undamped: NoSolutionError."""
+        """Refuse a peak of the sensitivity, at a frequency [rad/s], of a mode as good as undamped: NoSolutionError."""
         pole = self.poles[np.argmin(np.abs(self.poles - 1j * omega))] if len(self.poles) else np.inf
-        if (
-            abs(pole - 1j * omega) < CONTROL.peak_at_pole * omega
-            and (ratio := self.open_ratio(omega)) < CONTROL.undamped
-        ):
+        at_pole, ratio = abs(pole - 1j * omega) < CONTROL.peak_at_pole * omega, self.open_ratio(omega)
+        if at_pole and ratio < CONTROL.undamped:
             raise undamped(pole, ratio, "no peak of the sensitivity: ")
 
     def gain_of_peak(self, peak, most):
@@ -231,18 +235,16 @@ class StableGains:
         float or None
             None where every gain has a lower peak.
         """
-        gain, omega = most or CONTROL.highest_sensitive_gain * np.abs(self.poles).max(), self.curve[0]
-        reached = False  # by the peak, with the first gain
+        gain = most or CONTROL.highest_sensitive_gain * np.abs(self.poles).max()
+        omega, lowered = self.curve[0], False
         for _ in range(2):  # on frequencies near the poles of the open loop, then also near those of the closed one
-            gain, frequency_of_peak = gain_of_peak(self.loop_gain, omega, peak, gain)
+            gain, peak_omega = gain_of_peak(self.loop_gain, omega, peak, gain)
             omega = distinct(np.append(omega, self.frequencies(gain)))
-            reached = reached or frequency_of_peak is not None
-        return gain if most or reached else None
+            lowered = lowered or peak_omega is not None  # the gain, to that with this peak
+        return gain if most or lowered else None
 
     def single_limits(self, gain):
-        """By how much the gain of each measured coordinate alone may grow, shape (k,); infinite where by any factor.
-
-        [-]
+        """Factor by which the gain of each measured coordinate alone may grow, shape (k,); infinite without limit. [-]
 
         Parameters
         ----------
@@ -258,77 +260,82 @@ class StableGains:
         -----
         With the other loops closed the loop gain of coordinate j is 1/S_jj - 1, S = (I + L)^-1.
         """
-        (omega, matrices), found = self._close(gain), []
+        omega, matrices = self._closed_loop_curve(gain)
+        all_closed, factors = sensitivity(gain * matrices), []
+        for coordinate in range(all_closed.shape[-1]):
+            entry = np.s_[:, coordinate : coordinate + 1, coordinate : coordinate + 1]
 
-        known = sensitivity(gain * matrices)
-        for own in range(known.shape[-1]):
-            place = np.s_[:, own : own + 1, own : own + 1]
+            def single(s, entry=entry):
+                """Loop gain of this coordinate with the other loops closed, shape (f, 1, 1)."""
+                return 1 / sensitivity(gain * self.loop_gain(s))[entry] - 1
 
-            def alone(s, place=place):
-                return 1 / sensitivity(gain * self.loop_gain(s))[place] - 1
-
-            closer, _, values = curve(alone, omega, 1 / known[place] - 1, self.law.judged_up_to)
-            found.append(_growth_allowed(alone, crossings(closer[None], values[None]).sorted()))
-        return np.array(found)
+            close_omega, _, values = curve(single, omega, 1 / all_closed[entry] - 1, self.law.judged_up_to)
+            factors.append(_growth_allowed(single, crossings(close_omega[None], values[None]).sorted()))
+        return np.array(factors)
 
 
-def _growth_allowed(function, rest):
-    """Factor above 1 at which a pole first crosses to the right; 0 where one is there without this gain."""
+def _growth_allowed(loop_gain, remaining):
+    """Factor above 1 at which a pole first crosses to the right; 0 where the loop is unstable without this gain.
+
+    `remaining` are the sorted `Crossings` of the loop gain. The loop is stable with the factor 1: it is unstable
+    without the gain if below that factor more poles cross to the left than to the right.
+    """
     net = 0
-    while len(rest):
-        found, rest = _least(function, rest)
-        if len(found):
-            net += np.where(found.outward, 1, -1)[found.factor < 1].sum()
-            above = found.factor[found.outward & (found.factor > 1)]
+    while len(remaining):
+        least, remaining = _split_least(loop_gain, remaining)
+        if len(least):
+            net += np.where(least.outward, 1, -1)[least.factor < 1].sum()
+            above = least.factor[least.outward & (least.factor > 1)]
             if len(above):
                 return float(above.min()) if net >= 0 else 0.0
     return np.inf if net >= 0 else 0.0
 
 
-def _least(function, rest):
-    """Of some `Crossings` that are sorted those with the least factors, to rounding, and the rest."""
-    near = rest.factor <= CONTROL.refined_together * rest.factor[0]
-    found = refined(function, rest.take(near))
-    return found if len(found) else rest.take(slice(0)), rest.take(~near)
+def _split_least(loop_gain, remaining):
+    """The least of sorted `Crossings`, located to rounding, and the others."""
+    near = remaining.factor <= CONTROL.refined_together * remaining.factor[0]
+    least = refined(loop_gain, remaining.take(near))
+    return least if len(least) else remaining.take(slice(0)), remaining.take(~near)
 
 
-def limit_near(loop_gain, known):
+def limit_near(loop_gain, similar):
     """The least `Limit` of a loop gain near that of a similar one; None where it has none there.
 
     Parameters
     ----------
     loop_gain : callable
         As for `StableGains`.
-    known : Limit
+    similar : Limit
+        Of the similar loop gain.
     """
-    omega = known.omega
-    needed = -1 / eigenvalues(loop_gain(np.array([1j * omega])))[0]
-    near = needed[np.abs(needed - known.factor) < CONTROL.may_cross_within * known.factor]
+    omega = similar.omega
+    gains = -1 / eigenvalues(loop_gain(np.array([1j * omega])))[0]
+    near = gains[np.abs(gains - similar.factor) < CONTROL.may_cross_within * similar.factor]
     span = (
-        min(CONTROL.first_crossing_step, known.rate) * omega,
+        min(CONTROL.first_crossing_step, similar.rate) * omega,
         CONTROL.one_crossing * omega,
         CONTROL.crossing_frequency * omega,
     )
-    found = [crossing_near(_followed(loop_gain, one), omega, *span) for one in near]
-    found = [Limit(*map(float, one)) for one in found if one and one[0] > 0]
-    return min(found, key=lambda one: one.factor, default=None)
+    pairs = [crossing_near(_needed_gain(loop_gain, gain), omega, *span) for gain in near]
+    limits = [Limit(*map(float, pair)) for pair in pairs if pair and pair[0] > 0]
+    return min(limits, key=lambda limit: limit.factor, default=None)
 
 
-def _followed(loop_gain, begin):
+def _needed_gain(loop_gain, begin):
     """-1 over one eigenvalue of the loop gain over the gain, as a function of frequency [rad/s], from its first value.
 
-    Of several that are alike it is the one nearest to the line through the last two.
+    Of several eigenvalues that are alike it is the one nearest to the line through the last two values.
     """
-    known = []
+    values = []  # frequency and value of each call
 
     def needed_gain(omega):
-        values = -1 / eigenvalues(loop_gain(np.array([1j * omega])))[0]
-        expected = known[-1][1] if known else begin
-        if len(known) > 1:
-            (before, first), (last, second) = known[-2:]
-            expected = second + (second - first) * (omega - last) / (last - before)
-        known.append((omega, values[np.argmin(np.abs(values - expected))]))
-        return known[-1][1]
+        candidates = -1 / eigenvalues(loop_gain(np.array([1j * omega])))[0]
+        expected = values[-1][1] if values else begin
+        if len(values) > 1:
+            (omega_1, gain_1), (omega_2, gain_2) = values[-2:]
+            expected = gain_2 + (gain_2 - gain_1) * (omega - omega_2) / (omega_2 - omega_1)
+        values.append((omega, candidates[np.argmin(np.abs(candidates - expected))]))
+        return values[-1][1]
 
     return needed_gain
 

@@ -74,14 +74,14 @@ class Law:
         """The gains of the controller in words, for what the law is multiplied by [rad/s]."""
         if self.integrates_only:
             return f"a gain of {gain:.{digits}g} rad/s"
-        kinds, parts = (("integral", "rad/s"), ("proportional", ""), ("derivative", "s")), []
-        for (kind, unit), weight in zip(kinds, self.weights, strict=True):
+        units, gains = {"integral": " rad/s", "proportional": "", "derivative": " s"}, []
+        for (part, unit), weight in zip(units.items(), self.weights, strict=True):
             if weight:
-                parts.append(f"{gain * weight:.{digits}g}{' ' * bool(unit)}{unit} ({kind})")
-        return f"gains of {', '.join(parts)}" if len(parts) > 1 else f"a gain of {parts[0]}"
+                gains.append(f"{gain * weight:.{digits}g}{unit} ({part})")
+        return f"gains of {', '.join(gains)}" if len(gains) > 1 else f"a gain of {gains[0]}"
 
     def approximants(self, highest):
-        """How many approximants make the delay right up to a frequency [rad/s]."""
+        """Number of approximants that make the delay right up to a frequency [rad/s]."""
         return max(1, ceil(highest * self.delay / CONTROL.pade_phase)) if self.delay else 0
 
     def state_space(self, highest):
@@ -89,15 +89,15 @@ class Law:
         return self.state_space_of(self.approximants(highest))
 
     def state_space_of(self, count):
-        """State space of the law with as many approximants of the delay; without it for 0."""
-        parts, names = [], []
+        """`state_space` with a number of approximants of the delay; without the delay for 0."""
+        chain, names = [], []
         if count:
-            parts += [_pade(self.delay / count)] * count
+            chain += [_pade(self.delay / count)] * count
             names += [f"delay_{k + 1}" for k in range(CONTROL.pade_order * count)]
         if self.bandwidth < np.inf:
-            parts.append(self._drive)
+            chain.append(self._drive)
             names += ["drive", "derivative"][: len(self._drive[0])]
-        return reduce(series, parts, NOTHING), names
+        return reduce(series, chain, NOTHING), names
 
     @property
     def reach(self):
@@ -129,8 +129,8 @@ class Law:
         """s times the bracket behind the lag; states: e/(1 + s/w_b), and the filter of the derivative part."""
         lag = self.bandwidth
         if not self.derivative:
-            shown = self.integral - self.proportional * lag
-            return np.array([[-lag]]), np.array([lag]), np.array([shown]), self.proportional * lag
+            output = self.integral - self.proportional * lag
+            return np.array([[-lag]]), np.array([lag]), np.array([output]), self.proportional * lag
         corner, direct = self.corner, (self.proportional + self.derivative * self.corner) * lag
         a = np.array([[-lag, 0.0], [-corner * lag, -corner]])
         return a, np.array([lag, corner * lag]), np.array([self.integral - direct, -self.derivative * corner]), direct
@@ -140,7 +140,7 @@ INTEGRATOR = Law()
 
 
 def series(first, second):
-    """State space a, b, c, d of two behind each other, each with one input and one output."""
+    """State space a, b, c, d of two state spaces in series, each with one input and one output."""
     (a1, b1, c1, d1), (a2, b2, c2, d2) = first, second
     if not len(a1) and d1 == 1.0:
         return second
@@ -151,13 +151,12 @@ def series(first, second):
 @cache
 def _pade_poles():
     """Poles of the approximant of exp(-s) in the upper half plane; its zeros are their negatives."""
-    weights = [
-        factorial(2 * CONTROL.pade_order - k)
-        * factorial(CONTROL.pade_order)
-        / (factorial(2 * CONTROL.pade_order) * factorial(k) * factorial(CONTROL.pade_order - k))
-        for k in range(CONTROL.pade_order, -1, -1)
+    n = CONTROL.pade_order
+    coefficients = [
+        factorial(2 * n - k) * factorial(n) / (factorial(2 * n) * factorial(k) * factorial(n - k))
+        for k in range(n, -1, -1)
     ]
-    poles = np.roots(weights)
+    poles = np.roots(coefficients)
     return poles[poles.imag > 0]
 
 
@@ -167,23 +166,26 @@ def _pade(delay):
     States are scaled so that A + A^T = -C^T C: what goes in comes out or is stored, (|x|^2)' = u^2 - y^2. The
     eigenvalues of such a chain are sensitive to rounding, but none of them is moved to the right.
     """
-    parts = []
+    sections = []
     for pole in _pade_poles() / delay:
-        size, decay = abs(pole), -pole.real
-        a = np.array([[0.0, size], [-size, -2 * decay]])
-        passed = 2 * np.sqrt(decay)
-        parts.append((a, np.array([0.0, passed]), np.array([0.0, -passed]), 1.0))
-    return reduce(series, parts)
+        w, r = abs(pole), -pole.real
+        a = np.array([[0.0, w], [-w, -2 * r]])
+        coupling = 2 * np.sqrt(r)
+        sections.append((a, np.array([0.0, coupling]), np.array([0.0, -coupling]), 1.0))
+    return reduce(series, sections)
 
 
 def law_from(control):
-    """The `Law` of a `Control`, and what multiplies it, its integral gain [rad/s]: None where a margin decides."""
+    """The `Law` of a `Control`, and its integral gain, by which the law is multiplied: None where a margin decides.
+
+    [rad/s]
+    """
     turn = 2 * np.pi
-    driven = {"delay": control.delay, "bandwidth": np.inf if control.bandwidth is None else turn * control.bandwidth}
+    drive = {"delay": control.delay, "bandwidth": np.inf if control.bandwidth is None else turn * control.bandwidth}
     if not isinstance(control.gain, float | int):
-        return Law(**driven), None
+        return Law(**drive), None
     gain = float(control.gain)
     if control.integrates_only:
-        return Law(**driven), gain
+        return Law(**drive), gain
     corner = np.inf if control.derivative_filter is None else turn * control.derivative_filter
-    return Law(1.0, control.proportional_gain / gain, control.derivative_gain / gain, corner=corner, **driven), gain
+    return Law(1.0, control.proportional_gain / gain, control.derivative_gain / gain, corner=corner, **drive), gain

@@ -29,12 +29,13 @@ PASSES = Notch(1.0, 1.0, 1.0, 1.0)  # a notch that is one at all frequencies
 
 
 def moved_by_winches(motion, measured, sizes):
-    """Which of some coordinates any winch moves, shape (k,), and their static gain, shape (k, i).
+    """Which measured coordinates any winch moves, array of bool, shape (k,), and their static gain, shape (k, i).
 
     Parameters
     ----------
     motion : LinearSystem
     measured : ndarray, shape (k, m)
+        Measured coordinates by the m coordinates of the motion.
     sizes : ndarray, shape (k,)
         Length that makes a rotation comparable with a displacement; 1 for these. [m]
     """
@@ -92,10 +93,9 @@ class Loop:
     gains: object = field(default=None, repr=False, compare=False)
 
     def within(self, space, motion):
-        """The loop in a space of its coordinates; `motion` is `LinearSystem.within` it."""
-        return replace(
-            self, motion=motion, allocation=replace(self.allocation, measured=self.allocation.measured @ space)
-        )
+        """The loop in a space of its coordinates, of shape (m, r); `motion` is `LinearSystem.within` it."""
+        allocation = replace(self.allocation, measured=self.allocation.measured @ space)
+        return replace(self, motion=motion, allocation=allocation)
 
     def filters(self, s):
         """N_j(s), shape (f, k)."""
@@ -111,7 +111,7 @@ class Loop:
         return self.law(s)[:, None] * self.filters(s)
 
     def winch_response(self, s):
-        """v per coordinate, -gain C1 A N(s) times what is measured of it, shape (f, i, m)."""
+        """Response of the winches to the coordinates, v = -gain C1 A N(s) P z, shape (f, i, m)."""
         filtered = self.controller(s)[:, :, None] * self.allocation.measured
         return -self.gain * (self.allocation.shares @ filtered)
 
@@ -122,26 +122,26 @@ class Loop:
     def unit_gain(self, s):
         """L over the gain at the measured coordinates, shape (f, k, k)."""
         pulled = self.motion.pulled(s) @ self.allocation.shares
-        moved = self.allocation.measured @ np.linalg.solve(self.motion.dynamic_stiffness(s), pulled)
-        return moved * self.controller(s)[:, None, :]
+        measured = self.allocation.measured @ np.linalg.solve(self.motion.dynamic_stiffness(s), pulled)
+        return measured * self.controller(s)[:, None, :]
 
     @property
     def limit_by_modes(self):
         """Gain at which the first pole of the motion crosses the axis, to first order; None where none does. [rad/s]
 
-        With x = sum of v_a b_a(s) u/(s - l_a) and y = P x, a gain g moves a pole by -g b_a(l_a) A C1 N P v_a.
+        With x = sum of v_a b_a(s) u/(s - l_a) and y = P x, a gain g moves a pole l_a by -g b_a(l_a) A C1 N P v_a.
         """
         motion, count = self.motion, len(self.motion)
         upper = motion.eigen.values.imag > 0
         poles = motion.eigen.values[upper]
         forces = motion.eigen.left[upper, count : 2 * count] @ motion.accelerated(np.eye(count))
-        made = (forces[:, None] @ motion.pulled(poles))[:, 0] @ self.allocation.shares
-        moved = self.allocation.measured @ (motion.eigen.right[:count, upper] / motion.unit[:, None])
-        growth = -(made * self.controller(poles) * moved.T).sum(axis=1).real
+        from_winches = (forces[:, None] @ motion.pulled(poles))[:, 0] @ self.allocation.shares
+        measured = self.allocation.measured @ (motion.eigen.right[:count, upper] / motion.unit[:, None])
+        growth = -(from_winches * self.controller(poles) * measured.T).sum(axis=1).real
         return min((-poles.real[growth > 0] / growth[growth > 0]).tolist(), default=None)
 
     def _approximants(self, highest):
-        """How many approximants of the delay make it right up to a frequency [rad/s]; 0 where it is slight."""
+        """Number of approximants that make the delay right up to a frequency [rad/s]; 0 where the delay is slight."""
         highest = min(highest, self.law.reach)
         return self.law.approximants(highest) if highest * self.law.delay > CONTROL.slight_delay else 0
 
@@ -151,8 +151,8 @@ class Loop:
         return equations(self.motion, self.allocation, self.notches, self.law_space)
 
     @cached_property
-    def _highest(self):
-        """Up to where a delay is to be right in responses; 0 without delay. [rad/s]
+    def _delay_needed_up_to(self):
+        """Frequency up to which a delay matters to responses; 0 without delay. [rad/s]
 
         Raises
         ------
@@ -169,16 +169,16 @@ class Loop:
 
     @property
     def right_up_to(self):
-        """Up to where it is right in responses; raises as `check_reach` of the law. [rad/s]"""
+        """Frequency up to which a delay is right in responses; 0 without delay. [rad/s]"""
         if not self.law.delay:
             return 0.0
         least = CONTROL.slight_delay if self.slight_delay else CONTROL.pade_phase
-        return min(max(self._highest, least / self.law.delay), self.law.reach)
+        return min(max(self._delay_needed_up_to, least / self.law.delay), self.law.reach)
 
     @property
     def slight_delay(self):
         """True if there is a delay that is left out of poles and state space."""
-        return self.law.delay > 0 and not self._approximants(self._highest)
+        return self.law.delay > 0 and not self._approximants(self._delay_needed_up_to)
 
     @property
     def gain_beyond(self):
@@ -187,7 +187,8 @@ class Loop:
 
     @cached_property
     def _law_states(self):
-        return self.law.state_space_of(self._approximants(self._highest))
+        """`law_space` and `law_names`."""
+        return self.law.state_space_of(self._approximants(self._delay_needed_up_to))
 
     @property
     def law_space(self):
@@ -196,16 +197,16 @@ class Loop:
 
     @property
     def law_names(self):
-        """Names of its states."""
+        """Names of the states of `law_space`."""
         return self._law_states[1]
 
     @cached_property
     def eigen(self):
-        """`Eigen` of the closed loop; with a delay that of poles that do not nearly coincide."""
+        """`Eigen` of the closed loop; with a delay right for poles that do not nearly coincide alone."""
         if self.allocation is None:
             return self.motion.eigen
-        whole = self.equations.fixed + self.gain * self.equations.scaled.sum(axis=0)
-        return eigen_apart(whole) if self.law.delay else eigen(whole)
+        matrix = self.equations.fixed + self.gain * self.equations.scaled.sum(axis=0)
+        return eigen_apart(matrix) if self.law.delay else eigen(matrix)
 
     @property
     def poles(self):
@@ -214,17 +215,17 @@ class Loop:
 
     @property
     def open_poles(self):
-        """Those of the motion with the winches at rest. [rad/s]"""
+        """Poles of the motion with the winches at rest. [rad/s]"""
         return self.motion.eigen.poles
 
     @property
     def unstable_pole(self):
-        """The pole that grows most, relative to its size; None where the loop is stable."""
+        """The pole that grows fastest; None where the loop is stable."""
         return unstable_pole(self.poles)
 
 
 def unstable_pole(poles):
-    """The pole that grows most, or None where none grows."""
+    """The pole that grows fastest, or None where none grows."""
     growth = growth_rates(poles)
     return complex(poles[np.argmax(growth)]) if growth.max(initial=-1.0) > 0 else None
 

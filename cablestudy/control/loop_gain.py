@@ -2,10 +2,10 @@
 
     L(s) = P Z^-1 F A C1(s) N(s),    Z = Z_b + sum of G^T S(s) G,    F = F_0 - sum of G^T S(s) H
 
-P picks what is measured, A shares it among the winches, Z_b is the dynamic stiffness of the bodies without cables, S
-that of a cable at its six ends, G and H their displacements by the bodies and by the lengths reeled in, F_0 the load
-that a winch takes off its own end. No system larger than that of the bodies is solved, and no mode of the whole is
-needed.
+P gives the measured coordinates, A allocates them to the winches, Z_b is the dynamic stiffness of the bodies without
+cables, S that of a cable at the six displacements of its ends, G and H these displacements by the bodies and by the
+lengths reeled in, F_0 the load that a winch takes off its own end. No system larger than that of the bodies is solved,
+and no mode of the whole suspension is needed.
 
 A mode of one cable between fixed ends, of frequency W, has its pole with the bodies free near that of
 
@@ -28,7 +28,7 @@ from cablestudy.system.tolerances import SYSTEM
 
 @dataclass(frozen=True)
 class LoopGain:
-    """The loop gain over the gain.
+    """The loop gain over the gain, L/g: a function of s.
 
     Attributes
     ----------
@@ -49,9 +49,9 @@ class LoopGain:
     controller : callable
         s, shape (f,) -> C1 N, shape (f, k).
     near : LoopGain or None
-        Of cables that differ little: poles of modes that damping couples follow from its poles to first order.
+        Of cables that differ little: poles of modes that damping couples follow from those of it to first order.
     windows : bool
-        Whether poles of many such modes may be found in windows, see `Superelement.windowed`.
+        True if poles of many such modes may be found in windows, see `Superelement.windowed`.
     """
 
     bodies: LinearSystem
@@ -76,50 +76,53 @@ class LoopGain:
     @property
     def spoilt(self):
         """True if so much strain is damped that rounding spoils the response of a cable."""
-        return any(part.element.spoilt for part in self._parts)
+        return any(cable.element.spoilt for cable in self._cables)
 
     @property
     def windowed(self):
         """True if poles of a cable are found in windows, which leaves a small error."""
-        return any(part.element.coupled and part.element.coupling_damping.windowed for part in self._parts)
+        elements = [cable.element for cable in self._cables]
+        return any(element.coupled and element.coupling_damping.windowed for element in elements)
 
     def _at(self, s):
         """Z, shape (f, d, d), and F, shape (f, d, i)."""
         bodies = self.bodies.dynamic_stiffness(s)
         pulled = np.broadcast_to(self.lifted, (len(s), *self.lifted.shape)).astype(complex)
-        few = len(s) <= SYSTEM.solved_places  # of which poles cost more
+        few = len(s) <= SYSTEM.solved_places  # at few frequencies the poles of cables cost more than they spare
         few &= self.near is None and "_divided" not in self.__dict__
-        together, apart = (None, self._parts) if few else self._divided
-        if together:
-            stiffness, count = together(s), bodies.shape[-1]
+        summed, others = (None, self._cables) if few else self._divided
+        if summed:
+            stiffness, count = summed(s), bodies.shape[-1]
             bodies, pulled = bodies + stiffness[:, :, :count], pulled - stiffness[:, :, count:]
-        for part in apart:
-            stiffness, count = part.stiffness(s), len(part.moved)
-            bodies += part.moved.T @ stiffness[:, :, :count] @ part.moved
-            if len(part.winches):
-                pulled[:, :, part.winches] -= part.moved.T @ stiffness[:, :, count:]
+        for cable in others:
+            stiffness, count = cable.stiffness(s), len(cable.moved)
+            bodies += cable.moved.T @ stiffness[:, :, :count] @ cable.moved
+            if len(cable.winches):
+                pulled[:, :, cable.winches] -= cable.moved.T @ stiffness[:, :, count:]
         return bodies, pulled
 
     @cached_property
     def _divided(self):
-        """`_Together` of the cables whose stiffness is a sum over poles, None without, and the others."""
-        summed = [part for part in self._parts if part.summed is not None]
-        together = _Together(summed, self.lifted.shape[1]) if summed else None
-        return together, [part for part in self._parts if part.summed is None]
+        """`_PoleSumCables`, of the cables whose stiffness is a sum over poles, or None; and the other cables."""
+        summed = [cable for cable in self._cables if cable.pole_sum is not None]
+        sums = _PoleSumCables(summed, self.lifted.shape[1]) if summed else None
+        return sums, [cable for cable in self._cables if cable.pole_sum is None]
 
     @cached_property
-    def _parts(self):
-        """Each cable that holds a body: `_Part`."""
-        found, near = [], iter(self.near._parts if self.near else ())
+    def _cables(self):
+        """`_CableInLoop` of each cable that holds a body: list."""
+        cables, similar = [], iter(self.near._cables if self.near else ())
         for element, moved, reeled in zip(self.elements, self.moved, self.reeled, strict=True):
-            ends, winches = np.flatnonzero(moved.any(axis=1)), np.flatnonzero(reeled.any(axis=0))
-            if len(ends):
-                element = element.at_ends(np.concatenate([np.eye(6)[:, ends], reeled[:, winches]], axis=1))
-                found.append(_Part.of(element, moved[ends], winches, next(near, None), self.windows))
-        return found
+            rows, winches = np.flatnonzero(moved.any(axis=1)), np.flatnonzero(reeled.any(axis=0))
+            if len(rows):
+                element = element.at_ends(np.concatenate([np.eye(6)[:, rows], reeled[:, winches]], axis=1))
+                cables.append(_CableInLoop.of(element, moved[rows], winches, next(similar, None), self.windows))
+        return cables
 
     def poles_of(self, cable, modes):
-        """About where modes of one cable have their poles with the bodies free, and their shift per gain, shape (n,).
+        """Estimated poles of modes of one cable with the bodies free, and their shift per gain, shape (n,).
+
+        One step of the equations of the module's docstring, with Z_r beside the frequency W of each mode.
 
         Parameters
         ----------
@@ -135,39 +138,39 @@ class LoopGain:
             To first order.
         """
         element = self.elements[cable]
-        omega = element.omega[modes]
+        omega, coupling = element.omega[modes], element.coupling[modes]
         decay = np.maximum(element.decay[modes], CONTROL.least_half_width * omega)
-        every, rate, coupling = 1j * (omega + CONTROL.half_widths_aside * decay), 2 * decay, element.coupling[modes]
-        found = []
+        points, rate = 1j * (omega + CONTROL.half_widths_aside * decay), 2 * decay
+        blocks = []
         for begin in range(0, len(modes), CONTROL.modes_at_once):
-            part = slice(begin, begin + CONTROL.modes_at_once)
-            s, momentum = every[part], coupling[part] @ self.moved[cable]
+            block = slice(begin, begin + CONTROL.modes_at_once)
+            s, w = points[block], coupling[block] @ self.moved[cable]
             bodies, pulled = self._at(s)
-            own = s**4 / (omega[part] ** 2 + s * (s + rate[part]))
-            bodies = bodies + own[:, None, None] * momentum[:, :, None] * momentum[:, None, :]
-            moved = np.linalg.solve(bodies, momentum[..., None])[..., 0]
-            pushed = (moved[:, None, :] @ pulled)[:, 0] + coupling[part] @ self.reeled[cable]
-            made = (self.controller(s) * (moved @ self.measured.T)) @ self.shares.T
-            found.append(np.stack([(momentum * moved).sum(axis=-1), (pushed * made).sum(axis=-1)]))
-        held, driven = np.concatenate(found, axis=1) * omega**4
+            of_mode = s**4 / (omega[block] ** 2 + s * (s + rate[block]))
+            without_mode = bodies + of_mode[:, None, None] * w[:, :, None] * w[:, None, :]  # Z_r
+            moved = np.linalg.solve(without_mode, w[..., None])[..., 0]  # Z_r^-1 w
+            pushed = (moved[:, None, :] @ pulled)[:, 0] + coupling[block] @ self.reeled[cable]
+            reeled_in = (self.controller(s) * (moved @ self.measured.T)) @ self.shares.T
+            blocks.append(np.stack([(w * moved).sum(axis=-1), (pushed * reeled_in).sum(axis=-1)]))
+        held, driven = np.concatenate(blocks, axis=1) * omega**4  # W^4 w^T Z_r^-1 w, and X
         poles = -decay + 1j * np.sqrt(omega**2 - held - decay**2)
         return poles, -driven / (2 * poles)
 
 
 @dataclass(frozen=True)
-class _Part:
-    """One cable for the movements of its ends by bodies, then by winches.
+class _CableInLoop:
+    """One cable as a stiffness between displacements of its ends by bodies, then by winches.
 
     Attributes
     ----------
     element : Superelement
-        With the modes that its ends move.
+        With the modes that its ends move, at e displacements of ends and w winches.
     used : ndarray of bool
-        Which these are.
+        Which of all its modes these are.
     moved : ndarray, shape (e, d)
         Displacements of the ends that bodies move.
-    winches : ndarray of int
-        Which reel it in.
+    winches : ndarray of int, shape (w,)
+        Which winches reel it in.
     """
 
     element: object
@@ -177,59 +180,60 @@ class _Part:
 
     @classmethod
     def of(cls, element, moved, winches, near, windows):
-        """That of a `Superelement` at the ends that are moved; `near` is that of nearly the same one."""
+        """`_CableInLoop` of a `Superelement` at the moved ends; `near` is that of nearly the same one, or None."""
         used = element.moved_by_ends if near is None else near.used
         element = element if used.all() else element.select(used)
         return cls(replace(element, near=near and near.element, windowed=windows), used, moved, winches)
 
     @cached_property
-    def summed(self):
+    def pole_sum(self):
         """`PoleSum` of the stiffness in s; None without coupling by damping, or see `pole_sum_in_s`."""
         return self.element.coupling_damping.pole_sum_in_s if self.element.coupled else None
 
     def stiffness(self, s):
-        """Forces at the ends that bodies move, by these and by the winches, shape (f, e, e + w)."""
+        """Forces at the ends that bodies move, by these displacements and by the winches, shape (f, e, e + w)."""
         return self.element.dynamic_stiffness(s, slice(len(self.moved)))
 
+    def columns(self, winches):
+        """Displacements of the ends, and lengths reeled in, by those of the bodies and of all winches, (e + w, d + i).
 
-class _Together:
-    """Cables whose stiffness is a sum over poles.
+        `winches` is their number i.
+        """
+        (ends, coordinates), reeling = self.moved.shape, len(self.winches)
+        columns = np.zeros((ends + reeling, coordinates + winches))
+        columns[:ends, :coordinates] = self.moved
+        columns[ends + np.arange(reeling), coordinates + self.winches] = 1.0
+        return columns
+
+
+class _PoleSumCables:
+    """Forces of cables on bodies, where the stiffness of each cable is a sum over its poles.
 
     Parameters
     ----------
-    parts : list of _Part
-        c of them.
+    cables : list of _CableInLoop
     winches : int
         How many there are, i.
     """
 
-    def __init__(self, parts, winches):
+    def __init__(self, cables, winches):
         self._sums, self._polynomial = [], [0.0, 0.0, 0.0]
-        for part in parts:
-            one, columns, rows = part.summed, _columns(part, winches), slice(len(part.moved))
-            spread = np.kron(part.moved, columns)
-            residues = one.residues[:, rows].reshape(len(one.poles), len(spread))
-            # whichever has fewer columns: residues for the ends, or for the bodies and winches
-            self._sums.append((one.poles, residues, spread) if len(spread) < spread.shape[1] else
-                              (one.poles, residues @ spread, None))  # fmt: skip
-            for order, coefficient in enumerate(one.polynomial):
-                self._polynomial[order] = self._polynomial[order] + part.moved.T @ coefficient[rows] @ columns
+        for cable in cables:
+            pole_sum, columns, rows = cable.pole_sum, cable.columns(winches), slice(len(cable.moved))
+            spread = np.kron(cable.moved, columns)  # from forces at the ends to those on bodies
+            residues = pole_sum.residues[:, rows].reshape(len(pole_sum.poles), len(spread))
+            if len(spread) >= spread.shape[1]:  # residues with the fewer columns: of the ends, or of the bodies
+                residues, spread = residues @ spread, None
+            self._sums.append((pole_sum.poles, residues, spread))
+            for order, coefficient in enumerate(pole_sum.polynomial):
+                self._polynomial[order] = self._polynomial[order] + cable.moved.T @ coefficient[rows] @ columns
 
     def __call__(self, s):
-        """Forces on the bodies by these and by the winches, shape (f, d, d + i)."""
+        """Forces on the bodies by their displacements and by the winches, shape (f, d, d + i)."""
         moving = 0.0
         for poles, residues, spread in self._sums:
-            own = (1 / (s[:, None] - poles)) @ residues
-            moving = moving + (own if spread is None else own @ spread)
+            of_cable = (1 / (s[:, None] - poles)) @ residues
+            moving = moving + (of_cable if spread is None else of_cable @ spread)
         static, first, second = self._polynomial
         s = s[:, None, None]
         return s * (s * (second - moving.reshape(len(s), *second.shape)) + first) + static
-
-
-def _columns(part, winches):
-    """Movements of the ends of a `_Part`, and its reeling in, by those of the bodies and all winches."""
-    (ends, coordinates), own = part.moved.shape, len(part.winches)
-    found = np.zeros((ends + own, coordinates + winches))
-    found[:ends, :coordinates] = part.moved
-    found[ends + np.arange(own), coordinates + part.winches] = 1.0
-    return found

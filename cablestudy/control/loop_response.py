@@ -1,4 +1,4 @@
-"""A loop of winches in time: what is measured, and the winches, after a step of a winch or a reference, or a force."""
+"""Measured coordinate and winches of a loop in time, after a step of a winch or a reference, or a force."""
 
 from dataclasses import dataclass, replace
 
@@ -31,13 +31,13 @@ class TimeResponse:
     final: float
 
     def times(self, factor):
-        """The response to so many times the input."""
-        parts = {name: getattr(self, name) for name in ("measured", "open_loop", "winch", "winch_speed", "final")}
-        return replace(self, **{name: part if part is None else factor * part for name, part in parts.items()})
+        """Response to the input multiplied by a factor."""
+        values = {name: getattr(self, name) for name in ("measured", "open_loop", "winch", "winch_speed", "final")}
+        return replace(self, **{name: None if value is None else factor * value for name, value in values.items()})
 
 
 def responses(closed, alone, output, winches, input_, components, time):
-    """`TimeResponse` without its error.
+    """`TimeResponse` of one displacement and of the winches to one input, without its error.
 
     Parameters
     ----------
@@ -52,16 +52,16 @@ def responses(closed, alone, output, winches, input_, components, time):
     time : ndarray, shape (m,)
         Uniform, from zero. [s]
     """
-    moved, pushed = closed.c[winches], closed.b[:, input_]
-    shown = np.concatenate([closed.c[[output]], moved, moved @ closed.a])
-    direct = np.concatenate([closed.d[[output], input_], np.zeros(len(winches)), moved @ pushed])
-    found = respond(closed.a, pushed, shown, direct, components, time)
-    final = closed.d[output, input_] - closed.c[output] @ _solved(closed.a, pushed)
-    own, without = input_ - (len(closed.inputs) - len(alone.inputs)), None
-    if own >= 0:
-        row = [output]
-        without = respond(alone.a, alone.b[:, own], alone.c[row], alone.d[row, own], components, time)[:, 0]
-    return TimeResponse(found[:, 0], without, *np.split(found[:, 1:], 2, axis=1), 0.0, float(final))
+    c_winches, b = closed.c[winches], closed.b[:, input_]
+    c = np.concatenate([closed.c[[output]], c_winches, c_winches @ closed.a])  # displacement, winches, their speeds
+    d = np.concatenate([closed.d[[output], input_], np.zeros(len(winches)), c_winches @ b])
+    response = respond(closed.a, b, c, d, components, time)
+    final = closed.d[output, input_] - closed.c[output] @ _solved(closed.a, b)
+    open_input, open_loop = input_ - (len(closed.inputs) - len(alone.inputs)), None
+    if open_input >= 0:
+        system = alone.a, alone.b[:, open_input], alone.c[[output]], alone.d[[output], open_input]
+        open_loop = respond(*system, components, time)[:, 0]
+    return TimeResponse(response[:, 0], open_loop, *np.split(response[:, 1:], 2, axis=1), 0.0, float(final))
 
 
 def _solved(a, b):
@@ -72,7 +72,7 @@ def _solved(a, b):
         return np.full(len(a), np.nan)
 
 
-def compared(found, fewer):
-    """A `TimeResponse` with its error by another one with fewer modes."""
-    difference = np.abs(found.measured - fewer.measured).max()
-    return replace(found, error=float(difference / (np.abs(found.measured).max() or 1.0)))
+def compared(response, fewer):
+    """A `TimeResponse` with its error, which is the difference from another one with fewer modes."""
+    difference = np.abs(response.measured - fewer.measured).max()
+    return replace(response, error=float(difference / (np.abs(response.measured).max() or 1.0)))

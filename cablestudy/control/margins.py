@@ -29,7 +29,7 @@ PEAKS = 2 * (1 + 2 * CONTROL.peak_reach)
 
 @dataclass(frozen=True)
 class Margins:
-    """Numbers of a stable loop that say how far it is from instability, beside its largest gain.
+    """Margins of stability of a stable loop over frequency: phase, delay, sensitivity, disk margin and bandwidth.
 
     Attributes
     ----------
@@ -57,39 +57,43 @@ class Margins:
 
     @cached_property
     def _sensitivity(self):
-        """S at these frequencies, shape (f, k, k)."""
+        """S at the frequencies of `_curve`, shape (f, k, k)."""
         return sensitivity(self._curve[1])
 
     @cached_property
     def _crossovers(self):
-        """Where an eigenvalue of L has the size 1 [rad/s], and its angle from -1 there [deg], each of shape (c,)."""
+        """Frequencies at which an eigenvalue of L has the size 1 [rad/s], and its angle from -1 [deg], shape (c,)."""
 
         omega, matrices = self._curve
-        omega, which = passages(lambda omega: _sizes(by_parts(self.loop_gain, omega)), omega, _sizes(matrices))
+        omega, rank = passages(lambda omega: _log_sizes(by_parts(self.loop_gain, omega)), omega, _log_sizes(matrices))
         values = eigenvalues(by_parts(self.loop_gain, omega))
-        place = np.take_along_axis(np.argsort(np.abs(values), axis=1), which[:, None], axis=1)
-        return omega, np.degrees(np.angle(-np.take_along_axis(values, place, axis=1)[:, 0]))
+        index = np.take_along_axis(np.argsort(np.abs(values), axis=1), rank[:, None], axis=1)
+        return omega, np.degrees(np.angle(-np.take_along_axis(values, index, axis=1)[:, 0]))
 
     def _highest(self, shift):
-        """Largest size of S - shift I over frequency [-], and where it is [rad/s]."""
+        """Largest size of S - shift I over frequency [-], and its frequency [rad/s].
 
-        def size(found):
-            return np.nan_to_num(largest(found - shift * np.eye(found.shape[-1])), nan=0.0, posinf=0.0)
+        Where L is small, S is nearly I: a bound of the difference tells where S need not be computed.
+        """
 
-        def at(omega):
+        def size(matrices):
+            return np.nan_to_num(largest(matrices - shift * np.eye(matrices.shape[-1])), nan=0.0, posinf=0.0)
+
+        def size_at(omega):
             return size(sensitivity(by_parts(self.loop_gain, omega)))
 
         omega, matrices = self._curve
-        without, value = abs(1 - shift), np.zeros(len(omega))  # of I - shift I, and about that where L is small
+        size_of_identity, value = abs(1 - shift), np.zeros(len(omega))
         gain = np.minimum(np.sqrt((np.abs(matrices) ** 2).sum(axis=(-2, -1))), CONTROL.small_gain)
-        apart = gain / (1 - gain)  # by which it differs from that at most
+        deviation = gain / (1 - gain)  # of S from I at most, with a small gain
         large = gain == CONTROL.small_gain
         value[large] = size(self._sensitivity[large])
-        best = value.max(initial=without)
-        rest = ~large & (PEAKS * apart + CONTROL.flat_peak * best >= best - without)
-        value[rest] = size(self._sensitivity[rest])
-        value[~large & ~rest] = without
-        return highest(at, omega, value)
+        highest_known = value.max(initial=size_of_identity)
+        reach = PEAKS * deviation + CONTROL.flat_peak * highest_known
+        may_be_highest = ~large & (reach >= highest_known - size_of_identity)
+        value[may_be_highest] = size(self._sensitivity[may_be_highest])
+        value[~large & ~may_be_highest] = size_of_identity
+        return highest(size_at, omega, value)
 
     @cached_property
     def _highest_sensitivity(self):
@@ -101,7 +105,7 @@ class Margins:
 
     @cached_property
     def _peak(self):
-        """Largest size of S over frequency [-], and where it is [rad/s]: 1 and None where none is above."""
+        """Largest size of S over frequency [-], and its frequency [rad/s]: 1 and None where none is larger than 1."""
         value, omega = self._highest_sensitivity
         if not value > 1:
             return 1.0, None
@@ -171,52 +175,53 @@ class Margins:
     @property
     def deciding(self):
         """Frequencies at which the loop gain decides the margins, shape (d,). [rad/s]"""
-        found = [self._highest_sensitivity[1], self._highest_disk[1], self.bandwidth and TURN * self.bandwidth]
-        return np.append(self._crossovers[0], [one for one in found if one])
+        peaks = [self._highest_sensitivity[1], self._highest_disk[1], self.bandwidth and TURN * self.bandwidth]
+        return np.append(self._crossovers[0], [omega for omega in peaks if omega])
 
     @cached_property
     def bandwidth(self):
         """First frequency at which the size of T falls below 1/sqrt(2); None where it never does. [Hz]"""
 
-        def level(found):
-            return _logarithm(np.sqrt(2) * largest(np.eye(found.shape[-1]) - found)[:, None])
+        def log_size(sensitivities):
+            """ln(sqrt(2) size of T), shape (f, 1): it passes zero at the bandwidth."""
+            identity = np.eye(sensitivities.shape[-1])
+            return _logarithm(np.sqrt(2) * largest(identity - sensitivities)[:, None])
 
-        def at(omega):
-            return level(sensitivity(by_parts(self.loop_gain, omega)))
+        def log_size_at(omega):
+            return log_size(sensitivity(by_parts(self.loop_gain, omega)))
 
-        omega, last = self._curve[0], len(self._curve[0])
-        value = np.zeros((0, 1))
-        while len(value) < last:
-            value = np.concatenate(
-                [value, level(self._sensitivity[len(value) : len(value) + CONTROL.frequencies_at_once])]
-            )
+        omega, count = self._curve[0], len(self._curve[0])
+        value, block = np.zeros((0, 1)), CONTROL.frequencies_at_once
+        while len(value) < count:  # in blocks, no farther than the first passage
+            value = np.concatenate([value, log_size(self._sensitivity[len(value) : len(value) + block])])
             below = np.flatnonzero((value[:-1, 0] > 0) & (value[1:, 0] <= 0))
-            last = below[0] + 2 if len(below) else last
-        found, _ = passages(at, omega[:last], value[:last])
-        found = found[1:] if value[0, 0] < 0 else found  # which rises before it falls
-        return float(found[0] / TURN) if len(found) else None
+            count = below[0] + 2 if len(below) else count
+        zeros, _ = passages(log_size_at, omega[:count], value[:count])
+        zeros = zeros[1:] if value[0, 0] < 0 else zeros  # the first one is where T rises before it falls
+        return float(zeros[0] / TURN) if len(zeros) else None
 
 
-def _sizes(matrices):
+def _log_sizes(matrices):
     """Logarithm of the sizes of eigenvalues, ascending, within `far_from_one` of 0, shape (f, k, k) -> (f, k)."""
-    found = np.full(matrices.shape[:-1], -CONTROL.far_from_one)
+    logarithms = np.full(matrices.shape[:-1], -CONTROL.far_from_one)
     bound = np.sqrt((np.abs(matrices) ** 2).sum(axis=(-2, -1)))  # no eigenvalue is larger than this
     large = bound > np.exp(-CONTROL.far_from_one)
-    found[large] = _logarithm(np.sort(np.abs(eigenvalues(matrices[large])), axis=1))
-    return found
+    logarithms[large] = _logarithm(np.sort(np.abs(eigenvalues(matrices[large])), axis=1))
+    return logarithms
 
 
 def _logarithm(value):
+    """Natural logarithm, within `far_from_one` of 0."""
     return np.clip(np.log(np.maximum(value, np.finfo(float).tiny)), -CONTROL.far_from_one, CONTROL.far_from_one)
 
 
 def sensitivity(matrices):
     """(I + L)^-1, shape (f, k, k); not a number where it is singular."""
-    whole = np.eye(matrices.shape[-1]) + matrices
+    return_difference = np.eye(matrices.shape[-1]) + matrices
     if matrices.shape[-1] == 1:
         with np.errstate(divide="ignore", invalid="ignore"):
-            return 1 / whole
-    return np.linalg.inv(whole)
+            return 1 / return_difference
+    return np.linalg.inv(return_difference)
 
 
 def largest(matrices):
@@ -239,7 +244,7 @@ def gain_of_peak(unit_gain, omega, peak, most):
     peak : float
         Above 1. [-]
     most : float
-        [rad/s]
+        Upper bound, with which the search begins. [rad/s]
 
     Returns
     -------
@@ -260,33 +265,35 @@ def gain_of_peak(unit_gain, omega, peak, most):
     Where it is larger with the gain g, so it is for all gains down to the next such one below g.
     """
 
-    def at(omega):
+    def loop_gain_at(omega):
         return _finite(by_parts(unit_gain, omega))
 
-    peak_omega, value = None, at(omega)
+    peak_omega, value = None, loop_gain_at(omega)  # L over the gain, shape (f, k, k)
     for _ in range(CONTROL.gain_steps):
 
         def size(value, gain=most):
-            return 1 / np.maximum(_least(value, gain), np.finfo(float).tiny)
+            """Size of the sensitivity with this gain."""
+            return 1 / np.maximum(_least_singular_value(value, gain), np.finfo(float).tiny)
 
         def inverse(value, gain=most):
+            """1/g of the next lower gain whose sensitivity has the size `peak`."""
             return _next_below(value, peak, gain)
 
-        height, place = highest(lambda omega, size=size: size(at(omega)), omega, size(value))
+        height, top = highest(lambda omega, size=size: size(loop_gain_at(omega)), omega, size(value))
         if height <= peak * (1 + CONTROL.peak_reached):
             break
-        if place not in omega:
-            row = np.searchsorted(omega, place)
-            omega, value = np.insert(omega, row, place), np.insert(value, row, at(np.array([place])), axis=0)
-        least, peak_omega = highest(lambda omega, inverse=inverse: inverse(at(omega)), omega, inverse(value))
+        if top not in omega:
+            index = np.searchsorted(omega, top)
+            omega, value = np.insert(omega, index, top), np.insert(value, index, loop_gain_at(np.array([top])), axis=0)
+        least, peak_omega = highest(lambda omega, inverse=inverse: inverse(loop_gain_at(omega)), omega, inverse(value))
         most = 1 / max(least, (1 + CONTROL.peak_reached) / most)  # rounding may hide the next gain, all but reached
     else:
         raise NoSolutionError(f"no gain with a sensitivity of at most {peak:g} was found in {CONTROL.gain_steps} steps")
     return most, peak_omega
 
 
-def _least(value, gain):
-    """Least singular value of I + gain L, shape (f,)."""
+def _least_singular_value(value, gain):
+    """Least singular value of I + gain L, shape (f,), `value` being L over the gain, shape (f, k, k)."""
     return np.linalg.svd(np.eye(value.shape[-1]) + gain * value, compute_uv=False)[:, -1]
 
 
@@ -312,15 +319,15 @@ def _next_below(value, peak, gain):
         Zero where the sensitivity is not above `peak` with `gain`, or no such g is found. [s]
     """
     size, factor, result = value.shape[-1], 1 - peak**-2, np.zeros(len(value))
-    higher = np.flatnonzero(_least(value, gain) * peak < 1)
+    higher = np.flatnonzero(_least_singular_value(value, gain) * peak < 1)  # where the sensitivity is above the peak
     value = value[higher]
     conjugate = np.swapaxes(value.conj(), -1, -2)
     companion = np.zeros((len(value), 2 * size, 2 * size), dtype=complex)
     companion[:, :size, size:] = np.eye(size)
     companion[:, size:, :size] = -conjugate @ value / factor
     companion[:, size:, size:] = -(value + conjugate) / factor
-    inverse = np.linalg.eigvals(companion)
-    below = (np.abs(inverse.imag) <= CONTROL.real_eigenvalue * np.abs(inverse)) & (inverse.real * gain > 1)
-    least = np.where(below, inverse.real, np.inf).min(axis=1, initial=np.inf)
+    m = np.linalg.eigvals(companion)
+    below = (np.abs(m.imag) <= CONTROL.real_eigenvalue * np.abs(m)) & (m.real * gain > 1)  # real, and g < gain
+    least = np.where(below, m.real, np.inf).min(axis=1, initial=np.inf)
     result[higher] = np.where(np.isfinite(least), least, 0.0)
     return result

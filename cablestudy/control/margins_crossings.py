@@ -23,7 +23,7 @@ class Crossings:
     omega : ndarray, shape (c, 2)
         [rad/s]
     values : ndarray, shape (c, 2)
-        The eigenvalue there, complex.
+        The eigenvalue at these frequencies, complex. [s]
     """
 
     omega: np.ndarray
@@ -33,7 +33,7 @@ class Crossings:
         return len(self.omega)
 
     def take(self, chosen):
-        """`Crossings` of some of them, with the properties already computed."""
+        """Crossings that are `chosen` by numbers or bool, with the properties already computed."""
         taken = Crossings(self.omega[chosen], self.values[chosen])
         vars(taken).update({name: value[chosen] for name, value in vars(self).items()})
         return taken
@@ -44,7 +44,7 @@ class Crossings:
         return (self.values[:, 1] - self.values[:, 0]) / (self.omega[:, 1] - self.omega[:, 0])
 
     @cached_property
-    def place(self):
+    def frequency(self):
         """Frequency of each crossing, interpolated, shape (c,). [rad/s]"""
         imag, omega = self.values.imag, self.omega
         change = imag[:, 1] - imag[:, 0]
@@ -55,7 +55,7 @@ class Crossings:
     def factor(self):
         """Factor of the gain with which the pole crosses, interpolated, shape (c,)."""
         with np.errstate(divide="ignore", invalid="ignore"):  # of values that rounding leaves of zero
-            return -1 / (self.values[:, 0] + self.slope * (self.place - self.omega[:, 0])).real
+            return -1 / (self.values[:, 0] + self.slope * (self.frequency - self.omega[:, 0])).real
 
     @property
     def outward(self):
@@ -66,9 +66,9 @@ class Crossings:
         """`Crossings` by ascending factor, without repetitions."""
         order = np.argsort(self.factor, kind="stable")
         ordered = self.take(order)
-        factor, place = ordered.factor, ordered.place
+        factor, frequency = ordered.factor, ordered.frequency
         repeated = (np.diff(factor) <= CONTROL.same_crossing * factor[1:]) & (
-            np.abs(np.diff(place)) <= CONTROL.same_crossing * place[1:]
+            np.abs(np.diff(frequency)) <= CONTROL.same_crossing * frequency[1:]
         )
         return ordered.take(np.append(True, ~repeated)) if len(ordered) else ordered
 
@@ -84,20 +84,21 @@ def crossings(omega, values):
         Eigenvalues of the loop gain; not a number where it is infinite.
     """
     before, after = paired(values)
-    least = CONTROL.zero_eigenvalue * np.abs(values).max(axis=-1)[:, :-1, None]
+    rounding = CONTROL.zero_eigenvalue * np.abs(values).max(axis=-1)[:, :-1, None]
     crosses = (before.imag * after.imag <= 0) & (before.imag != after.imag)
-    row, place, which = np.nonzero(crosses & (np.minimum(before.real, after.real) < 0) & (np.abs(before) > least))
-    omega = np.stack([omega[row, place], omega[row, place + 1]], axis=1)
-    found = Crossings(omega, np.stack([before[row, place, which], after[row, place, which]], axis=1))
-    factor = found.factor
-    return found.take((factor > 0) & (factor < np.inf))
+    crosses &= (np.minimum(before.real, after.real) < 0) & (np.abs(before) > rounding)
+    row, index, pair = np.nonzero(crosses)
+    omega = np.stack([omega[row, index], omega[row, index + 1]], axis=1)
+    all_crossings = Crossings(omega, np.stack([before[row, index, pair], after[row, index, pair]], axis=1))
+    factor = all_crossings.factor
+    return all_crossings.take((factor > 0) & (factor < np.inf))
 
 
 def refined(function, brackets):
     """`Crossings` located to rounding, by ascending factor; several between the same two frequencies are separated.
 
-    Values between the frequencies of each are computed. Where they show no crossing it is dropped: two eigenvalues were
-    mistaken for one.
+    The loop gain is computed between the two frequencies of each. One that then shows no crossing is dropped: two
+    eigenvalues were mistaken for one.
 
     Parameters
     ----------
@@ -121,33 +122,36 @@ def refined(function, brackets):
     return _by_secant(eigenvalues_at, brackets, single).sorted() if len(brackets) else brackets
 
 
-def _by_secant(eigenvalues_at, bracket, single):
-    """`Crossings` to rounding, from brackets with one each.
+def _by_secant(eigenvalues_at, brackets, single):
+    """`Crossings` to rounding by the secant method, from `brackets` with one crossing each.
 
-    `eigenvalues_at`: frequencies [rad/s], shape (f,) -> eigenvalues, shape (f, k). With a `single` one, k
-    being 1, none can be mistaken for another.
+    `eigenvalues_at`: frequencies [rad/s], shape (f,) -> eigenvalues, shape (f, k). With a `single` one, k being 1, none
+    can be mistaken for another.
     """
-    found, (low, high) = bracket, bracket.omega.T
-    least = np.maximum(CONTROL.secant_last_step * (high - low), CONTROL.secant_rounding * high)
+    pairs, (low, high) = brackets, brackets.omega.T  # the last two points of each search
+    last_step = np.maximum(CONTROL.secant_last_step * (high - low), CONTROL.secant_rounding * high)
     for _ in range(CONTROL.secant_steps):
-        place = np.clip(found.place, low, high)
-        moved = np.abs(place - found.omega[:, 1]) > least
-        if not moved.any():
+        estimate = np.clip(pairs.frequency, low, high)
+        step = estimate - pairs.omega[:, 1]
+        unsettled = np.abs(step) > last_step
+        if not unsettled.any():
             break
-        expected = found.values[:, 1] + found.slope * (place - found.omega[:, 1])
-        values = eigenvalues_at(place[moved])
-        nearest = np.abs(values - expected[moved, None]).argmin(axis=1)
-        omega, pairs = found.omega.copy(), found.values.copy()
-        omega[moved] = np.stack([found.omega[moved, 1], place[moved]], axis=1)
-        pairs[moved] = np.stack([found.values[moved, 1], values[np.arange(len(values)), nearest]], axis=1)
-        found = Crossings(omega, pairs)
+        expected = pairs.values[:, 1] + pairs.slope * step
+        candidates = eigenvalues_at(estimate[unsettled])
+        nearest = np.abs(candidates - expected[unsettled, None]).argmin(axis=1)
+        eigenvalue = candidates[np.arange(len(candidates)), nearest]
+        omega, values = pairs.omega.copy(), pairs.values.copy()
+        omega[unsettled] = np.stack([pairs.omega[unsettled, 1], estimate[unsettled]], axis=1)
+        values[unsettled] = np.stack([pairs.values[unsettled, 1], eigenvalue], axis=1)
+        pairs = Crossings(omega, values)
     # with the slope of the bracket, which has the sign of the crossing: that of the last two values may be rounding
-    last, value, width = found.omega[:, 1], found.values[:, 1], high - low
-    found = Crossings(np.stack([last, last + width], axis=1), np.stack([value, value + bracket.slope * width], axis=1))
+    omega, value, width = pairs.omega[:, 1], pairs.values[:, 1], high - low
+    values = np.stack([value, value + brackets.slope * width], axis=1)
+    located = Crossings(np.stack([omega, omega + width], axis=1), values)
     if single:  # beside a narrow pole the rounding of the loop gain may be all that is left of its imaginary part
-        return found
-    rounding = 2 * least * np.abs(bracket.slope)
-    return found.take(np.abs(value.imag) <= CONTROL.crossing_real * np.abs(value) + rounding)
+        return located
+    rounding = 2 * last_step * np.abs(brackets.slope)
+    return located.take(np.abs(value.imag) <= CONTROL.crossing_real * np.abs(value) + rounding)
 
 
 def crossing_near(needed_gain, begin, step, farthest, settled):
@@ -166,15 +170,15 @@ def crossing_near(needed_gain, begin, step, farthest, settled):
     -----
     The imaginary part is about linear in the frequency, so that the secant method needs few steps.
     """
-    before, here, last = begin, begin + step, needed_gain(begin).imag
+    previous, previous_imag, omega = begin, needed_gain(begin).imag, begin + step
     for _ in range(CONTROL.crossing_steps):
-        found = needed_gain(here)
-        if found.imag == last:
+        gain = needed_gain(omega)
+        if gain.imag == previous_imag:
             return None
-        change = found.imag * (here - before) / (found.imag - last)
+        change = gain.imag * (omega - previous) / (gain.imag - previous_imag)
         if abs(change) <= settled:
-            return found.real, here
-        before, last, here = here, found.imag, here - change
-        if not abs(here - begin) <= farthest:
+            return gain.real, omega
+        previous, previous_imag, omega = omega, gain.imag, omega - change
+        if not abs(omega - begin) <= farthest:
             return None
     return None

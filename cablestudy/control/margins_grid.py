@@ -15,7 +15,7 @@ ASIDE = np.array([0.6, 2.0, 6.0])  # distances from a pole, in its half-widths
 
 
 def frequencies(poles, notches=(), law=INTEGRATOR):
-    """Frequencies of all decades, beside poles and corners, and of the turns of a delay that can be approximated.
+    """Frequencies to begin with: of all decades, beside poles and corners, and in steps of the phase of a delay.
 
     Parameters
     ----------
@@ -29,43 +29,38 @@ def frequencies(poles, notches=(), law=INTEGRATOR):
     ndarray, shape (f,)
         Ascending. [rad/s]
     """
-    poles = np.concatenate([poles, *(one.corners for one in notches if one is not None), law.corners])
+    poles = np.concatenate([poles, *(notch.corners for notch in notches if notch is not None), law.corners])
     poles = poles[(poles.imag >= 0) & (np.abs(poles) > 0)]
-    centre = np.abs(poles)
-    low, high = CONTROL.grid_range[0] * centre.min(), CONTROL.grid_range[1] * centre.max()
+    size = np.abs(poles)
+    low, high = CONTROL.grid_range[0] * size.min(), CONTROL.grid_range[1] * size.max()
     decades = np.geomspace(low, high, 2 + int(CONTROL.grid_per_decade * np.log10(high / low)))
-    turns = (
-        CONTROL.delay_turn / law.delay * np.arange(1, law.reach * law.delay / CONTROL.delay_turn)
-        if law.delay
-        else np.zeros(0)
-    )
-    return distinct(np.concatenate([decades, turns[turns < high], near_poles(poles)]))
+    delay_steps = np.zeros(0)
+    if law.delay:
+        delay_steps = CONTROL.delay_turn / law.delay * np.arange(1, law.reach * law.delay / CONTROL.delay_turn)
+    return distinct(np.concatenate([decades, delay_steps[delay_steps < high], near_poles(poles)]))
 
 
 def distinct(omega):
-    """Frequencies in ascending order, without those that only rounding tells from others: these would hide a peak."""
+    """Frequencies in ascending order, without those that differ from others by rounding: these would hide a peak."""
     omega = np.unique(omega)
     return omega[np.append(True, np.diff(omega) > CONTROL.same_frequency * omega[1:])]
 
 
 def near_poles(poles):
-    """Frequencies at and on both sides of the sizes of some poles, at distances of their half-widths. [rad/s]"""
-    centre = np.abs(poles)
-    step = np.maximum(np.abs(poles.real), CONTROL.infinite_at_pole * centre)[:, None] * np.concatenate([-ASIDE, ASIDE])
-    aside = (centre[:, None] + step)[np.abs(step) < CONTROL.broad_pole * centre[:, None]]
-    return np.concatenate([aside, centre[np.abs(poles.real) > CONTROL.infinite_at_pole * centre]])
+    """Frequencies at the sizes of some poles, and on both sides at multiples of their half-widths. [rad/s]"""
+    size = np.abs(poles)
+    half_width = np.maximum(np.abs(poles.real), CONTROL.infinite_at_pole * size)
+    step = half_width[:, None] * np.concatenate([-ASIDE, ASIDE])
+    beside = (size[:, None] + step)[np.abs(step) < CONTROL.broad_pole * size[:, None]]
+    return np.concatenate([beside, size[np.abs(poles.real) > CONTROL.infinite_at_pole * size]])
 
 
 def by_parts(function, omega):
     """Values of a function of s at frequencies [rad/s], few at a time, whose matrices stay in the processor's cache."""
-    if len(omega) <= CONTROL.frequencies_at_once:
+    block = CONTROL.frequencies_at_once
+    if len(omega) <= block:
         return function(1j * omega)
-    return np.concatenate(
-        [
-            function(1j * omega[i : i + CONTROL.frequencies_at_once])
-            for i in range(0, len(omega), CONTROL.frequencies_at_once)
-        ]
-    )
+    return np.concatenate([function(1j * omega[begin : begin + block]) for begin in range(0, len(omega), block)])
 
 
 def eigenvalues(matrices):
@@ -73,24 +68,24 @@ def eigenvalues(matrices):
     if matrices.shape[-1] == 1:
         return np.where(np.isfinite(matrices), matrices, np.nan)[..., 0]
     finite = np.isfinite(matrices).all(axis=(-2, -1))
-    found = np.full(matrices.shape[:-1], np.nan, dtype=complex)
-    found[finite] = np.linalg.eigvals(matrices[finite])
-    return found
+    values = np.full(matrices.shape[:-1], np.nan, dtype=complex)
+    values[finite] = np.linalg.eigvals(matrices[finite])
+    return values
 
 
 def paired(values):
-    """Eigenvalues at neighbouring frequencies that belong together: before and after, shape (..., f - 1, 2 k) both.
+    """Pairs of eigenvalues at neighbouring frequencies: those before, and those after, shape (..., f - 1, 2 k) both.
 
-    Each with the nearest one at the next frequency, and each of these with the nearest one before; shape (..., f - 1,
-    k) of k = 1. `values` has the shape (..., f, k).
+    Each eigenvalue is paired with the nearest one at the next frequency, and with the nearest one at the frequency
+    before. `values` has the shape (..., f, k); the pairs of k = 1 have the shape (..., f - 1, 1).
     """
-    first, second = values[..., :-1, :], values[..., 1:, :]
+    before, after = values[..., :-1, :], values[..., 1:, :]
     if values.shape[-1] == 1:
-        return first, second
-    apart = np.abs(first[..., :, None] - second[..., None, :])
-    before = np.concatenate([first, np.take_along_axis(first, apart.argmin(axis=-2), axis=-1)], axis=-1)
-    after = np.concatenate([np.take_along_axis(second, apart.argmin(axis=-1), axis=-1), second], axis=-1)
-    return before, after
+        return before, after
+    distance = np.abs(before[..., :, None] - after[..., None, :])
+    nearest_after = np.take_along_axis(after, distance.argmin(axis=-1), axis=-1)
+    nearest_before = np.take_along_axis(before, distance.argmin(axis=-2), axis=-1)
+    return np.concatenate([before, nearest_before], axis=-1), np.concatenate([nearest_after, after], axis=-1)
 
 
 def curve(function, omega, matrices=None, upto=np.inf, most=np.inf):
@@ -118,64 +113,69 @@ def curve(function, omega, matrices=None, upto=np.inf, most=np.inf):
         Its eigenvalues.
     """
     omega, matrices = finite(omega, by_parts(function, omega) if matrices is None else matrices)
-    return _closer(function, omega, matrices, eigenvalues(matrices), partial(_unsure, most=most), upto)
+    return _closer(function, omega, matrices, eigenvalues(matrices), partial(_may_cross_twice, most=most), upto)
 
 
 def curve_beside(function, gain, omega, matrices, values):
-    """Those of a `curve`, closer where the sensitivity with a gain [rad/s] turns, and the loop gain there."""
+    """Frequencies of a `curve`, closer where the sensitivity with a gain [rad/s] changes fast, and the loop gain there.
 
-    def turning(values):
-        before, after = (1 + gain * part for part in paired(values))
+    `omega`, `matrices` and `values` are those of the curve.
+    """
+
+    def changes_fast(values):
+        before, after = (1 + gain * eigenvalue for eigenvalue in paired(values))  # distances from -1, complex
         near = np.minimum(np.abs(before), np.abs(after))
-        return ((near < CONTROL.followed_distance) & (np.abs(after - before) > CONTROL.followed_change * near)).any(
-            axis=1
-        )
+        fast = np.abs(after - before) > CONTROL.followed_change * near
+        return ((near < CONTROL.followed_distance) & fast).any(axis=1)
 
-    return _closer(function, omega, matrices, values, turning)[:2]
+    return _closer(function, omega, matrices, values, changes_fast)[:2]
 
 
 def with_more(function, omega, matrices, added):
-    """Frequencies and the loop gain there, with some that are `added` where they are not among them. [rad/s]"""
-    every = distinct(np.append(omega, added))
-    new = np.setdiff1d(every, omega)
-    new, found = finite(new, by_parts(function, new))
-    place = np.searchsorted(omega, new)
-    return np.insert(omega, place, new), np.insert(matrices, place, found, axis=0)
+    """Frequencies and the loop gain there, with those `added` [rad/s] that are not among them."""
+    new_omega = np.setdiff1d(distinct(np.append(omega, added)), omega)
+    new_omega, new_matrices = finite(new_omega, by_parts(function, new_omega))
+    index = np.searchsorted(omega, new_omega)
+    return np.insert(omega, index, new_omega), np.insert(matrices, index, new_matrices, axis=0)
 
 
-def _closer(function, omega, matrices, values, unsure, upto=np.inf):
-    """Frequencies, matrices and eigenvalues as of `curve`, with more between those that `unsure` chooses of these."""
-    share = np.arange(1, CONTROL.interval_parts) / CONTROL.interval_parts
+def _closer(function, omega, matrices, values, divides, upto=np.inf):
+    """Frequencies, matrices and eigenvalues as of `curve`, with more frequencies where intervals are divided.
+
+    `divides` is a function: eigenvalues, shape (f, k) -> which intervals between them, array of bool, shape (f - 1,).
+    """
+    fractions = np.arange(1, CONTROL.interval_parts) / CONTROL.interval_parts
     for _ in range(CONTROL.interval_rounds):
         width = np.diff(omega)
-        wide = unsure(values) & (width > CONTROL.close_frequencies * omega[1:]) & (omega[1:] < upto)
-        if not wide.any():
+        divided = divides(values) & (width > CONTROL.close_frequencies * omega[1:]) & (omega[1:] < upto)
+        if not divided.any():
             break
-        between = (omega[:-1][wide, None] + width[wide, None] * share).ravel()
-        between, added = finite(between, by_parts(function, between))
-        place = np.searchsorted(omega, between)
-        omega, matrices = np.insert(omega, place, between), np.insert(matrices, place, added, axis=0)
-        values = np.insert(values, place, eigenvalues(added), axis=0)
+        new_omega = (omega[:-1][divided, None] + width[divided, None] * fractions).ravel()
+        new_omega, new_matrices = finite(new_omega, by_parts(function, new_omega))
+        index = np.searchsorted(omega, new_omega)
+        omega, matrices = np.insert(omega, index, new_omega), np.insert(matrices, index, new_matrices, axis=0)
+        values = np.insert(values, index, eigenvalues(new_matrices), axis=0)
     return omega, matrices, values
 
 
-def _unsure(values, most):
-    """Whether an eigenvalue may cross the negative real axis and come back after each frequency but the last.
+def _may_cross_twice(values, most):
+    """Intervals in which an eigenvalue may cross the negative real axis and come back, array of bool, shape (f - 1,).
 
-    `most` as of `curve`; smaller eigenvalues cross with larger gains.
+    `values` are eigenvalues, shape (f, k), and `most` is that of `curve`; smaller eigenvalues cross with larger gains.
     """
     before, after = paired(values)
-    size = np.abs(before), np.abs(after)
-    crossed = (before.imag * after.imag <= 0) & (before.real < 0) & (after.real < 0)
+    sizes = np.abs(before), np.abs(after)
+    crosses = (before.imag * after.imag <= 0) & (before.real < 0) & (after.real < 0)
     with np.errstate(divide="ignore"):
-        most = max(most, (1 / np.minimum(*size)[crossed]).min(initial=np.inf))
+        most = max(most, (1 / np.minimum(*sizes)[crosses]).min(initial=np.inf))
     turn = np.abs(np.angle(after * before.conj()))
     to_axis = np.minimum(np.abs(np.angle(-before)), np.abs(np.angle(-after)))
     with np.errstate(divide="ignore", invalid="ignore"):  # an eigenvalue of zero
-        growth = np.abs(np.log(size[1] / size[0]))
+        growth = np.abs(np.log(sizes[1] / sizes[0]))
     changes = (turn > CONTROL.angle_change * to_axis) | ~(growth < CONTROL.size_change)
-    unsure = (turn > CONTROL.eigenvalue_turn) | ((to_axis < CONTROL.near_axis) & changes)
-    return (unsure & (np.maximum(*size) * most * CONTROL.closely_looked_above >= 1)).any(axis=1)
+    may_cross = (turn > CONTROL.eigenvalue_turn) | ((to_axis < CONTROL.near_axis) & changes)
+    matters = np.maximum(*sizes) * most * CONTROL.closely_looked_above >= 1
+    return (may_cross & matters).any(axis=1)
 
 
 def finite(omega, matrices):
@@ -197,33 +197,35 @@ def highest(function, omega, value=None):
         Of the function there.
     """
     value = function(omega) if value is None else value
-    best = int(np.argmax(value))
+    index = int(np.argmax(value))
+    largest = float(value[index]), float(omega[index])
     # how much higher than a value a peak beside it may be
-    reach = np.maximum(CONTROL.flat_peak * np.abs(value[best]), CONTROL.peak_reach * _height(value))
-    low, top, high = _peaks(omega, value, value + reach >= value[best])
+    reach = np.maximum(CONTROL.flat_peak * np.abs(value[index]), CONTROL.peak_reach * _visible_height(value))
+    low, top, high = _peaks(omega, value, value + reach >= value[index])
     if not len(top):
-        return float(value[best]), float(omega[best])
-    place, height = maxima(function, low, top, high)
+        return largest
+    position, height = maxima(function, low, top, high)
     peak = int(np.argmax(height))
-    if not height[peak] >= value[best]:  # the largest value is at an end of the range
-        return float(value[best]), float(omega[best])
-    return _placed(function, float(height[peak]), float(place[peak]), float(high[peak] - low[peak]))
+    if not height[peak] >= value[index]:  # the largest value is at an end of the range
+        return largest
+    return _polished_maximum(function, float(height[peak]), float(position[peak]), float(high[peak] - low[peak]))
 
 
-def _height(value):
-    """Visible height of each value above the lower one of its neighbours, shape (f,)."""
+def _visible_height(value):
+    """Height of each value above the lower one of its neighbours, shape (f,)."""
     return value - np.minimum(np.append(value[1:], value[-1]), np.append(value[0], value[:-1]))
 
 
 def _peaks(omega, value, chosen):
-    """Frequencies before, at and after those of the chosen values that are local maxima, each of shape (p,)."""
-    inner = (value[1:-1] >= value[:-2]) & (value[1:-1] >= value[2:]) & (value[1:-1] > np.minimum(value[:-2], value[2:]))
-    place = 1 + np.flatnonzero(inner & chosen[1:-1])
-    return omega[place - 1], omega[place], omega[place + 1]
+    """Frequencies before, at and after the chosen values that are local maxima, each of shape (p,). [rad/s]"""
+    before, inner, after = value[:-2], value[1:-1], value[2:]
+    is_peak = (inner >= before) & (inner >= after) & (inner > np.minimum(before, after))
+    index = 1 + np.flatnonzero(is_peak & chosen[1:-1])
+    return omega[index - 1], omega[index], omega[index + 1]
 
 
 def maxima(function, low, top, high, *which):
-    """Local maxima of a function between frequencies: places [rad/s] and values, each of shape (p,).
+    """Local maxima of a function between frequencies: their frequencies [rad/s] and values, each of shape (p,).
 
     Parameters
     ----------
@@ -236,16 +238,19 @@ def maxima(function, low, top, high, *which):
     """
     # in steps of the distance of the frequencies: a peak may be a billionth of its frequency wide
     width = high - low
-    found, value = minima_between(
-        lambda step, index: -function(top[index] + step * width[index], *(one[index] for one in which)),
+    offset, value = minima_between(
+        lambda step, index: -function(top[index] + step * width[index], *(argument[index] for argument in which)),
         (low - top) / width, np.zeros(len(top)), (high - top) / width, np.arange(len(top)),
         CONTROL.extremum_place, 0.0, CONTROL.extremum_value,
     )  # fmt: skip
-    return top + found * width, np.nan_to_num(-value, nan=-np.inf)
+    return top + offset * width, np.nan_to_num(-value, nan=-np.inf)
 
 
-def _placed(function, height, omega, width):
-    """Height and frequency [rad/s] of a maximum, both to rounding, from those known to `extremum_place`."""
+def _polished_maximum(function, height, omega, width):
+    """Height and frequency [rad/s] of a maximum, both to rounding, from those known to `extremum_place`.
+
+    A Newton step with the derivatives of fourth order of five values around it; `width` is that of its bracket.
+    """
     step = CONTROL.stencil * width
     value = function(omega + step * np.arange(-2, 3))
     slope, curvature = np.array([1, -8, 0, 8, -1]) @ value / 12, np.array([-1, 16, -30, 16, -1]) @ value / 12
@@ -256,7 +261,7 @@ def _placed(function, height, omega, width):
 
 
 def passages(function, omega, value):
-    """Frequencies at which functions of frequency are zero, shape (z,) [rad/s], and which of them, shape (z,).
+    """Zeros of k functions of frequency: their frequencies, shape (z,) [rad/s], and which function each is of, (z,).
 
     Parameters
     ----------
@@ -268,32 +273,33 @@ def passages(function, omega, value):
     value : ndarray, shape (f, k)
     """
 
-    def one(omega, which):
+    def single(omega, which):
         return np.take_along_axis(function(omega), which[:, None], axis=1)[:, 0]
 
-    turning = _turning(one, omega, value)
-    if len(turning):
-        omega, value = np.append(omega, turning), np.concatenate([value, function(turning)])
+    extrema = _extrema_beyond_zero(single, omega, value)
+    if len(extrema):
+        omega, value = np.append(omega, extrema), np.concatenate([value, function(extrema)])
         order = np.argsort(omega)
         omega, value = omega[order], value[order]
-    place, which = np.nonzero((value[:-1] < 0) != (value[1:] < 0))
-    if not len(place):
+    index, which = np.nonzero((value[:-1] < 0) != (value[1:] < 0))
+    if not len(index):
         return np.zeros(0), which
-    found = zeros_between(one, omega[place], omega[place + 1], which)
-    order = np.argsort(found)
-    return found[order], which[order]
+    zeros = zeros_between(single, omega[index], omega[index + 1], which)
+    order = np.argsort(zeros)
+    return zeros[order], which[order]
 
 
-def _turning(function, omega, value):
+def _extrema_beyond_zero(function, omega, value):
     """Extrema at which a function has another sign than at the frequencies around it, shape (t,). [rad/s]"""
     brackets = []
-    for which, own in enumerate(value.T):
+    for which, values in enumerate(value.T):
         for sign in (1.0, -1.0):
-            side = sign * own
-            bracket = _peaks(omega, side, (side < 0) & (side + CONTROL.peak_reach * _height(side) > 0))
+            signed = sign * values
+            may_reach_zero = (signed < 0) & (signed + CONTROL.peak_reach * _visible_height(signed) > 0)
+            bracket = _peaks(omega, signed, may_reach_zero)
             brackets.append((*bracket, np.full(len(bracket[0]), which), np.full(len(bracket[0]), sign)))
     low, top, high, which, sign = (np.concatenate(parts) for parts in zip(*brackets, strict=True))
     if not len(top):
         return np.zeros(0)
-    place, height = maxima(lambda omega, which, sign: sign * function(omega, which), low, top, high, which, sign)
-    return np.unique(place[height > 0])
+    position, height = maxima(lambda omega, which, sign: sign * function(omega, which), low, top, high, which, sign)
+    return np.unique(position[height > 0])

@@ -1,4 +1,4 @@
-"""A suspension in some combinations of its coordinates, with actuators on its bodies: what winches and wind move.
+"""A suspension in modes and static responses as coordinates, with actuators on its bodies, moved by winches and wind.
 
     M z'' + C z' + K z = f + B0 v + B1 v' + B2 v'' + sum a (g_v s + g_p) h(s) r z,     h = s/(s + w_h) or 1
 
@@ -80,7 +80,7 @@ class ActuatorFeedback:
 
 
 def basis(modes, loads):
-    """Modes of a suspension, and their complement for the static response to some loads.
+    """Modes of a suspension, and Ritz vectors with which they give the static response to some loads.
 
     Parameters
     ----------
@@ -96,13 +96,14 @@ def basis(modes, loads):
         Mass-normalised: the modes, then the others by frequency.
     """
     solution = modes.solution
-    more, added = ritz(solution.system, modes.shapes, solution.system.compliance(loads))
-    order = np.argsort(more)
-    return np.concatenate([solution.omega, more[order]]), np.concatenate([modes.shapes, added[:, order]], axis=1)
+    added_omega, added = ritz(solution.system, modes.shapes, solution.system.compliance(loads))
+    order = np.argsort(added_omega)
+    omega = np.concatenate([solution.omega, added_omega[order]])
+    return omega, np.concatenate([modes.shapes, added[:, order]], axis=1)
 
 
 def motion(layout, whole: LinearSystem, omega, shapes, winches, actuators=(), damping=0.0):
-    """`LinearSystem` of a suspension in some combinations of its coordinates, then the strokes of reaction masses.
+    """`LinearSystem` of a suspension in m combinations of its n coordinates, and the strokes of reaction masses.
 
     Its inputs are the lengths v that winches reel in.
 
@@ -117,24 +118,25 @@ def motion(layout, whole: LinearSystem, omega, shapes, winches, actuators=(), da
         How many of the inputs of `whole`, the first ones, are winches.
     actuators : sequence of Actuator
     damping : ndarray, shape (m, m), or 0
-        Of the coordinates, beside that of `whole`.
+        Of the coordinates, in addition to that of `whole`.
     """
-    strokes, count = sum(not one.wheel for one in actuators), len(omega)
+    strokes, count = sum(not actuator.wheel for actuator in actuators), len(omega)
     stiffness = np.diag(omega**2).astype(whole.stiffness.dtype)
     if np.iscomplexobj(stiffness):
         stiffness.imag[:] = shapes.T @ whole.stiffness.imag @ shapes
     matrices = np.eye(count), shapes.T @ whole.damping @ shapes + damping, stiffness
     *matrices, feedback = actuated(layout, shapes, *matrices, actuators)
 
-    def widened(part):
-        return np.concatenate([part, np.zeros((part.shape[0], strokes))], axis=1)
+    def with_strokes(matrix):
+        """A matrix by the m coordinates with columns of zeros for the strokes."""
+        return np.concatenate([matrix, np.zeros((matrix.shape[0], strokes))], axis=1)
 
     return LinearSystem(
         *matrices,
-        tuple(widened((shapes.T @ part[:, :winches]).T).T for part in whole.b),
-        c=tuple(widened(part @ shapes) for part in whole.c),
-        d=tuple(part[:, :winches] for part in whole.d),
-        scale=np.concatenate([omega, [one.omega for one in actuators if not one.wheel]]),
+        tuple(with_strokes((shapes.T @ matrix[:, :winches]).T).T for matrix in whole.b),
+        c=tuple(with_strokes(matrix @ shapes) for matrix in whole.c),
+        d=tuple(matrix[:, :winches] for matrix in whole.d),
+        scale=np.concatenate([omega, [actuator.omega for actuator in actuators if not actuator.wheel]]),
         feedback=feedback,
         shapes=shapes,
     )
@@ -158,7 +160,7 @@ def actuated(layout, shapes, mass, damping, stiffness, actuators):
     feedback : tuple of ActuatorFeedback
     """
     count, strokes = len(mass), sum(not actuator.wheel for actuator in actuators)
-    mass, damping, stiffness = (np.pad(part, (0, strokes)) for part in (mass, damping, stiffness))
+    mass, damping, stiffness = (np.pad(matrix, (0, strokes)) for matrix in (mass, damping, stiffness))
     feedback, stroke = [], count
     for actuator in actuators:
         movements = _movements(layout, actuator, shapes)
@@ -180,11 +182,11 @@ def actuated(layout, shapes, mass, damping, stiffness, actuators):
 
 
 def _movements(layout, actuator, shapes):
-    """Movement of an actuator's body along the axis, at the actuator, and about it, and g (theta x a)_z; each (m,)."""
+    """Movement of a body at an actuator along its axis, about it, and g (theta x a)_z, by coordinates; each (m,)."""
     equilibrium = layout.equilibrium
     rotation = equilibrium.rotation[actuator.body]
-    moved = layout.displaced(layout.bodies(shapes))[actuator.body]
+    movement = layout.displaced(layout.bodies(shapes))[actuator.body]
     axis, arm = rotation @ actuator.axis, rotation @ actuator.place
-    along = axis @ (moved[:3] - cross_matrix(arm) @ moved[3:])
+    along = axis @ (movement[:3] - cross_matrix(arm) @ movement[3:])
     upwards = np.array([0.0, 0.0, float(equilibrium.suspension.gravity)])
-    return along, axis @ moved[3:], np.cross(axis, upwards) @ moved[3:]
+    return along, axis @ movement[3:], np.cross(axis, upwards) @ movement[3:]

@@ -29,16 +29,15 @@ class Notch:
 
     @property
     def corners(self):
-        """About where its zero and its pole of the upper half plane are, shape (2,). [rad/s]"""
-        own = (self.omega, self.damping_ratio), (self.rolloff_omega, self.rolloff_damping_ratio)
-        return np.array([omega * (1j - ratio) for omega, ratio in own])
+        """Estimates of its zero and its pole in the upper half plane, shape (2,). [rad/s]"""
+        zero_and_pole = (self.omega, self.damping_ratio), (self.rolloff_omega, self.rolloff_damping_ratio)
+        return np.array([omega * (1j - ratio) for omega, ratio in zero_and_pole])
 
     @property
     def state_space(self):
         """a, b, c, d for the states w2^2/q and s w2/q, q the roll-off's polynomial."""
         w1, w2 = self.omega, self.rolloff_omega
-        passed = (w2 / w1) ** 2
+        d = (w2 / w1) ** 2
         a = w2 * np.array([[0.0, 1.0], [-1.0, -2 * self.rolloff_damping_ratio]])
-        first = 1.0 - passed
-        second = 2 * passed * (self.damping_ratio * w1 / w2 - self.rolloff_damping_ratio)
-        return a, np.array([0.0, w2]), np.array([first, second]), passed
+        c = np.array([1.0 - d, 2 * d * (self.damping_ratio * w1 / w2 - self.rolloff_damping_ratio)])
+        return a, np.array([0.0, w2]), c, d

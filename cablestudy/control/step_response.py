@@ -1,6 +1,6 @@
 """Overshoot, rise time and settling time of a response to a step (Ogata, Modern Control Engineering, section 5.3)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,14 +9,14 @@ from cablestudy.control.tolerances import CONTROL
 
 @dataclass(frozen=True)
 class StepResponse:
-    """How a response to a step goes on.
+    """Numbers of a response to a step.
 
     Attributes
     ----------
     final : float
-        Where it ends. [as the response]
+        Its value after a long time. [as the response]
     size : float
-        To which its shares refer: the final value, and of a response that is taken back the largest displacement.
+        Value that counts as 1 for shares: the final one, and of a response that is taken back the largest one.
     overshoot : float or None
         Largest value beyond the final one over that; None of a response that is taken back. [-]
     rise_time : float or None
@@ -24,7 +24,7 @@ class StepResponse:
     settling_time : float or None
         From which on it stays within `settling_band` of its size about the final value; None if never. [s]
     resolved : bool
-        Whether the points of time are close enough for these numbers.
+        True if the points of time are close enough for these numbers.
     """
 
     final: float
@@ -40,12 +40,13 @@ class StepResponse:
         return self.overshoot is None
 
     def agrees(self, other):
-        """True if the numbers of another one are the same to `enough_points`."""
-        pairs = [(getattr(self, name), getattr(other, name)) for name in ("rise_time", "settling_time")]
-        if any((one is None) != (two is None) for one, two in pairs):
+        """True if the numbers of another `StepResponse` differ by no more than `enough_points`."""
+        allowed, pairs = CONTROL.enough_points, [(self.rise_time, other.rise_time)]
+        pairs.append((self.settling_time, other.settling_time))
+        if any((time is None) != (other_time is None) for time, other_time in pairs):
             return False
-        near = abs((self.overshoot or 0.0) - (other.overshoot or 0.0)) <= CONTROL.enough_points
-        return near and all(one is None or abs(one - two) <= CONTROL.enough_points * abs(one) for one, two in pairs)
+        near = abs((self.overshoot or 0.0) - (other.overshoot or 0.0)) <= allowed
+        return near and all(time is None or abs(time - other_time) <= allowed * abs(time) for time, other_time in pairs)
 
 
 def step_response(time, value, final):
@@ -61,12 +62,12 @@ def step_response(time, value, final):
     largest = float(np.abs(value).max())
     if not (np.isfinite(final) and largest > 0 and len(time) >= 2 * CONTROL.fewest_points):
         return None
-    found, coarse = (_numbers(time[::k], value[::k], final, largest) for k in (1, 2))
-    return found if found.agrees(coarse) else StepResponse(**vars(found) | {"resolved": False})
+    fine, coarse = (_by_spline(time[::step], value[::step], final, largest) for step in (1, 2))
+    return fine if fine.agrees(coarse) else replace(fine, resolved=False)
 
 
-def _numbers(time, value, final, largest):
-    """The `StepResponse` by cubic splines through points of time."""
+def _by_spline(time, value, final, largest):
+    """`StepResponse` of a cubic spline through points of time, which is scaled to a `largest` value of 1."""
     from scipy.interpolate import CubicSpline
 
     sign, goal = np.copysign(1.0, final), abs(final) / largest
@@ -78,16 +79,16 @@ def _numbers(time, value, final, largest):
         turns = curve.derivative().roots(extrapolate=False)
         highest = curve(np.append(turns[np.isfinite(turns)], time[-1])).max()
         overshoot = max(0.0, float(highest) / goal - 1.0)
-        first, last = (_times(curve, share * goal).min(initial=np.inf) for share in CONTROL.rise)
-        rise = float(last - first) if last < np.inf else None
+        begin, end = (_times_at(curve, share * goal).min(initial=np.inf) for share in CONTROL.rise)
+        rise = float(end - begin) if end < np.inf else None
     settling = None
     if abs(curve(time[-1]) - goal) <= CONTROL.settling_band * size:
-        crossings = [_times(curve, goal + side * CONTROL.settling_band * size) for side in (-1, 1)]
+        crossings = [_times_at(curve, goal + side * CONTROL.settling_band * size) for side in (-1, 1)]
         settling = float(np.concatenate(crossings).max(initial=0.0))
     return StepResponse(final, size * largest, overshoot, rise, settling)
 
 
-def _times(curve, level):
-    """When a curve has a value."""
+def _times_at(curve, level):
+    """Times at which a curve has a value. [s]"""
     times = curve.solve(level, extrapolate=False)
     return times[np.isfinite(times)]

@@ -1,4 +1,4 @@
-"""A suspension as a linear system of first order: winches and forces in, displacements and tensions out.
+"""A suspension as a linear system: winches and forces are its inputs, displacements and tensions its outputs.
 
 Reeling in dL at an end of a cable moves that end out along its tangent by (1 + T/EA) dL, T being the tension there.
 That is exact for the rest of the cable; the force at the winch itself is that of the place where the cable now ends,
@@ -60,25 +60,25 @@ class Marker:
 def reeled(equilibrium, winches):
     """H: displacements of the six ends of all cables per movement of each winch, shape (6 c, i). [-]"""
     direction, tension = outward(equilibrium)
-    moved = np.zeros((len(direction), 2, 3, len(winches)))
-    for place, winch in enumerate(winches):
+    displacements = np.zeros((len(direction), 2, 3, len(winches)))
+    for column, winch in enumerate(winches):
         if winch.direction is not None:
-            moved[winch.cable, winch.end, :, place] = winch.direction
+            displacements[winch.cable, winch.end, :, column] = winch.direction
             continue
         stretch = 1 + tension[winch.cable, winch.end] / equilibrium.catenary.span.axial_stiffness[winch.cable]
-        moved[winch.cable, winch.end, :, place] = stretch * direction[winch.cable, winch.end]
-    return moved.reshape(6 * len(direction), len(winches))
+        displacements[winch.cable, winch.end, :, column] = stretch * direction[winch.cable, winch.end]
+    return displacements.reshape(6 * len(direction), len(winches))
 
 
 def load_off_ends(equilibrium, winches):
     """Forces on the ends of all cables by the load that each winch takes off its own end, shape (6 c, i). [N/m]"""
     span = equilibrium.catenary.span
     lifted = np.zeros((len(span.chord), 2, 3, len(winches)))
-    for place, winch in enumerate(winches):
+    for column, winch in enumerate(winches):
         if winch.direction is not None:
             continue
         load = span.mass[winch.cable] * span.gravity[winch.cable]
-        lifted[winch.cable, winch.end, :, place] = load * np.broadcast_to(span.vertical, (len(lifted), 3))[winch.cable]
+        lifted[winch.cable, winch.end, :, column] = load * np.broadcast_to(span.vertical, (len(lifted), 3))[winch.cable]
     return lifted.reshape(6 * len(lifted), len(winches))
 
 
@@ -88,7 +88,7 @@ def state_space(layout, kept, winches=(), markers=()):
 
 
 def second_order(layout, kept, winches=(), markers=(), midspans=()):
-    """The suspension from winches and forces to displacements and tensions.
+    """`LinearSystem` of a suspension from winches and forces to displacements and tensions.
 
     Parameters
     ----------
@@ -112,72 +112,64 @@ def second_order(layout, kept, winches=(), markers=(), midspans=()):
     ------
     NoSolutionError
         There are too many coordinates.
-
     """
     equilibrium = layout.equilibrium
-    free, modal = len(layout.free), sum(len(one.element.omega) for one in kept)
+    free, modal = len(layout.free), sum(len(cable.element.omega) for cable in kept)
     if free + modal > CONTROL.state_space_coordinates:
         raise NoSolutionError(
             f"the linear model has {free + modal} coordinates, and a state space is made of at most "
             f"{CONTROL.state_space_coordinates}"
         )
     imposed = reeled(equilibrium, winches)
-    system = layout.system([one.element for one in kept], imposed)
-    mass, damping, stiffness = (dense(part) for part in (system.mass, system.damping, system.stiffness))
+    system = layout.system([cable.element for cable in kept], imposed)
+    mass, damping, stiffness = (dense(matrix) for matrix in (system.mass, system.damping, system.stiffness))
     lifted = load_off_ends(equilibrium, winches)
-    driven = _winch_forces(layout, system, modal, lifted)
     loads = np.eye(free + modal)[:, modal:]
-    driven = [np.concatenate([part, loads * (order == 0)], axis=1) for order, part in enumerate(driven)]
-    moved, follow = outputs(layout, kept, imposed, lifted, markers, midspans)
-    inputs, names = labels(layout, winches, markers, bool(midspans))
-    held = np.zeros((len(names), free))
-    return LinearSystem(
-        mass,
-        damping,
-        stiffness,
-        tuple(driven),
-        free,
-        moved,
-        tuple(np.concatenate([part, held], axis=1) for part in follow),
-        _coordinates(layout, kept),
-        inputs,
-        names,
-    )
+    winch_forces = _winch_forces(layout, system, modal, lifted)
+    b = [np.concatenate([matrix, loads * (order == 0)], axis=1) for order, matrix in enumerate(winch_forces)]
+    c, d_winches = outputs(layout, kept, imposed, lifted, markers, midspans)
+    input_names, output_names = labels(layout, winches, markers, bool(midspans))
+    d_loads = np.zeros((len(output_names), free))
+    d = tuple(np.concatenate([matrix, d_loads], axis=1) for matrix in d_winches)
+    names = _coordinates(layout, kept), input_names, output_names
+    return LinearSystem(mass, damping, stiffness, tuple(b), free, c, d, *names)
 
 
 def _winch_forces(layout, system, modal, lifted):
-    static, *moving = (dense(part) for part in system.b)
+    """Forces on the coordinates by lengths reeled in, their rates and accelerations: 3 ndarray of shape (n, i)."""
+    static, *by_rates = (dense(matrix) for matrix in system.b)
     static = static.copy()
     static[modal:] += layout.connection.T @ lifted
-    return [static, *(part.real for part in moving)]
+    return [static, *(matrix.real for matrix in by_rates)]
 
 
 def _of_bodies(layout, words, units):
-    """Name and unit of what belongs to each free displacement."""
+    """Name and unit of each free displacement, or of its load, from six `words` and six `units`."""
     names = layout.equilibrium.suspension.body_names
-    return tuple((f"{names[place // 6]}.{words[place % 6]}", units[place % 6]) for place in layout.free.tolist())
+    return tuple((f"{names[row // 6]}.{words[row % 6]}", units[row % 6]) for row in layout.free.tolist())
 
 
 def labels(layout, winches=(), markers=(), midspans=False):
     """Name and unit of each input and of each output of `second_order`, mid-spans among them or not: two tuples."""
     suspension = layout.equilibrium.suspension
     inputs = [(f"winch.{suspension.cable_names[winch.cable]}", "m") for winch in winches]
-    places = [f"{suspension.body_names[marker.body]}.{marker.name}.{axis}" for marker in markers for axis in "xyz"]
+    bodies = suspension.body_names
+    places = [f"{bodies[marker.body]}.{marker.name}.{axis}" for marker in markers for axis in "xyz"]
     places += [f"{name}.midspan.{axis}" for name in suspension.cable_names if midspans for axis in "xyz"]
     forces = [(f"{name}.force", "N") for name in suspension.link_names]
     forces += [(f"{name}.tension_{end}", "N") for name in suspension.cable_names for end in ENDS]
-    moved = [*_of_bodies(layout, AXES, LENGTHS), *((place, "m") for place in places)]
-    return (*inputs, *_of_bodies(layout, LOADS, LOAD_UNITS)), (*moved, *forces)
+    displacements = [*_of_bodies(layout, AXES, LENGTHS), *((place, "m") for place in places)]
+    return (*inputs, *_of_bodies(layout, LOADS, LOAD_UNITS)), (*displacements, *forces)
 
 
 def _coordinates(layout, kept):
     """Name and unit of each coordinate."""
-    found = []
-    for name, one in zip(layout.equilibrium.suspension.cable_names, kept, strict=True):
-        residuals = len(one.element.omega) - one.modes
-        found += [(f"{name}.mode_{k + 1}", MODAL) for k in range(one.modes)]
-        found += [(f"{name}.residual_{k + 1}", MODAL) for k in range(residuals)]
-    return (*found, *_of_bodies(layout, AXES, LENGTHS))
+    coordinates = []
+    for name, cable in zip(layout.equilibrium.suspension.cable_names, kept, strict=True):
+        residuals = len(cable.element.omega) - cable.modes
+        coordinates += [(f"{name}.mode_{k + 1}", MODAL) for k in range(cable.modes)]
+        coordinates += [(f"{name}.residual_{k + 1}", MODAL) for k in range(residuals)]
+    return (*coordinates, *_of_bodies(layout, AXES, LENGTHS))
 
 
 def outputs(layout, kept, imposed, lifted, markers, midspans=()):
@@ -192,64 +184,68 @@ def outputs(layout, kept, imposed, lifted, markers, midspans=()):
 
     Returns
     -------
-    moved, follow : tuple of 3 ndarray, shapes (o, n) and (o, i)
-        By the coordinates, and by the winches; the first of each is complex where damping is hysteretic.
+    c, d : tuple of 3 ndarray, shapes (o, n) and (o, i)
+        The first of each is complex where damping is hysteretic.
     """
     suspension, free = layout.equilibrium.suspension, len(layout.free)
-    modal = sum(len(one.element.omega) for one in kept)
-    place = np.eye(6 * len(suspension.body_names))[:, layout.free]
+    modal = sum(len(cable.element.omega) for cable in kept)
+    displacements = np.eye(6 * len(suspension.body_names))[:, layout.free]  # of all bodies by the free ones
     rows = [np.eye(free)]
     for marker in markers:
         arm = layout.equilibrium.rotation[marker.body] @ np.asarray(marker.place, dtype=float)
-        moving = np.concatenate([np.eye(3), -cross_matrix(arm)], axis=1)
-        rows.append(moving @ place[6 * marker.body : 6 * marker.body + 6])
-    shown = np.concatenate(rows)
-    shown = np.concatenate([np.zeros((len(shown), modal)), shown], axis=1)
-    still = np.zeros((len(shown), imposed.shape[1]))
-    middles, follow_winches = _midspans(layout, kept, imposed, midspans, modal)
-    shown, still = np.concatenate([shown, middles]), np.concatenate([still, follow_winches])
-    tensions, shown = _tensions(layout, kept, imposed, lifted, modal), [shown * (order == 0) for order in range(3)]
+        at_marker = np.concatenate([np.eye(3), -cross_matrix(arm)], axis=1)
+        rows.append(at_marker @ displacements[6 * marker.body : 6 * marker.body + 6])
+    places = np.concatenate(rows)
+    places = np.concatenate([np.zeros((len(places), modal)), places], axis=1)
+    by_winches = np.zeros((len(places), imposed.shape[1]))
+    midspan_c, midspan_d = _midspans(layout, kept, imposed, midspans, modal)
+    places, by_winches = np.concatenate([places, midspan_c]), np.concatenate([by_winches, midspan_d])
+    c_places = [places * (order == 0) for order in range(3)]
     if suspension.link_names:
         stretch = np.pad(layout.elongation, ((0, 0), (modal, 0)))
         factors = suspension.link_stiffness, suspension.link_damping, np.zeros(len(stretch))
-        shown = [np.concatenate([part, factor[:, None] * stretch]) for part, factor in zip(shown, factors, strict=True)]
-        still = np.pad(still, ((0, len(stretch)), (0, 0)))
-    moved = [np.concatenate([own, part]) for own, (part, _) in zip(shown, tensions, strict=True)]
-    follow = [np.concatenate([still * (order == 0), part]) for order, (_, part) in enumerate(tensions)]
-    return tuple(moved), tuple(follow)
+        link_forces = [factor[:, None] * stretch for factor in factors]
+        c_places = [np.concatenate(pair) for pair in zip(c_places, link_forces, strict=True)]
+        by_winches = np.pad(by_winches, ((0, len(stretch)), (0, 0)))
+    tensions = _tensions(layout, kept, imposed, lifted, modal)
+    c = [np.concatenate([rows, of_tensions]) for rows, (of_tensions, _) in zip(c_places, tensions, strict=True)]
+    d = [np.concatenate([by_winches * (order == 0), of_tensions]) for order, (_, of_tensions) in enumerate(tensions)]
+    return tuple(c), tuple(d)
 
 
 def _midspans(layout, kept, imposed, midspans, modal):
     """Displacements at mid-span by the coordinates and by the winches: two ndarray, shapes (3 c, n) and (3 c, i)."""
     ends, count = dense(layout.connection), 3 * len(midspans)
-    moved, follow, begin = np.zeros((count, modal + ends.shape[1])), np.zeros((count, imposed.shape[1])), 0
+    c, d, begin = np.zeros((count, modal + ends.shape[1])), np.zeros((count, imposed.shape[1])), 0
     for cable, shapes in enumerate(midspans):
-        n, rows, own = len(kept[cable].element.omega), slice(3 * cable, 3 * cable + 3), slice(6 * cable, 6 * cable + 6)
-        moved[rows, begin : begin + n] = shapes[:, :n]
-        moved[rows, modal:] = shapes[:, n:] @ ends[own]
-        follow[rows] = shapes[:, n:] @ imposed[own]
-        begin += n
-    return moved, follow
+        modes = len(kept[cable].element.omega)
+        rows, end_rows = slice(3 * cable, 3 * cable + 3), slice(6 * cable, 6 * cable + 6)
+        c[rows, begin : begin + modes] = shapes[:, :modes]
+        c[rows, modal:] = shapes[:, modes:] @ ends[end_rows]
+        d[rows] = shapes[:, modes:] @ imposed[end_rows]
+        begin += modes
+    return c, d
 
 
 def _tensions(layout, kept, imposed, lifted, modal):
-    """Changes of tension at the ends: parts by z, z' and z'', each with that by v, v' and v''."""
+    """Changes of tension at the ends: output matrices of z, z' and z'', each with that of v, v' and v''."""
     direction, _ = outward(layout.equilibrium)
     ends = dense(layout.connection)
-    matrices = [one.element.matrices() for one in kept]
-    kinds = [np.result_type(float, *(parts[2] for parts in matrices)), float, float]
-    moved = [np.zeros((2 * len(kept), modal + ends.shape[1]), kind) for kind in kinds]
-    follow = [np.zeros((2 * len(kept), imposed.shape[1]), kind) for kind in kinds]
-    begin = 0
-    for cable, (one, (mass, damping, stiffness)) in enumerate(zip(kept, matrices, strict=True)):
-        n, own = len(one.element.omega), slice(6 * cable, 6 * cable + 6)
-        pulled = np.zeros((2, 6))
-        pulled[0, :3], pulled[1, 3:] = direction[cable]
+    matrices = [cable.element.matrices() for cable in kept]
+    dtypes = [np.result_type(float, *(stiffness for _, _, stiffness in matrices)), float, float]
+    c = [np.zeros((2 * len(kept), modal + ends.shape[1]), dtype) for dtype in dtypes]
+    d = [np.zeros((2 * len(kept), imposed.shape[1]), dtype) for dtype in dtypes]
+    first = 0  # coordinate of the modes of a cable
+    for cable, (mass, damping, stiffness) in enumerate(matrices):
+        modes, rows = len(kept[cable].element.omega), slice(2 * cable, 2 * cable + 2)
+        end_rows = slice(6 * cable, 6 * cable + 6)
+        along = np.zeros((2, 6))  # from forces on the ends to tensions
+        along[0, :3], along[1, 3:] = direction[cable]
         for order, matrix in enumerate((stiffness, damping, mass)):
-            force, rows = pulled @ matrix[n:], slice(2 * cable, 2 * cable + 2)
-            moved[order][rows, begin : begin + n] = force[:, :n]
-            moved[order][rows, modal:] = force[:, n:] @ ends[own]
-            follow[order][rows] = force[:, n:] @ imposed[own]
-        follow[0][rows] -= pulled @ lifted[own]
-        begin += n
-    return list(zip(moved, follow, strict=True))
+            tension = along @ matrix[modes:]
+            c[order][rows, first : first + modes] = tension[:, :modes]
+            c[order][rows, modal:] = tension[:, modes:] @ ends[end_rows]
+            d[order][rows] = tension[:, modes:] @ imposed[end_rows]
+        d[0][rows] -= along @ lifted[end_rows]
+        first += modes
+    return list(zip(c, d, strict=True))

@@ -19,13 +19,13 @@ from cablestudy.control.tolerances import CONTROL
 
 @dataclass(frozen=True)
 class Component:
-    """An input u = h z, z' = S z, from a time on; before it is zero.
+    """Part of an input, u = h z with z' = S z, from a time on; before that time it is zero.
 
     Attributes
     ----------
     begin : float
         >= 0. [s]
-    shown : ndarray, shape (k,)
+    output : ndarray, shape (k,)
         h.
     matrix : ndarray, shape (k, k)
         S.
@@ -34,7 +34,7 @@ class Component:
     """
 
     begin: float
-    shown: np.ndarray
+    output: np.ndarray
     matrix: np.ndarray
     start: np.ndarray
 
@@ -57,16 +57,16 @@ def gust(size, length):
     Notes
     -----
     The shape of a discrete gust (EASA, CS-25, paragraph 25.341), whose rise is that of the extreme coherent gust of IEC
-    61400-1, ed. 3, section 6.3.2.5. It is a periodic one less the same from t = length on.
+    61400-1, ed. 3, section 6.3.2.5. It is a periodic input less the same from t = length on.
     """
     omega = 2 * np.pi / length
     matrix = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -omega], [0.0, omega, 0.0]])
-    shown, start = np.array([size / 2, -size / 2, 0.0]), np.array([1.0, 1.0, 0.0])
-    return [Component(0.0, shown, matrix, start), Component(length, -shown, matrix, start)]
+    output, start = np.array([size / 2, -size / 2, 0.0]), np.array([1.0, 1.0, 0.0])
+    return [Component(0.0, output, matrix, start), Component(length, -output, matrix, start)]
 
 
 def respond(a, b, c, d, components, time):
-    """Outputs for one input that begins at rest.
+    """Response of the outputs of a linear system, from rest, to one input.
 
     Parameters
     ----------
@@ -82,19 +82,19 @@ def respond(a, b, c, d, components, time):
     """
     from scipy.linalg import expm
 
-    found, width = np.zeros((len(time), len(c))), time[1] - time[0]
-    for one in components:
-        first = int(np.ceil(one.begin / width - CONTROL.component_begin))
-        if first >= len(time):
+    outputs, step = np.zeros((len(time), len(c))), time[1] - time[0]
+    for component in components:
+        first_index = int(np.ceil(component.begin / step - CONTROL.component_begin))
+        if first_index >= len(time):
             continue
-        n, k = len(a), len(one.start)
-        whole = np.zeros((n + k, n + k))
-        whole[:n, :n], whole[:n, n:], whole[n:, n:] = a, np.outer(b, one.shown), one.matrix
-        output = np.concatenate([c, np.outer(d, one.shown)], axis=1)
-        state = np.concatenate([np.zeros(n), one.start])
-        state = expm(whole * max(first * width - one.begin, 0.0)) @ state
-        advance = expm(whole * width)
-        for place in range(first, len(time)):
-            found[place] += output @ state
+        n, k = len(a), len(component.start)
+        matrix = np.zeros((n + k, n + k))
+        matrix[:n, :n], matrix[:n, n:], matrix[n:, n:] = a, np.outer(b, component.output), component.matrix
+        output = np.concatenate([c, np.outer(d, component.output)], axis=1)
+        state = np.concatenate([np.zeros(n), component.start])
+        state = expm(matrix * max(first_index * step - component.begin, 0.0)) @ state
+        advance = expm(matrix * step)
+        for index in range(first_index, len(time)):
+            outputs[index] += output @ state
             state = advance @ state
-    return found
+    return outputs

@@ -37,7 +37,7 @@ class GondolaMode:
         return BodyMode.search(self._case.in_wind.lowest_modes, GONDOLA, 0, 0)
 
     def _sharper_mode(self, sharper):
-        """`BodyMode` of modes of an accuracy of so many times that of the scene, and with a finer model beside."""
+        """`BodyMode` of modes with `sharper` times the accuracy of the scene, computed with a finer model too."""
         case, damping, accuracy = self._case, self._case.scene.cable.damping, sharper * self._accuracy
         equilibrium, cables = case.equilibrium, cables_of(case, damping)
         return BodyMode.search(
@@ -46,11 +46,12 @@ class GondolaMode:
 
     @property
     def _rounding(self):
+        """Relative error by rounding, at least. [-]"""
         return max(STUDY.rounding, float(self._case.results.motion_rounding[self._case.index]))
 
     @cached_property
     def frequency(self):
-        """Undamped. [Hz]"""
+        """Undamped frequency. [Hz]"""
         value, error = self.mode.frequency
         return value, np.maximum(error, self._rounding)
 
@@ -59,11 +60,11 @@ class GondolaMode:
         """Share of the gondola's static compliance. [-]"""
         if not self._accuracy:
             return self.mode.share
-        return self._known(lambda mode: mode.share, map(self._sharper_mode, STUDY.sharper))
+        return self._to_accuracy(lambda mode: mode.share, map(self._sharper_mode, STUDY.sharper))
 
     @cached_property
     def damping_ratio(self):
-        """Of its pole, the winch at rest: 1 without oscillation. [-]
+        """Damping ratio of its pole, the winch at rest: 1 without oscillation. [-]
 
         Raises
         ------
@@ -72,9 +73,9 @@ class GondolaMode:
         """
         airflow = self._case.in_wind.airflow
         modes = chain([self.mode], map(self._sharper_mode, STUDY.sharper[1:]))
-        return self._known(lambda mode: mode.damping_ratio(airflow), modes)
+        return self._to_accuracy(lambda mode: mode.damping_ratio(airflow), modes)
 
-    def _known(self, number_of, modes):
+    def _to_accuracy(self, number_of, modes):
         """A number to the accuracy, whose error is not below rounding; see `to_accuracy`."""
         value, error = to_accuracy(number_of, modes, self._accuracy)
         return value, np.maximum(error, self._rounding)

@@ -24,7 +24,7 @@ class OneCableGroup(Group):
 
     def __init__(self, case):
         self._case, self.reference, self._loaded, self._coordinates = case, equilibria_of([case]), None, {}
-        self._conductors = None  # what they add to errors is in those of the case
+        self._conductors = None  # their errors are in those of the case
         self.cable_indices, self.body_indices = {CABLE: 0}, {GONDOLA: 0}
         results, index = case.results, case.index
         self._rounding_errors = [float(max(results.statics_rounding[index], results.model_error[index]))]
@@ -33,7 +33,7 @@ class OneCableGroup(Group):
         self._drag_change = self._drag_change_in_wind = DragChange(np.zeros(1), sag, self._rounding_movement)
 
     def failure(self, _):
-        """None: it has an equilibrium."""
+        """None, since the case has an equilibrium."""
 
     def modes(self, _, count):
         """The lowest `CoupledModes`, those across the plane of the cable too; raises as `coupled_modes`."""
@@ -46,7 +46,7 @@ class OneCableGroup(Group):
 
 
 class GondolaOnCable(SuspensionCase):
-    """A `SuspensionCase` of a `Case` with a gondola: for columns that it has no other function for."""
+    """`SuspensionCase` of a `Case` with a gondola, for columns that only a suspension has a function for."""
 
     def __init__(self, case):
         case.results.check(case.index)

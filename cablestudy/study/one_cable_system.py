@@ -1,10 +1,10 @@
-"""One cable, with a gondola or without, as a suspension about its equilibrium: what its winch and the wind do to it.
+"""One cable, with a gondola or without, as a suspension about its equilibrium: its motion by winch and wind.
 
 The wind on the gondola blows along x. That on the cable has, as a horizontal mean, the speed that the gondola meets;
-each component of its turbulence has the spectrum of the longitudinal one, and two components are uncorrelated. What the
-paper leaves open is where it comes from: each number is the larger one of wind across and along the vertical plane of
-the cable, between which those of a straight cable lie. The air damps the gondola by its drag along x, and the cable by
-one viscous rate for motion in any direction; without a gondola by its drag, see `wind.drag`.
+each component of its turbulence has the spectrum of the longitudinal one, and two components are uncorrelated. The
+paper leaves the direction of the wind open: each number is the larger one of wind across and along the vertical plane
+of the cable, between which those of a straight cable lie. The air damps the gondola by its drag along x, and the cable
+by one viscous rate for motion in any direction; without a gondola by its drag, see `wind.drag`.
 """
 
 from dataclasses import dataclass, replace
@@ -30,7 +30,7 @@ ALONG_X = np.array([[True, False, False, False, False, False]])
 
 @dataclass(frozen=True)
 class Held:
-    """Record of poses that are not searched: end 2 stays where it is.
+    """Record of convergence of poses that are not searched: end 2 of the cable does not move.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class CableAirflow(Airflow):
     ----------
     scene : SuspensionScene
     drag : Drag
-        By which the air damps what moves: of the gondola along x, or of the bare cable.
+        By which the air damps the motion: of the gondola along x, or of the bare cable.
     wind : Wind
         Of the scene of one cable.
     on_cable : Drag
@@ -64,28 +64,28 @@ class CableAirflow(Airflow):
 
     def gusts(self, solution, layout, shapes):
         """`Gusts` on the coordinates, see `Airflow.gusts`: the turbulence is the same in all directions."""
-        rms, none = self._wind.turbulence, np.zeros((0, 3, shapes.shape[1]))
+        rms, no_bodies = self._wind.turbulence, np.zeros((0, 3, shapes.shape[1]))
         wind = self.scene.wind.model_copy(update={"turbulence_intensity": None, "turbulence_rms": (rms,) * 3})
-        along = on_cables(solution, layout, shapes, self._on_cable)
-        return Gusts(wind, np.eye(3), *along, none, np.zeros((0, 3)), np.zeros(0), along_cable(self._wind))
+        strips_and_amplitudes, coherence = on_cables(solution, layout, shapes, self._on_cable), along_cable(self._wind)
+        return Gusts(wind, np.eye(3), *strips_and_amplitudes, no_bodies, np.zeros((0, 3)), np.zeros(0), coherence)
 
 
 class InCableWind:
-    """The gondola, or the bare cable, in the wind across and in that along the cable's vertical plane: the larger RMS.
+    """RMS of the gondola, or of the bare cable: the larger one in winds across and along the cable's vertical plane.
 
     Parameters
     ----------
     sides : list of DynamicAnalysis
         One for each direction of the wind.
     moved : list of str
-        Outputs whose RMS tells which of them displaces it more.
+        Outputs whose RMS decides which of the winds displaces it more.
     """
 
     def __init__(self, sides, moved):
         self.sides, self._moved = sides, moved
 
     def rms(self, names, variance, open_loop):
-        """`DynamicAnalysis.rms` of one of some outputs, in the wind in which it is largest; raises as that."""
+        """`DynamicAnalysis.rms` of the output, and in the wind, in which it is largest; raises as that."""
         return self._largest(self.sides, names, variance, open_loop)[0]
 
     def rms_to(self, accuracy, names):
@@ -97,12 +97,12 @@ class InCableWind:
 
     @staticmethod
     def _largest(winds, names, variance, open_loop):
-        """The largest RMS of some outputs in some winds and its error, a pair, and the `DynamicAnalysis` of it."""
+        """The largest RMS of single outputs in some winds and its error, a pair; and the `DynamicAnalysis` of it."""
         largest = [(wind.largest_rms(names, variance, open_loop), wind) for wind in winds]
-        return max(largest, key=lambda pair: pair[0][0])
+        return max(largest, key=lambda rms_and_wind: rms_and_wind[0][0])
 
     def side(self, open_loop=False):
-        """The `DynamicAnalysis` that displaces it more; raises as `DynamicAnalysis.rms`."""
+        """`DynamicAnalysis` in the wind that displaces it more; raises as `DynamicAnalysis.rms`."""
         return self._largest(self.sides, self._moved, "value", open_loop)[1]
 
 
@@ -116,7 +116,7 @@ def in_wind_of(case, damping=0.0, kind=DynamicAnalysis):
     damping : float
         Viscous damping of the cable by the air, per length. [N s/m^2]
     kind : callable
-        `DynamicAnalysis`, or what takes its arguments.
+        `DynamicAnalysis`, or a function with its arguments.
 
     Raises
     ------
@@ -177,6 +177,7 @@ def _on_bodies(scene):
 
 
 def _in_airflow(case, scene, airflow, known, kind):
+    """`DynamicAnalysis` of a scene of a case, with plants and loops shared by `known`, see `in_wind_of`."""
     equilibrium, damping = case.equilibrium, scene.cables[CABLE].damping
     modes = case.coupled_models.setdefault(damping.viscous, {})
     return kind(scene, equilibrium, equilibrium, airflow, exact_model(case), known, cables_of(case, damping), modes)
@@ -184,17 +185,17 @@ def _in_airflow(case, scene, airflow, known, kind):
 
 def cables_of(case, damping):
     """`Cables` of a case, which has an equilibrium: its one cable, with the damping of its scene or another one."""
-    known = case.cable_models
-    if damping.viscous not in known:
+    cables = case.cable_models  # by viscous damping
+    if damping.viscous not in cables:
         model, catenary = exact_model(case), case.equilibrium.catenary
-        known[damping.viscous] = Cables(catenary, damping, drag=model and model.drag, planes=_planes(case))
-    return known[damping.viscous]
+        cables[damping.viscous] = Cables(catenary, damping, drag=model and model.drag, planes=_planes(case))
+    return cables[damping.viscous]
 
 
 def _planes(case):
-    """The plane of a cable, where a gondola's movement along x does not leave it; else None, for all directions."""
-    turned = case.results.across_x[case.index] or not case.planar
-    return None if turned or case.scene.gondola is None else (IN_PLANE,)
+    """The plane of a cable if a gondola's movement along x does not leave it: a tuple of one; else None."""
+    leaves_plane = case.results.across_x[case.index] or not case.planar
+    return None if leaves_plane or case.scene.gondola is None else (IN_PLANE,)
 
 
 def prepare(cases):
@@ -210,17 +211,18 @@ def prepare(cases):
     cases = [case for case in cases if case.index not in case.results.failures]
     if not cases:
         return
-    equilibrium, found = equilibria_of(cases), []
-    equilibrium.blocks  # noqa: B018 of all at once: `take` hands each its own
-    for place, case in enumerate(cases):
-        case.equilibrium = equilibrium.take(place)
-        found.append(outcome_of(partial(_first_wind, case)))
-    alive = [place for place, wind in enumerate(found) if not isinstance(wind, Exception)]
-    if alive:
-        solve_modes([found[place] for place in alive], equilibrium.take(np.array(alive)))
+    equilibrium, winds = equilibria_of(cases), []
+    equilibrium.blocks  # noqa: B018 computed for all cases at once: `take` then gives each case its own
+    for index, case in enumerate(cases):
+        case.equilibrium = equilibrium.take(index)
+        winds.append(outcome_of(partial(_first_wind, case)))
+    solvable = [index for index, wind in enumerate(winds) if not isinstance(wind, Exception)]
+    if solvable:
+        solve_modes([winds[index] for index in solvable], equilibrium.take(np.array(solvable)))
 
 
 def _first_wind(case):
+    """`DynamicAnalysis` whose modes a case needs first: of the gondola, or of the bare cable in the first wind."""
     return case.in_wind if case.scene.gondola is not None else case.in_cable_wind.sides[0]
 
 
@@ -231,29 +233,29 @@ def equilibria_of(cases):
     end_2 = end_1 + span.chord[..., None] * span.frame[..., 0, :]
     gondolas = [[case.scene.gondola] if case.scene.gondola else [] for case in cases]
     bodies = len(gondolas[0])
-    position, turned = end_2[:, :bodies], np.broadcast_to(np.eye(3), (len(cases), bodies, 3, 3))
-    none = np.zeros(position.shape)
+    position, rotation = end_2[:, :bodies], np.broadcast_to(np.eye(3), (len(cases), bodies, 3, 3))
+    zeros = np.zeros(position.shape)
     suspension = SuspendedSystem(
         gravity=np.array([case.scene.gravity for case in cases]),
         body_names=(GONDOLA,) * bodies,
         position=position,
-        rotation=turned,
-        mass=np.array([[one.mass for one in own] for own in gondolas]),
-        center=none,
-        inertia=np.zeros(turned.shape),
-        force=none,
-        moment=none,
+        rotation=rotation,
+        mass=np.array([[gondola.mass for gondola in of_case] for of_case in gondolas]),
+        center=zeros,
+        inertia=np.zeros(rotation.shape),
+        force=zeros,
+        moment=zeros,
         free=ALONG_X[:bodies],
         junctions=0,
         cable_names=(CABLE,),
         owner=np.array([[GROUND, 0 if bodies else GROUND]]),
-        place=np.stack([end_1, none if bodies else end_2], axis=2),
+        place=np.stack([end_1, zeros if bodies else end_2], axis=2),
         axial_stiffness=span.axial_stiffness,
         cable_mass=span.mass,
         given=("unstretched_length",),
         value=span.unstretched_length,
     )
-    return Equilibrium(suspension, position, turned, catenary, Held(np.ones(len(cases), dtype=bool)))
+    return Equilibrium(suspension, position, rotation, catenary, Held(np.ones(len(cases), dtype=bool)))
 
 
 def exact_model(case):

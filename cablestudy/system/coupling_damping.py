@@ -16,7 +16,7 @@ from cablestudy.system.tolerances import SYSTEM
 
 @dataclass(frozen=True)
 class PoleSum:
-    """Force at the ends per displacement of the ends, as polynomial and sum over poles of a variable x.
+    """Force at the ends per displacement of the ends, as a polynomial and a sum over poles of a variable x.
 
         P_0 + x P_1 + ... + x^n P_n - x^n sum of R/(x - pole)
 
@@ -35,7 +35,7 @@ class PoleSum:
 
     @classmethod
     def of(cls, matrices, poles, left, right):
-        """The sum for the polynomial of some matrices in x, its part of n modes first.
+        """The sum that condenses n modes, the first coordinates, out of a matrix polynomial in x.
 
         Parameters
         ----------
@@ -46,30 +46,29 @@ class PoleSum:
         """
         n = len(left)
         static, *_, mass = matrices
-        answer = -np.linalg.solve(static[:n, :n], static[:n, n:])  # of the modes to slow movements of the ends
-        slow = np.concatenate([answer, np.eye(static.shape[0] - n)])
-        polynomial = [slow.T @ part @ slow for part in matrices[:-1]]
+        static_shapes = np.concatenate([-np.linalg.solve(static[:n, :n], static[:n, n:]), np.eye(len(static) - n)])
+        polynomial = [static_shapes.T @ matrix @ static_shapes for matrix in matrices[:-1]]
         polynomial.append(mass[n:, n:] - mass[n:, :n] @ mass[:n, n:])
-        power = [poles**order for order in range(len(matrices))]
-        forces = sum(part[n:, :n] @ left * one for one, part in zip(power, matrices, strict=True)).T
-        driven = sum(right @ part[:n, n:] * one[:, None] for one, part in zip(power, matrices, strict=True))
-        return cls(polynomial, poles, forces[:, :, None] * (driven / power[-1][:, None])[:, None, :])
+        powers = [poles**order for order in range(len(matrices))]
+        forces = sum(matrix[n:, :n] @ left * power for power, matrix in zip(powers, matrices, strict=True)).T
+        driven = sum(right @ matrix[:n, n:] * power[:, None] for power, matrix in zip(powers, matrices, strict=True))
+        return cls(polynomial, poles, forces[:, :, None] * (driven / powers[-1][:, None])[:, None, :])
 
     def __call__(self, x, rows, columns):
         """The value for x of shape (m,) and some of the ends, shape (m, r, c)."""
         residues = self.residues[:, rows][:, :, columns]
         moving = np.tensordot(1 / (x[:, None] - self.poles), residues, axes=1)
-        *lower, last = (part[rows][:, columns] for part in self.polynomial)
-        return _polynomial([*lower, last - moving], x)
+        *lower, highest = (matrix[rows][:, columns] for matrix in self.polynomial)
+        return _polynomial([*lower, highest - moving], x)
 
     def __add__(self, other):
-        """Of two sums whose polynomials have the same degree."""
-        polynomial = [one + two for one, two in zip(self.polynomial, other.polynomial, strict=True)]
+        """Sum of two of them, whose polynomials have the same degree."""
+        polynomial = [first + second for first, second in zip(self.polynomial, other.polynomial, strict=True)]
         poles, residues = np.append(self.poles, other.poles), np.concatenate([self.residues, other.residues])
         return PoleSum(polynomial, poles, residues)
 
     def in_s(self, viscous):
-        """Sum over poles of s, for x = s^2 + viscous s; None where two poles of s coincide nearly.
+        """`PoleSum` in s, for x = s^2 + viscous s; None where two poles in s nearly coincide.
 
         x/(x - X) = -viscous s/X - s^2 sum of q/(p (p - q))/(s - p), for both orders of the two poles p and q.
         """
@@ -107,7 +106,7 @@ class Strain:
     ends: np.ndarray
 
     def factor(self, s):
-        """Complex loss factor: i loss factor in the upper half plane, or s time."""
+        """Complex loss factor at s: i loss factor in the upper half plane, or s time."""
         return s * self.amount if self.law == "kelvin_voigt" else 1j * self.amount * np.sign(np.imag(s))
 
     def check(self, omega):
@@ -126,10 +125,10 @@ class Strain:
     def matrix(self):
         """[E R; R^T S], shape (n + 6, n + 6)."""
         n, size = len(self.modes), len(self.modes) + len(self.ends)
-        found = np.empty((size, size))
-        found[:n, :n], found[n:, n:] = self.modes, self.ends
-        found[:n, n:], found[n:, :n] = self.coupling, self.coupling.T
-        return found
+        matrix = np.empty((size, size))
+        matrix[:n, :n], matrix[n:, n:] = self.modes, self.ends
+        matrix[:n, n:], matrix[n:, :n] = self.coupling, self.coupling.T
+        return matrix
 
 
 class CouplingDamping:
@@ -155,85 +154,86 @@ class CouplingDamping:
         """Dynamic stiffness at some of the ends, see `Superelement.dynamic_stiffness`."""
         below = np.imag(s) < 0
         x = self._variable(np.where(below, np.conj(s), s))
-        few = len(s) <= SYSTEM.solved_places  # of which poles cost more
-        few &= self._near is None and "_found" not in self.__dict__
+        few = len(s) <= SYSTEM.solved_places  # at few frequencies the poles cost more than they spare
+        few &= self._near is None and "_pole_sum_and_resolvent" not in self.__dict__
         by_poles = None if few else self.pole_sum
         value = by_poles(x, rows, columns) if by_poles else _solved(self.matrices, x, rows, columns, len(self.omega))
         if (real := np.imag(s) == 0).any():  # where hysteretic strain loses nothing
-            lossless = [part.real for part in self.matrices]
+            lossless = [matrix.real for matrix in self.matrices]
             value[real] = _solved(lossless, x[real], rows, columns, len(self.omega))
         return np.where(below[:, None, None], value.conj(), value)
 
     def _variable(self, s):
-        """Of the polynomial."""
+        """x of the polynomial for s."""
         return s**2 + self._viscous * s if self._squared else s
 
     @property
     def pole_sum(self):
         """`PoleSum`; None where rounding spoils it."""
-        return self._found[0]
+        return self._pole_sum_and_resolvent[0]
 
     @cached_property
     @np.errstate(all="ignore")  # what is not finite is not trusted
-    def _found(self):
-        """`PoleSum`, and its (poles, left, right): the inverse for the modes is the sum of left right over x - pole.
+    def _pole_sum_and_resolvent(self):
+        """`PoleSum`, and the inverse for the modes: (poles, left, right), the sum of left right over x - pole.
 
-        None and None where rounding spoils it.
+        The poles are found in windows, else of all modes at once; the first sum that passes the check is taken. None
+        and None where rounding spoils all of them.
         """
-        near = self._near and self._near.coupling_damping._found[1]
+        near = self._near and self._near.coupling_damping._pole_sum_and_resolvent[1]
         if near:
-            resolvent = self._moved(self._near.coupling_damping.matrices, *near)
+            resolvent = self._to_first_order(self._near.coupling_damping.matrices, *near)
             return PoleSum.of(self.matrices, *resolvent), resolvent
         n = len(self.omega)
-        of_modes = [part[:n, :n] for part in self.matrices]
+        of_modes = [matrix[:n, :n] for matrix in self.matrices]
         try:
             if self.windowed:
                 resolvent = poles_in_windows(of_modes, self.omega)
-                found = PoleSum.of(self.matrices, *resolvent)
-                if self._difference(found, *resolvent) <= SYSTEM.trusted_windows:
-                    return found, resolvent
+                pole_sum = PoleSum.of(self.matrices, *resolvent)
+                if self._difference(pole_sum, *resolvent) <= SYSTEM.trusted_windows:
+                    return pole_sum, resolvent
         except np.linalg.LinAlgError:
             pass
         try:
             poles, vectors = eigen(of_modes, self.omega)
-            for right in self._by_symmetry, self._by_inverse:
-                left = shapes(vectors, self.omega)
-                resolvent = poles, left, right(poles, left, vectors)
-                found = PoleSum.of(self.matrices, *resolvent)
-                if self._difference(found, *resolvent) <= SYSTEM.trusted:
-                    return found, resolvent
+            left = shapes(vectors, self.omega)
+            for right_of in self._right_by_symmetry, self._right_by_inverse:
+                resolvent = poles, left, right_of(poles, left, vectors)
+                pole_sum = PoleSum.of(self.matrices, *resolvent)
+                if self._difference(pole_sum, *resolvent) <= SYSTEM.trusted:
+                    return pole_sum, resolvent
         except np.linalg.LinAlgError:
             pass
         return None, None
 
-    def _by_symmetry(self, poles, left, _):
+    def _right_by_symmetry(self, poles, left, _):
         """`right` of poles that are apart: left^T over left^T Q' left, Q' the slope of the symmetric polynomial."""
         n, (_, *higher) = len(self.omega), self.matrices
-        slope = sum(order * poles ** (order - 1) * (part[:n, :n] @ left) for order, part in enumerate(higher, 1))
+        slope = sum(order * poles ** (order - 1) * (matrix[:n, :n] @ left) for order, matrix in enumerate(higher, 1))
         return (left / (left * slope).sum(axis=0)).T
 
-    def _by_inverse(self, _, left, vectors):
+    def _right_by_inverse(self, _, left, vectors):
         """`right` from the inverse of the eigenvectors, right for poles that coincide too."""
         inverse = np.linalg.inv(vectors)
         return inverse if self._squared else inverse[:, len(left) :]
 
-    def _difference(self, found, poles, left, right):
+    def _difference(self, pole_sum, poles, left, right):
         """Largest difference of a `PoleSum` from the forces Q_ee - Q_en q - q^T Q_ne + q^T Q_nn q, over their size.
 
         These are stationary in q = Q_nn^-1 Q_ne, so that their error is the square of that of q by the resolvent.
         """
-        n, every = len(self.omega), slice(None)
+        n, ends = len(self.omega), slice(None)
         if not n:
             return 0.0
         x = self._variable(checked(self.omega))
-        of_ends, pushed = (_polynomial([part[rows, n:] for part in self.matrices], x) for rows in np.s_[n:, :n])
-        moved = left @ ((right @ pushed) / (x[:, None] - poles)[:, :, None])
-        answer = sum(x[:, None, None] ** order * (part[:n, :n] @ moved) for order, part in enumerate(self.matrices))
-        value = of_ends - np.swapaxes(pushed, 1, 2) @ moved + np.swapaxes(moved, 1, 2) @ (answer - pushed)
+        q_ee, q_ne = (_polynomial([matrix[rows, n:] for matrix in self.matrices], x) for rows in np.s_[n:, :n])
+        q = left @ ((right @ q_ne) / (x[:, None] - poles)[:, :, None])
+        q_nn_q = sum(x[:, None, None] ** order * (matrix[:n, :n] @ q) for order, matrix in enumerate(self.matrices))
+        forces = q_ee - np.swapaxes(q_ne, 1, 2) @ q + np.swapaxes(q, 1, 2) @ (q_nn_q - q_ne)
         size = np.abs(x[:, None] ** (len(self.matrices) - 1)) * np.diagonal(self.matrices[-1])[n:]
         size = size + np.abs(np.diagonal(self.matrices[0])[n:])
         size = np.sqrt(size[:, :, None] * size[:, None])
-        error = np.abs(found(x, every, every) - value) / np.where(size > 0, size, 1.0)
+        error = np.abs(pole_sum(x, ends, ends) - forces) / np.where(size > 0, size, 1.0)
         return error.max()
 
     @property
@@ -241,20 +241,20 @@ class CouplingDamping:
         """`PoleSum` in s; None where rounding spoils it, or viscous damping makes poles coincide nearly."""
         return self.pole_sum.in_s(self._viscous) if self._squared and self.pole_sum else self.pole_sum
 
-    def _moved(self, matrices, poles, left, right):
-        """(poles, left, right) from those of `matrices` of modes of other frequencies and decay: poles to first order.
+    def _to_first_order(self, matrices, poles, left, right):
+        """(poles, left, right) to first order from those of the similar `matrices` with other frequencies and decay.
 
         The shapes are kept: of modes that nearly coincide both are taken to change by as much.
         """
         n = len(self.omega)
         changes = [np.diagonal(own - other)[:n] for own, other in zip(self.matrices, matrices, strict=True)]
-        change = sum(part[:, None] * poles**power for power, part in enumerate(changes))
-        moved = poles - (right.T * change * left).sum(axis=0)
-        return moved, left, right if self._squared else right * (poles / moved)[:, None]
+        change = sum(diagonal[:, None] * poles**order for order, diagonal in enumerate(changes))
+        changed = poles - (right.T * change * left).sum(axis=0)
+        return changed, left, right if self._squared else right * (poles / changed)[:, None]
 
     @property
     def poles(self):
-        """Upper half plane and real axis, none where rounding spoils them. [rad/s]"""
+        """Poles of the upper half plane and the real axis; none where rounding spoils them. [rad/s]"""
         if self.pole_sum is None:
             return np.zeros(0, dtype=complex)
         poles = self.pole_sum.poles
@@ -265,25 +265,25 @@ class CouplingDamping:
 
 
 def checked(omega):
-    """Places at which a sum over poles is checked, for modes at `omega`, shape (8,). [rad/s]"""
+    """Complex frequencies at which a sum over poles is checked, for modes at `omega`, shape (8,). [rad/s]"""
     return (0.03 + 1j) * np.geomspace(omega.min() / 10, np.median(omega), 8)
 
 
 def _solved(matrices, x, rows, columns, n):
     """Forces at some ends per displacement of some, of n modes and the ends, by a system of equations for each x."""
-    right = [part[:, n:][:, columns] for part in matrices]
-    value = _polynomial([part[n:][rows] for part in right], x)
-    for i in range(0, len(x) if n else 0, SYSTEM.systems_at_once):
-        some = x[i : i + SYSTEM.systems_at_once]
-        matrix = _polynomial([part[:n, :n] for part in matrices], some)
-        moved = np.linalg.solve(matrix, _polynomial([part[:n] for part in right], some))
-        value[i : i + SYSTEM.systems_at_once] -= _polynomial([part[n:, :n][rows] for part in matrices], some) @ moved
+    by_ends = [matrix[:, n:][:, columns] for matrix in matrices]
+    value, block = _polynomial([matrix[n:][rows] for matrix in by_ends], x), SYSTEM.systems_at_once
+    for begin in range(0, len(x) if n else 0, block):
+        at = x[begin : begin + block]
+        of_modes = _polynomial([matrix[:n, :n] for matrix in matrices], at)
+        amplitudes = np.linalg.solve(of_modes, _polynomial([matrix[:n] for matrix in by_ends], at))
+        value[begin : begin + block] -= _polynomial([matrix[n:, :n][rows] for matrix in matrices], at) @ amplitudes
     return value
 
 
 def _polynomial(matrices, x):
     """Sum of matrices of shape (r, c) times powers of x, from the zeroth on, shape (m, r, c)."""
     value, x = matrices[-1], x[:, None, None]
-    for part in matrices[-2::-1]:
-        value = value * x + part
+    for matrix in matrices[-2::-1]:
+        value = value * x + matrix
     return value

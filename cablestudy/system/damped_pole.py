@@ -17,8 +17,8 @@ from cablestudy.errors import ConvergenceError
 from cablestudy.system.tolerances import SYSTEM
 
 
-def damped_pole(layout, elements, near, moved, damping, far):
-    """The pole next to a place, by inverse iteration with a Newton step along each vector.
+def damped_pole(layout, elements, near, displacements, damping, far):
+    """The pole next to a complex frequency, by inverse iteration with a Newton step along each vector.
 
     Parameters
     ----------
@@ -28,10 +28,10 @@ def damped_pole(layout, elements, near, moved, damping, far):
         Of the cables.
     near : complex
         Above the real axis. [rad/s]
-    moved : ndarray, shape (d,)
-        About the free displacements of the pole.
+    displacements : ndarray, shape (d,)
+        Estimate of the free displacements of the pole.
     damping : ndarray, shape (d, d), or 0
-        C_b but for that of links. [N s/m]
+        C_b without that of links. [N s/m]
     far : float
         Relative distance from `near`, from which on it is another pole. [-]
 
@@ -46,53 +46,56 @@ def damped_pole(layout, elements, near, moved, damping, far):
         No pole is found there.
     """
     cables, damping = [element.matrices() for element in elements], damping + layout.damping
-    pole, vector = near, moved.astype(complex)
+    pole, vector = near, displacements.astype(complex)
     for _ in range(SYSTEM.pole_steps):
-        stiffness, slope = _dynamic(layout, cables, pole, damping)
+        stiffness, slope = _dynamic_stiffness(layout, cables, pole, damping)
         try:
             vector = _solved(stiffness, slope @ vector)
         except (np.linalg.LinAlgError, RuntimeError):  # singular: it is a pole to the last digit
-            return _with_its_losses(layout, cables, pole, vector, damping)
+            return _pole_by_losses(layout, cables, pole, vector, damping)
         vector = vector / np.linalg.norm(vector)
         step = (vector @ (stiffness @ vector)) / (vector @ (slope @ vector))
         pole = pole - step
         if not (abs(pole - near) < far * abs(near) and pole.imag > 0):
             break
         if abs(step) <= SYSTEM.pole_change * abs(pole):
-            return _with_its_losses(layout, cables, pole, vector, damping)
+            return _pole_by_losses(layout, cables, pole, vector, damping)
     raise ConvergenceError(
         f"no damped mode is found for certain near {abs(near) / (2 * np.pi):.4g} Hz: the damping there is too strong"
     )
 
 
-def _dynamic(layout, cables, s, damping):
+def _dynamic_stiffness(layout, cables, s, damping):
     """D(s) and its derivative, shape (d, d), sparse where the layout's are."""
-    own_stiffness, own_mass = layout.body_matrices
+    body_stiffness, body_mass = layout.body_matrices
     condensed = [_condensed(matrices, s) for matrices in cables]
-    ends, slopes = (np.array([one[part] for one in condensed]).reshape(-1, 6, 6) for part in (0, 1))
-    stiffness = layout.of_cables(ends) + own_stiffness + s * damping + s**2 * own_mass
-    return stiffness, layout.of_cables(slopes) + damping + 2 * s * own_mass
+    ends = np.array([stiffness for stiffness, _, _ in condensed]).reshape(-1, 6, 6)
+    slopes = np.array([slope for _, slope, _ in condensed]).reshape(-1, 6, 6)
+    stiffness = layout.of_cables(ends) + body_stiffness + s * damping + s**2 * body_mass
+    return stiffness, layout.of_cables(slopes) + damping + 2 * s * body_mass
 
 
 def _condensed(matrices, s):
-    """Dynamic stiffness of the ends of a cable and its derivative, shape (6, 6), and all its displacements by these."""
+    """Dynamic stiffness of the ends of a cable, its derivative by s, and all displacements by those of the ends.
+
+    Shapes (6, 6), (6, 6) and (n + 6, 6); `matrices` are M, C and K of its n modes and six ends.
+    """
     mass, damping, stiffness = matrices
-    whole, inner = stiffness + s * damping + s**2 * mass, len(mass) - 6
-    moved = np.concatenate([-np.linalg.solve(whole[:inner, :inner], whole[:inner, inner:]), np.eye(6)])
-    ends = whole[inner:] @ moved
-    return ends, moved.T @ ((damping + 2 * s * mass) @ moved), moved
+    dynamic, modes = stiffness + s * damping + s**2 * mass, len(mass) - 6
+    by_ends = np.concatenate([-np.linalg.solve(dynamic[:modes, :modes], dynamic[:modes, modes:]), np.eye(6)])
+    return dynamic[modes:] @ by_ends, by_ends.T @ ((damping + 2 * s * mass) @ by_ends), by_ends
 
 
-def _with_its_losses(layout, cables, pole, vector, damping):
-    """The pole with the real part that its losses have: the equation of the module's docstring."""
+def _pole_by_losses(layout, cables, pole, vector, damping):
+    """The pole with the real part that follows from its losses, by the equation of the module's docstring."""
     omega, inertia = pole.imag, _quadratic(layout.body_matrices[1], vector)
-    viscous, lost = _quadratic(damping, vector) if np.ndim(damping) else 0j, 0j
-    for matrices, ends in zip(cables, layout.ends(vector[:, None]), strict=True):
-        moved = (_condensed(matrices, pole)[2] @ ends)[:, 0]
-        inertia += _quadratic(matrices[0], moved)
-        viscous += _quadratic(matrices[1], moved)
-        lost += _quadratic(matrices[2].imag, moved)
-    return complex(-(omega * viscous + lost).real / (2 * omega * inertia + viscous.imag).real, omega)
+    viscous, hysteretic = _quadratic(damping, vector) if np.ndim(damping) else 0j, 0j
+    for (mass, cable_damping, stiffness), ends in zip(cables, layout.ends(vector[:, None]), strict=True):
+        shape = (_condensed((mass, cable_damping, stiffness), pole)[2] @ ends)[:, 0]
+        inertia += _quadratic(mass, shape)
+        viscous += _quadratic(cable_damping, shape)
+        hysteretic += _quadratic(stiffness.imag, shape)
+    return complex(-(omega * viscous + hysteretic).real / (2 * omega * inertia + viscous.imag).real, omega)
 
 
 def _quadratic(matrix, vector):
@@ -101,7 +104,7 @@ def _quadratic(matrix, vector):
 
 
 def _solved(matrix, right):
-    """A linear system, sparse or not."""
+    """Solution of a linear system whose matrix is sparse or not."""
     if isinstance(matrix, np.ndarray):
         return np.linalg.solve(matrix, right)
     from scipy.sparse import csc_array

@@ -109,92 +109,95 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
     """
     a, b, c, d = law
     m, unit = len(motion), motion.unit
-    filters = sum(1 for one in motion.feedback if one.corner)
-    own = [notch for notch in notches if notch is not None]
-    left, rates = _independent(allocation.shares) if allocation else (np.zeros((motion.b[0].shape[1], 0)),) * 2
-    movements = left.shape[1]
-    size = 2 * m + filters + 2 * len(own) + (len(a) + 1) * movements
+    filters = sum(1 for actuator in motion.feedback if actuator.corner)
+    winches = motion.b[0].shape[1]
+    movements, rates = _independent(allocation.shares) if allocation else (np.zeros((winches, 0)),) * 2  # U and R
+    r = movements.shape[1]
+    size = 2 * m + filters + 2 * sum(notch is not None for notch in notches) + (len(a) + 1) * r
     references = len(notches) if allocation and forces is not None else 0
-    inputs = 0 if forces is None else references + len(left) + forces.shape[1]
-    places, speeds = np.zeros((2, m, size + 3 * inputs))
-    places[:, :m], speeds[:, m : 2 * m] = np.diag(1 / unit), np.eye(m)
-    width, entries = size + 3 * inputs, motion.stiffness.dtype
-    fixed, scaled = np.zeros((size, width), entries), np.zeros((len(notches), size, width), entries)
+    inputs = 0 if forces is None else references + winches + forces.shape[1]
+    width, dtype = size + 3 * inputs, motion.stiffness.dtype
+    z, z_rate = np.zeros((2, m, width))
+    z[:, :m], z_rate[:, m : 2 * m] = np.diag(1 / unit), np.eye(m)
+    fixed, scaled = np.zeros((size, width), dtype), np.zeros((len(notches), size, width), dtype)
     fixed[:m, m : 2 * m] = np.diag(unit)
-    force = -motion.stiffness @ places - motion.damping @ speeds
-    feedback = _feedback(motion, places, speeds, fixed)
-    for one, (moved, moving) in zip(motion.feedback, feedback, strict=True):
-        force += np.outer(one.acts, one.velocity_gain * moving + one.position_gain * moved)
+    force = -motion.stiffness @ z - motion.damping @ z_rate
+    feedback = _feedback(motion, z, z_rate, fixed)
+    for actuator, (movement, speed) in zip(motion.feedback, feedback, strict=True):
+        force += np.outer(actuator.acts, actuator.velocity_gain * speed + actuator.position_gain * movement)
     if forces is not None:
         force[:, size + inputs - forces.shape[1] : size + inputs] += forces
-        for order, part in enumerate(motion.b):
-            force[:, size + order * inputs + references :][:, : len(left)] += part
+        for order, matrix in enumerate(motion.b):
+            force[:, size + order * inputs + references :][:, :winches] += matrix
     if allocation:
-        moved, moving = allocation.measured @ places, allocation.measured @ speeds
+        error, error_rate = allocation.measured @ z, allocation.measured @ z_rate  # y - r, then e behind the notches
         if inputs:
-            moved[:, size : size + references] -= np.eye(references)
-            moving[:, size + inputs : size + inputs + references] -= np.eye(references)
-        begin, each = size - movements, np.eye(movements)
-        laws = slice(begin - len(a) * movements, begin)
-        _notched(notches, moved, moving, fixed, 2 * m + filters)
-        zeroth, first, second = (part @ left for part in motion.b)
-        force[:, begin:size] += zeroth
+            error[:, size : size + references] -= np.eye(references)
+            error_rate[:, size + inputs : size + inputs + references] -= np.eye(references)
+        _filter_by_notches(notches, error, error_rate, fixed, 2 * m + filters)
+        begin = size - r  # of the movements of the winches; the states of the laws are before them
+        laws = slice(begin - len(a) * r, begin)
+        by_length, by_speed, by_acceleration = (matrix @ movements for matrix in motion.b)
+        force[:, begin:size] += by_length
         if len(a):
-            force[:, laws] += np.kron(first, c) + np.kron(second, c @ a)
-            fixed[laws, laws], fixed[begin:, laws] = np.kron(each, a), np.kron(each, c)
-        first, second = (motion.accelerated(part) for part in (first, second))
-        for one, column, error, rate in zip(scaled, rates.T, moved, moving, strict=True):
+            force[:, laws] += np.kron(by_speed, c) + np.kron(by_acceleration, c @ a)
+            fixed[laws, laws], fixed[begin:, laws] = np.kron(np.eye(r), a), np.kron(np.eye(r), c)
+        by_speed, by_acceleration = (motion.accelerated(matrix) for matrix in (by_speed, by_acceleration))
+        for rows_of_gain, column, e, e_rate in zip(scaled, rates.T, error, error_rate, strict=True):
             if len(a):
-                one[laws] = -np.outer(np.kron(column, b), error)
-            one[begin:] = -d * np.outer(column, error)
-            one[m : 2 * m] = -np.outer((d * first + (c @ b) * second) @ column, error)
-            one[m : 2 * m] -= d * np.outer(second @ column, rate)
+                rows_of_gain[laws] = -np.outer(np.kron(column, b), e)
+            rows_of_gain[begin:] = -d * np.outer(column, e)
+            rows_of_gain[m : 2 * m] = -np.outer((d * by_speed + (c @ b) * by_acceleration) @ column, e)
+            rows_of_gain[m : 2 * m] -= d * np.outer(by_acceleration @ column, e_rate)
     fixed[m : 2 * m] = motion.accelerated(force)
-    return Equations(fixed, scaled, places, speeds, feedback, left)
+    return Equations(fixed, scaled, z, z_rate, feedback, movements)
 
 
-def _feedback(motion, places, speeds, fixed):
-    """What each actuator measures behind its filter, and its derivative; fills the rows of `fixed` of the filters."""
-    found, begin = [], 2 * len(motion)
-    for one in motion.feedback:
-        moved, moving = one.measured @ places, one.measured @ speeds
-        if one.corner:  # h(s) x = x - l, l' = w_h (x - l)
-            moved[begin] -= 1.0
-            fixed[begin] = one.corner * moved
-            moving -= fixed[begin].real
-            begin += 1
-        found.append((moved, moving))
-    return found
+def _feedback(motion, z, z_rate, fixed):
+    """Movement that each actuator measures behind its filter, and its rate: list of two rows over states and inputs.
+
+    Fills the rows of `fixed` of the filters.
+    """
+    feedback, state = [], 2 * len(motion)
+    for actuator in motion.feedback:
+        movement, rate = actuator.measured @ z, actuator.measured @ z_rate
+        if actuator.corner:  # h(s) x = x - l, l' = w_h (x - l)
+            movement[state] -= 1.0
+            fixed[state] = actuator.corner * movement
+            rate -= fixed[state].real
+            state += 1
+        feedback.append((movement, rate))
+    return feedback
 
 
-def _notched(notches, moved, moving, fixed, begin):
-    """Replaces what is measured, and its derivative, by what is behind the notches; fills the rows of `fixed` of these.
+def _filter_by_notches(notches, error, error_rate, fixed, begin):
+    """Replace errors and their rates by those behind the notches, in place; fill the rows of `fixed` of the notches.
 
     Parameters
     ----------
     notches : tuple of (Notch or None)
-    moved, moving : ndarray, shape (k, w)
+    error, error_rate : ndarray, shape (k, w)
     fixed : ndarray, shape (N, w)
     begin : int
         Where the states of the notches begin.
     """
-    for place, notch in enumerate(notches):
+    for coordinate, notch in enumerate(notches):
         if notch is None:
             continue
         a, b, c, d = notch.state_space
         states = slice(begin, begin + 2)
         fixed[states, states] = a
-        fixed[states] += np.outer(b, moved[place])
-        moving[place] = d * moving[place] + c @ fixed[states].real
-        moved[place] *= d
-        moved[place, states] += c
+        fixed[states] += np.outer(b, error[coordinate])
+        error_rate[coordinate] = d * error_rate[coordinate] + c @ fixed[states].real
+        error[coordinate] *= d
+        error[coordinate, states] += c
         begin += 2
 
 
 def _independent(shares):
-    """A as the product of independent movements of the winches, shape (i, r), and their rates, shape (r, k).
+    """A as the product of independent movements of the winches, shape (i, r), and their rates by errors, (r, k).
 
-    In each movement the winch that moves most reels in.
+    The sign of each movement is such that the winch that moves most reels in.
     """
     left, values, right = np.linalg.svd(shares, full_matrices=False)
     kept = values > SYSTEM.uncorrected * values.max(initial=0.0)
@@ -204,7 +207,7 @@ def _independent(shares):
 
 
 def rows(system, forces=None, loop=None, actuators=()):
-    """A system, with its loop closed or without one, as rows over x, u, u', u'' with the inputs of `Equations`.
+    """State derivative, winches and outputs of a system with its loop, or without, as rows over x, u, u', u''.
 
     Parameters
     ----------
@@ -217,42 +220,43 @@ def rows(system, forces=None, loop=None, actuators=()):
 
     Returns
     -------
-    found : Equations
-    whole : ndarray, shape (N, w)
+    first_order : Equations
+    state_rate : ndarray, shape (N, w)
         x'.
     reeled : tuple of 2 ndarray, shape (i, w)
         What the loop reels in, and its speed.
-    shown : ndarray, shape (o + a, w)
+    outputs : ndarray, shape (o + a, w)
         Outputs of the system, then two of each actuator: stroke and force, or momentum and torque.
     """
     if forces is None:
-        found = (loop or system).equations
+        first_order = (loop or system).equations
     else:
-        found = equations(system, *((loop.allocation, loop.notches, loop.law_space) if loop else ()), forces=forces)
-    whole = found.fixed + (loop.gain * found.scaled.sum(axis=0) if loop else 0.0)
-    m, size, (winches, movements) = len(system), len(whole), found.winches.shape
-    inputs = (whole.shape[1] - size) // 3
+        of_loop = (loop.allocation, loop.notches, loop.law_space) if loop else ()
+        first_order = equations(system, *of_loop, forces=forces)
+    state_rate = first_order.fixed + (loop.gain * first_order.scaled.sum(axis=0) if loop else 0.0)
+    m, size, (winches, movements) = len(system), len(state_rate), first_order.winches.shape
+    inputs = (state_rate.shape[1] - size) // 3
 
     def derivative(row):
-        """Of rows over x, u, u', u'' that have no part of u''."""
+        """Derivative of rows over x, u, u', u'' that have no part of u''."""
         shifted = np.zeros_like(row)
         shifted[:, size + inputs :] = row[:, size : size + 2 * inputs]
-        return row[:, :size] @ whole + shifted
+        return row[:, :size] @ state_rate + shifted
 
-    reeled = np.zeros((winches, whole.shape[1]))
-    reeled[:, size - movements : size] = found.winches
+    reeled = np.zeros((winches, state_rate.shape[1]))
+    reeled[:, size - movements : size] = first_order.winches
     speed = derivative(reeled)
     lengths = [reeled, speed, derivative(speed)] if loop else np.zeros((3, *reeled.shape))
     if inputs:
-        added = inputs - forces.shape[1] - winches  # after the references
+        first_length = inputs - forces.shape[1] - winches  # after the references
         for order, part in enumerate(lengths):
-            lengths[order] = part + np.eye(*part.shape, size + order * inputs + added)
-    moving = found.places, found.speeds, whole[m : 2 * m]
-    shown = sum(part @ one for part, one in zip(system.c, moving, strict=True))
-    shown += sum(part @ one for part, one in zip(system.d, lengths, strict=True))
-    outputs = [shown]
-    strokes = iter(found.places[m - sum(not one.wheel for one in actuators) :])
-    for one, (moved, rate) in zip(actuators, found.feedback, strict=True):
-        force = one.velocity_gain * rate + one.position_gain * moved
-        outputs.append([one.velocity_gain * moved, force] if one.wheel else [next(strokes), force])
-    return found, whole, (reeled, speed), np.concatenate(outputs)
+            lengths[order] = part + np.eye(*part.shape, size + order * inputs + first_length)
+    motions = first_order.places, first_order.speeds, state_rate[m : 2 * m]
+    of_system = sum(matrix @ motion for matrix, motion in zip(system.c, motions, strict=True))
+    of_system += sum(matrix @ length for matrix, length in zip(system.d, lengths, strict=True))
+    outputs = [of_system]
+    strokes = iter(first_order.places[m - sum(not actuator.wheel for actuator in actuators) :])
+    for actuator, (movement, rate) in zip(actuators, first_order.feedback, strict=True):
+        force = actuator.velocity_gain * rate + actuator.position_gain * movement
+        outputs.append([actuator.velocity_gain * movement, force] if actuator.wheel else [next(strokes), force])
+    return first_order, state_rate, (reeled, speed), np.concatenate(outputs)

@@ -21,7 +21,7 @@ from cablestudy.system.tolerances import SYSTEM
 
 
 def poles_in_windows(matrices, omega):
-    """Poles x of a symmetric polynomial of the modes of a cable, and its inverse as a sum over them.
+    """Poles x of a symmetric matrix polynomial Q(x) of the modes of a cable, and its inverse as a sum over them.
 
     Parameters
     ----------
@@ -40,31 +40,33 @@ def poles_in_windows(matrices, omega):
     LinAlgError
         Poles were lost at the edge of a window, or found twice.
     """
-    diagonal = np.stack([np.diagonal(part) for part in matrices])
-    alone = _alone(diagonal)
-    mode, size = np.tile(np.arange(len(omega)), len(alone)), np.abs(alone).ravel()
+    diagonal = np.stack([np.diagonal(matrix) for matrix in matrices])
+    uncoupled = _uncoupled_poles(diagonal)
+    mode, size = np.tile(np.arange(len(omega)), len(uncoupled)), np.abs(uncoupled).ravel()
     order = np.argsort(size, kind="stable")
-    mode, size = mode[order], size[order]
-    static, *damping, _ = (part - np.diag(np.diagonal(part)) for part in matrices)
-    coupling = [(0, 1j, static.imag)] * np.iscomplexobj(static) + [(1, 1.0, part) for part in damping]
-    found, begin, low = [], 0, 0.0
+    mode, size = mode[order], size[order]  # of the uncoupled poles, ascending
+    static, *damping, _ = (matrix - np.diag(np.diagonal(matrix)) for matrix in matrices)
+    coupling = [(0, 1j, static.imag)] * np.iscomplexobj(static) + [(1, 1.0, matrix) for matrix in damping]
+    windows, begin, low = [], 0, 0.0  # of a window: its first uncoupled pole, and sizes of poles at its edges
     while begin < len(size):
-        wide = 1 if begin else SYSTEM.lowest_window
-        end = begin + wide * SYSTEM.window if begin + (wide + 0.5) * SYSTEM.window < len(size) else len(size)
-        near = np.unique(mode[max(begin - SYSTEM.window_margin, 0) : end + wide * SYSTEM.window_margin])
-        poles, vectors = eigen([part[np.ix_(near, near)] for part in matrices], omega[near])
-        high = _edge(np.abs(poles), size[end]) if end < len(size) else np.inf
-        own = (np.abs(poles) >= low) & (np.abs(poles) < high)
-        found.append(_completed(coupling, diagonal, near, poles[own], shapes(vectors, omega[near])[:, own]))
+        factor = 1 if begin else SYSTEM.lowest_window
+        is_last = begin + (factor + 0.5) * SYSTEM.window >= len(size)
+        end = len(size) if is_last else begin + factor * SYSTEM.window
+        near = np.unique(mode[max(begin - SYSTEM.window_margin, 0) : end + factor * SYSTEM.window_margin])
+        poles, vectors = eigen([matrix[np.ix_(near, near)] for matrix in matrices], omega[near])
+        high = np.inf if is_last else _gap_near(np.abs(poles), size[end])
+        inside = (np.abs(poles) >= low) & (np.abs(poles) < high)
+        amplitudes = shapes(vectors, omega[near])[:, inside]
+        windows.append(_completed(coupling, diagonal, near, poles[inside], amplitudes))
         low, begin = high, max(np.searchsorted(size, high), begin + 1)
-    poles, left, slope = (np.concatenate(part, axis=-1) for part in zip(*found, strict=True))
+    poles, left, slope = (np.concatenate(arrays, axis=-1) for arrays in zip(*windows, strict=True))
     if len(poles) != len(size):
         raise np.linalg.LinAlgError
     return poles, left, (left / slope).T
 
 
 def eigen(matrices, omega):
-    """Poles x of a polynomial as `poles_in_windows` has it, and vectors of a linear eigenvalue problem.
+    """All poles x of a polynomial as for `poles_in_windows`, and vectors of a linear eigenvalue problem.
 
     Modes that damping does not couple are solved apart: of a level cable the symmetric and the antisymmetric ones.
 
@@ -78,28 +80,28 @@ def eigen(matrices, omega):
     stiffness, *damping, mass = matrices
     poles, vectors = [np.zeros(0)], [np.zeros((states * n, 0))]
     for part in coupled_groups(mass, damping[0] if damping else 0 * mass, stiffness):
-        own, found = _eigen_of_some([one[np.ix_(part, part)] for one in matrices], omega[part])
-        whole = np.zeros((states, n, len(own)), dtype=complex)
-        whole[:, part] = found.reshape(states, len(part), -1)
-        poles.append(own)
-        vectors.append(whole.reshape(-1, len(own)))
+        of_part, part_vectors = _eigen_of_coupled([matrix[np.ix_(part, part)] for matrix in matrices], omega[part])
+        all_rows = np.zeros((states, n, len(of_part)), dtype=complex)
+        all_rows[:, part] = part_vectors.reshape(states, len(part), -1)
+        poles.append(of_part)
+        vectors.append(all_rows.reshape(-1, len(of_part)))
     return np.concatenate(poles), np.concatenate(vectors, axis=1)
 
 
-def _eigen_of_some(matrices, omega):
+def _eigen_of_coupled(matrices, omega):
     """`eigen` of modes that damping couples.
 
     The frequencies of the modes differ by many powers of ten, and an eigen-solution has rounding of the size of its
     largest eigenvalue: so the inverse is taken, for W q, and W q' in s: entries no larger than they must be.
     """
     n, unit = len(omega), np.outer(omega, omega)
-    stiffness, *damping, _ = (part / unit for part in matrices)
-    give = np.linalg.inv(stiffness)
-    matrix = -give / unit
+    stiffness, *damping, _ = (matrix / unit for matrix in matrices)
+    flexibility = np.linalg.inv(stiffness)
+    inverse = -flexibility / unit
     if damping:
-        matrix = np.block([[-give @ damping[0], -give / omega], [np.diag(1 / omega), np.zeros((n, n))]])
-    slow, vectors = np.linalg.eig(matrix)
-    return 1 / slow, vectors
+        inverse = np.block([[-flexibility @ damping[0], -flexibility / omega], [np.diag(1 / omega), np.zeros((n, n))]])
+    inverse_poles, vectors = np.linalg.eig(inverse)
+    return 1 / inverse_poles, vectors
 
 
 def shapes(vectors, omega):
@@ -107,7 +109,7 @@ def shapes(vectors, omega):
     return vectors[: len(omega)] / (1 if len(vectors) == len(omega) else omega[:, None])
 
 
-def _alone(diagonal):
+def _uncoupled_poles(diagonal):
     """Poles of the modes without coupling, from the diagonals of the matrices, shape (1 or 2, n)."""
     if len(diagonal) == 2:
         return -diagonal[:1]
@@ -115,33 +117,36 @@ def _alone(diagonal):
     return -half + np.sqrt(half**2 - diagonal[0] + 0j) * np.array([[1], [-1]])
 
 
-def _edge(size, near):
-    """Middle of the widest gap among sizes of poles about one of them."""
+def _gap_near(size, near):
+    """Middle of the widest gap between sizes of poles in the neighbourhood of the size `near`."""
     size = np.sort(size)
-    place = np.searchsorted(size, near)
-    some = size[max(place - SYSTEM.window_edge, 0) : place + SYSTEM.window_edge]
-    widest = np.argmax(np.diff(some))
-    return (some[widest] + some[widest + 1]) / 2
+    index = np.searchsorted(size, near)
+    neighbours = size[max(index - SYSTEM.window_edge, 0) : index + SYSTEM.window_edge]
+    widest = np.argmax(np.diff(neighbours))
+    return (neighbours[widest] + neighbours[widest + 1]) / 2
 
 
 def _completed(coupling, diagonal, near, poles, vectors):
-    """Poles, shapes of all modes, and v^T Q' v, from those of the modes `near` alone: shapes (p,), (n, p), (p,)."""
-    own = sum(part[:, None] * poles**order for order, part in enumerate(diagonal))
-    own[near] = np.inf  # these do not follow
-    pushed = _coupled(coupling, near, vectors, poles)
-    moved = -pushed[0] / own
-    again = _coupled(coupling, slice(None), moved, poles)
-    moved = -(pushed[0] + again[0]) / own
-    poles_moved = -(pushed[0] * moved).sum(axis=0)
-    moved[near] = vectors
+    """Poles, shapes of all modes, and v^T Q' v, from those of the modes `near` alone: shapes (p,), (n, p), (p,).
+
+    The two steps of the module's docstring; `near` are N there, the others F.
+    """
+    d = sum(part[:, None] * poles**order for order, part in enumerate(diagonal))
+    d[near] = np.inf  # these do not follow
+    by_near = _coupling_forces(coupling, near, vectors, poles)
+    v = -by_near[0] / d
+    by_all = _coupling_forces(coupling, slice(None), v, poles)
+    v = -(by_near[0] + by_all[0]) / d
+    change = -(by_near[0] * v).sum(axis=0)
+    v[near] = vectors
     slope = sum(order * part[:, None] * poles ** (order - 1) for order, part in enumerate(diagonal) if order)
-    slope = (moved * (slope * moved + pushed[1] + again[1])).sum(axis=0)
-    return poles + poles_moved / slope, moved, slope
+    slope = (v * (slope * v + by_near[1] + by_all[1])).sum(axis=0)
+    return poles + change / slope, v, slope
 
 
-def _coupled(coupling, columns, vectors, poles):
-    """(Q - D) v of vectors of some modes, shape (n, p), and the part of it that grows with x, over x."""
-    real, found = np.ascontiguousarray(vectors, dtype=complex).view(float), [0.0, 0.0]
-    for order, factor, part in coupling:
-        found[order] = factor * (part[:, columns] @ real).view(complex)
-    return found[0] + found[1] * poles, found[1]
+def _coupling_forces(coupling, columns, vectors, poles):
+    """(Q - D) v for vectors of some modes, shape (n, p), and its derivative by x."""
+    real, by_order = np.ascontiguousarray(vectors, dtype=complex).view(float), [0.0, 0.0]
+    for order, factor, matrix in coupling:
+        by_order[order] = factor * (matrix[:, columns] @ real).view(complex)
+    return by_order[0] + by_order[1] * poles, by_order[1]

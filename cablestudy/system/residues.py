@@ -12,7 +12,7 @@ import numpy as np
 from cablestudy.system.connected import coupled_states
 from cablestudy.system.tolerances import SYSTEM
 
-CIRCLE = np.exp(2j * np.pi * (np.arange(24) + 0.5) / 24)  # around these poles
+CIRCLE = np.exp(2j * np.pi * (np.arange(24) + 0.5) / 24)  # points of a contour around poles that coincide
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Eigen:
     right, left : ndarray, shape (N, N)
         V and V^-1.
     one_sided : bool
-        Whether A is complex: its response holds for Im s > 0 alone.
+        True if A is complex: its response holds for Im s > 0 alone.
     """
 
     values: np.ndarray
@@ -45,8 +45,9 @@ def eigen(a):
 
     Notes
     -----
-    Rows are ordered by their size, the largest first: the small eigenvalues of a graded matrix then keep more digits
-    (Stewart, Matrix Algorithms II: Eigensystems, 2001, section 2.3). A matrix without a full set of eigenvectors, as
+    States that do not depend on each other are solved apart. Rows are ordered by their size, the largest first: the
+    small eigenvalues of a graded matrix then keep more digits (Stewart, Matrix Algorithms II: Eigensystems, 2001,
+    section 2.3). A matrix without a full set of eigenvectors, as
     that of a critically damped filter, is changed by little so that it has one (Davies, Approximate diagonalization,
     SIAM Journal on Matrix Analysis and Applications 29, 2007): in the space of the poles that coincide alone. The share
     of a state in a pole is its entry of V times that of V^-1; in whatever unit the state is, it is the same.
@@ -56,8 +57,9 @@ def eigen(a):
         return _eigen_of_one(a)
     poles, right, left = np.zeros(len(a), dtype=complex), *np.zeros((2, *a.shape), dtype=complex)
     for part in parts:
-        own, within = _eigen_of_one(a[np.ix_(part, part)]), np.ix_(part, part)
-        poles[part], right[within], left[within] = own.values, own.right, own.left
+        block = np.ix_(part, part)
+        of_part = _eigen_of_one(a[block])
+        poles[part], right[block], left[block] = of_part.values, of_part.right, of_part.left
     return Eigen(poles, right, left, np.iscomplexobj(a))
 
 
@@ -79,17 +81,16 @@ def _eigen_of_one(a):
 
 
 def _independent(right, left):
-    """Whether the eigenvectors of a matrix are far from dependent: V and V^-1, both of shape (N, N)."""
-    shares = (np.abs(left) * np.abs(right.T)).sum(axis=1)
-    return (
-        shares.max(initial=0.0) <= SYSTEM.dependent_shares and np.abs(left).max(initial=0.0) <= SYSTEM.singular_inverse
-    )
+    """True if the eigenvectors of a matrix are far from dependent: V and V^-1, both of shape (N, N)."""
+    shares, largest = (np.abs(left) * np.abs(right.T)).sum(axis=1), np.abs(left).max(initial=0.0)
+    return shares.max(initial=0.0) <= SYSTEM.dependent_shares and largest <= SYSTEM.singular_inverse
 
 
 def _eigen_of_springs(a):
-    """`eigen` of [0 U; B 0], U diagonal and B complex: springs with hysteretic damping alone. None of others.
+    """`eigen` of [0 U; B 0], U diagonal and B complex: springs with hysteretic damping alone; None of other matrices.
 
-    Half as large: (U B)^-1 p = p/l^2, of the inverse since its largest eigenvalues are those of the slow poles l.
+    An eigenvalue problem half as large: (U B)^-1 p = p/l^2, of the inverse since its largest eigenvalues are those of
+    the slow poles l.
     """
     half = len(a) // 2
     if not np.iscomplexobj(a) or len(a) % 2 or a[:half, :half].any() or a[half:, half:].any():
@@ -111,32 +112,38 @@ def _eigen_of_springs(a):
 
 
 def _among_coinciding(a, poles, right):
-    """A change of a matrix, shape (N, N), of the size of its poles that nearly coincide, which leaves all others.
+    """Change of a matrix that takes poles apart which nearly coincide, of their size, shape (N, N).
 
-    Of those whose eigenvectors are next to parallel; `poles` and `right` are those that the matrix seems to have.
-    In their space: the projector P onto it is the integral of (s - A)^-1/(2 pi i) around them (Kato, Perturbation
-    Theory for Linear Operators, I.5.3), and P A = A P.
+    It changes those poles alone whose eigenvectors are next to parallel; `poles` and `right` are those that the matrix
+    seems to have. The change is random in their space: the projector P onto it is the integral of (s - A)^-1/(2 pi i)
+    around them (Kato, Perturbation Theory for Linear Operators, I.5.3), and P A = A P.
     """
-    draw, found, left, real = np.random.default_rng(0), np.zeros_like(a), np.arange(len(poles)), not np.iscomplexobj(a)
-    while len(left):
-        centre = poles[left[0]]
+    random, total, is_real = np.random.default_rng(0), np.zeros_like(a), not np.iscomplexobj(a)
+    remaining = np.arange(len(poles))
+    while len(remaining):
+        centre = poles[remaining[0]]
         near = np.abs(poles - centre) <= SYSTEM.coincident_poles * np.abs(centre)
-        left = np.setdiff1d(left, np.append(np.flatnonzero(near), left[0]))
-        conjugate = real and centre.imag < -SYSTEM.coincident_poles * np.abs(centre)  # of a pole that is looked at too
+        remaining = np.setdiff1d(remaining, np.append(np.flatnonzero(near), remaining[0]))
+        # the conjugate of a pole that is looked at too
+        conjugate = is_real and centre.imag < -SYSTEM.coincident_poles * np.abs(centre)
         if conjugate or np.linalg.svd(right[:, near], compute_uv=False)[-1] > SYSTEM.parallel_vectors:
             continue
         centre = poles[near].mean()
-        step = SYSTEM.circle_radius * np.abs(poles[~near] - centre).min(initial=np.abs(centre)) * CIRCLE
+        radius = SYSTEM.circle_radius * np.abs(poles[~near] - centre).min(initial=np.abs(centre))
+        step = radius * CIRCLE
         inverse = np.linalg.inv((centre + step)[:, None, None] * np.eye(len(a)) - a)
         projector = (step[:, None, None] * inverse).mean(axis=0)
-        change = projector @ draw.normal(size=a.shape) @ projector
+        change = projector @ random.normal(size=a.shape) @ projector
         change *= np.abs(centre) / np.linalg.norm(change, 2)
-        found += (1.0 + (centre.imag > SYSTEM.coincident_poles * np.abs(centre))) * change.real if real else change
-    return found
+        if is_real:
+            pair = 1.0 + (centre.imag > SYSTEM.coincident_poles * np.abs(centre))  # twice the real part, for both
+            change = pair * change.real
+        total += change
+    return total
 
 
 def eigen_apart(a):
-    """`Eigen` of a matrix of which some eigenvalues nearly coincide, as approximants of a delay have: right for others.
+    """`Eigen` of a matrix, right for all eigenvalues but those that nearly coincide, as approximants of a delay have.
 
     Each left eigenvector is computed by itself, and not as a row of V^-1.
     """
@@ -165,7 +172,7 @@ class Residues:
     direct : ndarray, shape (o, i)
         D.
     one_sided : bool
-        Whether the sum is the response for Im s > 0 alone, as of a complex stiffness: its poles are then no pairs.
+        True if the sum is the response for Im s > 0 alone, as of a complex stiffness: its poles are then no pairs.
     """
 
     poles: np.ndarray
@@ -179,11 +186,11 @@ class Residues:
         return (self.outputs / (s[:, None] - self.poles)[:, None, :]) @ self.inputs + self.direct
 
     def split(self, highest):
-        """Itself, and None: nothing is beside it. See `DelayedResponse.split`."""
+        """Itself and None, since no response is to be added to it; see `DelayedResponse.split`."""
         return self, None
 
     def combined(self, space):
-        """Residues of combinations of the outputs, of shape (o, r)."""
+        """Residues of r combinations of the outputs, the columns of `space`, shape (o, r)."""
         return replace(self, outputs=space.T @ self.outputs, direct=space.T @ self.direct)
 
     def take(self, chosen):
@@ -192,18 +199,18 @@ class Residues:
 
     def statically(self, fast):
         """Residues with some poles, an array of bool, replaced by their static response -c_a b_a/l_a."""
-        follow = (self.outputs[:, fast] / -self.poles[fast]) @ self.inputs[fast]
-        return replace(self.take(~fast), direct=self.direct + (follow if self.one_sided else follow.real))
+        static = (self.outputs[:, fast] / -self.poles[fast]) @ self.inputs[fast]
+        return replace(self.take(~fast), direct=self.direct + (static if self.one_sided else static.real))
 
 
 @dataclass(frozen=True)
 class DelayedResponse:
-    """A system whose response is known, and those of its poles that make it sharp over frequency.
+    """A system with a delay, by its response and those of its poles that make the response sharp over frequency.
 
     Attributes
     ----------
     response : callable
-        As `Residues.response`.
+        s, shape (f,) -> outputs per input, shape (f, o, i).
     sharp : Residues
         Without a direct part.
     """
@@ -212,7 +219,7 @@ class DelayedResponse:
     sharp: Residues
 
     def split(self, highest):
-        """Its sharp poles up to a frequency [rad/s], and what is to be added to their response, a function of s."""
+        """Sharp poles up to a frequency [rad/s], and the response that is to be added to theirs, a function of s."""
         sharp = self.sharp.take(np.abs(self.sharp.poles) <= highest)
         return sharp, lambda s: self.response(s) - sharp.response(s)
 
@@ -222,34 +229,36 @@ class DelayedResponse:
 
 
 def delayed_response(response, slow, fast, highest):
-    """`DelayedResponse` of a response.
+    """`DelayedResponse` of a response with the sharp poles of two systems, below and above a frequency.
+
+    The frequency is in the widest gap between poles of `fast` in a band below `highest`: a pole that both systems have
+    is then taken once.
 
     Parameters
     ----------
     response : callable
+        As in `DelayedResponse`.
     slow, fast : Residues
-        About the same system up to a frequency, and from there on.
+        Systems with about the same response up to that frequency, and from there on.
     highest : float
-        About that frequency: where the poles of `fast` are farthest from each other. [rad/s]
+        [rad/s]
     """
     slow, fast = _sharp(slow), _sharp(fast)
     size = np.unique(np.append(np.abs(fast.poles), [SYSTEM.gap * highest, highest]))
     size = size[(size >= SYSTEM.gap * highest) & (size <= highest)]
     widest = np.argmax(np.diff(size))
-    apart = size[widest : widest + 2].mean()
-    slow, fast = slow.take(np.abs(slow.poles) <= apart), fast.take(np.abs(fast.poles) > apart)
+    limit = size[widest : widest + 2].mean()
+    slow, fast = slow.take(np.abs(slow.poles) <= limit), fast.take(np.abs(fast.poles) > limit)
     poles, inputs = np.concatenate([slow.poles, fast.poles]), np.concatenate([slow.inputs, fast.inputs])
-    outputs = np.concatenate([slow.outputs, fast.outputs], axis=1)
-    return DelayedResponse(
-        response, replace(slow, poles=poles, inputs=inputs, outputs=outputs, direct=np.zeros_like(slow.direct))
-    )
+    outputs, direct = np.concatenate([slow.outputs, fast.outputs], axis=1), np.zeros_like(slow.direct)
+    return DelayedResponse(response, replace(slow, poles=poles, inputs=inputs, outputs=outputs, direct=direct))
 
 
 def _sharp(system):
+    """`Residues` of the lightly damped poles; of pairs both, of a one-sided system those of the upper half plane."""
     size, imag = np.abs(system.poles), system.poles.imag
-    return system.take(
-        (np.abs(system.poles.real) < SYSTEM.sharp * size) & ((imag > 0) if system.one_sided else (imag != 0))
-    )
+    oscillates = imag > 0 if system.one_sided else imag != 0
+    return system.take((np.abs(system.poles.real) < SYSTEM.sharp * size) & oscillates)
 
 
 def residues(eigen, b, c, d):

@@ -36,7 +36,7 @@ NAMES = tuple(f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz")
 
 @dataclass(frozen=True)
 class Damping:
-    """How a cable loses energy; by default it does not.
+    """Damping of a cable, by default none.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Damping:
 
 
 def grows_with_modes(damping):
-    """True if damping of other motions grows with the number of modes, without limit: modal damping, if any.
+    """True for modal damping: that of the motion of bodies then grows with the number of modes, without limit.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def grows_with_modes(damping):
 
 
 def any_grows_with_modes(cables):
-    """True if the damping of one of some cables, which have the attribute `damping`, grows with the number of modes."""
+    """True if the damping of any of some cables, by their attribute `damping`, grows with the number of modes."""
     return any(grows_with_modes(cable.damping) for cable in cables)
 
 
@@ -125,12 +125,12 @@ class Superelement:
 
     @cached_property
     def residual_inertia(self):
-        """Inertia that the modes leave of `inertia`: the ends' own mass and the omitted modes', shape (6, 6). [kg]"""
+        """`inertia` without that of the modes: of the ends and of omitted modes, shape (6, 6). [kg]"""
         return self.inertia - self.coupling.T @ self.coupling
 
     @cached_property
     def decay(self):
-        """Rate at which each mode with fixed ends decays, its coupling by damping left out, shape (n,). [1/s]"""
+        """Rate at which each mode with fixed ends decays, without coupling by damping, shape (n,). [1/s]"""
         rate = self.damping_ratio * self.omega + self.viscous / 2
         if self.carried is not None:
             rate = rate - self.viscous / 2 * (self.carried[:, : len(rate)] ** 2).sum(axis=0)
@@ -138,7 +138,7 @@ class Superelement:
 
     @property
     def uneven(self):
-        """True if viscous damping couples modes: it is of the cable and not of what that carries, or of the wind."""
+        """True if viscous damping couples modes: that of a cable with point masses, or that by the wind."""
         return (self.carried is not None and self.viscous != 0) or self.air is not None
 
     @property
@@ -148,11 +148,11 @@ class Superelement:
 
     @property
     def moved_by_ends(self):
-        """Which modes the ends move, by themselves or by other modes, shape (n,): the response lacks no others."""
-        size = np.abs(self.coupling)
-        moved, n = (size > SYSTEM.uncoupled_entry * size.max(axis=0, initial=0.0)).any(axis=1), len(self.omega)
-        if moved.all():
-            return moved
+        """Which modes the ends move, directly or by other modes, array of bool, shape (n,): others have no response."""
+        n, size = len(self.omega), np.abs(self.coupling)
+        is_moved = (size > SYSTEM.uncoupled_entry * size.max(axis=0, initial=0.0)).any(axis=1)
+        if is_moved.all():
+            return is_moved
         return connected(*self.matrices(), np.arange(n + size.shape[1]) >= n)[:n]
 
     def select(self, chosen):
@@ -175,7 +175,7 @@ class Superelement:
             participation=self.participation[chosen],
             damping_ratio=self.damping_ratio[chosen],
             strain=strain,
-            carried=self._carried_by(lambda modes: modes[:, chosen]),
+            carried=self._carried_with(lambda modes: modes[:, chosen]),
             air=None if self.air is None else self._with_ends(self.air, chosen),
         )
 
@@ -193,8 +193,8 @@ class Superelement:
         if carried is not None:
             carried = np.concatenate([carried[:, :n], carried[:, n:] @ shapes], axis=1)
         if air is not None:
-            mixed, rows = air[:n, n:] @ shapes, shapes.T @ air[n:, :n]
-            air = np.block([[air[:n, :n], mixed], [rows, shapes.T @ air[n:, n:] @ shapes]])
+            by_ends, of_ends = air[:n, n:] @ shapes, shapes.T @ air[n:, :n]
+            air = np.block([[air[:n, :n], by_ends], [of_ends, shapes.T @ air[n:, n:] @ shapes]])
         residual = self.residual_damping
         return replace(
             self,
@@ -208,17 +208,17 @@ class Superelement:
         )
 
     def _with_ends(self, matrix, chosen):
-        """Of a matrix of modes and ends the rows and columns of some modes and of all ends."""
+        """Rows and columns of the chosen modes and of all ends of a matrix of modes and ends."""
         n = len(self.omega)
         rows = np.append(np.arange(n)[chosen], np.arange(n, len(matrix)))
         return matrix[np.ix_(rows, rows)]
 
-    def _carried_by(self, new):
-        """`carried` where the part of the modes is replaced by a function of it."""
+    def _carried_with(self, change):
+        """`carried` with its columns of modes replaced by `change` of them, a function."""
         if self.carried is None:
             return None
         n = len(self.omega)
-        return np.concatenate([new(self.carried[:, :n]), self.carried[:, n:]], axis=1)
+        return np.concatenate([change(self.carried[:, :n]), self.carried[:, n:]], axis=1)
 
     def combine(self, shapes):
         """Copy of the cable with combinations of its modes as coordinates; its static stiffness stays exact.
@@ -231,33 +231,33 @@ class Superelement:
         Returns
         -------
         Superelement
-            What modal damping of the others adds at the ends is kept.
+            Modal damping of what the combinations leave out is kept at the ends.
         """
         square, coupling = (self.omega**2) @ shapes**2, shapes.T @ self.coupling
         rate = 2 * self.damping_ratio * self.omega
-        new = rate @ shapes**2
+        combined_rate = rate @ shapes**2
         strain, residual = self.strain, self.residual_damping
         if strain is not None:
             strain = replace(strain, modes=shapes.T @ strain.modes @ shapes, coupling=shapes.T @ strain.coupling)
         else:
-            rest = self.coupling.T @ (rate[:, None] * self.coupling) - coupling.T @ (new[:, None] * coupling)
-            residual = residual + rest
+            of_all, of_kept = (m.T @ (r[:, None] * m) for m, r in ((self.coupling, rate), (coupling, combined_rate)))
+            residual = residual + (of_all - of_kept)
         return replace(
             self,
             omega=np.sqrt(square),
             participation=-square[:, None] * coupling,
-            damping_ratio=new / (2 * np.sqrt(square)),
+            damping_ratio=combined_rate / (2 * np.sqrt(square)),
             strain=strain,
             residual_damping=residual,
-            carried=self._carried_by(lambda modes: modes @ shapes),
+            carried=self._carried_with(lambda modes: modes @ shapes),
             air=None if self.air is None else with_ends(shapes).T @ self.air @ with_ends(shapes),
         )
 
     def truncate(self, chosen):
-        """Some modes without the static part and the inertia of the others, as the paper truncates it.
+        """Copy with some modes, without the static part and the inertia of the others, as the paper truncates modes.
 
-        The absolute amplitude y = q + m u of the others is held at zero; D stays K11 of all modes, so that the static
-        stiffness is wrong.
+        The absolute amplitude y = q + m u of the others is zero; D stays K11 of all modes, so that the static stiffness
+        is wrong.
 
         Parameters
         ----------
@@ -272,17 +272,16 @@ class Superelement:
         kept, omitted = self.select(chosen), np.setdiff1d(np.arange(len(self.omega)), chosen)
         held, strain, carried = -self.coupling[omitted], kept.strain, kept.carried  # q = -m u
         if strain is not None:
-            whole = self.strain
-            mixed = held.T @ whole.coupling[omitted]
+            modes, by_ends = self.strain.modes, held.T @ self.strain.coupling[omitted]
             strain = replace(
                 strain,
-                coupling=strain.coupling + whole.modes[np.ix_(chosen, omitted)] @ held,
-                ends=strain.ends + mixed + mixed.T + held.T @ whole.modes[np.ix_(omitted, omitted)] @ held,
+                coupling=strain.coupling + modes[np.ix_(chosen, omitted)] @ held,
+                ends=strain.ends + by_ends + by_ends.T + held.T @ modes[np.ix_(omitted, omitted)] @ held,
             )
         if carried is not None:
-            moved = np.zeros_like(carried)
-            moved[:, len(kept.omega) :] = self.carried[:, omitted] @ held
-            carried = carried + moved
+            by_omitted = np.zeros_like(carried)
+            by_omitted[:, len(kept.omega) :] = self.carried[:, omitted] @ held
+            carried = carried + by_omitted
         return replace(
             kept,
             stiffness=self.stiffness + held.T @ (self.omega[omitted, None] ** 2 * held),
@@ -309,14 +308,14 @@ class Superelement:
         return shares(mass[:, force] * mass[:, displacement])
 
     def condense(self, chosen):
-        """Copy with only some modes, and the modal damping of the others as slow movements of the ends meet it."""
+        """Copy with only some modes, and at the ends the modal damping of the others against slow movements."""
         kept = self.select(chosen)
         if self.strain is not None:
             return kept
         omitted = np.ones(len(self.omega), dtype=bool)
         omitted[chosen] = False
-        left, rate = self.coupling[omitted], (2 * self.damping_ratio * self.omega)[omitted]
-        return replace(kept, residual_damping=self.residual_damping + left.T @ (rate[:, None] * left))
+        coupling, rate = self.coupling[omitted], (2 * self.damping_ratio * self.omega)[omitted]
+        return replace(kept, residual_damping=self.residual_damping + coupling.T @ (rate[:, None] * coupling))
 
     def matrices(self):
         """M, C and K of the modes and the six ends, each of shape (n + 6, n + 6); K is complex where hysteretic."""
@@ -329,7 +328,7 @@ class Superelement:
         if self.carried is not None:
             damping = damping - self.viscous * (self.carried.T @ self.carried)
         if self.strain is None:
-            absolute = np.concatenate([np.eye(n), coupling], axis=1)
+            absolute = np.concatenate([np.eye(n), coupling], axis=1)  # q + m u
             damping = damping + absolute.T @ ((2 * self.damping_ratio * self.omega)[:, None] * absolute)
         elif self.strain.law == "kelvin_voigt":
             damping += self.strain.amount * self.strain.matrix
@@ -369,15 +368,14 @@ class Superelement:
             self.strain.check(self.omega)
         if self.coupled:
             return self.coupling_damping.dynamic_stiffness(s, rows, columns)
-        inertial, left, right = s**2 + self.viscous * s, self.participation[:, rows], self.participation[:, columns]
-        value = self.stiffness[rows][:, columns] + inertial[:, None, None] * self.residual_inertia[rows][:, columns]
+        g, p_rows, p_columns = s**2 + self.viscous * s, self.participation[:, rows], self.participation[:, columns]
+        value = self.stiffness[rows][:, columns] + g[:, None, None] * self.residual_inertia[rows][:, columns]
         if np.any(self.residual_damping):
             value = value + s[:, None, None] * self.residual_damping[rows][:, columns]
-        products = left[:, :, None] * (right / self.omega[:, None] ** 2)[:, None, :]
-        products = products.reshape(len(self.omega), left.shape[1] * right.shape[1])
-        modal = [
-            self._modal(s[i : i + SYSTEM.frequency_block], products) for i in range(0, len(s), SYSTEM.frequency_block)
-        ]
+        products = p_rows[:, :, None] * (p_columns / self.omega[:, None] ** 2)[:, None, :]  # p p^T/W^2
+        products = products.reshape(len(self.omega), p_rows.shape[1] * p_columns.shape[1])
+        block = SYSTEM.frequency_block
+        modal = [self._modal(s[begin : begin + block], products) for begin in range(0, len(s), block)]
         return value + np.concatenate(modal or [products[:0]]).reshape(value.shape)
 
     @property
@@ -387,11 +385,11 @@ class Superelement:
 
     @cached_property
     def coupling_damping(self):
-        """`CouplingDamping`."""
+        """`CouplingDamping` of the modes, where damping couples them."""
         return CouplingDamping(self)
 
     def _modal(self, s, products):
-        """Sum over the modes of r/(W^2 + r) times some products."""
+        """Sum over the modes of r/(W^2 + r) times the rows of `products`, shape (m, p), see `dynamic_stiffness`."""
         square, rate = self.omega**2, self.viscous + 2 * self.damping_ratio * self.omega
         if s.real.any():
             inertial = s[:, None] * (s[:, None] + rate)
@@ -412,9 +410,9 @@ class Superelement:
 
 
 def of_shapes(matrix, shapes):
-    """Columns of a matrix for combinations of modes from those for the modes, shape (r, k).
+    """Product of a matrix and shapes of combinations of modes, shape (r, k).
 
-    Of many combinations most are single modes, whose columns are taken.
+    Of many combinations most are single modes: their columns are copied.
 
     Parameters
     ----------
@@ -424,18 +422,18 @@ def of_shapes(matrix, shapes):
     single = (np.count_nonzero(shapes, axis=0) == 1) & (shapes == 1.0).any(axis=0)
     if np.count_nonzero(single) < SYSTEM.many_modes:
         return matrix @ shapes
-    found = np.empty((len(matrix), shapes.shape[1]))
-    found[:, single] = matrix[:, np.argmax(shapes[:, single], axis=0)]
-    found[:, ~single] = matrix @ shapes[:, ~single]
-    return found
+    product = np.empty((len(matrix), shapes.shape[1]))
+    product[:, single] = matrix[:, np.argmax(shapes[:, single], axis=0)]
+    product[:, ~single] = matrix @ shapes[:, ~single]
+    return product
 
 
 def with_ends(shapes):
-    """Combinations of modes, shape (n, k), as those of modes and six ends, which stay, shape (n + 6, k + 6)."""
+    """Combinations of modes, shape (n, k), as those of modes and six unchanged ends, shape (n + 6, k + 6)."""
     n, count = shapes.shape
-    found = np.zeros((n + 6, count + 6))
-    found[:n, :count], found[n:, count:] = shapes, np.eye(6)
-    return found
+    combinations = np.zeros((n + 6, count + 6))
+    combinations[:n, :count], combinations[n:, count:] = shapes, np.eye(6)
+    return combinations
 
 
 def damped_poles(omega, ratio):
@@ -447,6 +445,6 @@ def damped_poles(omega, ratio):
         [rad/s], [-]
     """
     ratio = ratio.astype(complex)
-    bend = np.sqrt(ratio**2 - 1)
-    poles = np.concatenate([omega * (bend - ratio), -omega * (bend + ratio)])
+    root = np.sqrt(ratio**2 - 1)
+    poles = np.concatenate([omega * (root - ratio), -omega * (root + ratio)])
     return poles[poles.imag >= 0]

@@ -9,7 +9,7 @@ from cablestudy.system.first_order import equations
 
 def gains_of_modes(closed_loop):
     """`StableGains` of a `ClosedLoop` by the modes of its model: poles and residues of one eigen-solution."""
-    loop = closed_loop.given_loop
+    loop = closed_loop.untuned_loop
     found, eigen, m = equations(loop.motion), loop.motion.eigen, len(loop.motion)
     seen = (loop.allocation.measured @ found.places @ eigen.right).T
     forced = eigen.left[:, m : 2 * m] @ np.linalg.inv(loop.motion.mass)

@@ -22,7 +22,7 @@ class Airflow:
     Attributes
     ----------
     side : str
-        Tells apart winds that damp a suspension alike, and differ in their gusts.
+        Name that differs for winds that damp a suspension alike and differ in their gusts.
     """
 
     side = ""
@@ -37,18 +37,19 @@ class Airflow:
 
     @property
     def damps(self):
-        """True if the air damps what moves."""
+        """True if the air damps motions."""
         return self.scene.wind.aerodynamic_damping
 
     def damped(self, models, kept, equilibrium):
         """Superelements of the cables of some `Models` with their aerodynamic damping: list of Kept."""
-        found = list(kept)
-        for one in strips(models, kept, equilibrium, self.drag) if self.damps else []:
-            found[one.cable] = replace(found[one.cable], element=replace(found[one.cable].element, air=one.damping))
-        return found
+        damped = list(kept)
+        for strip in strips(models, kept, equilibrium, self.drag) if self.damps else []:
+            cable = damped[strip.cable]
+            damped[strip.cable] = replace(cable, element=replace(cable.element, air=strip.damping))
+        return damped
 
     def damping_of_bodies(self, layout, shapes):
-        """Of coordinates by the drag on bodies, see `gusts.damping_of_bodies`; 0 without damping."""
+        """Damping of coordinates by the drag on bodies, see `gusts.damping_of_bodies`; 0 without damping."""
         return damping_of_bodies(self.drag, layout, shapes) if self.damps else 0.0
 
     def damped_system(self, modes):
@@ -57,7 +58,7 @@ class Airflow:
             return modes.system
         layout, solution = modes.layout, modes.solution
         kept = self.damped(solution.models, solution.kept, layout.equilibrium)
-        system = layout.system([one.element for one in kept])
+        system = layout.system([cable.element for cable in kept])
         return system.with_damped_bodies(self.damping_of_bodies(layout, np.eye(system.bodies)))
 
     def gusts(self, solution, layout, shapes):
@@ -72,15 +73,15 @@ class Airflow:
             Combinations of its coordinates.
         """
         wind, areas = self.scene.wind, self.areas(layout.equilibrium)
-        along = on_cables(solution, layout, shapes, self.drag)
-        return gusts(wind, self.drag, layout, shapes, *along, areas, davenport(wind))
+        strips_and_amplitudes = on_cables(solution, layout, shapes, self.drag)
+        return gusts(wind, self.drag, layout, shapes, *strips_and_amplitudes, areas, davenport(wind))
 
     def areas(self, equilibrium):
         """Area of each body and junction across the mean wind, for its admittance, shape (b,). [m^2]"""
-        along = self.drag.velocity / np.sqrt((self.drag.velocity**2).sum())
-        own = (np.swapaxes(equilibrium.rotation, -1, -2) @ along[:, None])[..., 0]
-        areas = np.zeros(len(own))
-        for place, name in enumerate(equilibrium.suspension.body_names):
+        direction = self.drag.velocity / np.sqrt((self.drag.velocity**2).sum())
+        direction = (np.swapaxes(equilibrium.rotation, -1, -2) @ direction[:, None])[..., 0]  # in the axes of each body
+        areas = np.zeros(len(direction))
+        for body, name in enumerate(equilibrium.suspension.body_names):
             table = self.scene.bodies[name].wind if name in self.scene.bodies else None
-            areas[place] = (np.array(table.areas) * own[place] ** 2).sum() if table else 0.0
+            areas[body] = (np.array(table.areas) * direction[body] ** 2).sum() if table else 0.0
         return areas

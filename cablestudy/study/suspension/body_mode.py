@@ -17,15 +17,15 @@ from cablestudy.system.tolerances import SYSTEM
 
 @dataclass(frozen=True)
 class BodyMode:
-    """One of some coupled modes.
+    """The coupled mode of a body along one of its coordinates, one of several modes.
 
     Attributes
     ----------
     modes : CoupledModes
     number : int
-        Of the mode among them, from 0.
+        Number of the mode among them, from 0.
     body, axis : int
-        Among all bodies and junctions, and of `system.suspension.AXES`.
+        Number of the body among all bodies and junctions, and of the coordinate among `system.suspension.AXES`.
     """
 
     modes: CoupledModes
@@ -35,14 +35,14 @@ class BodyMode:
 
     @classmethod
     def search(cls, modes_of, name, body, axis):
-        """The mode with the largest share, computing modes from the lowest until those left out cannot have a larger.
+        """The mode with the largest share: modes are computed from the lowest until all others have less together.
 
         Parameters
         ----------
         modes_of : callable
             Number of modes -> `CoupledModes`, at least so many of the lowest, or all where there are fewer.
         name : str
-            Of the body, for messages.
+            Name of the body, for messages.
         body, axis : int
 
         Raises
@@ -78,21 +78,21 @@ class BodyMode:
 
     @property
     def share(self):
-        """Share in the static compliance, by a finer model, and its estimated relative error: the change to that. [-]
+        """Share in the static compliance, by a finer model, and its estimated relative error. [-]
 
-        The error is not a number for an exact choice of elements.
+        The error is the change to the finer model; not a number for an exact choice of elements.
         """
         fine = self.modes.damped
-        found = fine.compliance_shares(self.body, self.axis)[self._number_in(fine)]
-        error = max(STUDY.rounding, abs(found - self.shares[self.number]) / found)
-        return float(found), np.nan if np.isnan(self.modes.error[self.number]) else float(error)
+        share = fine.compliance_shares(self.body, self.axis)[self._number_in(fine)]
+        error = max(STUDY.rounding, abs(share - self.shares[self.number]) / share)
+        return float(share), np.nan if np.isnan(self.modes.error[self.number]) else float(error)
 
     def damping_ratio(self, airflow=None):
         """Damping ratio of the pole of this mode, and its estimated relative error. [-]
 
-        The pole is that with all modes of the cables. A mode that does not oscillate has the ratio 1, and a ratio of no
-        more than rounding is zero. The error is the change from coarser meshes. It is not a number where the scene
-        fixes the elements, for modal damping, which grows with the number of modes, and without oscillation.
+        All modes of the cables are in the model of the pole. A mode that does not oscillate has the ratio 1, and a
+        ratio of no more than rounding is zero. The error is the change from coarser meshes. It is not a number where
+        the scene fixes the elements, for modal damping, which grows with the number of modes, and without oscillation.
 
         Parameters
         ----------
@@ -110,35 +110,37 @@ class BodyMode:
         """
         fine, exact = self.modes.damped, np.isnan(self.modes.error[self.number])
         models, search = fine.solution.models, _PoleSearch(fine, self._number_in(fine), airflow)
-        pole = search.pole(*((models, fine.solution.kept) if exact else _with_all_modes(models)))
-        found = _ratio(pole)
-        if exact or found == 1:
-            return found, np.nan
-        if not found:
-            return found, STUDY.rounding
-        coarse = search.pole_near(
-            pole, STUDY.known_pole_distance, *_with_all_modes(models, coarser=SYSTEM.finer_orders)
-        )
-        error = max(STUDY.rounding, STUDY.coarser_mesh_safety * relative(_ratio(coarse), found))
-        return found, np.nan if models.cables.modal.any() else error
+        models_and_kept = (models, fine.solution.kept) if exact else _with_all_modes(models)
+        pole = search.pole(*models_and_kept)
+        ratio = _ratio(pole)
+        if exact or ratio == 1:
+            return ratio, np.nan
+        if not ratio:
+            return ratio, STUDY.rounding
+        coarse_models = _with_all_modes(models, coarser=SYSTEM.finer_orders)
+        coarse_pole = search.pole_near(pole, STUDY.known_pole_distance, *coarse_models)
+        error = max(STUDY.rounding, STUDY.coarser_mesh_safety * relative(_ratio(coarse_pole), ratio))
+        return ratio, np.nan if models.cables.modal.any() else error
 
     def _number_in(self, modes):
         """Number of this mode among those of a finer model, where modes that coincide may come in another order."""
-        run = next((run for run in self.modes.coincident if run[0] <= self.number + 1 <= run[1]), None)
+        number = self.number + 1  # runs count from 1
+        run = next(((first, last) for first, last in self.modes.coincident if first <= number <= last), None)
         if run is None:
             return self.number
-        return run[0] - 1 + largest_share(modes.compliance_shares(self.body, self.axis)[run[0] - 1 : run[1]])
+        first, last = run
+        return first - 1 + largest_share(modes.compliance_shares(self.body, self.axis)[first - 1 : last])
 
 
 def to_accuracy(number_of, modes, accuracy):
-    """The first number of some modes whose error is within an accuracy, or the last one, with its error.
+    """A number of a mode with its error: by the first of several models whose error is within an accuracy, or the last.
 
     Parameters
     ----------
     number_of : callable
         `BodyMode` -> number and its estimated relative error, not a number for an exact choice of elements.
     modes : iterable of BodyMode
-        Of ever higher accuracies, each computed when it is needed.
+        One mode of ever higher accuracies, each computed when it is needed.
     accuracy : float or None
         None for an exact choice of elements.
     """
@@ -162,7 +164,7 @@ def _ratio(pole):
 
 @dataclass(frozen=True)
 class _PoleSearch:
-    """The search for the damped pole of one of some coupled modes.
+    """The search for the damped pole of a coupled mode, one of several.
 
     Attributes
     ----------
@@ -177,15 +179,16 @@ class _PoleSearch:
     airflow: object
 
     def pole(self, models, kept):
-        """The pole with what is `Kept` of the cables of some `Models`; -w where the mode does not oscillate. [rad/s]
+        """The pole with the `kept` modes of the cables of some `Models`; -w where the mode does not oscillate. [rad/s]
 
-        Of little damping it is looked for from the losses of the undamped shape on, else from the pole of the model.
+        The search begins, with light damping, at the pole by the losses of the undamped shape, else at that of the
+        model of the coupled modes.
         """
         omega, shapes = self.modes.solution.omega[: self.number + 1], self.modes.shapes[:, : self.number + 1]
         system = self.modes.system if self.airflow is None else self.airflow.damped_system(self.modes)
-        shape, parts = shapes[:, -1], (system.damping, system.stiffness.imag)
-        viscous, lost = (float(shape @ (part @ shape)) for part in parts)
-        ratio = (viscous + lost / omega[-1]) / (2 * omega[-1])
+        shape, matrices = shapes[:, -1], (system.damping, system.stiffness.imag)
+        viscous, hysteretic = (float(shape @ (matrix @ shape)) for matrix in matrices)
+        ratio = (viscous + hysteretic / omega[-1]) / (2 * omega[-1])
         if not ratio:
             return 1j * omega[-1]
         if ratio < STUDY.light_damping:
@@ -197,16 +200,16 @@ class _PoleSearch:
         return -omega[-1] + 0j if np.isnan(near) else self.pole_near(near, STUDY.known_pole_distance, models, kept)
 
     def pole_near(self, near, far, models, kept):
-        """`damped_pole` no farther from a place than some share of its size, other arguments as of `pole`."""
+        """`damped_pole` within a relative distance `far` of the pole `near`; models and kept modes as for `pole`."""
         layout, damping = self.modes.layout, 0.0
         if self.airflow is not None:
             kept = self.airflow.damped(models, kept, layout.equilibrium)
             damping = self.airflow.damping_of_bodies(layout, np.eye(len(layout.free)))
-        moved = layout.bodies(self.modes.shapes[:, [self.number]])[:, 0]
-        return damped_pole(layout, [one.element for one in kept], near, moved, damping, far)
+        displacements = layout.bodies(self.modes.shapes[:, [self.number]])[:, 0]
+        return damped_pole(layout, [cable.element for cable in kept], near, displacements, damping, far)
 
 
 def _with_all_modes(models, coarser=0):
-    """Some `Models`, or coarser ones, of an order less by so many, and all modes of their cables: list of Kept."""
+    """`Models` of an order that is lower by `coarser`, and a `Kept` of each cable with all of its modes: a pair."""
     models = models.with_all_modes(STUDY.damped_pole_freedoms, coarser)
-    return models, [Kept(one, len(one.omega), np.eye(len(one.omega))) for one in models.elements]
+    return models, [Kept(element, len(element.omega), np.eye(len(element.omega))) for element in models.elements]

@@ -23,13 +23,14 @@ TURN = 2 * np.pi
 
 
 class ClosedLoop:
-    """A suspension about its equilibrium in the mean wind, with its loop.
+    """A suspension about its equilibrium in the mean wind, with the loop that `control` of its scene describes.
 
     Parameters
     ----------
     scene : SuspensionScene
     plant : Plant
-        Of this scene, or of one that differs in the loop, the exposure or the correction.
+        The suspension without its loop: of this scene, or of one that differs in the loop, the exposure or the
+        correction alone.
     """
 
     def __init__(self, scene, plant):
@@ -39,7 +40,7 @@ class ClosedLoop:
 
     @property
     def motion(self):
-        """`LinearSystem`."""
+        """`LinearSystem` of the suspension with its winches at rest."""
         return self.plant.motion
 
     @property
@@ -54,7 +55,7 @@ class ClosedLoop:
 
     @cached_property
     def turbulence(self):
-        """`Turbulence` with the loop where it does something, else with the winches at rest."""
+        """`Turbulence` with the loop, or with the winches at rest where there is none or its gain is zero."""
         return Turbulence(self.plant, self.loop) if self.loop and self.loop.gain else self.plant.at_rest
 
     # --------------------------------------------------------------------------------------------------- loop
@@ -72,13 +73,22 @@ class ClosedLoop:
 
     @property
     def free(self):
-        """Names of what of the controlled body is free: list of str."""
-        held = self.equilibrium.suspension.free[self.body]
-        return [name for name, free in zip(MOTIONS, held, strict=True) if free]
+        """Names of the free motions of the controlled body, such as x and yaw: list of str."""
+        is_free = self.equilibrium.suspension.free[self.body]
+        return [name for name, free in zip(MOTIONS, is_free, strict=True) if free]
 
     @cached_property
     def _measurable(self):
-        """Names of the measured coordinates, their rows, and lengths that make rotations comparable.
+        """The measured coordinates of the controlled body, without those that no winch moves.
+
+        Returns
+        -------
+        names : list of str
+            k of them, as x and yaw.
+        rows : ndarray, shape (k, m)
+            Each measured coordinate by the coordinates of `motion`.
+        lengths : ndarray, shape (k,)
+            By which a rotation is comparable with a displacement; 1 of displacements. [m]
 
         Raises
         ------
@@ -87,93 +97,97 @@ class ClosedLoop:
         """
         control = self.scene.control
         names = list(control.measured or self.free)
-        moved = self._of_body(self.motion.shapes)
+        displacements = self._body_displacements(self.motion.shapes)
         rows = np.zeros((6, len(self.motion)))
-        rows[:, : moved.shape[1]] = moved
-        on, end = np.nonzero(self.equilibrium.suspension.owner == self.body)
-        arms = self.equilibrium.arms[on, end]
+        rows[:, : displacements.shape[1]] = displacements  # strokes of actuators, the last ones, do not move the body
+        cable, end = np.nonzero(self.equilibrium.suspension.owner == self.body)
+        arms = self.equilibrium.arms[cable, end]
         radius = np.sqrt((arms**2).sum(axis=-1).mean()) if len(arms) else 1.0
-        sizes = np.array([1.0, 1.0, 1.0, radius, radius, radius])
-        sizes = np.where(sizes > 0, sizes, 1.0)
-        places = [MOTIONS.index(name) for name in names]
-        rows, sizes = rows[places], sizes[places]
-        moves, _ = moved_by_winches(self.motion, rows, sizes)
-        if not moves.all():
-            idle = [name for name, does in zip(names, moves, strict=True) if not does]
-            if control.measured or not moves.any():
+        lengths = np.array([1.0, 1.0, 1.0, radius, radius, radius])
+        lengths = np.where(lengths > 0, lengths, 1.0)
+        motions = [MOTIONS.index(name) for name in names]
+        rows, lengths = rows[motions], lengths[motions]
+        is_moved, _ = moved_by_winches(self.motion, rows, lengths)
+        if not is_moved.all():
+            idle = [name for name, moved in zip(names, is_moved, strict=True) if not moved]
+            if control.measured or not is_moved.any():
                 raise NoSolutionError(f"control.measured: no winch moves {', '.join(idle)} of {self.body_name}")
-        names = [name for name, does in zip(names, moves, strict=True) if does]
-        return names, rows[moves], sizes[moves]
+        names = [name for name, moved in zip(names, is_moved, strict=True) if moved]
+        return names, rows[is_moved], lengths[is_moved]
 
-    def _of_body(self, shapes):
-        """Displacements of the controlled body in shapes of the suspension, shape (6, r)."""
+    def _body_displacements(self, shapes):
+        """Displacements and rotations of the controlled body in r shapes of the suspension, shape (6, r)."""
         return self.layout.displaced(self.layout.bodies(shapes))[self.body]
 
     @property
     def measured(self):
-        """Names of what is measured: list of str."""
+        """Names of the k measured coordinates, such as x and yaw: list of str."""
         return self._measurable[0]
 
     @property
     def measured_outputs(self):
-        """Names among the `outputs` of what is measured: list of str."""
+        """Names of the measured coordinates among the `outputs`, such as gondola.x: list of str."""
         return [f"{self.body_name}.{AXES[MOTIONS.index(name)]}" for name in self.measured]
 
     @cached_property
     def notches(self):
-        """Notch of each measured coordinate: tuple of (Notch or None)."""
+        """Notch of each measured coordinate: tuple of (Notch or None), k of them."""
         table = self.scene.control.notch
         if table is None:
             return (None,) * len(self.measured)
-        frequencies = [table.frequency] * len(self.measured)
         if table.frequency == "coupled":
             frequencies = self.coupled_frequencies
         elif table.frequency == "static":
             frequencies = self._static_frequencies()
-        return tuple(
-            Notch(TURN * own, table.damping_ratio, TURN * table.rolloff_frequency, table.rolloff_damping_ratio)
-            for own in frequencies
-        )
+        else:
+            frequencies = [table.frequency] * len(self.measured)
+        rolloff = TURN * table.rolloff_frequency, table.rolloff_damping_ratio
+        return tuple(Notch(TURN * frequency, table.damping_ratio, *rolloff) for frequency in frequencies)
 
     @cached_property
-    def _shares(self):
+    def _compliance_shares(self):
         """Share of each mode of the model in the static compliance of each measured coordinate, shape (k, m). [-]"""
         kept = self.plant.kept
-        moved = self._measurable[1][:, : len(kept)] / self.modes.solution.omega[kept]
-        return moved**2 / self._compliance[:, None]
+        amplitudes = self._measurable[1][:, : len(kept)] / self.modes.solution.omega[kept]
+        return amplitudes**2 / self._compliance[:, None]
 
     @cached_property
     def _compliance(self):
-        """Static, of each measured coordinate, shape (k,). [m/N], [rad/(N m)]"""
+        """Static compliance of each measured coordinate, shape (k,). [m/N], [rad/(N m)]"""
         rows = self._measurable[1]
         stiffness = self.motion.dynamic_stiffness(np.zeros(1))[0].real
         return (rows * np.linalg.solve(stiffness, rows.T).T).sum(axis=1)
 
     @property
-    def knows_notches(self):
-        """True if no mode that the model lacks may have a larger share than the one that a notch `coupled` is of."""
+    def notch_frequencies_known(self):
+        """True unless a notch is `coupled` and a mode that the model lacks may be the one that it shall remove.
+
+        It removes the mode with the largest share in the compliance: none is larger if all that is missing is not.
+        """
         table = self.scene.control and self.scene.control.notch
         if not table or table.frequency != "coupled":
             return True
-        return bool((self._shares.max(axis=1) > 1 - self._shares.sum(axis=1)).all())
+        largest, missing = self._compliance_shares.max(axis=1), 1 - self._compliance_shares.sum(axis=1)
+        return bool((largest > missing).all())
 
     @property
     def coupled_frequencies(self):
         """Frequency of the mode with the largest share in the static compliance of each measured coordinate. [Hz]"""
-        shares = self._shares / self._shares.max(axis=1, keepdims=True)
-        return self.modes.frequency[self.plant.kept[np.argmax(np.round(shares, 9), axis=1)]]
+        shares = self._compliance_shares / self._compliance_shares.max(axis=1, keepdims=True)
+        decisive = np.argmax(np.round(shares, 9), axis=1)  # of equal ones the lowest mode, whatever rounding does
+        return self.modes.frequency[self.plant.kept[decisive]]
 
     def _static_frequencies(self):
-        """Frequency of each measured coordinate on its static compliance with the body's own mass. [Hz]"""
+        """Frequency of the body alone, on its static compliance, in each measured coordinate, shape (k,). [Hz]"""
         inertia = np.diagonal(self.layout.mass[self.body])[[MOTIONS.index(name) for name in self.measured]]
         return 1 / np.sqrt(self._compliance * inertia) / TURN
 
     @cached_property
     def allocation(self):
-        """`Allocation` of errors to winches."""
+        """`Allocation` of errors of the measured coordinates to the winches."""
         control = self.scene.control
-        given = control.allocation.weights if control.allocation else {}
-        weights = np.array([given.get(name, 1.0) for name in self.scene.winches])
+        stated = control.allocation.weights if control.allocation else {}
+        weights = np.array([stated.get(name, 1.0) for name in self.scene.winches])
         return allocate(self.motion, *self._measurable[1:], weights)
 
     @cached_property
@@ -189,28 +203,35 @@ class ClosedLoop:
         if control is None:
             return None
         if isinstance(control.gain, (int, float)):
-            return replace(self.given_loop, gains=self.gains) if self.given_loop.law.delay else self.given_loop
+            return replace(self.untuned_loop, gains=self.gains) if self.untuned_loop.law.delay else self.untuned_loop
         auto, limit = control.gain.auto, self.largest_gain
-        most = limit and limit / 10 ** (auto.gain_margin / 20)
-        gain = self.gains.gain_of_peak(auto.sensitivity, most)
+        gain_with_margin = limit and limit / 10 ** (auto.gain_margin / 20)
+        gain = self.gains.gain_of_peak(auto.sensitivity, gain_with_margin)
         if gain is None:
             raise NoSolutionError("no gain follows from a gain margin: the loop is stable for every gain")
-        return replace(self.given_loop, gain=gain, gains=self.gains)
+        return replace(self.untuned_loop, gain=gain, gains=self.gains)
 
     @cached_property
-    def given_loop(self):
-        """The loop with its gain, or with next to none where the gain follows from a margin."""
+    def untuned_loop(self):
+        """The `Loop` with the gain of the scene, or with a tiny one where the gain is yet to follow from a margin."""
         law, gain = law_from(self.scene.control)
-        given = STUDY.little_gain * self.modes.solution.omega[0] if gain is None else gain
-        return Loop(self.motion, self.allocation, given, self.notches, law)
+        if gain is None:
+            gain = STUDY.little_gain * self.modes.solution.omega[0]
+        return Loop(self.motion, self.allocation, gain, self.notches, law)
 
     @cached_property
-    def _of_all_gains(self):
-        """Shared by loops that differ in the gain alone, and by models with other numbers of modes: three.
+    def _shared_by_gains(self):
+        """Results shared by loops that differ in the gain alone, and by models with other numbers of modes.
 
-        `Effects`; `DrivenCables` by powers of two of the gain; and the gain that is tried first, by that of the loop.
+        Returns
+        -------
+        effects : Effects
+        driven_cables : dict
+            Power of two of a gain -> `DrivenCables`, to be filled.
+        first_gains : dict
+            Gain of a loop -> the gain that is tried first for it, to be filled. [rad/s]
         """
-        control = repr((self.scene.control.model_copy(update={"gain": None}), self.given_loop.law))
+        control = repr((self.scene.control.model_copy(update={"gain": None}), self.untuned_loop.law))
         if control not in self.plant.loops:
             self.plant.loops[control] = Effects(self), {}, {}
         return self.plant.loops[control]
@@ -218,7 +239,7 @@ class ClosedLoop:
     @property
     def effects(self):
         """`Effects` of the gain on the modes of single cables."""
-        return self._of_all_gains[0]
+        return self._shared_by_gains[0]
 
     @property
     def driven(self):
@@ -229,61 +250,62 @@ class ClosedLoop:
         NoSolutionError, ConvergenceError
             The loop is unstable without gain, or could drive too many modes.
         """
-        return result_of(self._driven)
+        return result_of(self._driven_outcome)
 
     @cached_property
-    def _driven(self):
+    def _driven_outcome(self):
         """`driven`, or the error that says why there is none: computed once for a row."""
-        return outcome_of(self._found_driven)
+        return outcome_of(self._search_driven_cables)
 
-    def _found_driven(self):
-        """`driven`, of growing gains."""
-        _, known, begins = self._of_all_gains
+    def _search_driven_cables(self):
+        """`DrivenCables` of a gain that is raised until the largest stable gain is below it; raises as `driven`."""
+        _, driven_cables, first_gains = self._shared_by_gains
         self.check_open()
-        gain = self.given_loop.gain or STUDY.little_gain
-        if gain not in begins:
-            begins[gain] = self._first_gain(gain, known)
-        gain = begins[gain]
-        tried, found = [], None
+        gain = self.untuned_loop.gain or STUDY.little_gain
+        if gain not in first_gains:
+            first_gains[gain] = self._first_gain(gain, driven_cables)
+        gain = first_gains[gain]
+        tried, driven = [], None
         for _ in range(STUDY.gain_trials):
-            if tried and found.models is not self.modes.solution.models:
-                known.pop(tried[-1])  # its models may be large
-                found = None
+            if tried and driven.models is not self.modes.solution.models:
+                driven_cables.pop(tried[-1])  # its models may be large
+                driven = None
             tried.append(ceil(log2(gain)))
-            found = self._driven_by(gain, known)
-            limit = found.gains.limit
-            more = limit.factor if limit else STUDY.unlimited_gain * self.modes.solution.omega[0]
-            if more <= 2.0 ** tried[-1]:
-                known.update(dict.fromkeys(tried, found))
+            driven = self._driven_cables_of(gain, driven_cables)
+            limit = driven.gains.limit
+            needed_gain = limit.factor if limit else STUDY.unlimited_gain * self.modes.solution.omega[0]
+            if needed_gain <= 2.0 ** tried[-1]:
+                driven_cables.update(dict.fromkeys(tried, driven))
                 break
-            gain = more
-        return found
+            gain = needed_gain
+        return driven
 
-    def _first_gain(self, gain, known):
-        """A gain near the largest one, if it is above one [rad/s] and few waves follow from it, else that one.
+    def _first_gain(self, gain, driven_cables):
+        """Gain for the first `DrivenCables` of a loop with a `gain`. [rad/s]
 
-        Of an exact choice of elements, whose modes are all there, rather one far above it.
+        One near the largest stable gain, if it is larger than `gain` and drives few waves, which spares a second trial;
+        else `gain` itself. Of an exact choice of elements, whose modes are all there, rather one far above it.
         """
         safety, effects = STUDY.first_gain_safety, self.effects
-        for above in (safety,) if self.plant.model is None else (STUDY.element_gain_safety, safety):
-            near = max(gain, above * (self.given_loop.limit_by_modes or 0.0))
-            waves = effects.driven_up_to(near) * effects.travel_time / np.pi
+        for factor in (safety,) if self.plant.model is None else (STUDY.element_gain_safety, safety):
+            near_largest = max(gain, factor * (self.untuned_loop.limit_by_modes or 0.0))
+            waves = effects.driven_up_to(near_largest) * effects.travel_time / np.pi
             if waves.max(initial=0.0) <= STUDY.first_gain_waves:
                 break
         else:
             return gain
         try:
-            self._driven_by(near, known)
+            self._driven_cables_of(near_largest, driven_cables)
         except (NoSolutionError, ConvergenceError):  # that gain may be far above the largest one
             return gain
-        return near
+        return near_largest
 
-    def _driven_by(self, gain, known):
-        """`DrivenCables` of a gain [rad/s], to the next power of two; of `known` ones by these powers, to be filled."""
+    def _driven_cables_of(self, gain, driven_cables):
+        """`DrivenCables` of a gain [rad/s] raised to the next power of two, from the dict or added to it."""
         power = ceil(log2(gain))
-        if power not in known:
-            known[power] = DrivenCables(self, 2.0**power, list(known.values()))
-        return known[power]
+        if power not in driven_cables:
+            driven_cables[power] = DrivenCables(self, 2.0**power, list(driven_cables.values()))
+        return driven_cables[power]
 
     @property
     def gains(self):
@@ -292,7 +314,7 @@ class ClosedLoop:
 
     @property
     def limit(self):
-        """`Limit` of the gain, or None: that of all loops that differ in the gain alone.
+        """`Limit`: the smallest gain at which a pole crosses the imaginary axis; None where none does.
 
         Raises
         ------
@@ -307,7 +329,7 @@ class ClosedLoop:
 
     @property
     def largest_gain(self):
-        """Below it the loop is stable; None where it always is. [rad/s]"""
+        """Gain below which the loop is stable; None where it is with every gain. [rad/s]"""
         return self.limit and self.limit.factor
 
     @cached_property
@@ -317,17 +339,17 @@ class ClosedLoop:
 
     @cached_property
     def perturbed_margins(self):
-        """`DrivenCables.perturbed_margins` of these."""
+        """`Margins` with the errors of the cables' models, see `DrivenCables.perturbed_margins`: list."""
         return self.driven.perturbed_margins(self.margins, self.loop.gain)
 
     @cached_property
     def single_limits(self):
-        """`StableGains.single_limits`, by the name of the measured coordinate: dict."""
+        """Name of each measured coordinate -> factor by which its gain alone may grow, see `StableGains`: dict."""
         return dict(zip(self.measured, self.gains.single_limits(self.loop.gain).tolist(), strict=True))
 
     @cached_property
     def with_critical_modes(self):
-        """Copy with the modes that would grow first where its gain is nearly the largest one."""
+        """Copy whose model has the modes that would grow first; itself unless its gain is nearly the largest one."""
         plant = self.driven.with_critical_modes(self.plant, self.loop.gain)
         return self if plant is self.plant else ClosedLoop(self.scene, plant)
 
@@ -353,7 +375,7 @@ class ClosedLoop:
         """Refuse what grows with the winches at rest: NoSolutionError, with the motion and why."""
         if (pole := unstable_pole(self.open_poles)) is not None:
             cause = "actuators" if self.actuators else "aerodynamic damping"
-            raise NoSolutionError(f"unstable without winches ({cause}): {self._named(pole, self.motion)}")
+            raise NoSolutionError(f"unstable without winches ({cause}): {self._growing_motion(pole, self.motion)}")
 
     def check_stable(self):
         """Refuse what grows.
@@ -365,41 +387,47 @@ class ClosedLoop:
         """
         self.check_open()
         if not self.stable:
-            raise NoSolutionError(self._complaint)
+            raise NoSolutionError(self._instability_message)
 
     @cached_property
-    def _complaint(self):
-        """Which motion grows with the loop, and below which gain none does."""
+    def _instability_message(self):
+        """Message of an unstable loop: which motion grows, and below which gain none does."""
         loop, pole = self.loop, self.loop.unstable_pole
-        moving = self._named(pole, loop) if pole else f"a motion of {self.gains.limit.omega / TURN:.4g} Hz grows"
-        found = f"the loop is unstable at {self._gains_in_words(loop.gain)}: {moving}; "
+        if pole:
+            motion = self._growing_motion(pole, loop)
+        else:
+            motion = f"a motion of {self.gains.limit.omega / TURN:.4g} Hz grows"
+        message = f"the loop is unstable at {self._gains_in_words(loop.gain)}: {motion}; "
         try:
             limit = self.largest_gain
         except NoSolutionError as error:
-            return found + str(error)
+            return message + str(error)
         if limit is None:
-            return found + "no gain below it is the largest stable one"
+            return message + "no gain below it is the largest stable one"
         below = f"{limit:.4g} rad/s" if loop.law.integrates_only else f"{limit / loop.gain:.4g} times these gains"
-        return f"{found}stable below {below}"
+        return f"{message}stable below {below}"
 
     def _gains_in_words(self, gain):
-        """Those of the law for what it is multiplied by [rad/s]."""
-        return self.given_loop.law.described(gain, 4).removeprefix("a gain of ")
+        """The gains of the law's parts in words, `gain` [rad/s] being the factor of the law."""
+        return self.untuned_loop.law.described(gain, 4).removeprefix("a gain of ")
 
-    def mode_name(self, place):
-        """Number of a coordinate, what it moves and its frequency, in words."""
-        if place >= len(self.plant.kept):
+    def mode_name(self, coordinate):
+        """Number, moving part and frequency of the mode of a coordinate of `motion`, counted from 0, in words."""
+        if coordinate >= len(self.plant.kept):
             return "a motion above the modes of the model"
-        mode = int(self.plant.kept[place])
+        mode = int(self.plant.kept[coordinate])
         return f"mode {mode + 1} ({self.modes.moves[mode]}, {self.modes.frequency[mode]:.4g} Hz)"
 
-    def _named(self, pole, moving):
-        """The motion of a growing pole of a `LinearSystem` or `Loop` in words."""
-        dynamic = moving.dynamic_stiffness(np.array([pole]))[0]
-        shape = np.linalg.svd(dynamic)[2][-1].conj()
+    def _growing_motion(self, pole, system):
+        """The motion of a growing pole in words: the coordinate with most of its energy, and its rate of growth.
+
+        `system` is a `LinearSystem` or `Loop`. Its shape is the null vector of the dynamic stiffness at the pole.
+        """
+        stiffness = system.dynamic_stiffness(np.array([pole]))[0]
+        shape = np.linalg.svd(stiffness)[2][-1].conj()
         energy = np.abs(shape * pole) ** 2
-        place = int(np.argmax(energy))
-        rate = f"grows by {pole.real:.3g}/s at {abs(pole.imag) / TURN:.4g} Hz"
-        strokes = [one.name for one in self.actuators if not one.wheel]
-        stroke = place - (len(self.motion) - len(strokes))
-        return f"{strokes[stroke] if stroke >= 0 else self.mode_name(place)} {rate}"
+        coordinate = int(np.argmax(energy))
+        growth = f"grows by {pole.real:.3g}/s at {abs(pole.imag) / TURN:.4g} Hz"
+        masses = [actuator.name for actuator in self.actuators if not actuator.wheel]
+        stroke = coordinate - (len(self.motion) - len(masses))  # the last coordinates are the strokes of masses
+        return f"{masses[stroke] if stroke >= 0 else self.mode_name(coordinate)} {growth}"

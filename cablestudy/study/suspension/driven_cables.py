@@ -1,14 +1,15 @@
 """The loop gain of a suspension with all modes of its cables that a gain could drive, and what follows from it.
 
-Which modes a gain could drive is decided by a bound (`driven_waves`). The largest gain is the smallest one at which any
-pole crosses the imaginary axis: where an eigenvalue of the loop gain is real and negative (`control.loop_gain`). All
-modes of the cables' elements are in it; where damping couples them, and the accuracy allows it, six vectors stand for
-those far above what the gain could drive (`system.cable_coordinates`). Frequencies beside the poles of the model, and
-of the modes that the gain could drive, show all crossings. Waves across a cable take power from those along it where it
-sags, so that the pole that crosses first decides how far they are resolved; it is sought again with them.
+A gain drives a mode if it could turn its decay into growth; a bound decides for which modes that is impossible
+(`driven_waves`). The largest stable gain is the smallest one at which any pole crosses the imaginary axis: where an
+eigenvalue of the loop gain is real and negative (`control.loop_gain`). All modes of the cables' elements are in the
+loop gain; where damping couples them, and the accuracy allows it, six vectors stand for those far above what the gain
+could drive (`system.cable_coordinates`). Frequencies beside the poles of the model, and of the modes that the gain
+could drive, show all crossings. Waves across a cable take power from those along it where it sags, so that the pole
+that crosses first decides how far they are resolved; it is sought again with them.
 
 Another law than an integrator may make the loop gain large far above the frequencies of the body. All modes are then
-needed up to where the loop gain of waves that do not return is below BROAD.
+needed up to where the loop gain of waves that do not return is below `broad_loop_gain`.
 """
 
 from dataclasses import replace
@@ -24,12 +25,12 @@ from cablestudy.control.motion import actuated
 from cablestudy.control.suspension import load_off_ends
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError
-from cablestudy.study.suspension.driven_waves import ACROSS, dense
+from cablestudy.study.suspension.driven_waves import ACROSS
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cable_coordinates import residual_vectors
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
-from cablestudy.system.linear import LinearSystem
+from cablestudy.system.linear import LinearSystem, dense
 
 MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coincide, over that of one alone
 TURN = 2 * np.pi
@@ -38,7 +39,7 @@ TURN = 2 * np.pi
 def open_poles(closed_loop):
     """Poles of a `ClosedLoop` with the winches at rest, without those that are zero but for rounding. [rad/s]
 
-    With about those of modes that were computed and are not in its model.
+    Those of modes that were computed and are not in its model are estimated.
     """
     poles = np.append(closed_loop.open_poles, closed_loop.plant.other_poles)
     return poles[np.abs(poles) > STUDY.zero_pole * closed_loop.modes.solution.omega[0]]
@@ -56,17 +57,18 @@ class DrivenCables:
     gain : float
         [rad/s]
     others : sequence of DrivenCables
-        Of other gains of this loop: what is equal is shared.
+        Of other gains of this loop: models and loop gain are taken from one whose modes are equal.
 
     Attributes
     ----------
     models : Models
         Of the cables, with the waves resolved that the gain could drive.
     kept : list of Kept
-        What is in the loop gain of each cable: modes, and vectors that stand for the others.
+        Modes of each cable in the loop gain, and vectors that stand for its others.
     loop_gain : LoopGain or callable
+        L over the gain: s, shape (f,) -> shape (f, k, k).
     poles : ndarray
-        Without control: those of the model, and about where those of the modes are that the gain could drive. [rad/s]
+        Without control: those of the model, and estimates of those of the modes that the gain could drive. [rad/s]
     gains : StableGains
         The largest gain among them, right if it is at most `gain`.
 
@@ -83,34 +85,36 @@ class DrivenCables:
         models = self._models(resolved_to)
         for _ in range(STUDY.resolution_trials):
             self._resolve(models, resolved_to, others)
-            limit = self.gains.limit
+            limit = self.gains.limit  # the pole that crosses first decides how far waves are resolved
             self.resolved = limit is None or self._elements or limit.omega <= resolved_to
-            if self.resolved or resolved_to == self._farthest or limit.factor > gain:
+            if self.resolved or resolved_to == self._highest_resolvable or limit.factor > gain:
                 break
-            resolved_to = min(STUDY.resolved_beyond * limit.omega, self._farthest)
+            resolved_to = min(STUDY.resolved_beyond * limit.omega, self._highest_resolvable)
             models = self._models(resolved_to)
 
     @property
     def _spoilt(self):
+        """True if rounding spoils the response of a cable: the loop gain is then that of the coupled modes."""
         return not isinstance(self.loop_gain, LoopGain)
 
     @cached_property
-    def broad(self):
-        """Frequency up to which all modes are needed; 0 of an integrator. [rad/s]"""
-        return 0.0 if self._closed_loop.given_loop.law.integrates_only else self._effects.loop_up_to(self._gain)
+    def all_modes_up_to(self):
+        """Frequency up to which all modes are needed for a law that is no integrator; 0 of an integrator. [rad/s]"""
+        return 0.0 if self._closed_loop.untuned_loop.law.integrates_only else self._effects.loop_up_to(self._gain)
 
     @cached_property
-    def _highest(self):
+    def _highest_driven(self):
         """Frequencies up to which waves across and along each cable are driven or needed, shape (2, c). [rad/s]"""
-        found = np.maximum(self._effects.driven_up_to(self._gain), self.broad)
-        if found.max(initial=0.0) > self._highest_resolved:
-            doing(f"modes of the cables that {self._in_words} could drive are sought up to {found.max() / TURN:.4g} Hz")
-        return found
+        highest = np.maximum(self._effects.driven_up_to(self._gain), self.all_modes_up_to)
+        if highest.max(initial=0.0) > self._highest_resolved:
+            hertz = highest.max() / TURN
+            doing(f"modes of the cables that {self._gain_in_words} could drive are sought up to {hertz:.4g} Hz")
+        return highest
 
     @property
     def highest_mode(self):
         """Highest frequency of the modes of single cables in the loop gain. [rad/s]"""
-        return max(one.element.omega[: one.modes].max(initial=0.0) for one in self.kept)
+        return max(kept.element.omega[: kept.modes].max(initial=0.0) for kept in self.kept)
 
     @property
     def _highest_resolved(self):
@@ -118,139 +122,157 @@ class DrivenCables:
         return self._base.with_all_modes.omega[-1]
 
     @property
-    def _in_words(self):
-        return self._closed_loop.given_loop.law.described(self._gain, 4)
+    def _gain_in_words(self):
+        return self._closed_loop.untuned_loop.law.described(self._gain, 4)
 
     @property
-    def _farthest(self):
+    def _highest_resolvable(self):
         """Frequency up to which waves across all cables can be resolved. [rad/s]"""
         return max(
             self._highest_resolved, np.pi * STUDY.resolved_waves / self._effects.travel_time[ACROSS].max(initial=1e-300)
         )
 
     def _models(self, resolved_to):
-        """`Models` of the cables, waves across them resolved up to a frequency at least. [rad/s]"""
-        base, highest, time = self._base, self._highest, self._effects.travel_time
+        """`Models` of the cables that resolve the driven waves, and those across all cables up to a frequency. [rad/s]
+
+        Those of the coupled modes where they do, or where the elements are chosen exactly.
+        """
+        base, highest, time = self._base, self._highest_driven, self._effects.travel_time
         resolved = max(highest.max(initial=0.0), resolved_to) <= self._highest_resolved
         if (resolved and base.models.complete) or self._elements:
             return base.models if base.models.complete else Models(base.models.cables, base.models.meshes, fixed=True)
-        waves = np.maximum(highest, [[resolved_to], [0.0]]) * time / np.pi
-        kind, cable = np.unravel_index(np.argmax(waves), waves.shape)
-        if waves[kind, cable] > max(STUDY.resolved_waves, resolved_to * time[ACROSS].max() / np.pi) * (1 + 1e-9):
-            raise too_many(self._in_words, int(min(waves[kind, cable], 1e9)), highest[kind, cable])
+        half_waves = np.maximum(highest, [[resolved_to], [0.0]]) * time / np.pi
+        direction, cable = np.unravel_index(np.argmax(half_waves), half_waves.shape)
+        most = half_waves[direction, cable]
+        if most > max(STUDY.resolved_waves, resolved_to * time[ACROSS].max() / np.pi) * (1 + 1e-9):
+            raise too_many(self._gain_in_words, int(min(most, 1e9)), highest[direction, cable])
         plant, cables = self._closed_loop.plant, base.models.cables
         search = Search(plant.equilibrium, len(base.omega), plant.accuracy, cables=cables)
-        meshes = cables.meshes(search.orders_of(waves.max(axis=0)))
+        meshes = cables.meshes(search.orders_of(half_waves.max(axis=0)))
         models = Models(cables, meshes, most_modes=STUDY.driven_modes_of_cable)
         try:
             models.first  # noqa: B018 all modes are computed
         except ConvergenceError as error:
-            up_to = waves[kind, cable] / time[kind, cable] / 2
-            raise ConvergenceError(f"{self._in_words} needs modes of a cable up to {up_to:.4g} Hz: {error}") from None
+            hertz = most / time[direction, cable] / 2
+            message = f"{self._gain_in_words} needs modes of a cable up to {hertz:.4g} Hz: {error}"
+            raise ConvergenceError(message) from None
         return models
 
-    @property
-    def _shared(self):
-        """What is the same for others with equal models and modes."""
-        return self.models, self.kept, self.loop_gain
+    def _modes_in_loop(self, models, resolved_to, share=1.0):
+        """Which modes of each cable are in the loop gain by themselves: list of ndarray of bool, shape (n,).
 
-    def _own_modes(self, models, resolved_to, share=1.0):
-        """Which modes of each cable are in the loop gain: list of ndarray of bool, shape (n,).
-
-        With a `share` below 1 up to this share of the frequencies. All where damping couples none of them, where that
-        spares little, and for a high accuracy.
+        All where damping couples none of them, where few could be left out, and for a high accuracy; else those up to
+        multiples of the driven and resolved frequencies, or up to a `share` of these multiples.
         """
-        plant, found = self._closed_loop.plant, [np.ones(len(one.omega), dtype=bool) for one in models.elements]
+        plant, in_loop = self._closed_loop.plant, [np.ones(len(part.omega), dtype=bool) for part in models.elements]
         if self._elements or plant.accuracy <= STUDY.all_modes_from:
-            return found
+            return in_loop
+        multiples = [share * multiple for multiple in STUDY.kept_multiples]
         for cable, element in enumerate(models.elements):
-            kept = self._up_to(cable, element, resolved_to, *(share * one for one in STUDY.kept_multiples))
+            low = self._modes_below(cable, element, resolved_to, *multiples)
             coupled = plant.braked or element.strain is not None or element.uneven
-            if coupled and np.count_nonzero(kept) + STUDY.vectors < STUDY.worth * len(kept):
-                found[cable] = kept
-        return found
+            if coupled and np.count_nonzero(low) + STUDY.vectors < STUDY.worth * len(low):
+                in_loop[cable] = low
+        return in_loop
 
-    def _up_to(self, cable, element, resolved_to, driven, resolved):
-        """Modes of a cable up to multiples of what the gain could drive and of what is resolved, array of bool."""
-        across, along = driven * self._highest[:, cable]
-        kept = element.omega < max(across, resolved * resolved_to)
-        return kept | (self._effects.along(cable, element) & (element.omega < along))
+    def _modes_below(self, cable, element, resolved_to, driven, resolved):
+        """Modes of a cable below `driven` times what the gain could drive or `resolved` times `resolved_to`.
 
-    def _chosen(self):
-        """Modes of each cable that the gain could drive, or that are needed: list of (ndarray of bool, shape (n,))."""
-        driven, found = self._effects.driven(self.loop_gain, self._gain), []
-        for own, kept, element in zip(driven, self.kept, self.loop_gain.elements, strict=True):
-            found.append((own | (element.omega < self.broad)) & (np.arange(len(own)) < kept.modes))
-        number = sum(int(own.sum()) for own in found)
-        if number > CONTROL.driven_modes and not self._elements:
-            raise too_many(self._in_words, number, self._highest.max(initial=0.0))
-        return found
+        Array of bool, shape (n,). Of waves along the cable what the gain could drive counts alone.
+        """
+        across, along = driven * self._highest_driven[:, cable]
+        below = element.omega < max(across, resolved * resolved_to)
+        return below | (self._effects.along(cable, element) & (element.omega < along))
+
+    def _needed_modes(self):
+        """Modes of each cable that the gain could drive, or that are needed: list of (ndarray of bool, shape (n,)).
+
+        Raises
+        ------
+        NoSolutionError
+            They are too many.
+        """
+        modes_driven, needed = self._effects.driven(self.loop_gain, self._gain), []
+        for driven, kept, element in zip(modes_driven, self.kept, self.loop_gain.elements, strict=True):
+            is_mode = np.arange(len(driven)) < kept.modes  # vectors that stand for modes come after them
+            needed.append((driven | (element.omega < self.all_modes_up_to)) & is_mode)
+        count = sum(int(modes.sum()) for modes in needed)
+        if count > CONTROL.driven_modes and not self._elements:
+            raise too_many(self._gain_in_words, count, self._highest_driven.max(initial=0.0))
+        return needed
 
     def _loop_gain(self, kept):
-        """`LoopGain` with what is `kept` of the cables; a function, of the coupled modes, where rounding spoils it."""
+        """`LoopGain` with the kept modes of the cables; a function, of the coupled modes, where rounding spoils it."""
         closed_loop, effects = self._closed_loop, self._effects
         layout, plant = closed_loop.layout, closed_loop.plant
-        stiffness, mass = (dense(part) for part in layout.body_matrices)
-        elements = [one.element for one in plant.in_air(self.models, kept)]
+        stiffness, mass = (dense(matrix) for matrix in layout.body_matrices)
         damping = np.zeros_like(mass) + plant.air_on_bodies(np.eye(len(mass))) + dense(layout.damping)
         *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, closed_loop.actuators)
         bodies = LinearSystem(*matrices, feedback=feedback)
 
-        def widened(part):
-            return np.concatenate([part, np.zeros((*part.shape[:-1], len(bodies) - len(mass)))], axis=-1)
+        def with_strokes(matrix):
+            """A matrix by free displacements with columns of zeros for the strokes of actuators."""
+            return np.concatenate([matrix, np.zeros((*matrix.shape[:-1], len(bodies) - len(mass)))], axis=-1)
 
-        off = dense(layout.connection).T @ load_off_ends(closed_loop.equilibrium, closed_loop.winches)
-        places = widened(effects.moved), effects.reeled, widened(off.T).T, widened(effects.measured)
-        shares, controller = closed_loop.allocation.shares, closed_loop.given_loop.controller
-        found = LoopGain(bodies, elements, *places, shares, controller, windows=plant.accuracy > STUDY.all_modes_from)
-        return closed_loop.given_loop.unit_gain if found.spoilt else found
+        lifted = dense(layout.connection).T @ load_off_ends(closed_loop.equilibrium, closed_loop.winches)
+        loop_gain = LoopGain(
+            bodies,
+            elements=[in_air.element for in_air in plant.in_air(self.models, kept)],
+            moved=with_strokes(effects.moved),
+            reeled=effects.reeled,
+            lifted=with_strokes(lifted.T).T,
+            measured=with_strokes(effects.measured),
+            shares=closed_loop.allocation.shares,
+            controller=closed_loop.untuned_loop.controller,
+            windows=plant.accuracy > STUDY.all_modes_from,
+        )
+        return closed_loop.untuned_loop.unit_gain if loop_gain.spoilt else loop_gain
 
     def _poles(self):
         """Poles of the model, and estimates of those of modes above it that the gain could drive. [rad/s]"""
         poles = [open_poles(self._closed_loop)]
         if self._spoilt:
             return poles[0]
-        chosen, highest = self._chosen(), (1 - STUDY.uncertain_pole) * self._highest_resolved
-        for cable, own in enumerate(chosen):
-            near = np.flatnonzero(own & (self.loop_gain.elements[cable].omega > STUDY.may_be_above * highest))
-            if len(near):
-                moved, _ = self.loop_gain.poles_of(cable, near)
-                alone = self.loop_gain.elements[cable].omega[near]
-                above = np.maximum(np.abs(moved), alone) > highest
-                moved, alone = moved[above], alone[above]
-                shift = (np.abs(moved) - alone)[:, None] * MODES_TOGETHER
-                poles.append((moved.real[:, None] + 1j * (alone[:, None] + shift)).ravel())
+        highest = (1 - STUDY.uncertain_pole) * self._highest_resolved
+        for cable, needed in enumerate(self._needed_modes()):
+            element = self.loop_gain.elements[cable]
+            modes = np.flatnonzero(needed & (element.omega > STUDY.may_be_above * highest))
+            if len(modes):
+                estimated, _ = self.loop_gain.poles_of(cable, modes)
+                fixed = element.omega[modes]  # with the ends of the cable fixed
+                above = np.maximum(np.abs(estimated), fixed) > highest
+                estimated, fixed = estimated[above], fixed[above]
+                shift = (np.abs(estimated) - fixed)[:, None] * MODES_TOGETHER
+                poles.append((estimated.real[:, None] + 1j * (fixed[:, None] + shift)).ravel())
         return np.concatenate(poles)
 
     def _resolve(self, models, resolved_to, others):
-        """Set models and all that follows from them, taken from one of the other `DrivenCables` where it is equal."""
-        own = self._own_modes(models, resolved_to)
-        others = [one for one in others if one.models.equal(models) and all(map(np.array_equal, one._own, own))]
-        self._own, self._resolved_to = own, resolved_to
-        if others:
-            self.models, self.kept, self.loop_gain = others[0]._shared
+        """Set models, loop gain, poles and gains; models and loop gain of one of the `others` where modes are equal."""
+        self._in_loop, self._resolved_to = self._modes_in_loop(models, resolved_to), resolved_to
+        for other in others:
+            if other.models.equal(models) and all(map(np.array_equal, other._in_loop, self._in_loop)):
+                self.models, self.kept, self.loop_gain = other.models, other.kept, other.loop_gain
+                break
         else:
-            self.models, self.kept = models, models.with_modes(own)
+            self.models, self.kept = models, models.with_modes(self._in_loop)
             self.loop_gain = self._loop_gain(self.kept)
-        self.poles, notches, law = self._poles(), self._closed_loop.notches, self._closed_loop.given_loop.law
+        self.poles, notches, law = self._poles(), self._closed_loop.notches, self._closed_loop.untuned_loop.law
         self.gains = StableGains(self.loop_gain, self.poles, notches, law, self._gain)
 
     def with_critical_modes(self, plant, gain):
-        """Copy of a `Plant` with modes of single cables near the one that would grow first as the gain is raised.
+        """Copy of a `Plant` with modes of cables around the one that would grow first as the gain is raised.
 
-        Added are those that the gain could drive, or all where rounding spoils the response of a cable. The plant
-        itself where `gain` [rad/s] is not just below the largest, or the plant's own modes reach to that mode.
+        They are those that the gain could drive, or all where rounding spoils the response of a cable. The plant itself
+        is returned where `gain` [rad/s] is not just below the largest one, or where its modes reach up to that mode.
         """
         limit, base = self.gains.limit, self._base
-        if (
-            limit is None
-            or limit.omega <= base.omega[-1]
-            or not STUDY.nearly_largest_gain * limit.factor < gain < limit.factor
-        ):
+        if limit is None or limit.omega <= base.omega[-1]:
             return plant
-        critical = [np.zeros(len(in_loop), dtype=bool) for in_loop in self._own]
-        driven = [np.ones(kept.modes, dtype=bool) for kept in self.kept] if self._spoilt else self._chosen()
-        for cable, (in_loop, kept) in enumerate(zip(self._own, self.kept, strict=True)):
+        if not STUDY.nearly_largest_gain * limit.factor < gain < limit.factor:
+            return plant
+        critical = [np.zeros(len(in_loop), dtype=bool) for in_loop in self._in_loop]
+        driven = [np.ones(kept.modes, dtype=bool) for kept in self.kept] if self._spoilt else self._needed_modes()
+        for cable, (in_loop, kept) in enumerate(zip(self._in_loop, self.kept, strict=True)):
             critical[cable][in_loop] = driven[cable][: kept.modes]
             critical[cable] &= np.abs(self.models.elements[cable].omega / limit.omega - 1) < STUDY.critical_modes
         search = Search(plant.equilibrium, len(base.omega), plant.accuracy, cables=self.models.cables)
@@ -267,69 +289,65 @@ class DrivenCables:
         The frequencies of the modes are shifted by errors of the mesh. Modal damping of half of the modes, the highest
         ones, is left out: it has no limit as modes are added. Vectors stand for more of them.
         """
-        elements, found = self.loop_gain.elements, []
-        wrong = [np.zeros(len(element.omega)) for element in elements]
+        elements = self.loop_gain.elements
+        mesh_errors = [np.zeros(len(element.omega)) for element in elements]
         for group in self.models.groups:
             for cable in group.cable_indices.tolist():
-                wrong[cable] = self._by_mesh(cable, group.take(np.array([cable])).ends)
-        found.append([
-            replace(one, omega=one.omega * (1 - own), participation=one.participation * (1 - own)[:, None] ** 2)
-            for one, own in zip(elements, wrong, strict=True)
-        ])  # fmt: skip
-        if any(one.strain is None and one.damping_ratio.any() for one in elements):
-            lower = [np.arange(len(one.omega)) < len(one.omega) / 2 for one in elements]
-            found.append([
-                replace(one, damping_ratio=np.where(own, one.damping_ratio, 0.0)) if one.strain is None else one
-                for one, own in zip(elements, lower, strict=True)
-            ])  # fmt: skip
-        found = [replace(self.loop_gain, elements=elements, near=self.loop_gain) for elements in found]
-        if self._few:
-            fewer = self._own_modes(self.models, self._resolved_to, STUDY.coarser_share)
-            found.append(self._loop_gain(self.models.with_modes(fewer)))
-        return found
+                mesh_errors[cable] = self._mesh_errors(cable, group.take(np.array([cable])).ends)
+        perturbed = [[_lowered(element, error) for element, error in zip(elements, mesh_errors, strict=True)]]
+        if any(element.strain is None and element.damping_ratio.any() for element in elements):
+            perturbed.append([_half_damped(element) if element.strain is None else element for element in elements])
+        loop_gains = [replace(self.loop_gain, elements=elements, near=self.loop_gain) for elements in perturbed]
+        if self._vectors_used:
+            fewer = self._modes_in_loop(self.models, self._resolved_to, STUDY.coarser_share)
+            loop_gains.append(self._loop_gain(self.models.with_modes(fewer)))
+        return loop_gains
 
-    def _by_mesh(self, cable, ends):
-        """Relative errors of the frequencies of what is kept of a cable, of which `ends` are the `Ends`, shape (n,).
+    def _mesh_errors(self, cable, ends):
+        """Relative errors, by the mesh, of the frequencies of the kept modes and vectors of a cable, shape (n,).
 
-        Far above what decides on the loop errors of single modes cancel: the mesh has the response of all of them
-        together, six vectors, to the errors of these.
+        `ends` are the `Ends` of its mesh. Far above the modes that decide on the loop, errors of single modes cancel:
+        there the mesh has the response of all of them together, six vectors, to the errors of these.
         """
         element, shapes = self.loop_gain.elements[cable], self.kept[cable].shapes
         square = element.omega**2
 
         def error(amplitudes, square):
+            """Relative error of frequencies by the mesh: half of that of twice the strain energy, W^2."""
             energy = ends.highest_energy(amplitudes[None], np.zeros((1, 6, len(square))))[0]
             return np.minimum(energy / square / 2, 0.5)
 
-        alone = STUDY.single_mode_errors
-        found, far = error(shapes, square), ~self._up_to(cable, element, self._resolved_to, alone, alone)
-        together = residual_vectors(element.omega[None], element.coupling[None], far[None])[0]
-        together = together[:, together.any(axis=0)]
-        share = together**2 + np.finfo(float).tiny
-        joint = share @ error(shapes @ together, square @ together**2) / share.sum(axis=1)
-        return np.where(far, np.minimum(found, joint), found)
+        multiple = STUDY.single_mode_errors
+        far = ~self._modes_below(cable, element, self._resolved_to, multiple, multiple)
+        vectors = residual_vectors(element.omega[None], element.coupling[None], far[None])[0]
+        vectors = vectors[:, vectors.any(axis=0)]
+        share = vectors**2 + np.finfo(float).tiny  # of each mode in each vector
+        of_vectors = error(shapes @ vectors, square @ vectors**2)
+        joint = share @ of_vectors / share.sum(axis=1)
+        single = error(shapes, square)
+        return np.where(far, np.minimum(single, joint), single)
 
     @property
-    def by_others(self):
-        """Least relative error of margins by vectors for other modes, or poles found in windows; 0 without. [-]"""
-        return STUDY.by_other_modes if self._few or self.loop_gain.windowed else 0.0
+    def simplification_error(self):
+        """Relative error of margins, at least, by vectors for other modes or poles found in windows; 0 without. [-]"""
+        return STUDY.by_other_modes if self._vectors_used or self.loop_gain.windowed else 0.0
 
     @property
-    def _few(self):
+    def _vectors_used(self):
         """True if vectors stand for other modes."""
-        return any(one.residuals for one in self.kept)
+        return any(kept.residuals for kept in self.kept)
 
     @cached_property
     def errors(self):
-        """Estimated relative errors of the largest gain and its frequency; not a number where not known: two. [-]"""
+        """Estimated relative errors of the largest gain and of its frequency; not numbers where not known. [-]"""
         limit = self.gains.limit
         if limit is None or not self.resolved or self._elements or self._spoilt:
             return np.nan, np.nan
-        found = [limit_near(loop_gain, limit) for loop_gain in self._perturbed]
-        if None in found:
+        perturbed = [limit_near(loop_gain, limit) for loop_gain in self._perturbed]
+        if None in perturbed:
             return np.nan, np.nan
-        both = [(abs(one.factor / limit.factor - 1), abs(one.omega / limit.omega - 1)) for one in found]
-        return tuple(map(float, STUDY.largest_gain_safety * np.sum(both, axis=0) + self.by_others))
+        changes = [(abs(other.factor / limit.factor - 1), abs(other.omega / limit.omega - 1)) for other in perturbed]
+        return tuple(map(float, STUDY.largest_gain_safety * np.sum(changes, axis=0) + self.simplification_error))
 
     def perturbed_margins(self, margins, gain):
         """`Margins` of the perturbed loop gains, near the frequencies that decide the margins with a gain [rad/s]."""
@@ -342,4 +360,17 @@ class DrivenCables:
 
 
 def _times(gain, loop_gain, s):
+    """L at s, from L over the gain."""
     return gain * loop_gain(s)
+
+
+def _lowered(element, error):
+    """A `Superelement` whose modes have frequencies lower by relative errors, shape (n,)."""
+    participation = element.participation * (1 - error)[:, None] ** 2
+    return replace(element, omega=element.omega * (1 - error), participation=participation)
+
+
+def _half_damped(element):
+    """A `Superelement` without modal damping in the upper half of its modes."""
+    lower = np.arange(len(element.omega)) < len(element.omega) / 2
+    return replace(element, damping_ratio=np.where(lower, element.damping_ratio, 0.0))

@@ -26,22 +26,34 @@ from cablestudy.control.suspension import reeled
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.linear import dense
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import outward
 
 # growth over frequency by a gain that is no instability, however small the decay
 UNDAMPED = CONTROL.negligible_growth / 4
 RANGE = np.geomspace(1.0, 1e8, 481)  # frequencies at which the bound is computed, over the lowest of the modes
-ACROSS, ALONG = 0, 1
+ACROSS, ALONG = 0, 1  # directions of waves, across a cable and along it: rows of arrays
 
 
 class Effects:
     """Shift of the poles of modes of single cables per gain: the bound of the module's docstring.
 
+    Shapes: c cables, i winches, k measured coordinates, d free displacements of bodies, f frequencies.
+
     Parameters
     ----------
     closed_loop : ClosedLoop
         With a loop.
+
+    Attributes
+    ----------
+    omega : ndarray, shape (f,)
+        Frequencies at which the bound is computed. [rad/s]
+    moved : ndarray, shape (c, 6, d)
+        G: displacements of both ends of each cable by the free displacements.
+    reeled : ndarray, shape (c, 6, i)
+        H: displacements of both ends by the lengths that winches reel in.
     """
 
     def __init__(self, closed_loop):
@@ -53,14 +65,14 @@ class Effects:
 
     @cached_property
     def travel_time(self):
-        """Of waves across and along each cable, shape (2, c). [s]"""
+        """Travel time of waves across and along each cable, shape (2, c). [s]"""
         span = self.cables.catenary.span
         along = span.unstretched_length * np.sqrt(span.mass / span.axial_stiffness)
         return np.stack([self.cables.travel_time, along])
 
     @cached_property
     def air(self):
-        """Rate at which the air makes waves across each cable decay at least, shape (c,). [1/s]"""
+        """Lower bound of the rate at which waves across each cable decay by the air, shape (c,). [1/s]"""
         plant, span = self.closed_loop.plant, self.cables.catenary.span
         if not plant.braked:
             return np.zeros(self.cables.count)
@@ -70,28 +82,32 @@ class Effects:
         return force / (2 * np.where(self.cables.heavy, span.mass, np.inf))
 
     def along(self, cable, element):
-        """Which modes of a cable between fixed ends are along it: the others are damped by the air, shape (n,)."""
-        span, direction = self.cables.catenary.span, outward(self.equilibrium)[0][cable, 0]
+        """Which modes of a cable between fixed ends are along it, array of bool, shape (n,); the air damps the others.
+
+        Those whose force on an end, along the cable, is a good part of W sqrt(2 z/t), that of a wave along it.
+        """
+        span, tangent = self.cables.catenary.span, outward(self.equilibrium)[0][cable, 0]
         impedance = np.sqrt(span.axial_stiffness[cable] * span.mass[cable])
-        force = (element.coupling[:, :3] @ direction) ** 2 * element.omega**2 * self.travel_time[ALONG, cable]
-        return force >= STUDY.axial_share * 2 * impedance
+        squared_force = (element.coupling[:, :3] @ tangent) ** 2 * element.omega**2  # over W^2
+        return squared_force * self.travel_time[ALONG, cable] >= STUDY.axial_share * 2 * impedance
 
     def _decay(self, cable, element):
-        """Rate at which the modes of a cable between fixed ends decay at least, shape (n,). [1/s]"""
+        """Lower bound of the rate at which the modes of a cable between fixed ends decay, shape (n,). [1/s]"""
         return element.decay + np.where(self.along(cable, element), 0.0, self.air[cable])
 
     @cached_property
     def _impedance(self):
-        """z of the six ends of each cable, without mass zero, shape (c, 6, 6). [kg/s]"""
+        """z at both ends of each cable, block diagonal, shape (c, 6, 6); zero of a cable without mass. [kg/s]"""
         direction, tension = outward(self.equilibrium)
-        span, found = self.cables.catenary.span, np.zeros((self.cables.count, 6, 6))
+        span, impedance = self.cables.catenary.span, np.zeros((self.cables.count, 6, 6))
         mass = np.where(self.cables.heavy, span.mass, 0.0)
         along, across = np.sqrt(span.axial_stiffness * mass), np.sqrt(tension * mass[:, None])
         for end in range(2):
-            tangent, rows = direction[:, end, :, None] * direction[:, end, None, :], slice(3 * end, 3 * end + 3)
-            found[:, rows, rows] = along[:, None, None] * tangent
-            found[:, rows, rows] += across[:, end, None, None] * (np.eye(3) - tangent)
-        return found
+            onto_tangent = direction[:, end, :, None] * direction[:, end, None, :]  # t t^T
+            rows = slice(3 * end, 3 * end + 3)
+            impedance[:, rows, rows] = along[:, None, None] * onto_tangent
+            impedance[:, rows, rows] += across[:, end, None, None] * (np.eye(3) - onto_tangent)
+        return impedance
 
     @cached_property
     def measured(self):
@@ -104,44 +120,46 @@ class Effects:
     def _responses(self):
         """P Z^-1, shape (f, k, d), F^T Z^-1, shape (f, i, d), and P Z^-1 F, shape (f, k, i), at the frequencies."""
         layout, moved = self.closed_loop.layout, self.moved
-        backwards, stiffness = np.swapaxes(moved, 1, 2), self.cables.end_stiffness
-        own, mass = (dense(part) for part in layout.body_matrices)
-        static, passed = ((backwards @ part @ moved).sum(axis=0) for part in (stiffness, self._impedance))
-        pulled, waves = ((backwards @ part @ self.reeled).sum(axis=0) for part in (stiffness, self._impedance))
-        measured = self.measured
+        moved_transposed = np.swapaxes(moved, 1, 2)
+        body_stiffness, mass = (dense(matrix) for matrix in layout.body_matrices)
+        # by cables at rest and by waves that leave their ends: of Z, and of the forces F of winches on the bodies
+        of_cables = self.cables.end_stiffness, self._impedance
+        stiffness, waves = ((moved_transposed @ part @ moved).sum(axis=0) for part in of_cables)
+        static_force, wave_force = ((moved_transposed @ part @ self.reeled).sum(axis=0) for part in of_cables)
         omega = self.omega[:, None, None]
-        force = pulled + 1j * omega * waves
-        right = np.concatenate([np.broadcast_to(measured, (len(omega), *measured.shape)), force.swapaxes(1, 2)], axis=1)
-        value = static + own + 1j * omega * passed - omega**2 * mass
-        found = np.linalg.solve(value, right.swapaxes(1, 2)).swapaxes(1, 2)  # Z is symmetric
-        seen, forced = found[:, : len(measured)], found[:, len(measured) :]
-        return seen, forced, seen @ force
+        force = static_force + 1j * omega * wave_force
+        measured = np.broadcast_to(self.measured, (len(omega), *self.measured.shape))
+        right_side = np.concatenate([measured, force.swapaxes(1, 2)], axis=1)
+        dynamic_stiffness = stiffness + body_stiffness + 1j * omega * waves - omega**2 * mass
+        solution = np.linalg.solve(dynamic_stiffness, right_side.swapaxes(1, 2)).swapaxes(1, 2)  # Z is symmetric
+        of_measured, of_winches = solution[:, : len(self.measured)], solution[:, len(self.measured) :]
+        return of_measured, of_winches, of_measured @ force
 
     @cached_property
-    def _winches(self):
-        """|A| |C1 N| at the frequencies, shape (f, i, k)."""
-        controller = self.closed_loop.given_loop.controller(1j * self.omega)
+    def _winch_gain(self):
+        """|A| |C1 N|: response of winches to what is measured, per gain, at the frequencies, shape (f, i, k). [s]"""
+        controller = self.closed_loop.untuned_loop.controller(1j * self.omega)
         return np.abs(self.closed_loop.allocation.shares) * np.abs(controller)[:, None]
 
-    def of(self, cable, place, coupling):
-        """Shift of poles per gain, shape (..., n).
+    def shift_per_gain(self, cable, index, coupling):
+        """Bound on the shift of poles per gain, |C1 N| |b| |A| |P u|/(2 W), shape (..., n).
 
         Parameters
         ----------
         cable : int
-        place : ndarray of int, shape (n,)
-            Which of the frequencies.
+        index : ndarray of int, shape (n,)
+            Which of the frequencies is that of each mode.
         coupling : ndarray, shape (..., n, 6)
             m of `Superelement`. [sqrt(kg)]
         """
-        measured, forced, _ = self._responses
-        omega = self.omega[place, None]
-        force = omega**2 * (coupling @ self.moved[cable])
-        seen = np.abs((measured[place] @ force[..., None])[..., 0])
-        pushed = np.abs(omega**2 * (coupling @ self.reeled[cable]))
-        pushed = pushed + np.abs((forced[place] @ force[..., None])[..., 0])
-        made = (self._winches[place] @ seen[..., None])[..., 0]
-        return (pushed * made).sum(axis=-1) / (2 * omega[:, 0])
+        of_measured, of_winches, _ = self._responses
+        omega = self.omega[index, None]
+        force = omega**2 * (coupling @ self.moved[cable])  # W^2 G^T m
+        measured = np.abs((of_measured[index] @ force[..., None])[..., 0])
+        push = np.abs(omega**2 * (coupling @ self.reeled[cable]))
+        push = push + np.abs((of_winches[index] @ force[..., None])[..., 0])
+        winches = (self._winch_gain[index] @ measured[..., None])[..., 0]
+        return (push * winches).sum(axis=-1) / (2 * omega[:, 0])
 
     def driven_up_to(self, gain):
         """Frequency up to which the gain could drive waves across and along each cable, shape (2, c). [rad/s]
@@ -153,56 +171,65 @@ class Effects:
     @cached_property
     def _driving_gain(self):
         """Gain above which waves across and along each cable could be driven, shape (2, c, f). [rad/s]"""
-        omega, every = self.omega, np.arange(len(self.omega))
+        omega, indices = self.omega, np.arange(len(self.omega))
         gain = np.full((2, self.cables.count, len(omega)), np.inf)
         for cable in np.flatnonzero(self.cables.heavy).tolist():
-            for kind, (coupling, decay) in enumerate(self._waves(cable)):
-                least = np.maximum(STUDY.driven_decay * decay, UNDAMPED * omega) / STUDY.driven_wave_safety
+            for direction, (coupling, decay) in enumerate(self._waves(cable)):
+                harmless = np.maximum(STUDY.driven_decay * decay, UNDAMPED * omega) / STUDY.driven_wave_safety
                 with np.errstate(divide="ignore"):  # waves that move no winch
-                    gain[kind, cable] = least / self.of(cable, every, coupling).max(axis=0)
+                    shift = self.shift_per_gain(cable, indices, coupling).max(axis=0)
+                    gain[direction, cable] = harmless / shift
         return gain
 
     def _waves(self, cable):
-        """Coupling m, shape (w, f, 6), and rate of decay, shape (f,), of the w waves across a cable; the same along it.
+        """Waves across a cable, then along it: coupling m of w waves, shape (w, f, 6), and rate of decay, shape (f,).
 
-        See the module's docstring. Masses on the cable divide it: the shortest part has the largest forces on its ends.
+        m are the forces on the ends of the module's docstring over W^2. Masses on the cable divide it: the shortest part
+        has the largest forces on its ends.
         """
         omega, span = self.omega, self.cables.catenary.span
         values = span.axial_stiffness, span.mass, span.unstretched_length, span.gravity
         stiffness, mass, length, gravity = (float(value[cable]) for value in values)
         direction, tension = (part[cable] for part in outward(self.equilibrium))
-        shortest = np.diff(np.unique([0.0, *(place for place, _ in self.cables.point_masses[cable]), 1.0])).min()
-        damping, highest, time = self.cables.damping[cable], float(tension.max()), shortest * self.travel_time[:, cable]
-        # masses take half of it at most, see `stability`
-        viscous = damping.viscous / mass / (2 if shortest == 1 else 4)
-        if damping.model == "modal":
-            decay_across = decay_along = viscous + damping.ratio * omega
-        else:
-            loss = damping.loss_factor if damping.model == "hysteretic" else damping.time * omega
-            decay_across, decay_along = viscous + 0.0 * omega, viscous + loss * omega / 2
-        across, along = np.sqrt(2 * np.sqrt(np.array([highest, stiffness]) * mass) / time)[:, None] / omega
-        by_sag = stiffness * mass * gravity / highest * np.sqrt(2 / (mass * length)) * 2 / time[ACROSS] / omega**3
+        tension = float(tension.max())
+        part_ends = np.unique([0.0, *(position for position, _ in self.cables.point_masses[cable]), 1.0])
+        shortest = np.diff(part_ends).min()
+        time = shortest * self.travel_time[:, cable]
+        across, along = np.sqrt(2 * np.sqrt(np.array([tension, stiffness]) * mass) / time)[:, None] / omega
+        by_sag = stiffness * mass * gravity / tension * np.sqrt(2 / (mass * length)) * 2 / time[ACROSS] / omega**3
         # forces on both ends, in phase or opposite
         signs, tangents = np.repeat([[1.0, 1.0], [1.0, -1.0]], 3, axis=1), direction.reshape(6)
         normals = (_normals(direction)[:, None] * signs).reshape(4, 1, 6)
+        decay_across, decay_along = self._wave_decay(cable, mass, divided=shortest != 1)
         return (
             (across[:, None] * normals + by_sag[:, None] * tangents, decay_across + self.air[cable]),
             (along[:, None] * (signs * tangents)[:, None], decay_along),
         )
 
+    def _wave_decay(self, cable, mass, divided):
+        """Rates at which waves across and along a cable of a mass per length [kg/m] decay without wind, shape (f,).
+
+        [1/s]. Masses that divide the cable take half of the viscous part at most, see `stability`.
+        """
+        damping, omega = self.cables.damping[cable], self.omega
+        viscous = damping.viscous / mass / (4 if divided else 2)
+        if damping.model == "modal":
+            return (viscous + damping.ratio * omega,) * 2
+        loss = damping.loss_factor if damping.model == "hysteretic" else damping.time * omega
+        return viscous + 0.0 * omega, viscous + loss * omega / 2
+
     def loop_up_to(self, gain):
         """Frequency up to which the loop gain is above `broad_loop_gain` where waves do not return. [rad/s]"""
-        control = self.closed_loop.given_loop.controller(1j * self.omega)[:, None, :]
-        passed = self._responses[2] @ self.closed_loop.allocation.shares * control
-        return float(
-            self.omega[gain * np.abs(np.linalg.eigvals(passed)).max(axis=1) > STUDY.broad_loop_gain].max(initial=0.0)
-        )
+        controller = self.closed_loop.untuned_loop.controller(1j * self.omega)[:, None, :]
+        unit_gain = self._responses[2] @ self.closed_loop.allocation.shares * controller
+        size = gain * np.abs(np.linalg.eigvals(unit_gain)).max(axis=1)
+        return float(self.omega[size > STUDY.broad_loop_gain].max(initial=0.0))
 
     def driven(self, loop_gain, gain):
         """Which modes of each cable a gain could drive: list of ndarray of bool, shape (n,).
 
-        A mode across a cable hardly strains it, and decays by what it makes the bodies do: that counts too. What passes
-        the bound is decided by the shift of its own pole.
+        A mode across a cable hardly strains it, and decays by what it makes the bodies do: that counts too. A mode
+        above the bound is judged by the shift of its own pole.
 
         Parameters
         ----------
@@ -211,29 +238,24 @@ class Effects:
         gain : float
             [rad/s]
         """
-        found = []
+        of_cables = []
         for cable, element in enumerate(loop_gain.elements):
             omega, decay = element.omega, self._decay(cable, element)
-            place = np.clip(np.searchsorted(self.omega, omega), 0, len(self.omega) - 1)
-            effect = gain * self.of(cable, place, element.coupling)
-            driven = effect > np.maximum(STUDY.driven_decay * decay, UNDAMPED * omega)
+            index = np.clip(np.searchsorted(self.omega, omega), 0, len(self.omega) - 1)
+            bound = gain * self.shift_per_gain(cable, index, element.coupling)
+            driven = bound > np.maximum(STUDY.driven_decay * decay, UNDAMPED * omega)
             if driven.any():
                 poles, shift = loop_gain.poles_of(cable, np.flatnonzero(driven))
-                whole = (decay - element.decay)[driven] - poles.real
-                least = np.maximum(STUDY.driven_decay * whole, UNDAMPED * omega[driven])
-                driven[driven] = gain * np.abs(shift) > least
-            found.append(driven)
-        return found
+                pole_decay = (decay - element.decay)[driven] - poles.real
+                harmless = np.maximum(STUDY.driven_decay * pole_decay, UNDAMPED * omega[driven])
+                driven[driven] = gain * np.abs(shift) > harmless
+            of_cables.append(driven)
+        return of_cables
 
 
 def _normals(direction):
     """Two unit vectors across a cable at both of its ends, shape (2, 6), for its tangents there, shape (2, 3)."""
-    turned = cross_matrix(direction)
-    first = (turned @ np.eye(3)[np.abs(direction).argmin(axis=1)][..., None])[..., 0]
-    first = first / np.linalg.norm(first, axis=1, keepdims=True)
-    return np.stack([first, (turned @ first[..., None])[..., 0]]).reshape(2, 6)
-
-
-def dense(matrix):
-    """A matrix as an array, sparse or not."""
-    return matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
+    cross = cross_matrix(direction)
+    normal = (cross @ np.eye(3)[np.abs(direction).argmin(axis=1)][..., None])[..., 0]
+    normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    return np.stack([normal, (cross @ normal[..., None])[..., 0]]).reshape(2, 6)

@@ -23,7 +23,7 @@ from cablestudy.wind.peak import peak_factor
 
 
 class DynamicAnalysis:
-    """One case.
+    """One case of a study in motion: modes, loop and response to the wind, with as many modes as the accuracy needs.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class DynamicAnalysis:
     airflow : Airflow or None
     model : FixedModel or None
     known : dict
-        Plants and loops shared by the cases of this equilibrium whose winds damp it alike: it is filled.
+        Plants and loops by keys, shared by the cases of this equilibrium whose winds damp it alike: it is filled.
     cables : Cables, optional
         Of this equilibrium, with damping.
     modes : dict, optional
@@ -46,11 +46,12 @@ class DynamicAnalysis:
     def __init__(self, scene, without_wind, equilibrium, airflow, model, known, cables=None, modes=None):
         self.scene, self.airflow, self._model = scene, airflow, model
         self._without_wind, self._equilibrium = without_wind, equilibrium
-        self._known, self._cables, self._modes = known, cables, {} if modes is None else modes
-        self._accuracy, self._midspans, self._least = scene.model.accuracy or STUDY.fixed_model_accuracy, False, 0
+        self._shared, self._cables, self._modes = known, cables, {} if modes is None else modes
+        self._accuracy = scene.model.accuracy or STUDY.fixed_model_accuracy
+        self._midspans, self._fewest_modes = False, 0
 
     def closed_loop_of(self, count, responses=False, among=0):
-        """`ClosedLoop` with a number of modes, which may be unstable; computed once for the cases that share it.
+        """`ClosedLoop` with a number of modes; it may be unstable. Computed once for the cases that share it.
 
         Parameters
         ----------
@@ -58,7 +59,7 @@ class DynamicAnalysis:
         responses : bool
             See `Plant`.
         among : int
-            How many modes are computed, if more: these are the lowest of them.
+            Number of modes that are computed, if it is larger: `count` of them, the lowest, are taken.
 
         Raises
         ------
@@ -66,148 +67,147 @@ class DynamicAnalysis:
             There are no modes to the accuracy.
         """
         scene, (winches, control) = self.scene, self._keys
-        computed, loops = max(count, among), self._known.setdefault(winches, {})
+        computed, loops = max(count, among), self._shared.setdefault(winches, {})
         plant_key = count, computed, responses, winches, self._midspans
-        if plant_key not in self._known:
+        if plant_key not in self._shared:
             modes = self._modes_of(computed).first(count)
             arguments = scene, self._equilibrium, self.airflow, modes, self._accuracy, self._model
-            self._known[plant_key] = Plant(*arguments, loops=loops, responses=responses, midspans=self._midspans)
+            self._shared[plant_key] = Plant(*arguments, loops=loops, responses=responses, midspans=self._midspans)
         plant_in_wind_key = *plant_key, self.airflow and self.airflow.side
-        if plant_in_wind_key not in self._known:
-            self._known[plant_in_wind_key] = self._known[plant_key].blown_by(self.airflow)
+        if plant_in_wind_key not in self._shared:
+            self._shared[plant_in_wind_key] = self._shared[plant_key].blown_by(self.airflow)
         closed_loop_key = *plant_in_wind_key, control
-        if closed_loop_key not in self._known:
-            self._known[closed_loop_key] = ClosedLoop(scene, self._known[plant_in_wind_key])
-        return self._known[closed_loop_key]
+        if closed_loop_key not in self._shared:
+            self._shared[closed_loop_key] = ClosedLoop(scene, self._shared[plant_in_wind_key])
+        return self._shared[closed_loop_key]
 
     @cached_property
     def _keys(self):
-        """Texts that stand for the winches and actuators, and for the control, in the keys of what cases share."""
+        """Texts of the winches and actuators, and of the control, for the keys of plants and loops that cases share."""
         return repr((self.scene.winches, self.scene.actuators)), repr(self.scene.control)
 
     def _modes_of(self, count):
-        """The lowest `CoupledModes`, as damping needs them."""
+        """`CoupledModes`, the lowest `count` of them with damping; raises as `closed_loop_of`."""
         if count not in self._modes:
             damping = [cable.damping for cable in self.scene.cables.values()]
-            about = self._equilibrium, count, self._accuracy, damping, self._model, self._cables
-            self._modes[count] = coupled_modes(*about, damped=True).damped
+            arguments = self._equilibrium, count, self._accuracy, damping, self._model, self._cables
+            self._modes[count] = coupled_modes(*arguments, damped=True).damped
         return result_of(self._modes[count])
 
     @property
     def first_model(self):
-        """The model that is tried first: rows for which it is equal have their modes computed together.
+        """Key of the model that is tried first: rows whose keys are equal have their modes computed together.
 
         Number of modes, accuracy, planes of the motion of the cables, and elements without their drag, or None.
         """
-        drag = self._model and self._model.drag
+        drag, planes = self._model and self._model.drag, self._cables and self._cables.planes
         elements = self._model and replace(self._model, drag=drag and (drag.profile is None,))
-        return self._solved(self._tried[0]), self._accuracy, self._cables and self._cables.planes, elements
+        return self._computed_modes(self._model_sizes[0]), self._accuracy, planes, elements
 
-    def _solved(self, count):
-        """How many modes are computed where so many are in a model: meshes of cables that serve the loop too."""
-        return max(count, min(self._few(STUDY.few_modes), self._many[0]))
+    def _computed_modes(self, count):
+        """Number of modes that are computed for a model of `count`: enough for meshes that serve the loop too."""
+        return max(count, min(self._count_for_cables(STUDY.few_modes), self._usual_counts[0]))
 
-    def _few(self, parts):
-        """A number of modes, and so many of each cable, together."""
-        return parts[0] + parts[1] * len(self.scene.cables)
+    def _count_for_cables(self, numbers):
+        """Number of modes of the whole: `numbers` are a constant and a number for each cable."""
+        return numbers[0] + numbers[1] * len(self.scene.cables)
 
     def lowest_modes(self, count):
-        """At least so many `CoupledModes` where there are, those of the model that is tried first if it has them.
+        """At least `count` `CoupledModes`, or all; those of the model that is tried first, if it has so many.
 
         Raises
         ------
         NoSolutionError, ConvergenceError
             As `closed_loop_of`.
         """
-        return self._modes_of(self._solved(max(count, self._tried[0])))
+        return self._modes_of(self._computed_modes(max(count, self._model_sizes[0])))
 
     @cached_property
-    def _counts(self):
-        """Modes of the models that are tried: from the fewest on with which the frequencies of notches are known.
+    def _sizes_to_try(self):
+        """Numbers of modes of the models that are tried, from the fewest on with which notch frequencies are known.
 
-        Fewer than of many cables only where these hold nearly all of what loads do to bodies.
+        Fewer than the usual ones only where they have nearly all of the compliance of the bodies.
         """
-        for count in (*self._tried, *(STUDY.more_modes if self._model is None else ())):
-            closed_loop = self._with(count)
-            enough = count >= self._many[0] or closed_loop.plant.lacked < STUDY.lacked_compliance
-            if (enough and closed_loop.knows_notches) or len(closed_loop.modes) < count:
+        for count in (*self._model_sizes, *(STUDY.more_modes if self._model is None else ())):
+            closed_loop = self._closed_loop_with(count)
+            enough = count >= self._usual_counts[0] or closed_loop.plant.lacked_compliance < STUDY.lacked_compliance
+            if (enough and closed_loop.notch_frequencies_known) or len(closed_loop.modes) < count:
                 break
-        return tuple(one for one in self._tried if one >= count) or (count,)
+        return tuple(size for size in self._model_sizes if size >= count) or (count,)
 
     @cached_property
-    def _tried(self):
-        """Numbers of modes, ascending.
+    def _model_sizes(self):
+        """Numbers of modes of models, ascending, from the fewest that may do.
 
-        Fewer first where cables are few and few modes are excited: by wind on free bodies alone, and a loop that only
-        integrates. Modal damping, unless of an exact choice of elements, depends on their number: it is then that of
-        many cables.
+        Small models come first where cables are few and few modes are excited: by wind on free bodies alone, and a loop
+        that only integrates. Modal damping, unless of an exact choice of elements, depends on the number of modes: it
+        is then one of the usual numbers.
         """
-        scene, many, exact = self.scene, self._many, self._model is not None
+        scene, usual, exact = self.scene, self._usual_counts, self._model is not None
         all_excited = self.airflow is not None and self.airflow.on_cables
         all_excited |= scene.control is not None and not law_from(scene.control)[0].integrates_only
-        few = [
-            count
-            for count in map(self._few, (STUDY.few_modes,) if exact else (STUDY.fewest_modes, STUDY.few_modes))
-            if count < many[0]
-        ]
-        if not few or all_excited or (self._modal and not exact) or not self._equilibrium.suspension.free.any():
-            return tuple(count for count in many if count >= self._least) or (self._least,)
-        return *few, *many
+        small = map(self._count_for_cables, (STUDY.few_modes,) if exact else (STUDY.fewest_modes, STUDY.few_modes))
+        small = [count for count in small if count < usual[0]]
+        count_matters = self._modal_damping_counts and not exact
+        if not small or all_excited or count_matters or not self._equilibrium.suspension.free.any():
+            return tuple(count for count in usual if count >= self._fewest_modes) or (self._fewest_modes,)
+        return *small, *usual
 
     @property
-    def _many(self):
+    def _usual_counts(self):
+        """Numbers of modes of models of many cables, or of cables of which all modes are excited: ascending."""
         if self._model is not None:
             return (STUDY.element_modes,)
         return STUDY.plane_model_modes if self._cables is not None and self._cables.planes else STUDY.model_modes
 
-    def _with(self, count):
-        """`closed_loop_of` one of these numbers; of few cables modes left out have more responses."""
-        return self.closed_loop_of(count, count < self._many[0] or self._compared, self._solved(count))
+    def _closed_loop_with(self, count):
+        """`closed_loop_of` a number of modes that is tried; in small models those left out have more responses."""
+        responses = count < self._usual_counts[0] or self._models_compared
+        return self.closed_loop_of(count, responses, self._computed_modes(count))
 
     @property
-    def _compared(self):
-        """Whether models are compared with each other: those to an accuracy, of few cables and few excited modes."""
-        return self._model is None and self._tried[0] < self._many[0]
+    def _models_compared(self):
+        """True if models are compared with each other: those to an accuracy, of few cables and few excited modes."""
+        return self._model is None and self._model_sizes[0] < self._usual_counts[0]
 
     @cached_property
-    def _outcome(self):
+    def _search_outcome(self):
         """`ClosedLoop` and response to the wind, or the error that says why there are none: computed once for a row."""
-        return outcome_of(self._settled)
+        return outcome_of(self._search_model)
 
-    def _settled(self):
-        """`ClosedLoop` with as many modes as needed, and its response to the wind; raises as `response`."""
+    def _search_model(self):
+        """`ClosedLoop` with as many modes as needed, and its `GustResponse` or None; raises as `response`."""
         response = None
-        for count in self._counts:
+        for count in self._sizes_to_try:
             doing(f"motion with {count} modes")
-            closed_loop = self._with(count)
+            closed_loop = self._closed_loop_with(count)
             self._check(closed_loop)
-            # what the fewest modes change says little of those after them
-            before = response if self._compared and count > self._solved(0) else None
+            # the change from the fewest modes to the next says little of the change after it
+            before = response if self._models_compared and count > self._computed_modes(0) else None
             response = GustResponse(closed_loop, self.scene, before) if self.airflow is not None else None
-            if response is None or len(closed_loop.modes) < count or self._suffices(response):
+            if response is None or len(closed_loop.modes) < count or self._modes_suffice(response):
                 break
         if closed_loop.loop is not None and closed_loop.with_critical_modes is not closed_loop:
             closed_loop = closed_loop.with_critical_modes
             response = response and GustResponse(closed_loop, self.scene)
         return closed_loop, response
 
-    def _suffices(self, response):
-        """Whether the modes left out of a `GustResponse` and its quadrature leave the RMS of bodies the accuracy."""
-        accuracy, others = self._accuracy, response.integration_error / 2
-        return response.moving_error <= 2 * (
-            STUDY.element_modes_change if self._model else max(accuracy - others, accuracy / 2)
-        )
+    def _modes_suffice(self, response):
+        """True if the RMS of bodies in a `GustResponse` are accurate, by the modes left out and by quadrature."""
+        accuracy, by_quadrature = self._accuracy, response.integration_error / 2
+        allowed = STUDY.element_modes_change if self._model else max(accuracy - by_quadrature, accuracy / 2)
+        return response.moving_error <= 2 * allowed  # of a variance, which is twice that of its root
 
     def _check(self, closed_loop):
         """Refuse an unstable `ClosedLoop`: NoSolutionError that names the growing motion."""
         closed_loop.check_open()
         if not closed_loop.stable:
-            self._with(self._many[0]).check_stable()
+            self._closed_loop_with(self._usual_counts[0]).check_stable()
             closed_loop.check_stable()
 
     @property
-    def _modal(self):
-        """Whether the damping grows with the number of modes, where the ends of some cable move or are reeled in."""
+    def _modal_damping_counts(self):
+        """True if damping is modal, so that it grows with the number of modes, and the ends of some cable move."""
         ends_move = self._equilibrium.suspension.free.any() or bool(self.scene.winches)
         return ends_move and any_grows_with_modes(self.scene.cables.values())
 
@@ -222,44 +222,46 @@ class DynamicAnalysis:
         """
         if self._model is not None:
             return ""
-        if self._modal:
+        if self._modal_damping_counts:
             return unknown_rms_error(counted(len(self.closed_loop.modes), "mode"))
         analyses = self, self.__dict__.get("_without_control")
-        variance_error = max(wind.response.moving_error for wind in analyses if wind is not None and wind.solved)
+        solved = [analysis for analysis in analyses if analysis is not None and analysis.solved]
+        variance_error = max(analysis.response.moving_error for analysis in solved)
         error = variance_error / 2  # of the root
         if error <= self._accuracy:
             return ""
-        tried = [str(count) for count in self._tried if count <= len(self.closed_loop.modes)]
-        models = f"{counted(len(tried), 'model')} of {', '.join(tried)} modes"
+        sizes = [str(count) for count in self._model_sizes if count <= len(self.closed_loop.modes)]
+        models = f"{counted(len(sizes), 'model')} of {', '.join(sizes)} modes"
         return (
             f"motion in the wind: {models} tried: estimated error of the RMS {error:.1e}, asked for {self._accuracy:g}"
         )
 
     @property
     def _error_known(self):
-        """Whether errors of RMS are known: not for an exact choice of elements, nor with modal damping."""
-        return self._model is None and not self._modal
+        """True if errors of RMS are known: not for an exact choice of elements, nor with modal damping."""
+        return self._model is None and not self._modal_damping_counts
 
     @property
     def solved(self):
         """True if the motion was computed, that of an unstable loop with its winches at rest too."""
-        outcomes = [self.__dict__[name] for name in ("_outcome", "_judged") if name in self.__dict__]
+        outcomes = [self.__dict__[name] for name in ("_search_outcome", "_controlled_outcome") if name in self.__dict__]
         at_rest = self.__dict__.get("_without_control")
         return any(not isinstance(result, Exception) for result in outcomes) or (at_rest is not None and at_rest.solved)
 
     @property
-    def _found(self):
-        return result_of(self._outcome)
+    def _loop_and_response(self):
+        """`closed_loop` and `response`; raises as `response`."""
+        return result_of(self._search_outcome)
 
     @property
     def closed_loop(self):
         """`ClosedLoop`; raises as `response`."""
-        return self._found[0]
+        return self._loop_and_response[0]
 
     @property
     def described(self):
         """`closed_loop`, or of an unstable loop, or where no response was asked for, `controlled`; raises as that."""
-        outcome = self.__dict__.get("_outcome")
+        outcome = self.__dict__.get("_search_outcome")
         return self.controlled if outcome is None or isinstance(outcome, Exception) else self.closed_loop
 
     @property
@@ -271,15 +273,16 @@ class DynamicAnalysis:
         NoSolutionError, ConvergenceError
             What moves is unstable, or the variances cannot be had.
         """
-        return self._found[1]
+        return self._loop_and_response[1]
 
     @cached_property
-    def _judged(self):
-        """The `ClosedLoop` of `controlled`, or the error that says why there is none: computed once for a row."""
-        return outcome_of(self._with_fewest)
+    def _controlled_outcome(self):
+        """`controlled`, or the error that says why there is none: computed once for a row."""
+        return outcome_of(self._stable_without_loop)
 
-    def _with_fewest(self):
-        closed_loop = self._with(self._counts[0])
+    def _stable_without_loop(self):
+        """`ClosedLoop` with the fewest modes, which is stable with the winches at rest; raises as `controlled`."""
+        closed_loop = self._closed_loop_with(self._sizes_to_try[0])
         closed_loop.check_open()
         return closed_loop
 
@@ -294,7 +297,7 @@ class DynamicAnalysis:
         NoSolutionError, ConvergenceError
             It is unstable with the winches at rest, or there are no modes to the accuracy.
         """
-        return result_of(self._judged)
+        return result_of(self._controlled_outcome)
 
     def check_stable(self):
         """Refuse an unstable loop: NoSolutionError; raises as `controlled` too."""
@@ -302,44 +305,46 @@ class DynamicAnalysis:
 
     @property
     def at_rest(self):
-        """The analysis with the winches at rest, sharing what does not depend on the loop, and the models tried."""
+        """`DynamicAnalysis` with the winches at rest: it shares the modes and plants, and has as many modes."""
         return self if self.scene.control is None else self._without_control
 
     @cached_property
     def _without_control(self):
-        other = self._changed(control=None)
-        other._tried, counts = self._tried, outcome_of(lambda: self._counts)
+        """`at_rest` of a scene with control."""
+        other = self._with_scene(control=None)
+        other._model_sizes, counts = self._model_sizes, outcome_of(lambda: self._sizes_to_try)
         if not isinstance(counts, Exception):  # a loop that cannot be had has none
-            other._counts = counts
+            other._sizes_to_try = counts
         return other
 
     @cached_property
     def finer(self):
-        """The analysis of a bare cable with the next larger number of modes; None without one or more modes."""
-        known, count = (*self._many, STUDY.more_modes[0]), len(self.closed_loop.modes)
-        if self._model is not None or count not in known[:-1]:
+        """`DynamicAnalysis` of a bare cable with the next larger number of modes; None where there is no larger one."""
+        sizes, count = (*self._usual_counts, STUDY.more_modes[0]), len(self.closed_loop.modes)
+        if self._model is not None or count not in sizes[:-1]:
             return None
-        other = self._changed()
-        other._least = known[known.index(count) + 1]
+        other = self._with_scene()
+        other._fewest_modes = sizes[sizes.index(count) + 1]
         return other
 
     @cached_property
     def with_midspans(self):
         """`DynamicAnalysis` whose outputs have the mid-spans of the cables."""
-        other = self._changed()
+        other = self._with_scene()
         other._midspans = True
         return other
 
     @property
     def without_actuators(self):
         """`DynamicAnalysis` without actuators, which shares what does not depend on them."""
-        return self._changed(actuators={})
+        return self._with_scene(actuators={})
 
-    def _changed(self, **update):
+    def _with_scene(self, **update):
         """`DynamicAnalysis` of the scene with some keys changed that the equilibrium does not depend on."""
-        about = self._without_wind, self._equilibrium, self.airflow, self._model, self._known, self._cables, self._modes
-        other = DynamicAnalysis(self.scene.model_copy(update=update), *about)
-        other._midspans, other._least = self._midspans, self._least
+        states = self._without_wind, self._equilibrium, self.airflow
+        shared = self._model, self._shared, self._cables, self._modes
+        other = DynamicAnalysis(self.scene.model_copy(update=update), *states, *shared)
+        other._midspans, other._fewest_modes = self._midspans, self._fewest_modes
         return other
 
     @property
@@ -356,13 +361,13 @@ class DynamicAnalysis:
         return f"loop: estimated error of the largest gain {error:.1e}, asked for {self._accuracy:g}"
 
     def margin(self, name):
-        """A number of `Margins` by its name, and its estimated relative error by what the cables' models leave open."""
+        """A number of `Margins` by its name, and its estimated relative error by the models of the cables."""
         self.check_stable()
-        found, others = getattr(self.controlled.margins, name), self.controlled.perturbed_margins
-        if not others:
-            return found, np.nan
-        error = STUDY.margin_safety * sum(relative(found, getattr(other, name)) for other in others)
-        return found, error + self.controlled.driven.by_others
+        margin, perturbed = getattr(self.controlled.margins, name), self.controlled.perturbed_margins
+        if not perturbed:
+            return margin, np.nan
+        error = STUDY.margin_safety * sum(relative(margin, getattr(margins, name)) for margins in perturbed)
+        return margin, error + self.controlled.driven.simplification_error
 
     @property
     def gain(self):
@@ -384,51 +389,49 @@ class DynamicAnalysis:
         limit = self.controlled.largest_gain if gain else None
         if not limit:
             return None, self.loop_error if gain else 0.0
-        found = float(20 * np.log10(limit / gain))
-        return found, 20 * np.log10(1 + self.loop_error) / abs(found) if found else self.loop_error
+        margin = float(20 * np.log10(limit / gain))
+        return margin, 20 * np.log10(1 + self.loop_error) / abs(margin) if margin else self.loop_error
 
     @property
     def phase_crossover(self):
-        """Frequency of the pole that the largest gain puts on the axis [Hz], None where there is no limit; its error.
-
-        Estimated as that of the largest gain; relative.
-        """
+        """Frequency of the pole that the largest gain puts on the axis [Hz], None without limit; its relative error."""
         gain = self.controlled.loop.gain
         limit = self.controlled.limit if gain else None
         if limit is None:
             return None, self.loop_error if gain else 0.0
-        found = limit.omega
-        return found / (2 * np.pi), self.controlled.driven.errors[1]
+        return limit.omega / (2 * np.pi), self.controlled.driven.errors[1]
 
     def response_of(self, open_loop):
         """`GustResponse` with the winches at rest, or with the loop; raises as `response`."""
         return (self.at_rest if open_loop else self).response
 
     def rms(self, names, variance, open_loop):
-        """Root of the sum of variances of some outputs, and its estimated relative error; 0 of what is held.
+        """Root of the sum of variances of some outputs, and its estimated relative error; 0 of an output that is held.
 
-        Not a number for an exact choice of elements, whose own error is not known, nor with modal damping.
+        `variance` is one of the names of `Variances.weighted`. The error is not a number for an exact choice of
+        elements, whose own error is not known, nor with modal damping.
         """
         response = self.response_of(open_loop)
-        found = response.variances if variance in OWN else response.seen
-        names = [name for name in names if name in found.rows]
+        variances = response.variances if variance in OWN else response.seen
+        names = [name for name in names if name in variances.rows]
         response.check_damped(names)
-        rows = [found.rows[name] for name in names]
-        total = found.weighted[variance][rows].sum()
+        rows = [variances.rows[name] for name in names]
+        total = variances.weighted[variance][rows].sum()
         if not total > 0:
             return np.sqrt(total), 0.0 if self._model is None else np.nan
-        error, accuracy = found.error_of(variance, names) / (2 * total), self._accuracy
+        error, accuracy = variances.error_of(variance, names) / (2 * total), self._accuracy
         modes = len(response.closed_loop.modes)
-        least = STUDY.resolved_by_fewest if modes == self._tried[0] < self._solved(modes) else STUDY.resolved
+        fewest = modes == self._model_sizes[0] < self._computed_modes(modes)
+        least = STUDY.resolved_by_fewest if fewest else STUDY.resolved
         error = max(error, min(STUDY.one_model_safety * error, accuracy), least * accuracy)
         return np.sqrt(total), error if self._error_known else np.nan
 
     def largest_rms(self, names, variance="value", open_loop=False):
-        """`rms` of the one of some outputs that has the largest."""
-        return max((self.rms([name], variance, open_loop) for name in names), key=lambda found: found[0])
+        """Largest RMS of some outputs, each by itself, and its estimated relative error, see `rms`."""
+        return max((self.rms([name], variance, open_loop) for name in names), key=lambda value: value[0])
 
     def peak(self, names, mean, crossings=0.0):
-        """Mean and peak factor times RMS of the size of some outputs, and its estimated relative error.
+        """Largest expected size of some outputs, |mean| + g RMS, and its estimated relative error.
 
         Parameters
         ----------
@@ -436,19 +439,25 @@ class DynamicAnalysis:
         mean : float
         crossings : float
             Least relative error of the rate at which the mean is crossed. [-]
+
+        Notes
+        -----
+        g is Davenport's peak factor of the rate of up-crossings, RMS of the velocity/(2 pi RMS of the displacement).
         """
-        size, error = self.rms(names, "value", open_loop=False)
-        if not size:
+        rms, error = self.rms(names, "value", open_loop=False)
+        if not rms:
             return abs(mean), error
-        (rate, wrong), duration = self.rms(names, "rate", open_loop=False), self.scene.wind.duration
-        crossed = rate / (2 * np.pi * size)
-        factor = peak_factor(crossed, duration)
-        more = peak_factor(crossed * (1 + max(wrong + error, crossings)), duration)
-        return abs(mean) + factor * size, error + more / factor - 1
+        (rms_rate, rate_error), duration = self.rms(names, "rate", open_loop=False), self.scene.wind.duration
+        crossing_rate = rms_rate / (2 * np.pi * rms)
+        factor = peak_factor(crossing_rate, duration)
+        larger_factor = peak_factor(crossing_rate * (1 + max(rate_error + error, crossings)), duration)
+        return abs(mean) + factor * rms, error + larger_factor / factor - 1
 
     @cached_property
     def winch_speeds(self):
-        """Of the fastest winch: RMS, largest expected within the wind's duration [m/s] and its number; their error. [-]
+        """Speeds of winches: largest RMS, largest expected within the wind's duration, its winch, relative error.
+
+        [m/s], [m/s], number from 0, [-]
 
         Raises
         ------
@@ -457,25 +466,25 @@ class DynamicAnalysis:
         """
         if self.response.loop is None:
             return 0.0, 0.0, 0, 0.0
-        (speed, rate), (error, _) = self.response.winch_speeds
-        size = np.sqrt(speed)
-        moving = np.where(size > 0, size, 1.0)
-        peak = peak_factor(np.sqrt(rate) / (2 * np.pi * moving), self.scene.wind.duration) * size
+        (variance, rate_variance), (error, _) = self.response.winch_speeds
+        rms = np.sqrt(variance)
+        divisor = np.where(rms > 0, rms, 1.0)
+        peak = peak_factor(np.sqrt(rate_variance) / (2 * np.pi * divisor), self.scene.wind.duration) * rms
         fastest = int(np.argmax(peak))
-        relative = error[fastest] / (2 * speed[fastest]) if speed[fastest] else 0.0
-        return float(size.max()), float(peak[fastest]), fastest, relative if self._error_known else np.nan
+        relative_error = error[fastest] / (2 * variance[fastest]) if variance[fastest] else 0.0
+        return float(rms.max()), float(peak[fastest]), fastest, relative_error if self._error_known else np.nan
 
     def mean_displacement(self, name):
-        """Of a body, or of a marker BODY.MARKER, by the mean wind, the winches at rest, shape (3,). [m]"""
+        """Displacement of a body, or of a marker BODY.MARKER, by the mean wind, winches at rest, shape (3,). [m]"""
         owner, _, marker = name.partition(".")
         if not self.scene.wind.mean and self.scene.load_case.wind is None:
             return np.zeros(3)
         body = self._without_wind.suspension.body_names.index(owner)
-        place = np.array(self.scene.bodies[owner].markers[marker] if marker else (0.0, 0.0, 0.0))
+        arm = np.array(self.scene.bodies[owner].markers[marker] if marker else (0.0, 0.0, 0.0))
         before, after = self._without_wind, self._equilibrium
-        turned = (after.rotation[body] - before.rotation[body]) @ place
-        moved = after.position[body] - before.position[body] + turned
-        return np.where(np.abs(moved) > STUDY.mean_wind_rounding * before.longest, moved, 0.0)
+        by_rotation = (after.rotation[body] - before.rotation[body]) @ arm
+        displacement = after.position[body] - before.position[body] + by_rotation
+        return np.where(np.abs(displacement) > STUDY.mean_wind_rounding * before.longest, displacement, 0.0)
 
     def mean_tensions(self, name):
         """Tension at both ends of a cable in the mean wind, shape (2,). [N]"""
@@ -493,17 +502,17 @@ def solve_modes(analyses, equilibrium):
     equilibrium : Equilibrium
         Of these, shape (n,).
     """
-    missing = {}  # first model -> place of one analysis for each dict of modes, which several may share
-    for place, analysis in enumerate(analyses):
+    missing = {}  # first model -> index of one analysis for each dict of modes, which several may share
+    for index, analysis in enumerate(analyses):
         if analysis.first_model[0] not in analysis._modes:
-            missing.setdefault(analysis.first_model, {})[id(analysis._modes)] = place
+            missing.setdefault(analysis.first_model, {})[id(analysis._modes)] = index
     for (count, accuracy, planes, elements), by_dict in missing.items():
-        places = list(by_dict.values())
-        batch, model = [analyses[place] for place in places], elements
+        indices = list(by_dict.values())
+        batch, model = [analyses[index] for index in indices], elements
         damping = [cable.damping for analysis in batch for cable in analysis.scene.cables.values()]
         if elements and elements.drag is not None:
             model = replace(elements, drag=concatenate([analysis._model.drag for analysis in batch]))
-        arguments = equilibrium.take(np.array(places)), count, accuracy, damping, planes, True, model
+        arguments = equilibrium.take(np.array(indices)), count, accuracy, damping, planes, True, model
         for analysis, modes in zip(batch, coupled_modes_of_cases(*arguments), strict=True):
             result = modes if isinstance(modes, Exception) else outcome_of(lambda modes=modes: modes.damped)
             analysis._modes[count] = result

@@ -21,18 +21,18 @@ from cablestudy.wind.tolerances import WIND
 
 @dataclass(frozen=True)
 class Variances:
-    """Of some outputs, o of them.
+    """Variances of o outputs, under one or more weights over frequency, and their errors.
 
     Attributes
     ----------
     rows : dict
-        Name of each output -> its place.
+        Name of each output -> its index.
     weighted : dict
         "value", "rate" (of the derivative) and names of `seen_weights` -> variances, shape (o,).
     but_by_waves : dict
-        The same names -> estimated errors, by interpolation and by the model, shape (o,).
+        Estimated errors without those by waves, by the same names: of interpolation and of the model, shape (o,).
     by_waves : callable, optional
-        -> what waves add to the errors of tensions, shape (w, o): for each of these names.
+        Function without arguments -> errors of tensions by waves, shape (w, o), for each of these names.
     """
 
     rows: dict
@@ -45,10 +45,11 @@ class Variances:
         """Estimated errors by the same names, that of tensions by waves included: dict of ndarray, shape (o,)."""
         if self.by_waves is None:
             return self.but_by_waves
-        return {name: own + more for (name, own), more in zip(self.but_by_waves.items(), self.by_waves(), strict=True)}
+        pairs = zip(self.but_by_waves.items(), self.by_waves(), strict=True)
+        return {name: error + error_by_waves for (name, error), error_by_waves in pairs}
 
     def error_of(self, name, outputs):
-        """Sum of the estimated errors of some outputs, by their names."""
+        """Sum of the estimated errors, under the weight `name`, of some outputs by their names."""
         errors = self.error if any(".tension_" in output for output in outputs) else self.but_by_waves
         return errors[name][[self.rows[output] for output in outputs]].sum()
 
@@ -71,10 +72,11 @@ class GustResponse:
 
     @cached_property
     def names(self):
-        """Of all outputs: those of the plant, then stroke or momentum and force or torque of each actuator."""
+        """Names of all outputs: of the plant, then stroke or momentum and force or torque of each actuator."""
         names = list(self.closed_loop.outputs)
-        for one in self.closed_loop.actuators:
-            names += [f"{one.name}.{what}" for what in (("momentum", "torque") if one.wheel else ("stroke", "force"))]
+        for actuator in self.closed_loop.actuators:
+            quantities = ("momentum", "torque") if actuator.wheel else ("stroke", "force")
+            names += [f"{actuator.name}.{quantity}" for quantity in quantities]
         return names
 
     @property
@@ -105,17 +107,19 @@ class GustResponse:
         residues, gusts = self._turbulence.residues, self.closed_loop.gusts
         if space is not None:
             residues = residues.combined(space)
-        at_once, found = max(1, STUDY.response_entries // len(self.closed_loop.motion) ** 2), []
-        for part in np.split(frequency, range(at_once, len(frequency), at_once)):
-            found.append(gusts.input_spectra(part, np.swapaxes(residues.response(2j * np.pi * part), -1, -2)).T)
-        return np.concatenate(found, axis=-1)
+        at_once, spectra = max(1, STUDY.response_entries // len(self.closed_loop.motion) ** 2), []
+        for block in np.split(frequency, range(at_once, len(frequency), at_once)):
+            response = residues.response(2j * np.pi * block)
+            spectra.append(gusts.input_spectra(block, np.swapaxes(response, -1, -2)).T)
+        return np.concatenate(spectra, axis=-1)
 
     def resonances(self, names):
-        """Poles of the upper half plane that are seen in some outputs, by their names. [rad/s]"""
-        (found, _), rows = self._turbulence.residues.split(np.inf), [self.names.index(name) for name in names]
-        height = np.abs(found.outputs[rows]) * np.linalg.norm(found.inputs, axis=1) / np.abs(found.poles.real)
-        seen = (height > STUDY.seen_resonance * height.max(axis=1, keepdims=True)).any(axis=0)
-        return found.poles[seen & (found.poles.imag > 0)]
+        """Poles of the upper half plane whose resonances are visible in the spectra of some named outputs. [rad/s]"""
+        (residues, _), rows = self._turbulence.residues.split(np.inf), [self.names.index(name) for name in names]
+        size = np.abs(residues.outputs[rows]) * np.linalg.norm(residues.inputs, axis=1)
+        height = size / np.abs(residues.poles.real)
+        visible = (height > STUDY.seen_resonance * height.max(axis=1, keepdims=True)).any(axis=0)
+        return residues.poles[visible & (residues.poles.imag > 0)]
 
     # -------------------------------------------------------------------------------------------------- integrals
 
@@ -134,25 +138,31 @@ class GustResponse:
         self._refuse(self._undamped[[self.names.index(name) for name in names]])
 
     def _refuse(self, undamped):
-        """Refuse a pole that nothing damps among some, 0 where there is none."""
+        """Refuse the first pole that nothing damps, of an array with 0 for outputs without one: NoSolutionError."""
         if not undamped.any():
             return
         pole = undamped[np.argmax(undamped != 0)]
-        moved = self.closed_loop.mode_name(int(np.argmin(np.abs(self.closed_loop.motion.unit - np.abs(pole)))))
+        nearest = int(np.argmin(np.abs(self.closed_loop.motion.unit - np.abs(pole))))
         raise NoSolutionError(
-            f"undamped: {moved} has a damping ratio below {self._turbulence.least:g}, so that its RMS in the wind "
-            f"is not finite (cable.damping)"
+            f"undamped: {self.closed_loop.mode_name(nearest)} has a damping ratio below {self._turbulence.least:g}, "
+            f"so that its RMS in the wind is not finite (cable.damping)"
         )
 
     def _variances(self, weights=None):
-        """`Turbulence.variances`, or those with some weights, and their errors by modes as far as they are known."""
-        own = self._turbulence
-        whole, added, late = own.seen(weights) if weights else own.variances
+        """Variances under some weights, or `Turbulence.variances`; their errors by modes and by a delay: three (w, o).
+
+        The error by modes is the smaller one of two: the share of the highest modes, and the change from a model with
+        fewer modes.
+        """
+        value, by_modes, by_delay = self._variances_of(self._turbulence, weights)
         if self._before is None:
-            return whole, added, late
-        earlier = self._before._turbulence
-        change = np.abs(whole - (earlier.seen(weights) if weights else earlier.variances)[0])
-        return whole, np.minimum(added, STUDY.change_safety * change), late
+            return value, by_modes, by_delay
+        change = np.abs(value - self._variances_of(self._before._turbulence, weights)[0])
+        return value, np.minimum(by_modes, STUDY.change_safety * change), by_delay
+
+    @staticmethod
+    def _variances_of(turbulence, weights):
+        return turbulence.seen(weights) if weights else turbulence.variances
 
     @cached_property
     def moving_error(self):
@@ -160,41 +170,40 @@ class GustResponse:
 
         Of mid-spans by displacements alone.
         """
-        places = [row for row, name in enumerate(self.names) if name.endswith((".x", ".y", ".z"))]
-        groups, found = np.array(_groups(self.names))[places], [0.0]
-        whole, added, _ = self._variances()
+        displacements = [row for row, name in enumerate(self.names) if name.endswith((".x", ".y", ".z"))]
+        groups, errors = np.array(_groups(self.names))[displacements], [0.0]
+        value, by_modes, _ = self._variances()
         for group in set(groups.tolist()):
-            own = np.array(places)[groups == group]
-            shown = 1 if ".midspan." in self.names[own[0]] else len(OWN)  # no column has their velocities
-            part, total = (kind[:shown, own].sum(axis=-1) for kind in (added, whole))
-            found += (part[total > 0] / total[total > 0]).tolist()
-        return max(found)
+            rows = np.array(displacements)[groups == group]
+            kinds = 1 if ".midspan." in self.names[rows[0]] else len(OWN)  # no column has velocities of mid-spans
+            error, total = (array[:kinds, rows].sum(axis=-1) for array in (by_modes, value))
+            errors += (error[total > 0] / total[total > 0]).tolist()
+        return max(errors)
 
     @cached_property
     def variances(self):
         """`Variances` of all outputs and their rates, without what nothing damps: see `check_damped`."""
-        return self._described(OWN, self._variances())
+        return self._with_errors(OWN, self._variances())
 
     @cached_property
     def seen(self):
         """`Variances` of what a telescope sees of all outputs, see `seen_weights`."""
         weights = seen_weights(self.scene.exposure, self.scene.correction)
-        return self._described(weights, self._variances(weights))
+        return self._with_errors(weights, self._variances(weights))
 
-    def _described(self, weights, found):
-        """`Variances` from those that a `Turbulence` has found, for weights as of `Turbulence.seen`."""
-        value, added, late = found
+    def _with_errors(self, weights, variances):
+        """`Variances` of results of `_variances` under some weights: with all errors, and 0 where rounding is left."""
+        value, by_modes, by_delay = variances
         if not np.isfinite(value).all():
             raise NoSolutionError("a variance of the motion in the wind is not a number")
         energy = value * self.stiffness
         largest = np.maximum(energy.max(axis=-1, keepdims=True), self._energy_by_cables(weights))
         value = np.where(energy > STUDY.energy_rounding * largest, value, 0.0)
-        tension = np.array([".tension_" in name for name in self.names])
-        added = np.where(
-            tension, STUDY.tension_safety * _of_tensions(value, added, tension) + self._by_ends * value, added
-        )
-        error = added + self.integration_error * value + late
-        values, errors = (dict(zip(weights, parts, strict=True)) for parts in (value, error))
+        is_tension = np.array([".tension_" in name for name in self.names])
+        of_tensions = STUDY.tension_safety * _of_tensions(value, by_modes, is_tension) + self._by_ends * value
+        by_modes = np.where(is_tension, of_tensions, by_modes)
+        error = by_modes + self.integration_error * value + by_delay
+        values, errors = (dict(zip(weights, arrays, strict=True)) for arrays in (value, error))
         rows = {name: row for row, name in enumerate(self.names)}
         if weights is not OWN:  # a telescope sees no tension
             return Variances(rows, values, errors)
@@ -206,18 +215,18 @@ class GustResponse:
         return STUDY.moving_ends if self.closed_loop.equilibrium.suspension.free.any() else 0.0
 
     def _energy_by_cables(self, weights):
-        """That of displacements if all force of the gusts on cables moved them, shape (w, o); 0 of other outputs."""
-        places = [name.endswith((".x", ".y", ".z")) for name in self.names]
+        """Energy of displacements if all force of gusts on cables acted on them, shape (w, o); 0 of other outputs."""
+        displacements = [name.endswith((".x", ".y", ".z")) for name in self.names]
         slow = float(self.closed_loop.modes.solution.omega[0]) ** 2
         factors = np.array([slow if name == "rate" else 1.0 for name in weights])
-        return factors[:, None] * np.where(places, self.closed_loop.gusts.force_on_cables**2 / self.stiffness, 0.0)
+        energy = self.closed_loop.gusts.force_on_cables**2 / self.stiffness
+        return factors[:, None] * np.where(displacements, energy, 0.0)
 
     def shares_below(self, name, limits):
         """Share of the variance of an output below some frequencies [Hz]: list. [-]"""
-        found = self.variances
-        row = found.rows[name]
-        whole = float(found.weighted["value"][row])
-        return [float(part) / whole if whole else 0.0 for part in self._turbulence.below(limits)[:, row]]
+        row = self.variances.rows[name]
+        total = float(self.variances.weighted["value"][row])
+        return [float(below) / total if total else 0.0 for below in self._turbulence.below(limits)[:, row]]
 
     @cached_property
     def winch_speeds(self):
@@ -228,37 +237,39 @@ class GustResponse:
         NoSolutionError
             A resonance that nothing damps moves a winch.
         """
-        whole, added, undamped = self._turbulence.winch_speeds
+        value, by_modes, undamped = self._turbulence.winch_speeds
         self._refuse(undamped)
-        return whole, added + (self.integration_error + STUDY.winch_speeds) * whole
+        return value, by_modes + (self.integration_error + STUDY.winch_speeds) * value
 
     @cached_property
     def stiffness(self):
-        """Energy per square of each output, about, by which different outputs are compared, shape (o,)."""
+        """Estimate of the energy per square of each output, by which different outputs are compared, shape (o,)."""
         motion = self.closed_loop.motion
         count = len(motion)
-        rows = np.abs(by_forces(motion, np.zeros((count, 0)), None, self.closed_loop.actuators)[1][:, : 2 * count]) ** 2
-        places = rows[:, :count] * motion.unit**2 / np.diagonal(motion.stiffness.real)
-        compliance = (places + rows[:, count:] / np.diagonal(motion.mass)).sum(axis=1)
+        rows = by_forces(motion, np.zeros((count, 0)), None, self.closed_loop.actuators)[1]
+        squares = np.abs(rows[:, : 2 * count]) ** 2
+        by_displacements = squares[:, :count] * motion.unit**2 / np.diagonal(motion.stiffness.real)
+        compliance = (by_displacements + squares[:, count:] / np.diagonal(motion.mass)).sum(axis=1)
         return 1 / np.maximum(compliance, np.finfo(float).tiny)
 
 
-def _of_tensions(value, added, tension):
-    """What modes left out may add to the variances of tensions, shape (w, o).
+def _of_tensions(value, by_modes, is_tension):
+    """Estimated error, by the modes left out, of the variances of tensions, shape (w, o).
 
-    What the highest modes add is a chance of single modes: so the largest of all tensions counts, relative or absolute.
+    The share of the highest modes in one tension depends on single modes: so the largest share of all tensions counts,
+    relative or absolute.
     """
-    added = np.where(tension, added, 0.0)
-    relative = np.where(value > 0, added / np.where(value > 0, value, 1.0), 0.0)
-    return np.minimum(added.max(axis=-1, keepdims=True), relative.max(axis=-1, keepdims=True) * value)
+    error = np.where(is_tension, by_modes, 0.0)
+    relative = np.where(value > 0, error / np.where(value > 0, value, 1.0), 0.0)
+    return np.minimum(error.max(axis=-1, keepdims=True), relative.max(axis=-1, keepdims=True) * value)
 
 
 def _groups(names):
     """Number of the group of each output: displacements of one body or marker, its rotations, tensions of a cable."""
-    found, groups = {}, []
+    numbers, groups = {}, []
     for name in names:
         owner, _, quantity = name.rpartition(".")
         kind = "place" if quantity in ("x", "y", "z") else "turn" if quantity in ("rx", "ry", "rz") else quantity
         kind = "tension" if kind.startswith("tension") else kind
-        groups.append(found.setdefault((owner, kind), len(found)))
+        groups.append(numbers.setdefault((owner, kind), len(numbers)))
     return groups

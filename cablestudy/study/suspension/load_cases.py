@@ -23,7 +23,7 @@ from cablestudy.study.load_cases import (
     wind_direction,
 )
 from cablestudy.study.suspension.numbers import CableValues, loads_of, numbers_of
-from cablestudy.study.suspension.plant import offered_by_bodies
+from cablestudy.study.suspension.plant import drag_areas_of_bodies
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system import stated, tangent
 from cablestudy.system.equilibria import pose
@@ -363,7 +363,7 @@ def _steady_drag(scenes, cables, body_names):
     winds = [scene.load_case.wind for scene in scenes]
     direction = wind_direction(np.array([wind.direction for wind in winds]))
     speed = np.sqrt([wind.dynamic_pressure for wind in winds])  # with a density of 2 kg/m^3
-    bodies, centers = map(np.array, zip(*(offered_by_bodies(s, body_names) for s in scenes), strict=True))
+    bodies, centers = map(np.array, zip(*(drag_areas_of_bodies(s, body_names) for s in scenes), strict=True))
     for case, wind in enumerate(winds):
         if wind.on is not None:
             bodies[case, [name not in wind.on for name in body_names]] = 0.0

@@ -1,4 +1,4 @@
-"""One suspension in the mean wind as a linear model without its loop: coordinates, actuators, gusts.
+"""One suspension in the mean wind as a linear system without its loop: coordinates, actuators, gusts.
 
 Scenes that differ in the loop of the winches, the exposure or the correction alone share it.
 """
@@ -38,16 +38,16 @@ def drag_of(scenes, body_names, cable_names):
     winds = [scene.wind for scene in scenes]
     angle = np.array([wind.direction for wind in winds])
     speed = np.array([wind.speed for wind in winds])
-    level = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
-    bodies, centers = np.zeros((2, len(scenes), len(body_names), 3))
-    cables = np.zeros((len(scenes), len(cable_names)))
+    direction = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
+    areas, centers = np.zeros((2, len(scenes), len(body_names), 3))
+    widths = np.zeros((len(scenes), len(cable_names)))
     for case, scene in enumerate(scenes):
         if scene.wind.on != "bodies":
-            cables[case] = scene.wind.cable_drag_coefficient * wind_diameters(scene)
+            widths[case] = scene.wind.cable_drag_coefficient * wind_diameters(scene)
         if scene.wind.on != "cables":
-            bodies[case], centers[case] = offered_by_bodies(scene, body_names)
+            areas[case], centers[case] = drag_areas_of_bodies(scene, body_names)
     density = np.array([wind.air_density for wind in winds])
-    return Drag(speed[:, None] * level, density, cables, bodies, centers)
+    return Drag(speed[:, None] * direction, density, widths, areas, centers)
 
 
 def wind_diameters(scene):
@@ -55,7 +55,7 @@ def wind_diameters(scene):
     return np.array([scene.load_case.of_cable(name).wind_diameter(cable) for name, cable in scene.cables.items()])
 
 
-def offered_by_bodies(scene, body_names):
+def drag_areas_of_bodies(scene, body_names):
     """Areas of bodies and junctions in the wind, and their centres of pressure.
 
     Returns
@@ -66,25 +66,25 @@ def offered_by_bodies(scene, body_names):
         Centres of pressure from the reference points, body axes. [m]
     """
     areas, centers = np.zeros((2, len(body_names), 3))
-    for place, name in enumerate(body_names):
-        own = scene.bodies[name].wind if name in scene.bodies else None
-        if own:
-            areas[place] = own.drag_coefficient * np.array(own.areas)
-            centers[place] = own.center_of_pressure
+    for body, name in enumerate(body_names):
+        table = scene.bodies[name].wind if name in scene.bodies else None
+        if table:
+            areas[body] = table.drag_coefficient * np.array(table.areas)
+            centers[body] = table.center_of_pressure
     return areas, centers
 
 
 def winches_of(scene, cable_names):
     """The `Winch` of each cable that has one, in the order of the scene: list."""
-    place = {name: number for number, name in enumerate(cable_names)}
-    ends, found = {"from": FROM, "to": TO}, []
+    cable = {name: number for number, name in enumerate(cable_names)}
+    ends, winches = {"from": FROM, "to": TO}, []
     for name, winch in scene.winches.items():
-        found.append(Winch(place[name], ends[winch.end], winch.direction and _unit(winch.direction)))
-    return found
+        winches.append(Winch(cable[name], ends[winch.end], winch.direction and _unit(winch.direction)))
+    return winches
 
 
 def _unit(vector):
-    """A direction of the file, of any length, as a unit vector."""
+    """Unit vector along a direction of the file, which may have any length."""
     return np.array(vector) / np.sqrt(sum(part * part for part in vector))
 
 
@@ -99,19 +99,19 @@ def markers_of(scene):
 
 def actuators_of(scene):
     """The `Actuator` of each actuator: list."""
-    names, found = list(scene.bodies), []
+    names, actuators = list(scene.bodies), []
     for name, table in scene.actuators.items():
         body = names.index(table.body) if table.body else 0
         axis = _unit(table.axis)
         corner = TURN * (table.high_pass or 0.0)
         if isinstance(table, ReactionWheel):
             gain = table.rate_gain
-            one = Actuator(name, True, body, np.zeros(3), axis, table.inertia, velocity_gain=gain, corner=corner)
+            actuator = Actuator(name, True, body, np.zeros(3), axis, table.inertia, velocity_gain=gain, corner=corner)
         else:
             spring, gains = (TURN * table.frequency, table.damping_ratio), (table.velocity_gain, table.position_gain)
-            one = Actuator(name, False, body, np.array(table.at), axis, table.mass, *spring, *gains, corner)
-        found.append(one)
-    return found
+            actuator = Actuator(name, False, body, np.array(table.at), axis, table.mass, *spring, *gains, corner)
+        actuators.append(actuator)
+    return actuators
 
 
 class Plant:
@@ -125,20 +125,20 @@ class Plant:
     airflow : Airflow or None
         Of this case; None without wind.
     modes : CoupledModes
-        In the model.
+        Those of the model.
     accuracy : float
         Relative, of their frequencies. [-]
     model : FixedModel, optional
     driven : int
-        How many of the modes, the last ones, are there because the loop would drive them first.
+        How many of the modes, the last ones, are in the model because the loop would drive them first.
     loops : dict, optional
-        By control, what all gains share (`ClosedLoop`), and models with other numbers of modes too: it is filled.
+        Control -> results shared by all gains and by models with other numbers of modes, to be filled (`ClosedLoop`).
     responses : bool
-        Whether the modes left out answer to the inertia and damping forces of what bodies and winches move too.
+        True if static responses to the inertia and damping forces of moving bodies and winches are coordinates too.
     complete : bool
-        Whether the model has modes that no output depends on too.
+        True if the model has modes too that no output depends on.
     midspans : bool
-        Whether the displacements of the cables at mid-span are outputs.
+        True if the displacements of the cables at mid-span are outputs.
     """
 
     def __init__(
@@ -166,18 +166,19 @@ class Plant:
         self.actuators = actuators_of(scene)
 
     def with_modes(self, modes, driven):
-        """Copy with other `CoupledModes`, so many of which, the last ones, the loop could drive."""
-        known = self.scene, self.equilibrium, self.airflow
-        found = modes, self.accuracy, self.model, driven, self.loops, self.responses
-        return Plant(*known, *found, midspans=self.midspans)
+        """Copy with other `CoupledModes`, of which the loop could drive the last ones, `driven` in number."""
+        state = self.scene, self.equilibrium, self.airflow
+        model = modes, self.accuracy, self.model, driven, self.loops, self.responses
+        return Plant(*state, *model, midspans=self.midspans)
 
     @cached_property
     def with_all_modes(self):
         """Copy with the modes that no output depends on: for a state space."""
         if len(self.kept) == len(self.modes):
             return self
-        known = self.scene, self.equilibrium, self.airflow, self.modes, self.accuracy, self.model, self.driven
-        return Plant(*known, responses=self.responses, complete=True, midspans=self.midspans)
+        state = self.scene, self.equilibrium, self.airflow
+        model = self.modes, self.accuracy, self.model, self.driven
+        return Plant(*state, *model, responses=self.responses, complete=True, midspans=self.midspans)
 
     @cached_property
     def outputs(self):
@@ -186,40 +187,42 @@ class Plant:
         return {name: row for row, (name, _unit) in enumerate(outputs)}
 
     @cached_property
-    def _whole(self):
+    def _full_system(self):
+        """`LinearSystem` with all coordinates of the cables, see `control.suspension.second_order`."""
         models, kept = self.modes.solution.models, self.modes.solution.kept
         midspans = midspan_shapes(models, kept, self.equilibrium.catenary) if self.midspans else ()
         return second_order(self.layout, self.in_air(models, kept), self.winches, self.markers, midspans)
 
     @cached_property
     def _loads(self):
-        """Forces on the coordinates of the suspension by winches and by loads on bodies.
+        """Forces on the coordinates of the suspension whose static responses are coordinates of the model, (n, r).
 
-        With `responses` also those by inertia and damping of what bodies and winches move, and by the inertia of the
-        answer to these: it is what modes left out do to the motion and the damping of others, see `LinearSystem.few`.
+        `_applied_loads`; with `responses` also those by inertia and damping of moving bodies and winches, and by the
+        inertia of the response to these: they are what modes left out do to the motion and the damping of others, see
+        `LinearSystem.few`.
         """
-        whole, winches, found = self._whole, len(self.winches), self._plain_loads
+        system, winches, applied = self._full_system, len(self.winches), self._applied_loads
         if not self.responses:
-            return found
-        moved = np.s_[:, len(whole) - whole.bodies :]
-        acting = [part[moved] for part in (whole.mass, whole.damping, whole.stiffness.imag)]
-        acting += [part[:, :winches] for part in (whole.b[0].imag, whole.b[1].real, whole.b[2].real)]
-        acting = np.concatenate(acting, axis=1)
-        acting = acting[:, acting.any(axis=0)]
-        return np.concatenate([found, acting, whole.mass @ whole.compliance(acting)], axis=1)
+            return applied
+        of_bodies = np.s_[:, len(system) - system.bodies :]
+        moving = [part[of_bodies] for part in (system.mass, system.damping, system.stiffness.imag)]
+        moving += [part[:, :winches] for part in (system.b[0].imag, system.b[1].real, system.b[2].real)]
+        moving = np.concatenate(moving, axis=1)
+        moving = moving[:, moving.any(axis=0)]
+        return np.concatenate([applied, moving, system.mass @ system.compliance(moving)], axis=1)
 
     @property
-    def _plain_loads(self):
-        """Forces on the coordinates by winches, by loads on bodies alone, and at mid-spans that are shown."""
-        winches = len(self.winches)
+    def _applied_loads(self):
+        """Forces on the coordinates by winches, by loads on bodies, and at mid-spans that are outputs, shape (n, r)."""
+        winches, system = len(self.winches), self._full_system
         of_bodies = winches + np.flatnonzero(self.layout.free < 6 * self.equilibrium.suspension.bodies)
         at_midspan = [row for name, row in self.outputs.items() if ".midspan." in name]
-        loads = self._whole.b[0].real[:, [*range(winches), *of_bodies.tolist()]], self._whole.c[0][at_midspan].real.T
+        loads = system.b[0].real[:, [*range(winches), *of_bodies.tolist()]], system.c[0][at_midspan].real.T
         return np.concatenate(loads, axis=1)
 
     @cached_property
     def _basis(self):
-        """Frequencies and shapes of the coordinates: modes, and the static responses to the loads."""
+        """Frequencies, shape (m,), and shapes, (n, m), of the coordinates: modes, then static responses to `_loads`."""
         omega, shapes = basis(self.modes, self._loads)
         kept = np.concatenate([self.kept, np.arange(len(self.modes), len(omega))])
         return omega[kept], shapes[:, kept]
@@ -230,93 +233,95 @@ class Plant:
         every = np.arange(len(self.modes))
         if self._complete:
             return every
-        seen = self._seen(self.modes.shapes)
-        return every[seen] if seen.any() else every
+        is_observed = self._observed_modes(self.modes.shapes)
+        return every[is_observed] if is_observed.any() else every
 
-    def _seen(self, shapes):
-        """Which of some mode shapes, shape (n, k), outputs depend on: ndarray of bool."""
-        if (there := observed(self._whole)).all():
+    def _observed_modes(self, shapes):
+        """Which of some mode shapes, shape (n, k), outputs depend on: ndarray of bool, shape (k,)."""
+        if (coordinates := observed(self._full_system)).all():
             return np.ones(shapes.shape[1], dtype=bool)
-        shapes = shapes[there]
-        return (shapes * (self._whole.mass[np.ix_(there, there)] @ shapes)).sum(axis=0) > STUDY.unseen_energy
+        shapes = shapes[coordinates]
+        mass = self._full_system.mass[np.ix_(coordinates, coordinates)]
+        return (shapes * (mass @ shapes)).sum(axis=0) > STUDY.unseen_energy
 
     @property
     def other_poles(self):
-        """About where the poles are of modes that were computed and are not in the model. [rad/s]
+        """Estimated poles of modes that were computed and are not in the model, by the damping of their shapes. [rad/s]
 
-        By what their undamped shapes lose.
+        s = i W - (c + h/W)/2, c and h being the viscous and hysteretic damping of the shape.
         """
-        every, count, whole = self.modes.solution.with_all_modes, len(self.modes), self._whole
-        if len(every.omega) <= count:
+        computed, count, system = self.modes.solution.with_all_modes, len(self.modes), self._full_system
+        if len(computed.omega) <= count:
             return np.zeros(0, dtype=complex)
-        omega, shapes = every.omega[count:], every.shapes[:, count:]
-        seen = self._seen(shapes)
-        omega, shapes = omega[seen], shapes[:, seen]
-        viscous, lost = (np.einsum("nk,nk->k", shapes, part @ shapes) for part in (whole.damping, whole.stiffness.imag))
-        braked = self.air_on_bodies(shapes)
-        viscous = viscous + (np.diagonal(braked) if np.ndim(braked) else braked)
-        return 1j * omega - (viscous + lost / omega) / 2
+        omega, shapes = computed.omega[count:], computed.shapes[:, count:]
+        is_observed = self._observed_modes(shapes)
+        omega, shapes = omega[is_observed], shapes[:, is_observed]
+        matrices = system.damping, system.stiffness.imag
+        viscous, hysteretic = (np.einsum("nk,nk->k", shapes, matrix @ shapes) for matrix in matrices)
+        by_air = self.air_on_bodies(shapes)
+        viscous = viscous + (np.diagonal(by_air) if np.ndim(by_air) else by_air)
+        return 1j * omega - (viscous + hysteretic / omega) / 2
 
     @cached_property
     def coarse_space(self):
-        """A space of the coordinates with fewer modes, static responses and all strokes, shape (m, r).
+        """Basis of a space of the coordinates with fewer modes, static responses and all strokes, shape (m, r).
 
-        Of the lowest modes the highest are left out; modes that the loop could drive stay. To an accuracy the static
-        responses are those to winches and loads alone: where those to what modes left out do to others matter, what
-        they leave out may too (3e-5 of an RMS without them, 1.5e-3 in truth). Of exact elements all of them are kept.
+        The highest of the lowest modes are left out; modes that the loop could drive stay. To an accuracy the static
+        responses are those to winches and loads alone: where those to the forces of moving bodies matter, what they
+        leave out may too (3e-5 of an RMS without them, 1.5e-3 in truth). Of exact elements all of them are kept.
         """
         (omega, shapes), count = self._basis, len(self.kept)
-        size, modes = len(self.motion), np.count_nonzero(self.kept < len(self.modes) - self.driven)
-        left = np.arange(int(STUDY.fewer_modes * modes), modes)
-        others = np.concatenate([left, np.arange(count, len(omega))])
-        loads = self._plain_loads if self.model is None else self._loads
-        static = (shapes.T @ loads / omega[:, None] ** 2)[others]
-        static, values, _ = np.linalg.svd(static, full_matrices=False)
-        static = static[:, values > STUDY.dependent_response * values.max(initial=0.0)]
-        kept = np.eye(size)
-        responses = kept[:, others] @ static
-        return np.concatenate(
-            [kept[:, : int(STUDY.fewer_modes * modes)], kept[:, modes:count], responses, kept[:, len(omega) :]], axis=1
-        )
+        modes = np.count_nonzero(self.kept < len(self.modes) - self.driven)
+        lowest = int(STUDY.fewer_modes * modes)
+        replaced = np.concatenate([np.arange(lowest, modes), np.arange(count, len(omega))])
+        loads = self._applied_loads if self.model is None else self._loads
+        static = (shapes.T @ loads / omega[:, None] ** 2)[replaced]
+        static, sizes, _ = np.linalg.svd(static, full_matrices=False)
+        static = static[:, sizes > STUDY.dependent_response * sizes.max(initial=0.0)]
+        unit = np.eye(len(self.motion))
+        driven, strokes = unit[:, modes:count], unit[:, len(omega) :]
+        return np.concatenate([unit[:, :lowest], driven, unit[:, replaced] @ static, strokes], axis=1)
 
     @property
-    def lacked(self):
-        """Largest share in the static compliance of a free displacement that the lowest modes, of `fewer`, have not."""
+    def lacked_compliance(self):
+        """Largest share in the static compliance of a free displacement that the lowest modes, `fewer_modes`, lack."""
         solution = self.modes.solution
         lowest = slice(int(STUDY.fewer_modes * len(self.modes)))
-        moved = self.layout.bodies(solution.shapes[:, lowest]) / solution.omega[lowest]
+        displacements = self.layout.bodies(solution.shapes[:, lowest]) / solution.omega[lowest]
         compliance = np.diagonal(np.linalg.inv(dense(solution.reduced.stiffness)))
-        return float((1 - (moved**2).sum(axis=1) / compliance).max(initial=0.0))
+        return float((1 - (displacements**2).sum(axis=1) / compliance).max(initial=0.0))
 
     @cached_property
     def coarse_motion(self):
-        """The `motion` in that space."""
+        """The `motion` in `coarse_space`."""
         return self.motion.within(self.coarse_space)
 
     def residues_of(self, motion, loop=None, space=None, speeds=False):
-        """`Residues` of all outputs, of actuators too, by the inputs of `Gusts`; a `DelayedResponse` with delay.
+        """`Residues` from the inputs of `Gusts` to all outputs, with actuators; a `DelayedResponse` with delay.
 
         Parameters
         ----------
         motion : LinearSystem
-            That of this object, or in a space of its coordinates.
+            `motion` of this object, or that in a space of its coordinates.
         loop : Loop, optional
             Of this motion.
         space : ndarray, shape (m, r), optional
+            Basis of that space.
         speeds : bool
-            The speeds of the winches, instead of the outputs.
+            True for the speeds of the winches instead of the outputs.
         """
         into = self.gusts.input_matrix
-        forces = np.zeros((len(self.motion), into.shape[1]))  # strokes are not blown
+        forces = np.zeros((len(self.motion), into.shape[1]))  # gusts do not act on the strokes of masses
         forces[: len(into)] = into
         forces = forces if space is None else space.T @ forces
-        driven = motion, forces, loop, self.actuators, self._direct
-        found = residues((loop or motion).eigen, *(winch_speeds if speeds else by_forces)(*driven))
+        system = motion, forces, loop, self.actuators, self._direct
+        state_space = winch_speeds(*system) if speeds else by_forces(*system)
+        approximate = residues((loop or motion).eigen, *state_space)
         if loop is None or not loop.law.delay:
-            return found
-        exact = ExactResponse(*driven)
+            return approximate
+        exact = ExactResponse(*system)
         response, fast = (exact.winch_speeds, exact.hardly_moved) if speeds else (exact.outputs, exact.alone)
-        return delayed_response(response, found, fast, loop.right_up_to)
+        return delayed_response(response, approximate, fast, loop.right_up_to)
 
     @property
     def _direct(self):
@@ -326,12 +331,12 @@ class Plant:
         end statically.
         """
         gusts = self.gusts
-        found = np.zeros((len(self.outputs), gusts.input_matrix.shape[1]))
-        tensions = len(found) - 2 * len(self.layout.equilibrium.suspension.cable_names)
-        for place, strip in enumerate(gusts.strips):
+        direct = np.zeros((len(self.outputs), gusts.input_matrix.shape[1]))
+        first_tension = len(direct) - 2 * len(self.layout.equilibrium.suspension.cable_names)
+        for index, strip in enumerate(gusts.strips):
             for end in range(2):
-                found[tensions + 2 * strip.cable + end, len(gusts.input_matrix) + 2 * place + end] = -1.0
-        return found
+                direct[first_tension + 2 * strip.cable + end, len(gusts.input_matrix) + 2 * index + end] = -1.0
+        return direct
 
     @cached_property
     def at_rest(self):
@@ -349,10 +354,10 @@ class Plant:
         return self.airflow and self.airflow.gusts(self.modes.solution, self.layout, self._basis[1])
 
     def blown_by(self, airflow):
-        """Copy in the gusts of an `Airflow` that damps it as much as its own, or as none."""
+        """Copy in the gusts of another `Airflow` that damps the suspension alike; itself where the gusts are equal."""
         if airflow is None or airflow.side == self.airflow.side:
             return self
-        _ = self.motion  # which both have
+        _ = self.motion  # computed before copying: both share it
         other = copy(self)
         other.airflow = airflow
         for name in ("gusts", "at_rest", "change_by_waves"):
@@ -374,16 +379,17 @@ class Plant:
 
     @cached_property
     def motion(self):
-        """`LinearSystem`."""
-        return self._motion_of(self._whole)
+        """`LinearSystem` in the coordinates of the model, then the strokes of reaction masses."""
+        return self._motion_of(self._full_system)
 
     @cached_property
     def viscous_motion(self):
         """`motion` for a state space: with viscous damping in place of hysteretic, see `LinearSystem.viscous`."""
-        whole = self._whole.viscous()
-        return self.motion if whole is self._whole else self._motion_of(whole)
+        viscous = self._full_system.viscous()
+        return self.motion if viscous is self._full_system else self._motion_of(viscous)
 
-    def _motion_of(self, whole):
+    def _motion_of(self, system):
+        """A `LinearSystem` of all coordinates of the cables reduced to those of the model, with actuators and air."""
         omega, shapes = self._basis
         damping = self.air_on_bodies(shapes)
-        return motion(self.layout, whole, omega, shapes, len(self.winches), self.actuators, damping)
+        return motion(self.layout, system, omega, shapes, len(self.winches), self.actuators, damping)

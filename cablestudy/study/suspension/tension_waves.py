@@ -1,10 +1,10 @@
 """Changes of the variances of tensions by waves along and across cables that are faster than the modes of a model.
 
-A model hands the share of the gusts' force on a cable that none of its modes takes up to the ends of the cable at
-once. In truth this share comes with waves, most of it with the first ones above the highest mode, and each follows its
-part as a mass on a spring does. The estimate lets the whole share follow as the first wave along the cable, or as the
-first one across it: it is larger by the resonance of that wave, and less by all that is faster. The ends are taken to
-be held, and the winches at rest.
+Of the gusts' force on a cable a model transfers to the ends at once the share that none of its modes takes up. In truth
+this share comes with waves, most of it with the first ones above the highest mode, and each follows its part as a mass
+on a spring does. The estimate lets all of the share follow as the first wave along the cable, or as the first one
+across it: it is larger by the resonance of that wave, and less by all that is faster. The ends are taken to be held,
+and the winches at rest.
 """
 
 from dataclasses import replace
@@ -24,7 +24,7 @@ def change_by_waves(plant, weights):
     ----------
     plant : Plant
     weights : dict
-        Those of `Turbulence.variances`: powers of frequency, which the panels of the gusts resolve.
+        Name -> function of frequency [Hz], those of `Turbulence.variances`: the panels of the gusts resolve them.
 
     Returns
     -------
@@ -33,28 +33,28 @@ def change_by_waves(plant, weights):
         resonance of the first wave along a cable that sags, which is excited more than that share of the force implies.
         No column shows such a rate; the largest tension depends on its logarithm, see `crossings`.
     """
-    gusts, state, variances = plant.gusts, plant.at_rest, plant.at_rest.variances[0]
-    change, residues = np.zeros(variances.shape), state.residues
-    rows, *poles_of_kinds = _first_waves(plant)
+    gusts, turbulence, variances = plant.gusts, plant.at_rest, plant.at_rest.variances[0]
+    change, residues = np.zeros(variances.shape), turbulence.residues
+    rows, *poles = _first_waves(plant)
     driven = residues.direct[rows].any(axis=1)  # tensions of cables whose ends some force reaches at once
     if plant.model is not None or not driven.any():
         return change
-    count, rows = len(poles_of_kinds), np.tile(rows[driven], len(poles_of_kinds))
-    poles = np.concatenate([poles[driven] for poles in poles_of_kinds])
+    count, rows = len(poles), np.tile(rows[driven], len(poles))
+    poles = np.concatenate([of_direction[driven] for of_direction in poles])
     # a wave is an oscillator that follows a slow force fully: its two poles replace the direct share
     outputs, inputs = np.diag(np.abs(poles) ** 2 / (2j * poles.imag)), residues.direct[rows]
-    following = replace(
+    with_waves = replace(
         residues,
         poles=np.concatenate([residues.poles, poles, poles.conj()]),
         inputs=np.concatenate([residues.inputs, inputs, inputs]),
         outputs=np.concatenate([residues.outputs[rows], outputs, -outputs], axis=1),
         direct=np.zeros_like(inputs),
     )
-    low, high = state.range
+    low, high = turbulence.range
     edges = gusts.edges(low, max(high, STUDY.wave_range * np.abs(poles).max() / TURN))
-    integrals = Integrals.on(edges, gusts, weights, state.least)
+    integrals = Integrals.on(edges, gusts, weights, turbulence.least)
     factor = np.repeat([STUDY.waves_along, STUDY.waves_across], len(rows) // count)
-    np.add.at(change.T, rows, (factor * np.abs(integrals.variances(following) - variances[:, rows])).T)
+    np.add.at(change.T, rows, (factor * np.abs(integrals.variances(with_waves) - variances[:, rows])).T)
     return change
 
 
@@ -73,21 +73,18 @@ def _first_waves(plant):
     catenary, cables, wind = plant.equilibrium.catenary, list(plant.scene.cables.values()), plant.scene.wind
     span, dampings = catenary.span, [cable.damping for cable in cables]
     heavy = np.flatnonzero((np.asarray(span.mass) > 0) & (catenary.mean_tension > 0))
-    stiffness, mass, length, tension, offered = (
-        np.broadcast_to(part, len(cables))[heavy]
-        for part in (span.axial_stiffness, span.mass, span.unstretched_length, catenary.mean_tension,
-                     plant.drag.cables)
-    )  # fmt: skip
+    values = span.axial_stiffness, span.mass, span.unstretched_length, catenary.mean_tension, plant.drag.cables
+    stiffness, mass, length, tension, drag_width = (np.broadcast_to(value, len(cables))[heavy] for value in values)
     ratio, loss, time, viscous = (
         np.array([getattr(damping, name) or 0.0 for damping in dampings])[heavy]
         for name in ("ratio", "loss_factor", "time", "viscous")
     )
-    air = wind.air_density * wind.speed * offered / 2 if plant.braked else 0.0  # across wind and cable
+    air = wind.air_density * wind.speed * drag_width / 2 if plant.braked else 0.0  # across wind and cable
     poles = []
-    for force, strained, rubbed in ((stiffness, 1.0, viscous), (tension, STUDY.strained_share, viscous + air)):
-        first = np.pi / length * np.sqrt(force / mass)
-        omega = first * np.maximum(np.ceil(plant.modes.solution.omega[-1] / first), 1.0)
-        damping = ratio + strained * (loss + time * omega) / 2 + rubbed / (2 * mass * omega)
+    for force, strain_share, rate in ((stiffness, 1.0, viscous), (tension, STUDY.strained_share, viscous + air)):
+        lowest = np.pi / length * np.sqrt(force / mass)
+        omega = lowest * np.maximum(np.ceil(plant.modes.solution.omega[-1] / lowest), 1.0)  # above those of the model
+        damping = ratio + strain_share * (loss + time * omega) / 2 + rate / (2 * mass * omega)
         damping = np.clip(damping, STUDY.least_wave_damping, STUDY.most_wave_damping)
         poles.append(np.repeat(omega * (-damping + 1j * np.sqrt(1 - damping**2)), 2))
     rows = len(plant.outputs) - 2 * len(cables) + 2 * heavy

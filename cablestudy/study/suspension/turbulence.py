@@ -1,7 +1,7 @@
-"""Variances of what turbulence moves, with the loop of the winches closed or with the winches at rest.
+"""Variances of the motion in turbulence, with the loop of the winches closed or with the winches at rest.
 
-Those of displacements, rates and tensions are the same for all exposures and mirrors, and with the winches at rest for
-all loops. What the highest modes add to them is the change to a model with fewer modes, `Plant.coarse_space`.
+Variances of displacements, rates and tensions hold for all exposures and mirrors, and with the winches at rest for all
+loops. Their errors by modes are estimated from the change to a model with fewer modes, `Plant.coarse_space`.
 """
 
 from dataclasses import replace
@@ -19,7 +19,7 @@ OWN = {"value": np.ones_like, "rate": lambda frequency: (TURN * frequency) ** 2}
 
 
 class Turbulence:
-    """One motion in turbulence.
+    """Variances of one plant in turbulence, with a loop or without.
 
     Parameters
     ----------
@@ -33,11 +33,11 @@ class Turbulence:
 
     @cached_property
     def residues(self):
-        """`Plant.residues_of` it."""
+        """`Residues` from gusts to outputs, see `Plant.residues_of`."""
         return self.plant.residues_of(self.plant.motion, self.loop)
 
     def _coarse_residues(self, speeds=False):
-        """`Plant.residues_of` the motion with fewer modes."""
+        """`Residues` with fewer modes; with `speeds` to the speeds of the winches."""
         plant, loop = self.plant, self.loop
         loop = loop and loop.within(plant.coarse_space, plant.coarse_motion)
         return plant.residues_of(plant.coarse_motion, loop, plant.coarse_space, speeds)
@@ -52,11 +52,11 @@ class Turbulence:
 
     @cached_property
     def _coarse(self):
-        """`residues` with fewer modes."""
+        """`residues` with fewer modes, computed once."""
         return self._coarse_residues()
 
     def _integrals_of(self, weights, jumps=()):
-        """`Integrals` with weights that are functions of frequency [Hz], by their names, and where these jump [Hz]."""
+        """`Integrals` over frequency with weights: dict of functions of frequency [Hz] with `jumps` at some [Hz]."""
         gusts, (low, high) = self.plant.gusts, self.range
         edges = with_turns(gusts.edges(low, high), self.loop.law.delay if self.loop else 0.0)
         edges = np.union1d(edges, [jump for jump in jumps if low < jump < high])
@@ -70,16 +70,17 @@ class Turbulence:
 
     @cached_property
     def _integrals(self):
+        """`Integrals` of displacements and rates."""
         return self._integrals_of(OWN)
 
     @cached_property
     def variances(self):
-        """Of the outputs and of their rates; see `_found`."""
-        return self._found(self._integrals)
+        """Variances of the outputs and of their rates, and their errors; see `_with_errors`."""
+        return self._with_errors(self._integrals)
 
     def seen(self, weights):
-        """Variances of the outputs with weights that are functions of frequency [Hz], by their names; see `_found`."""
-        return self._found(self._integrals_of(weights))
+        """Variances of the outputs with weights: dict of functions of frequency [Hz]; see `_with_errors`."""
+        return self._with_errors(self._integrals_of(weights))
 
     def variances_of(self, residues, weights):
         """Variances of the outputs of other `Residues` by the same gusts, shape (w, o); weights as of `seen`."""
@@ -87,44 +88,44 @@ class Turbulence:
 
     def below(self, limits):
         """Variances of the outputs by frequencies below some limits [Hz], shape (l, o)."""
-        return self._integrals_of({limit: partial(np.greater, limit) for limit in limits}, limits).variances(
-            self.residues
-        )
+        weights = {limit: partial(np.greater, limit) for limit in limits}
+        return self._integrals_of(weights, limits).variances(self.residues)
 
-    def _found(self, integrals):
-        """Variances, what the highest modes add to them, not a number where it is not computed, and error by a delay.
+    def _with_errors(self, integrals):
+        """Variances of the outputs, their errors by modes and those by a delay, three arrays of shape (w, o).
 
-        All of shape (w, o).
+        Errors by modes are not numbers where they are not computed.
         """
-        whole = integrals.variances(self.residues)
+        value = integrals.variances(self.residues)
         if not self._estimates:
-            return whole, np.full(whole.shape, np.nan), self._late_error(integrals)
-        return whole, np.abs(whole - integrals.variances(self._coarse)), self._late_error(integrals)
+            return value, np.full(value.shape, np.nan), self._delay_error(integrals)
+        return value, np.abs(value - integrals.variances(self._coarse)), self._delay_error(integrals)
 
     @property
     def _estimates(self):
-        """Whether what the highest modes add is computed: all modes of an exact choice of elements state no error."""
+        """True if errors by modes are computed: all modes of an exact choice of elements state no error."""
         return self.plant.model is None or self.plant.responses
 
-    def _late_error(self, integrals):
-        """Error of the variances by poles that lack the right delay, shape (w, o) or 0."""
+    def _delay_error(self, integrals):
+        """Error of the variances by poles that lack the right delay, shape (w, o) or (w, 1)."""
         if self.loop is None or not self.loop.law.delay:
             return np.zeros((len(integrals.weights), 1))
-        late = TURN * integrals.panels.frequency > self.loop.right_up_to
-        late = replace(integrals, weights={name: weight * late for name, weight in integrals.weights.items()})
-        return STUDY.delayed_error * self.loop.gain_beyond * late.variances(self.plant.at_rest.residues)
+        beyond = TURN * integrals.panels.frequency > self.loop.right_up_to
+        weights = {name: weight * beyond for name, weight in integrals.weights.items()}
+        beyond = replace(integrals, weights=weights).variances(self.plant.at_rest.residues)
+        return STUDY.delayed_error * self.loop.gain_beyond * beyond
 
     @cached_property
     def winch_speeds(self):
-        """Variances of speed and acceleration of each winch, what the highest modes add, both of shape (2, i).
+        """Variances of speed and acceleration of each winch, their errors by modes, both of shape (2, i).
 
         And of each winch the pole that nothing damps, see `Integrals.undamped`.
         """
-        found = self.plant.residues_of(self.plant.motion, self.loop, speeds=True)
-        whole, coarse = self._integrals.variances(found), np.nan
+        residues = self.plant.residues_of(self.plant.motion, self.loop, speeds=True)
+        value, coarse = self._integrals.variances(residues), np.nan
         if self._estimates:
             coarse = self._integrals.variances(self._coarse_residues(speeds=True))
-        return whole, np.abs(whole - coarse), self._integrals.undamped(found, whole[0], np.ones(whole.shape[1]))
+        return value, np.abs(value - coarse), self._integrals.undamped(residues, value[0], np.ones(value.shape[1]))
 
     def undamped(self, stiffness):
         """Poles of the displacements that nothing damps, see `Integrals.undamped`."""

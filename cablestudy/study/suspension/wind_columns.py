@@ -1,6 +1,6 @@
 """Columns of a suspension in the wind and under control: of bodies, markers, cables, actuators and the loop.
 
-`gondola.rms_x`, `gondola.focus.peak`, `n1.least_tension`, `mass_x.peak_stroke`: what it is of, a dot and a quantity.
+Their names are an owner, a dot and a quantity: `gondola.rms_x`, `gondola.focus.peak`, `n1.least_tension`.
 """
 
 from dataclasses import replace
@@ -21,7 +21,7 @@ ENDS = ("tension_from", "tension_to")
 
 
 def _rms(case, names, variance="value", state=""):
-    """Root of the sum of variances of some outputs, and its estimated relative error."""
+    """RMS of some outputs together, and its relative error, see `DynamicAnalysis.rms`; by its `state` of `STATES`."""
     return case.in_wind.rms(names, variance, open_loop=bool(state))
 
 
@@ -41,7 +41,9 @@ def place_columns(name):
     def peak(case):
         return scaled(case.in_wind.peak(outputs, np.sqrt((case.in_wind.mean_displacement(name) ** 2).sum())), MM)
 
-    def imaged(variance, *keys):
+    def seen_motion(variance, *keys):
+        """Function of a case: the RMS that a telescope sees, which needs some keys of the scene."""
+
         def compute(case):
             for key in keys:
                 if getattr(case.scene, key) is None:
@@ -50,32 +52,32 @@ def place_columns(name):
 
         return compute
 
-    found = [
+    columns = [
         Column(f"{name}.mean_{axis}", "mm", f"displacement by the mean wind along {axis}, the winches at rest", "wind",
-               mean(place), "wind")
-        for place, axis in enumerate(PLACES)
+               mean(number), "wind")
+        for number, axis in enumerate(PLACES)
     ]  # fmt: skip
     for state, words in STATES.items():
-        found += [
+        columns += [
             Column(f"{name}.rms_{axis}{state}", "mm", f"RMS displacement along {axis}{words}", "wind",
                    rms([output], MM, state), "wind")
             for axis, output in zip(PLACES, outputs, strict=True)
         ]  # fmt: skip
-        found += [
+        columns += [
             Column(f"{name}.rms{state}", "mm", f"RMS displacement, of the three together{words}", "wind",
                    rms(outputs, MM, state), "wind"),
             Column(f"{name}.rms_velocity{state}", "mm/s", f"RMS velocity, of the three together{words}", "wind",
                    rms(outputs, MM, state, "rate"), "wind"),
         ]  # fmt: skip
     return [
-        *found,
+        *columns,
         Column(f"{name}.peak", "mm", "mean displacement and peak factor times RMS (Davenport)", "wind", peak, "wind"),
-        Column(f"{name}.exposure", "um", "RMS motion within one exposure", "wind", imaged("exposure", "exposure"),
+        Column(f"{name}.exposure", "um", "RMS motion within one exposure", "wind", seen_motion("exposure", "exposure"),
                "wind, exposure"),
         Column(f"{name}.corrected", "um", "RMS motion that the correcting mirror leaves", "wind",
-               imaged("corrected", "correction"), "wind, correction"),
+               seen_motion("corrected", "correction"), "wind, correction"),
         Column(f"{name}.corrected_exposure", "um", "RMS motion within one exposure behind the mirror", "wind",
-               imaged("corrected_exposure", "exposure", "correction"), "wind, exposure, correction"),
+               seen_motion("corrected_exposure", "exposure", "correction"), "wind, exposure, correction"),
     ]  # fmt: skip
 
 
@@ -121,20 +123,20 @@ def tension_columns(name):
 
 
 def tension_at_peak(case, name, sign):
-    """Mean tension of a cable and peak factor times RMS, or less that with a `sign` of -1, and its relative error.
+    """Mean tension of a cable plus `sign` times peak factor and RMS, and its relative error. [N]
 
-    That of the end where it is largest, or least. [N]
+    The largest one of both ends with a `sign` of 1, the least one with -1.
     """
-    parts = []
+    tensions = []
     for mean, end in zip(case.in_wind.mean_tensions(name), ENDS, strict=True):
         change, error = case.in_wind.peak([f"{name}.{end}"], 0.0, STUDY.crossings)
-        value = mean + sign * change
-        parts.append((value, error * change / abs(value) if value else error))
-    return max(parts, key=lambda part: sign * part[0])
+        tension = mean + sign * change
+        tensions.append((tension, error * change / abs(tension) if tension else error))
+    return max(tensions, key=lambda pair: sign * pair[0])
 
 
 def midspan_column(name):
-    """The column of a cable that needs more outputs than the others."""
+    """The column of the RMS displacement of a cable at mid-span, which needs outputs that the others do not."""
 
     def rms(case):
         return scaled(case.in_wind.with_midspans.largest_rms([f"{name}.midspan.{axis}" for axis in PLACES]), MM)
@@ -144,7 +146,7 @@ def midspan_column(name):
 
 
 def slackened(case):
-    """Names of the cables whose least tension in the wind is below zero; without an answer none."""
+    """Names of the cables whose least tension in the wind is below zero; none where it cannot be computed."""
     if case.scene.wind is None:
         return []
     try:
@@ -154,8 +156,9 @@ def slackened(case):
 
 
 def _max_peak_utilisation(case):
-    strong = [name for name, cable in case.scene.cables.items() if cable.section_breaking_force is not None]
-    return max((tension_columns(name)[2].compute(case) for name in strong), key=lambda found: found[0])
+    """Largest `peak_utilisation` of the cables whose breaking force is known, and its relative error."""
+    names = [name for name, cable in case.scene.cables.items() if cable.section_breaking_force is not None]
+    return max((tension_columns(name)[2].compute(case) for name in names), key=lambda pair: pair[0])
 
 
 PEAK_UTILISATION = Column(
@@ -173,7 +176,7 @@ QUANTITIES = {
 
 def actuator_columns(name, wheel=None):
     """The columns of a reaction mass or wheel; of both where `wheel` is None: list of Column."""
-    kinds = {None: tuple(QUANTITIES), True: ("momentum", "torque"), False: ("stroke", "force")}[wheel]
+    quantities = {None: tuple(QUANTITIES), True: ("momentum", "torque"), False: ("stroke", "force")}[wheel]
 
     def rms(quantity, unit):
         return lambda case: scaled(_rms(case, [_directed(case, f"{name}.{quantity}")]), unit)
@@ -181,18 +184,18 @@ def actuator_columns(name, wheel=None):
     def peak(quantity, unit):
         return lambda case: scaled(case.in_wind.peak([f"{name}.{quantity}"], 0.0), unit)
 
-    found = []
-    for quantity in kinds:
+    columns = []
+    for quantity in quantities:
         unit, scale, meaning = QUANTITIES[quantity]
-        found += [
+        columns += [
             Column(f"{name}.rms_{quantity}", unit, f"RMS {meaning}", "wind", rms(quantity, scale), "wind"),
             Column(f"{name}.peak_{quantity}", unit, f"expected peak: {meaning}", "wind", peak(quantity, scale), "wind"),
         ]
-    return found
+    return columns
 
 
 def _directed(case, output):
-    """The name of an output, which is refused if it is the force of a link whose two places are one."""
+    """The name of an output; refused, by NoSolutionError, is the force of a link whose two ends coincide."""
     names, link = list(case.scene.links), output.rpartition(".")[0]
     if link in names and not case.equilibrium.links.direction[names.index(link)].any():
         raise NoSolutionError(f"{link}: its two places are one, so that its force has no direction")
@@ -200,19 +203,19 @@ def _directed(case, output):
 
 
 def link_force_column(name):
-    """The column of a link: an actuator has one of the same name."""
+    """The column of the force of a link, named and computed as that of an actuator."""
     column = next(column for column in actuator_columns(name) if column.name == f"{name}.rms_force")
     return replace(column, meaning="RMS force along the link, spring and dashpot together")
 
 
 def exceeded_limits(case):
-    """Limits that are exceeded: actuator and quantity, or key of the winches -> text."""
-    found, control = {}, case.scene.control
+    """Limits that expected peaks exceed: ACTUATOR.QUANTITY, or key of the winches -> text of a warning."""
+    exceeded, control = {}, case.scene.control
     if control is not None and control.max_speed is not None:
         _, peak, fastest, _ = case.in_wind.winch_speeds
         if peak > control.max_speed:
             name = list(case.scene.winches)[fastest]
-            found["control.max_speed"] = (
+            exceeded["control.max_speed"] = (
                 f"the winch of {name} would reach {MM * peak:.4g} mm/s in the wind, above max_speed of "
                 f"{MM * control.max_speed:.4g} mm/s"
             )
@@ -224,10 +227,10 @@ def exceeded_limits(case):
             unit, scale, _ = QUANTITIES[quantity]
             peak, _ = case.in_wind.peak([f"{name}.{quantity}"], 0.0)
             if peak > limit:
-                found[f"{name}.{quantity}"] = (
+                exceeded[f"{name}.{quantity}"] = (
                     f"{name}: its {quantity} reaches {scale * peak:.4g} {unit}, above its limit of {scale * limit:.4g}"
                 )
-    return found
+    return exceeded
 
 
 # ------------------------------------------------------------------------------------------------------ of the loop

@@ -32,20 +32,20 @@ OPEN = "_open_loop"
 
 
 def wind_tables(document, case, only=None):
-    """The tables of a case in the wind.
+    """The tables of `windrms`: motion, rotations, cables and others, of a case in the wind.
 
     Parameters
     ----------
     document : Document
-        Of its scene, for the places of mistakes.
+        Of its scene, for the lines of mistakes.
     case : SuspensionCase
     only : str, optional
-        The name of one of them; the others are not made.
+        The name of the one table that is made.
 
     Returns
     -------
     tables : dict
-        Name -> Table; without those that the scene has nothing for.
+        Name -> Table; without those whose key the scene does not have.
     failures : tuple of str
         Why cells of them are empty: an unstable loop, a motion that nothing damps.
 
@@ -54,7 +54,7 @@ def wind_tables(document, case, only=None):
     SceneError
         The scene has no wind, or nothing for the table that is asked for.
     NoSolutionError, ConvergenceError
-        It has no answer.
+        The motion, or the loop, cannot be computed.
     """
     scene = case.scene
     if scene.wind is None:
@@ -66,7 +66,7 @@ def wind_tables(document, case, only=None):
 
 
 def loop_tables(case, only=None):
-    """The tables `loop`, and `coordinates` with the margin of each alone, or one of them; see `wind_tables`."""
+    """The tables `loop` and `coordinates`, or the one named by `only`; returns and raises as `wind_tables`."""
     makers = {"loop": loop_table, "coordinates": coordinate_table}
     return made(case, chosen_tables(makers, only))
 
@@ -90,17 +90,19 @@ def made(case, makers):
     return tables, tuple(dict.fromkeys(failures))
 
 
-def _places(scene):
+def _bodies_and_markers(scene):
     """Names of the bodies and markers."""
-    return [name for body in scene.bodies for name in (body, *(f"{body}.{m}" for m in scene.bodies[body].markers))]
+    markers = {body: [f"{body}.{marker}" for marker in table.markers] for body, table in scene.bodies.items()}
+    return [name for body, of_body in markers.items() for name in (body, *of_body)]
 
 
-def _closed(columns_of):
-    """Those of the columns that are not without the loop."""
+def _closed_loop(columns_of):
+    """Function of a name: columns with the loop, of those of a function."""
     return lambda name: [column for column in columns_of(name) if OPEN not in column.name]
 
 
-def _open(name):
+def _open_loop(name):
+    """Columns of a body or marker with the winches at rest, without that in their names."""
     columns = place_columns(name) + ([] if "." in name else turn_columns(name))
     return [replace(column, name=column.name.replace(OPEN, "")) for column in columns if OPEN in column.name]
 
@@ -113,13 +115,17 @@ def _cable_columns(scene, name):
 
 
 def _actuator_columns(scene):
+    """Function of a name: columns of that reaction mass or wheel."""
     return lambda name: actuator_columns(name, hasattr(scene.actuators[name], "torque"))
 
 
 def _listed(case, names, columns_of, failures):
-    """One row for each name, without the columns that the scene lacks the keys for."""
-    there = lambda name: [one for one in columns_of(name) if not lacks(case.scene, one)]  # noqa: E731
-    return listed(case, names, there, failures=failures)
+    """Table with one row for each name, without the columns whose keys the scene lacks."""
+
+    def computable(name):
+        return [column for column in columns_of(name) if not lacks(case.scene, column)]
+
+    return listed(case, names, computable, failures=failures)
 
 
 def loop_table(case, failures, more=()):
@@ -138,7 +144,7 @@ def loop_table(case, failures, more=()):
 
 
 def coordinate_table(case, _):
-    """Each measured coordinate: its notch, and by how much its gain alone may grow, which an unstable loop lacks."""
+    """Table of measured coordinates: frequency of the notch, and gain margin alone, which an unstable loop lacks."""
     closed_loop = case.in_wind.controlled
     limits = closed_loop.single_limits if closed_loop.loop.gain and closed_loop.stable else {}
     lines = []
@@ -156,9 +162,10 @@ def coordinate_table(case, _):
 
 
 TABLES = {  # name -> the key of the scene that it needs, and what makes it of a case
-    "motion": ("bodies", lambda case, why: _listed(case, _places(case.scene), _closed(place_columns), why)),
-    "rotations": ("bodies", lambda case, why: _listed(case, list(case.scene.bodies), _closed(turn_columns), why)),
-    "open_loop": ("control", lambda case, why: _listed(case, _places(case.scene), _open, why)),
+    "motion": ("bodies", lambda case, why: _listed(
+        case, _bodies_and_markers(case.scene), _closed_loop(place_columns), why)),
+    "rotations": ("bodies", lambda case, why: _listed(case, list(case.scene.bodies), _closed_loop(turn_columns), why)),
+    "open_loop": ("control", lambda case, why: _listed(case, _bodies_and_markers(case.scene), _open_loop, why)),
     "cables": ("cables", lambda case, why: listed(
         case, list(case.scene.cables), partial(_cable_columns, case.scene), failures=why)),
     "actuators": ("actuators", lambda case, why: _listed(
@@ -178,22 +185,22 @@ def _peaks_and_ranges(case):
 
 
 def remarks_of(case, tables):
-    """Lines on what makes numbers in the wind doubtful: limits that are passed, cables that go slack: list of str.
+    """Warnings and notes on numbers in the wind: exceeded limits, slack cables, large errors: list of str.
 
     And, where the `tables` show both, a note on motions that the loop makes larger.
     """
-    found = [f"warning: {text}: the linear numbers do not hold" for text in exceeded_limits(case).values()]
+    lines = [f"warning: {text}: the linear numbers do not hold" for text in exceeded_limits(case).values()]
     if slack := slackened(case):
-        found.append(f"warning: {SLACK}: {first_of(slack, STUDY.listed_parts)}: the linear numbers do not hold")
+        lines.append(f"warning: {SLACK}: {first_of(slack, STUDY.listed_parts)}: the linear numbers do not hold")
     if doubt := case.in_wind.doubt:
-        found.append(f"note: {doubt}")
-    found += loop_remarks(case, tables)
+        lines.append(f"note: {doubt}")
+    lines += loop_remarks(case, tables)
     if "motion" in tables:
-        found += beyond_linear(_peaks_and_ranges(case))
+        lines += beyond_linear(_peaks_and_ranges(case))
     if "motion" in tables and "open_loop" in tables:
         pairs = zip(tables["motion"].rows, tables["open_loop"].rows, strict=True)
-        found += larger_by_loop((row["name"], row["rms_mm"], at_rest["rms_mm"]) for row, at_rest in pairs)
-    return found
+        lines += larger_by_loop((row["name"], row["rms_mm"], at_rest["rms_mm"]) for row, at_rest in pairs)
+    return lines
 
 
 def loop_remarks(case, tables):
