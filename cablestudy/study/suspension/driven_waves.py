@@ -184,8 +184,8 @@ class Effects:
     def _waves(self, cable):
         """Waves across a cable, then along it: coupling m of w waves, shape (w, f, 6), and rate of decay, shape (f,).
 
-        m are the forces on the ends of the module's docstring over W^2. Masses on the cable divide it: the shortest part
-        has the largest forces on its ends.
+        m are the forces on the ends of the module's docstring over W^2. Masses on the cable divide it: the shortest
+        part has the largest forces on its ends.
         """
         omega, span = self.omega, self.cables.catenary.span
         values = span.axial_stiffness, span.mass, span.unstretched_length, span.gravity
