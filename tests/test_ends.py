@@ -1,11 +1,13 @@
 """`control/ends.py`: the continuous cable, DESIGN section 6 on dense bars, symmetry, passivity, damping."""
 
+import itertools
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 from cables import along_x, condensed_stiffness
+from campaign import campaign
 from complex_stiffness import ComplexStiffness, excited
 from mpmath import mp
 from random_scenes import scene_data, scene_of
@@ -179,8 +181,13 @@ def test_a_critically_damped_pair_of_poles():
     assert np.abs(here - near).max() < 1e-8 * np.abs(here).max()
 
 
-@pytest.mark.parametrize(("law", "amounts"), [("kelvin_voigt", 10.0 ** np.array([-9, -4, -2, 0, 2, 3, 4, 6, 9])),
-                                              ("hysteretic", [1e-6, 1e-2, 2, 1e3, 1e5, 1e7, 1e9])])  # fmt: skip
+@pytest.mark.parametrize(
+    ("law", "amounts"),
+    [
+        ("kelvin_voigt", campaign((1e-9, 1e-4, 1e-2, 1e0, 1e2, 1e3, 1e4, 1e6, 1e9), (1e-4, 1e2, 1e9))),
+        ("hysteretic", campaign((1e-6, 1e-2, 2, 1e3, 1e5, 1e7, 1e9), (1e-2, 1e3, 1e9))),
+    ],
+)
 @pytest.mark.parametrize("name", ["taut", "sagging", "inclined"])
 def test_any_damping_of_the_strain_is_right_or_refused(name, law, amounts):
     refused, chain = [], CABLES[name].chain()
@@ -218,8 +225,13 @@ def test_a_stiff_cable_is_not_refused_and_right(seed):
         assert abs(value - exact(one, complex(model.strain.factor(one))).stiffness) < 1e-10 * balance
 
 
-@pytest.mark.parametrize("seed", [110003, 110041, 500048, 500096, 500104])
-@pytest.mark.parametrize("amount", [1e-3, 1, 30])
+@pytest.mark.parametrize(
+    ("seed", "amount"),
+    campaign(
+        itertools.product((110003, 110041, 500048, 500096, 500104), (1e-3, 1, 30)),
+        [(110003, 1e-3), (110041, 30), (500048, 1), (500096, 1e-3), (500104, 30)],
+    ),
+)
 def test_the_sum_over_damped_modes_in_long_arithmetic(seed, amount):
     """The very modes of the model, in 50 digits: up to frequencies at which the cable's mass is all that counts."""
     model = along_x(Case(scene_of(scene_data(seed), 1e-6)).refined(1, 12))
