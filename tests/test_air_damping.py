@@ -36,6 +36,7 @@ def test_a_gondola_on_a_light_cable_in_white_noise_is_the_textbook_s_oscillator(
     assert velocity == pytest.approx(np.sqrt(level / (4 * damping * 50.0)), rel=1e-3)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("model", ["{elements: 10}", "{accuracy: 1e-6}"])
 @pytest.mark.parametrize("damping", ["{model: hysteretic, loss_factor: 0}", "{model: kelvin_voigt, time: 0}"])
 @pytest.mark.parametrize("speed", [0.001, 6.0, 200.0])
@@ -64,6 +65,7 @@ def test_an_overdamped_gondola_creeps_back():
     assert damped_mode(stiffness, 50.0, 4.516, "hysteretic", 1e-9, 2000.0)[0] == pytest.approx(1.0, abs=1e-6)
 
 
+@pytest.mark.crossed
 @pytest.mark.usefixtures("white")
 @pytest.mark.parametrize("ratio", [1e-3, 1e-2])
 @pytest.mark.parametrize("gain", [0.0, 0.1, 0.5])

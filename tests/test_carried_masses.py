@@ -52,6 +52,7 @@ def spectral(span, order):
 # ---- the string with a bead -----------------------------------------------------------------------------------------
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("share", [0.5, 0.3, 0.01])
 @pytest.mark.parametrize("ratio", [1e-3, 0.1, 1.0, 30.0, 1e4])
 def test_a_string_with_one_mass_in_closed_form(ratio, share):
@@ -322,6 +323,7 @@ def test_the_gondola_is_that_of_dense_bars(law):
         assert np.abs(poles - pole).min() < 1e-8 * abs(pole)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("s", [0.3j, -0.2 + 5j, -3.0])
 @pytest.mark.parametrize("loss", [0.0, 0.3 + 0.2j, 2j])
 def test_the_complex_stiffness_is_the_dense_one(s, loss):
@@ -514,6 +516,7 @@ def blown(path, elements, *sets):
     return (Case(load_scene(path, (*more, loads(*shares)))[1]) for loads in (hung, weighing))
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("direction", ["across", "along"])
 @pytest.mark.parametrize("law", ["ratio: 0.01", *(f"{law}, viscous: 0.01" for law in LAWS[1:])])
 def test_a_bare_cable_in_the_wind_is_that_of_dense_matrices(windy, law, direction):

@@ -53,6 +53,7 @@ def test_an_element_of_high_order_is_the_continuous_cable(name):
             assert abs(found(s, 1j * eta).stiffness / value[0, 0] - 1) < 1e-9 + 10 * error, (s, eta)
 
 
+@pytest.mark.crossed
 @NAMES
 @pytest.mark.parametrize(("mass", "order"), [("lumped", 1), ("lumped", 4), ("consistent", 3), ("blended", 1)])
 def test_every_order_and_mass_is_the_dense_matrix_condensed(name, mass, order):
@@ -97,6 +98,7 @@ def test_one_bar_is_a_spring_with_a_dashpot(amount):
     assert found == pytest.approx(min(1.0, amount * omega / 2), rel=1e-12)
 
 
+@pytest.mark.crossed
 @NAMES
 @pytest.mark.parametrize("law", ["hysteretic", "kelvin_voigt"])
 @pytest.mark.parametrize("amount", [1e-9, 1e-3, 0.3])

@@ -232,6 +232,7 @@ def test_too_many_modes_of_a_large_model():
 # ---- the error that one model tells --------------------------------------------------------------------------------
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("order", [6, 8, 9, 11, 14, 17])
 @pytest.mark.parametrize(("a", "b", "length"), [
     (185.8, 0.0, 184.4883), (185.8, 0.0, 186.0), (175.68, 60.49, 184.4883), (100.0, -20.0, 130.0), (20.0, 100.0, 103.0),
@@ -257,6 +258,7 @@ def test_the_error_that_a_model_tells_is_true_and_not_idle(a, b, length, order):
                 assert error < (1e3 if length < 103 or chord > 105 else 1e4) * true, (kind, k)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("order", range(6, 25))
 @pytest.mark.parametrize("elements", [1, 2, 3])
 def test_the_error_of_a_taut_string_is_told_sharply(elements, order):

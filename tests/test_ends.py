@@ -70,6 +70,7 @@ def difference(found, expected, name):
 # ---- the continuous cable -------------------------------------------------------------------------------------------
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(("law", "amount"), DAMPINGS)
 @pytest.mark.parametrize("name", CABLES)
 def test_all_modes_together_are_the_continuous_cable(name, law, amount):
@@ -134,6 +135,7 @@ def test_turned_about_the_vertical(law, amount):
 # ---- the paper's bars and the formula of DESIGN section 6 -----------------------------------------------------------
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("ratio", [0.0, 1e-3, 0.01, 0.5, 2.0])
 @pytest.mark.parametrize("name", ["taut", "sagging", "inclined"])
 def test_modal_damping_is_the_formula_on_dense_bars(name, ratio):
@@ -275,6 +277,7 @@ def test_symmetric_reciprocal_and_the_same_from_both_ends(name, law, amount):
             assert (np.abs(found - swap @ found @ swap) < 1e-7 * size).all()
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(("name", "law", "amount"), MODELS)
 @pytest.mark.parametrize("chosen", [[], [0], [7], [1, 4, 30], slice(0, 20), slice(60, None), slice(None)], ids=str)
 def test_the_static_limit_is_the_condensed_stiffness_for_any_modes(name, law, amount, chosen):
@@ -311,6 +314,7 @@ def test_a_negative_frequency_is_the_conjugate(name, law, amount):
     assert (np.abs(mixed[:2] - [below[1], above[2]]) < 1e-12 * size[1:3]).all()
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(("law", "amount"), SOME)
 @pytest.mark.parametrize("elements", [1, 2, 3])
 def test_the_smallest_models(law, amount, elements):
@@ -378,6 +382,7 @@ def test_the_damping_trap():
 # mass that couples the ends to the inside
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("twin", [PAPER, SAGGING, INCLINED], ids=["taut", "sagging", "inclined"])
 @pytest.mark.parametrize(("mass", "order"), [("lumped", 3), ("consistent", 1), ("consistent", 3), ("blended", 1)])
 def test_every_mass_is_the_dense_matrix_condensed(twin, mass, order):

@@ -41,6 +41,7 @@ CHAINS = {  # a, b, L
 }
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(("a", "b", "length"), CHAINS.values(), ids=CHAINS)
 @pytest.mark.parametrize("elements", [2, 7, 40])
 def test_bars_equal_the_exact_chain(a, b, length, elements):
@@ -75,6 +76,7 @@ def bar_tension_error(start, state):
     return abs((weights * state.tension).sum() * state.force / start.mean_tension - 1)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("degrees", [-90, -89.9, -45, 0, 19, 80, 90])
 @pytest.mark.parametrize("strain", [1e-9, 1e-6, 1e-3, 0.03])
 def test_taut(degrees, strain):
@@ -88,6 +90,7 @@ def test_taut(degrees, strain):
         assert bar_tension_error(start, state) < max(2 * allowed, 1e-12)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("degrees", [-80, -45, 0, 19, 60])
 @pytest.mark.parametrize("ratio", [1.0, 1.001, 1.1, 2.0, 3.0])
 def test_slack(degrees, ratio):

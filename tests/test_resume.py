@@ -19,6 +19,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from campaign import campaign
 from command import LONGEST, SLACK, edit_rows, go_on, process, run, start_paused, stored_rows, study_file
 
 from cablestudy.errors import SceneError
@@ -82,7 +83,7 @@ def test_a_sweep_that_is_killed_time_and_again_ends_with_the_same_bytes(folder):
     study_file(folder, LONG, SLACK)
     assert process("sweep", "study.yaml", "--out", "whole").code == 0
     generator = random.Random(20)
-    for attempt in range(4):
+    for attempt in campaign(range(4), (0, 3)):
         before, where = len(stored_rows(ROWS)), ("within", "after")[attempt // 2]
         jobs = ("--jobs", 1 + attempt % 2)
         sweep = start_paused(generator.randrange(2, 100), "study.yaml", "--resume", *jobs, where=where)

@@ -84,6 +84,7 @@ def test_response_is_that_of_dense_bars(model, dense):
     assert largest(computed - expected, expected) < 1e-9
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("selection", SELECTIONS)
 @each_damping
 @pytest.mark.parametrize("residual", [True, False])
@@ -184,6 +185,7 @@ def transfers(model, location, s):
     return stiffness, stiffness[:, 3, 3], stiffness[:, 3, 3 if location == "gondola" else 0]
 
 
+@pytest.mark.crossed
 @each_location
 @pytest.mark.parametrize("selection", ["all", "third", "none"])
 @each_damping

@@ -158,6 +158,7 @@ def encirclements(own, gain):
     return round(-turned)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("seed", campaign(range(6), (0, 3)))
 @pytest.mark.parametrize("scene", SCENES)
 def test_growing_poles_are_the_encirclements_of_the_exact_loop_gain(scene, seed):

@@ -222,6 +222,7 @@ def test_the_smallest_of_equally_balanced_tensions():
     np.testing.assert_allclose(found.tension, 70, rtol=1e-9)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("strain", [3e-4, -0.01, -0.3])
 @pytest.mark.parametrize("kind", [*stated.FORCES, "sag"])
 def test_rates_by_differences(kind, strain):

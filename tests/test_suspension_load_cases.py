@@ -252,6 +252,7 @@ AT = {"end_1": "tension_from", "end_2": "tension_to", "horizontal": "horizontal_
       "max": "max_tension"}  # fmt: skip
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("share", [False, True])
 @pytest.mark.parametrize("at", AT)
 def test_a_tension_at_a_place_is_had_there(made, at, share):
@@ -299,6 +300,7 @@ COUPLED = ["gondola.x", "gondola.y", "gondola.z", "a.tension_from", "c.tension_t
 LOADS = "loads: [{fraction: 0.25, mass: 80 kg}, {at: 200 m, force: [100, 50, -300]}, {at: 200 m, mass: 3 kg}]"
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("stated", ["unstretched_length: 301 m", "preload: 22 kN", "sag: 8 m"])
 @pytest.mark.parametrize("day", [None, "cold", "oblique"])
 def test_loads_on_a_cable_between_fixed_points_are_those_of_one_cable(tmp_path, made, stated, day):
@@ -314,6 +316,7 @@ def test_loads_on_a_cable_between_fixed_points_are_those_of_one_cable(tmp_path, 
         check_of_one(made(many, *sets), name, scene(*sets, *more, base=one))
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("stated", ["unstretched_length: 301 m", "preload: 22 kN", "sag: 8 m"])
 @pytest.mark.parametrize("own", ["loads: []", LOADS])
 def test_loads_of_a_case_are_those_of_one_cable(tmp_path, made, stated, own):
@@ -347,6 +350,7 @@ ON_A = "cables.a.loads=[{fraction: 0.3, mass: 60 kg}, {at: 50 m, force: [200, -1
 WITH_LOADS = "cable.reference.loads=true"
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("stated", ["unstretched_length: 301 m", "preload: 22 kN", "sag: 12 m",
                                     *(f"tension: {{at: {at}, value: 25 kN}}" for at in AT)])  # fmt: skip
 @pytest.mark.parametrize("day", [None, "oblique"])

@@ -728,6 +728,7 @@ def by_statics(text, step=1e-3):
 TENSIONS = ("tension_from", "tension_to")
 
 
+@pytest.mark.crossed
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("on", ON)
 @pytest.mark.parametrize("seed", [1, 2, 3])

@@ -32,6 +32,7 @@ def mirror_image(shapes, axes):
     return shapes[::-1] * np.where(np.array(axes) == 0, -1, 1)[:, None]
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("mass", ["lumped", "consistent"])
 @pytest.mark.parametrize("axes", [IN_PLANE, OUT_OF_PLANE], ids=["in plane", "out of plane"])
 @pytest.mark.parametrize(("elements", "order"), MESHES)

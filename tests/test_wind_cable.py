@@ -75,6 +75,7 @@ def variances(found, load, *ratios):
     return np.trace(found.covariance(both, np.array(ratios)), axis1=1, axis2=2)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("ratio", [1e-250, 1e-9, 1e-3, 1.0, 30.0, 400.0])
 @pytest.mark.parametrize(("elements", "order"), [(1, 16), (3, 10), (1, 48)])
 def test_a_load_on_high_orders_against_a_fine_integration(ratio, elements, order):
@@ -268,6 +269,7 @@ def spectrum_in(wind, frequency):
     return response.spectra(frequency)[response.names.index("gondola.x")]
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("direction", ["across", "along"])
 @pytest.mark.parametrize("damping", [None, HYSTERETIC, VISCOUS])
 @pytest.mark.parametrize("form", [None, INCLINED, VERTICAL, SAGGING, ASIDE])
@@ -282,6 +284,7 @@ def test_the_spectrum_is_that_of_the_dense_matrices(direction, damping, form):
     assert spectrum_of(case, frequency, direction) == pytest.approx(expected, rel=0.02)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("form", [None, INCLINED])
 @pytest.mark.parametrize("more", [(), (AIR,), (AIR, VISCOUS), (AIR, HYSTERETIC)])
 def test_whole_coherence_is_the_dense_matrices_to_rounding(form, more):

@@ -74,6 +74,7 @@ def case_with(ratio, share, *sets):
     return case_of(*sets, f"winch.controller.gain={gain!r}")
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("ratio", [1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5])
 @pytest.mark.parametrize("gain", [0.0, 0.01, 0.5])
 def test_the_rms_is_that_of_a_fine_integration(ratio, gain):
@@ -197,6 +198,7 @@ def test_shares_of_the_variance(sets):
         assert share == pytest.approx((brute(loop, loop.gain, spectrum, high=limit)[0] / whole) ** 2, abs=1e-5)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("on", ["in_wind", "in_cable_wind"])
 @pytest.mark.parametrize(
     "damping", ["{loss_factor: 0.02, viscous: 1e-3}", "{model: kelvin_voigt, time: 2 ms, viscous: 1e-3}"]
