@@ -1,8 +1,8 @@
 """`cable/segment.py` against the same integrals at 50 digits."""
 
-from campaign import campaign
 import numpy as np
 import pytest
+from campaign import campaign
 from mpmath import mp
 from references import catenary_mp
 
