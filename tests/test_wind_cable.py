@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from cables import matrices_of_all_nodes
+from campaign import campaign
 from command import CARLINA, rows_of, run, table_of
 from scenes import case_of, cells, scene
 from scipy.integrate import trapezoid
@@ -371,6 +372,7 @@ def test_what_the_wind_acts_on():
     assert "wind on the cable" in run("windrms", CARLINA, "--on", "cable", "--explain").err
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("sets", [(), ("winch.controller.gain=0", "wind.admittance=none")], ids=["loop", "at rest"])
 @pytest.mark.parametrize("on", ["gondola", "cable", "both"])
 def test_a_picture_has_the_variance_that_is_printed(on, sets):
@@ -482,7 +484,7 @@ EXTREMES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("sets", EXTREMES, ids=" ".join)
+@pytest.mark.parametrize("sets", campaign(EXTREMES, EXTREMES[::3]), ids=" ".join)
 def test_extreme_winds_have_a_number_or_a_refusal(sets):
     options = ["--on", "both"] if len(sets) == 1 else []
     options += [part for one in sets for part in ("--set", one)]
@@ -495,6 +497,7 @@ def test_extreme_winds_have_a_number_or_a_refusal(sets):
         assert all(0 <= row[name] < np.inf for name in row if name.startswith("gondola_rms"))
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("key", ["wind.turbulence_rms", "gondola.area", "wind.speed"])
 @pytest.mark.parametrize("end", ENDS)
 def test_a_picture_of_an_extreme_wind_is_drawn_or_refused_in_a_line(key, end, tmp_path):
