@@ -47,6 +47,7 @@ def test_damping_ratio_of_a_gondola_on_a_light_cable(model, damping, speed):
     assert found["gondola_damping_ratio"] == pytest.approx(ratio, rel=1e-6)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("damping", [1e-4, 1.0, 50.0, 400.0])
 @pytest.mark.parametrize("law", ["hysteretic", "kelvin_voigt"])
 def test_the_damping_ratio_by_complex_stiffness_is_that_of_the_pole(law, damping):

@@ -538,6 +538,7 @@ def test_the_rms_of_a_bare_cable_is_the_integral_of_dense_spectra(windy):
     assert row["tension_rms"] == pytest.approx(np.sqrt(variance[3:].max()), rel=1e-3)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("direction", ["across", "along"])
 @pytest.mark.parametrize("law", ["ratio: 0.01", "loss_factor: 0.02", "time: 1 ms"])
 def test_a_gondola_in_the_wind_on_the_cable_is_that_of_dense_matrices(law, direction):

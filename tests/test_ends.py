@@ -85,6 +85,7 @@ def test_all_modes_together_are_the_continuous_cable(name, law, amount):
         assert difference(found, expected, name) < tolerance, share
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(("order", "mode"), [(32, 12), (40, 16), (48, 20)])
 @pytest.mark.parametrize("name", ["taut", "sagging"])
 def test_up_to_two_fifths_of_the_order(name, order, mode):

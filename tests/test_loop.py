@@ -100,6 +100,7 @@ def dense_poles(case, gain=None):
     return np.linalg.eigvals(loop_matrix.matrices(bar_loop(case), case.in_wind.gain[0] if gain is None else gain)[0])
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("gain", [0.05, 0.3])
 @pytest.mark.parametrize("ratio", [0.9, 1.1])
 def test_margins_are_those_of_python_control(gain, ratio):
@@ -173,6 +174,7 @@ def test_the_largest_gain_is_the_first_with_a_pole_to_the_right(name):
     assert growth[-1] > 0
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("name", BARS)
 @pytest.mark.parametrize("margin", [1.0, 20.0])
 def test_the_peak_of_the_sensitivity_is_that_of_a_fine_scan(name, margin):

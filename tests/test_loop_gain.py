@@ -168,6 +168,7 @@ def test_poles_in_windows_give_the_loop_gain(seed, monkeypatch):
     assert lost(s) == pytest.approx(expected, rel=1e-9, abs=1e-11 * np.abs(expected).max())
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("change", [1e-3, 1e-6])
 @pytest.mark.parametrize("seed", [0, 2, 14])
 def test_the_effect_of_other_frequencies_of_the_cables_follows_from_their_poles(seed, change):

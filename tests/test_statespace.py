@@ -206,6 +206,7 @@ def test_coupled_model_is_gondola_on_end_stiffness(scene, damping, selection, lo
         assert not any(matrix[0].any() for matrix in system.derivatives)
 
 
+@pytest.mark.crossed
 @each_location
 @each_notch
 @each_damping
@@ -259,6 +260,7 @@ LAWS = {
 }
 
 
+@pytest.mark.crossed
 @each_location
 @pytest.mark.parametrize("name", LAWS)
 def test_another_law_than_an_integrator(name, location, model):

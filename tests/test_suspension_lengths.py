@@ -50,6 +50,7 @@ def least_squares(matrix, load, objective, low, high):
     return found.x * unit
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("method", ["balanced", "least", "closest"])
 @pytest.mark.parametrize(("low", "high"), [(100.0, np.inf), (200.0, 800.0)])
 def test_weightless_cables_against_a_general_solver(method, low, high):

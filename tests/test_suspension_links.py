@@ -517,6 +517,7 @@ def test_a_row_does_not_depend_on_its_neighbours():
             assert find(column).compute(case) == find(column).compute(alone)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("stiffness", [1e-12, 1e-3, 1e6, 1e12, 1e18])
 @pytest.mark.parametrize("length", [{}, {"length": 1.2}])
 def test_extremes_of_stiffness(stiffness, length):

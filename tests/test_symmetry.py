@@ -100,6 +100,7 @@ EXTREMES = {
 }
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("span", EXTREMES.values(), ids=EXTREMES)
 @pytest.mark.parametrize(("elements", "order", "closed"), [(40, 1, False), (5, 4, False), (1, 17, True), (4, 12, True)])
 def test_halves_lose_nothing_at_the_ends_of_the_range(span, elements, order, closed):

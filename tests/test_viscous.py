@@ -73,6 +73,7 @@ def test_the_gondola_on_a_light_straight_cable_in_closed_form():
     assert found["gondola_damping_ratio"] == pytest.approx(expected, rel=3e-3)  # (w/W)^2 of the first axial mode
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("law", LAWS[2:])
 @pytest.mark.parametrize("sets", [(), ("cable.area=24.2 mm^2", "cable.unstretched_length=186 m")])
 def test_the_damping_ratio_of_the_gondola_by_two_routes(law, sets):
@@ -85,6 +86,7 @@ def test_the_damping_ratio_of_the_gondola_by_two_routes(law, sets):
     assert found == pytest.approx(-pole.real / abs(pole), rel=1e-8)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("law", ["ratio: 0.01", "time: 1 ms"])
 @pytest.mark.parametrize("where", ["ground", "gondola"])
 def test_the_state_space_has_the_poles_of_the_loop(law, where):

@@ -298,6 +298,7 @@ def test_the_gondola_s_pole_among_others_that_it_passes_while_it_is_damped(seed)
     assert -pole.real / abs(pole) == pytest.approx(case.gondola_mode.damping_ratio[0], rel=1e-8)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("damping", ["model: hysteretic, loss_factor: 0.01", "model: kelvin_voigt, time: 1 ms"])
 @pytest.mark.parametrize("where", ["ground", "gondola"])
 def test_modes_across_the_plane_that_nothing_damps_lie_upon_the_axis(damping, where):

@@ -114,6 +114,7 @@ def white(monkeypatch):
     )
 
 
+@pytest.mark.crossed
 @pytest.mark.usefixtures("white")
 @pytest.mark.parametrize("ratio", [1e-4, 1e-2, 0.3])
 @pytest.mark.parametrize("gain", [0.01, 0.5])
@@ -269,6 +270,7 @@ def test_so_much_damping_that_a_mode_does_not_strain_is_refused():
 # no answer, rather than a wrong one
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(
     "damping",
     ["{model: modal, ratio: 0}", "{model: modal, ratio: 1e-9}", "{model: hysteretic, loss_factor: 0}",
@@ -353,6 +355,7 @@ def test_the_command_prints_one_row_in_every_format():
     assert "0.325" not in text
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("on", ["gondola", "both"])
 @pytest.mark.parametrize("sets", [(), ("--set", "wind.aerodynamic_damping=true"), ("--set", "winch.controller.gain=0")])
 def test_a_loop_that_makes_the_motion_larger_is_told(sets, on):
