@@ -90,16 +90,16 @@ def test_a_scene_that_takes_too_long_is_given_up(monkeypatch):
 def test_the_campaign_goes_on_from_its_file(tmp_path):
     script, out = ROOT / "benchmarks" / "extremes.py", tmp_path / "cells.jsonl"
 
-    def campaign(scenes, *more):
+    def extremes(scenes, *more):
         command = [sys.executable, script, "--jobs", "1", "--first", "90000", "--scenes", str(scenes), "--out", out]
         return subprocess.run([*command, *more], capture_output=True, text=True)
 
-    campaign(1)
+    extremes(1)
     first = out.read_bytes()
-    assert "exists" in campaign(2).stderr
+    assert "exists" in extremes(2).stderr
     with out.open("ab") as file:
         file.write(b"[90001, [[90001, 0.0")  # torn
-    report = campaign(2, "--resume").stdout
+    report = extremes(2, "--resume").stdout
     assert "scenes: 2;" in report
     assert out.read_bytes().startswith(first)
     assert [json.loads(line)[0] for line in out.read_text().splitlines()] == ["extremes", 90000, 90001]

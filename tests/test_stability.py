@@ -220,9 +220,7 @@ def dense_loop(cable, loop, gain):
     return np.linalg.eigvals(np.concatenate([speed, -np.linalg.solve(mass, force), [*filtered, passed]]))
 
 
-@pytest.mark.parametrize(
-    "diameter", campaign(np.linspace(1.5, 6.0, 23).tolist(), np.linspace(1.5, 6.0, 23)[1::7].tolist())
-)
+@pytest.mark.parametrize("diameter", campaign(DIAMETERS, DIAMETERS[1::7]))
 @pytest.mark.parametrize("damping", ["{model: hysteretic, loss_factor: 0.02}", "{model: kelvin_voigt, time: 1 ms}"])
 def test_the_largest_gain_is_the_smallest_at_which_any_pole_crosses(diameter, damping):
     """Of a thick cable the pole that grows fastest crosses at twice the gain at which another one does."""
