@@ -1,5 +1,6 @@
 """Before numpy is imported: one thread, as the command line has it; the matrices are too small for more."""
 
+import gc
 import os
 
 import pytest
@@ -13,6 +14,13 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each command in a process of 
 # by itself hypothesis fails what takes more than 0.2 s, and what is slow to draw
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("any machine")
+
+
+def pytest_collection_finish():
+    """What stays until the end is never collected: looking through it again and again takes 5 % of the time."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(20_000, 20, 20)
 
 
 def pytest_collection_modifyitems(config, items):
