@@ -1,6 +1,7 @@
 """Before numpy is imported: one thread, as the command line has it; the matrices are too small for more."""
 
 import gc
+import math
 import os
 
 import pytest
@@ -14,6 +15,16 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each command in a process of 
 # by itself hypothesis fails what takes more than 0.2 s, and what is slow to draw
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("any machine")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def undivided_sweeps():
+    """A sweep starts processes where they are asked for alone: the other cores have tests to run."""
+    from cablestudy.sweeps import driver
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(driver, "WORTHWHILE", math.inf)
+        yield
 
 
 def pytest_collection_finish():

@@ -382,6 +382,19 @@ def test_no_more_processes_than_cores_have_use_for(monkeypatch):
     assert asked == [2, 8, 8]
 
 
+def test_processes_are_started_by_themselves_for_work_that_is_worth_it(monkeypatch):
+    """One for each core, where the first case of one second foretells more than three."""
+    asked = []
+    monkeypatch.setattr(driver, "cores", lambda: 3)
+    monkeypatch.setattr(driver, "WORTHWHILE", 3.0)
+    monkeypatch.setattr(driver, "process_pool", asked.append)
+    monkeypatch.setattr(driver, "retry", lambda chunks, pool, workers: pool() or iter(()))
+    monkeypatch.setattr(driver, "submit_all", lambda *_: iter([SimpleNamespace(seconds=1.0)]))
+    for left in (2, 3, 4):
+        list(driver.compute_here(SimpleNamespace(left=left, seconds_per_case=1.0)))
+    assert asked == [3]
+
+
 def test_a_full_disk_is_one_line_and_what_is_there_stays(folder):
     study_file(folder, LONG, SLACK)
     full = "ulimit -f 64; exec {} -m cablestudy sweep study.yaml --jobs 1"  # blocks of 1024 bytes
