@@ -16,9 +16,10 @@ from references import catenary_mp
 from scenes import cells, scene
 from scipy.optimize import root
 from test_load_cases import LINE
+from test_suspension_ssm import state_space
 
 from cablestudy.cable.geometry import places
-from cablestudy.control.suspension import FROM, TO, Winch, state_space
+from cablestudy.control.suspension import FROM, TO, Winch
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.suspension_tables import MOTIONS

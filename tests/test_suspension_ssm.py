@@ -10,7 +10,7 @@ from suspension_scenes import hung, platform, suspension
 from test_suspension_modes import one_cable
 
 from cablestudy.control import export, statespace
-from cablestudy.control.suspension import FROM, TO, Marker, Winch, outward, state_space
+from cablestudy.control.suspension import FROM, TO, Marker, Winch, outward, second_order
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
 from cablestudy.system.cables import UNDAMPED, Cables, FixedModel, Models, fixed_meshes
@@ -20,6 +20,12 @@ from cablestudy.system.superelement import Damping
 EIGHT = FixedModel(8)
 WINCHES = (Winch(0), Winch(5), Winch(6, TO))
 MARKERS = (Marker("focus", 0, (0.1, 0.2, -0.5)),)
+
+
+def state_space(layout, kept, winches=(), markers=()):
+    """`StateSpace` with all coordinates."""
+    system = second_order(layout, kept, winches, markers).viscous()
+    return statespace.state_space_of(system, system)
 
 
 def model(state, damping=UNDAMPED, limit=np.inf, mesh=EIGHT):

@@ -304,9 +304,9 @@ def closed(loop, chosen=None, residual=True, forces=None, highest=0.0):
     end = len(whole) + (whole.shape[1] - len(whole)) // 3
     shown[:, end - held.shape[1] : end] += held
     names = [*(("notch_1", "notch_2") if loop.notch else ()), *names, "winch"]
-    states = *_states(system), *((name, "m") for name in names)
+    states = *_states(system, ()), *((name, "m") for name in names)
     inputs, outputs = (("reference", "m"), *system.inputs), (*system.outputs, ("winch", "m"))
-    found = from_rows(whole, np.concatenate([shown, reeled]), states, inputs, outputs)
+    found = _from_rows(whole, np.concatenate([shown, reeled]), states, inputs, outputs)
     return channels(found, [*range(2, len(inputs)), 0])  # without what is added to the movement of the winch
 
 
@@ -385,43 +385,89 @@ def _moving(cable, free, imposed, inputs, gondola=None):
 
 
 @np.errstate(all="ignore")  # StateSpace refuses what overflows
-def state_space_of(system, whole=None):
-    """`StateSpace` of a `LinearSystem` with real matrices and labels.
+def state_space_of(system, second_order=None, loop=None, measured=(), actuators=(), added=False):
+    """`StateSpace` of a `LinearSystem` with real matrices and labels, with its loop closed or without one.
 
-    States are z, times W of modal amplitudes, and z', each less a multiple of the inputs.
+    States are z, times W of modal amplitudes, and z', each less a multiple of the inputs; then those of `Equations`.
 
     Parameters
     ----------
     system : LinearSystem
-    whole : LinearSystem, optional
-        Its M, C and K before any modes were left out.
+        Its first inputs are the lengths that winches reel in, or displacements; with a loop the others are forces.
+    second_order : LinearSystem, optional
+        M, C and K of the same before any modes were left out.
+    loop : LinearControl or Loop, optional
+        Of these coordinates.
+    measured : tuple of (str, str)
+        Name and unit of what the loop measures.
+    actuators : sequence of Actuator
+        Those of the system.
+    added : bool
+        Whether lengths that winches reel in beyond those of the loop are inputs too, after the references.
+
+    Returns
+    -------
+    StateSpace
+        Inputs: those of the system; with a loop the reference of each measured coordinate in place of the winches.
+        Outputs: those of the system, with a loop the length that each winch has reeled in, then stroke and force of
+        each reaction mass, momentum and torque of each wheel.
 
     Raises
     ------
     NoSolutionError
         Something that moves has no mass, or entries overflow.
     """
+    winches, count = len(loop.allocation.shares) if loop else len(system.inputs), len(system.outputs)
+    forces, direct = system.b[0][:, winches:], system.d[0][:, winches:]
+    driven, follow = (tuple(part[:, :winches] for part in parts) for parts in (system.b, system.d))
     try:
-        _, whole_rows, _, shown = rows(replace(system, scale=_scale(system)), np.zeros((len(system), 0)))
+        found, whole, (reeled, _), shown = rows(
+            replace(system, b=driven, d=follow, scale=_scale(system)), forces, loop, actuators
+        )
     except np.linalg.LinAlgError:
         raise NoSolutionError(MASSLESS_MOTION) from None
-    return from_rows(whole_rows, shown, _states(system), system.inputs, system.outputs, whole or system)
+    states, inputs, outputs = _states(system, actuators), list(system.inputs), [*system.outputs]
+    if loop:
+        end = len(whole) + len(measured) + len(inputs)
+        shown[:count, end - forces.shape[1] : end] += direct
+        shown = np.insert(shown, count, reeled, axis=0)
+        outputs += inputs[:winches]
+        inputs = [*((f"reference.{name}", unit) for name, unit in measured), *inputs]
+        states += _states_of_loop(loop, measured, found.winches.shape[1])
+    for one in actuators:
+        units = {"momentum": "N m s", "torque": "N m"} if one.wheel else {"stroke": "m", "force": "N"}
+        outputs += [(f"{one.name}.{what}", unit) for what, unit in units.items()]
+    closed = _from_rows(whole, shown, states, inputs, outputs, second_order)
+    if added or not loop:
+        return closed
+    return channels(closed, np.delete(np.arange(len(inputs)), len(measured) + np.arange(winches)))
 
 
 def _scale(system):
-    """W of modal amplitudes, and one, shape (n,)."""
+    """That of the system, or W of modal amplitudes, and one, shape (n,)."""
+    if system.scale is not None:
+        return system.scale
     modal = np.array([unit == MODAL for _, unit in system.coordinates], dtype=bool)
     return np.where(modal, np.sqrt(np.diagonal(system.stiffness)), 1.0)
 
 
-def _states(system):
-    """Name and unit of each state: list."""
-    names = system.coordinates
-    placed = [(f"{name}_amplitude", f"{unit}/s") if unit == MODAL else (name, unit) for name, unit in names]
-    return placed + [(f"{name.removesuffix('_position')}_velocity", f"{unit}/s") for name, unit in names]
+def _states(system, actuators):
+    """Name and unit of each state of the system with its actuators: list."""
+    names, every = system.coordinates, system.scale is not None
+    placed = [(f"{name}_amplitude", f"{unit}/s") if every or unit == MODAL else (name, unit) for name, unit in names]
+    placed += [(f"{name.removesuffix('_position')}_velocity", f"{unit}/s") for name, unit in names]
+    return placed + [(f"{one.name}.low_pass", "rad" if one.wheel else "m") for one in actuators if one.corner]
 
 
-def from_rows(whole, shown, states, inputs, outputs, second_order=None):
+def _states_of_loop(loop, measured, movements):
+    """Name and unit of each state of a loop, the last ones of as many movements of the winches: list."""
+    pairs = zip(measured, loop.notches, strict=True)
+    found = [(f"notch.{name}_{k}", unit) for (name, unit), notch in pairs for k in (1, 2) if notch]
+    found += [(f"{name}.winches_{k + 1}", "m") for k in range(movements) for name in loop.law_names]
+    return found + [(f"winches_{k + 1}", "m") for k in range(movements)]
+
+
+def _from_rows(whole, shown, states, inputs, outputs, second_order=None):
     """`StateSpace` of x' and y as rows over x, u, u', u'' (`first_order.rows`), without derivatives on the states.
 
     With x = q + G1 u + G2 u', G2 = B2 and G1 = B1 + A B2,

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cablestudy.control.statespace import state_space_of
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.linear import MODAL, LinearSystem, dense
@@ -80,11 +79,6 @@ def load_off_ends(equilibrium, winches):
         load = span.mass[winch.cable] * span.gravity[winch.cable]
         lifted[winch.cable, winch.end, :, column] = load * np.broadcast_to(span.vertical, (len(lifted), 3))[winch.cable]
     return lifted.reshape(6 * len(lifted), len(winches))
-
-
-def state_space(layout, kept, winches=(), markers=()):
-    """`StateSpace` of `second_order` with all its coordinates; hysteretic damping is viscous there."""
-    return state_space_of(second_order(layout, kept, winches, markers).viscous())
 
 
 def second_order(layout, kept, winches=(), markers=(), midspans=()):

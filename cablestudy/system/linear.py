@@ -229,6 +229,26 @@ class LinearSystem:
             shapes=None,
         )
 
+    def with_forces(self, forces, inputs=(), direct=None):
+        """The system with forces as further inputs.
+
+        Parameters
+        ----------
+        forces : ndarray, shape (n, j)
+            On each coordinate by each of them.
+        inputs : tuple of (str, str)
+            Name and unit of each.
+        direct : ndarray, shape (o, j), optional
+            Their share in each output where nothing moves; by default none.
+        """
+        direct = np.zeros((len(self.c[0]), forces.shape[1])) if direct is None else direct
+        return replace(
+            self,
+            b=tuple(np.concatenate([part, forces * (order == 0)], axis=1) for order, part in enumerate(self.b)),
+            d=tuple(np.concatenate([part, direct * (order == 0)], axis=1) for order, part in enumerate(self.d)),
+            inputs=(*self.inputs, *inputs),
+        )
+
     def with_damped_bodies(self, damping):
         """The system with further viscous damping of the displacements of its bodies, shape (b, b), or 0."""
         modal = len(self) - self.bodies

@@ -6,12 +6,10 @@ from functools import cached_property, partial
 import numpy as np
 
 from cablestudy.control.loop import unstable_pole
-from cablestudy.control.loop_state_space import Labels, names, state_space
-from cablestudy.control.statespace import MODAL
-from cablestudy.control.suspension import labels
+from cablestudy.control.statespace import state_space_of
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
-from cablestudy.study.loop_in_time import unit_of
+from cablestudy.study.loop_in_time import labelled, measured_by
 from cablestudy.study.ssm import number_of
 from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.suspension.case import SuspensionCase
@@ -26,12 +24,15 @@ NEEDS = {"loop": "control", "actuators": "actuators"}  # keys of the scene
 class CoupledChoice:
     """Modes that a state space keeps of a suspension, with or without control, their table and its responses.
 
-    Subclasses have the `case`, the `CoupledModes` that were `found` and which of them are `chosen`, the `pairs` of
-    outputs and inputs of a response, its `highest` frequency, and whether the static part of other modes is kept
-    (`residual`); `shown`, with names and units of `inputs` and `outputs`; and `response` of a pair.
+    Subclasses have the `options`, the `case`, the `CoupledModes` that were `found` and which of them are `chosen`, the
+    `highest` frequency of a response; `shown`, with names and units of `inputs` and `outputs`; and `response` of a
+    pair.
     """
 
-    residual = True
+    @property
+    def pairs(self):
+        """Numbers of each output and input that a response refers to; SceneError for unknown ones."""
+        return pairs_of(self.options, self.shown.inputs, self.shown.outputs)
 
     @property
     def poles(self):
@@ -59,7 +60,7 @@ class CoupledChoice:
         if self.highest is None or kept.max(initial=0.0) >= self.highest or len(kept) == len(self.modes):
             return
         last = f"the highest mode kept is at {kept.max():.4g} Hz" if len(kept) else "no mode is kept"
-        part = "only the static part" if self.residual else "nothing"
+        part = "only the static part" if self.options.residual else "nothing"
         yield f"warning: {last}: of those above {part} is in the response; see --modes and --upto"
 
 
@@ -74,6 +75,7 @@ class ControlledChoice(CoupledChoice):
 
     Attributes
     ----------
+    options : StateSpaceOptions
     case : SuspensionCase
     whole : ClosedLoop
         From which the loop follows.
@@ -81,17 +83,15 @@ class ControlledChoice(CoupledChoice):
         With the modes that are kept; the same, or one with fewer modes.
     loop : Loop or None
         That of `whole` on what is kept; None where it is open, and the winches are inputs.
-    pairs : list of tuple of int
-        Numbers of each output and input that a response refers to.
     highest : float or None
         Highest frequency of the response asked for. [Hz]
     """
 
+    options: object
     case: SuspensionCase
     whole: object
     closed_loop: object
     loop: object
-    pairs: list
     highest: float | None = None
 
     @property
@@ -115,7 +115,11 @@ class ControlledChoice(CoupledChoice):
         closed_loop, motion = self.closed_loop, self.closed_loop.plant.viscous_motion
         forces = np.zeros((len(motion), len(closed_loop.layout.free)))
         forces[: motion.shapes.shape[1]] = closed_loop.layout.bodies(motion.shapes).T
-        return state_space(motion, forces, _labels(closed_loop, bool(self.loop)), self.loop, closed_loop.actuators)
+        kept, every = len(closed_loop.modes), motion.shapes.shape[1]
+        names = [f"mode_{k + 1}" for k in range(kept)] + [f"residual_{k + 1}" for k in range(every - kept)]
+        system = labelled(closed_loop, motion, names, forces)
+        measured = measured_by(closed_loop) if self.loop else ()
+        return state_space_of(system, None, self.loop, measured, closed_loop.actuators)
 
     def system(self):
         """The `StateSpace`, see `shown`."""
@@ -210,8 +214,7 @@ def choose_controlled(document, scene, options, highest=None):
     Raises
     ------
     SceneError
-        The scene has no loop, or no actuators; an input or output is unknown; there are fewer modes than
-        `options.count`.
+        The scene has no loop, or no actuators, or there are fewer modes than `options.count`.
     NoSolutionError, ConvergenceError
         There is no stable equilibrium, no loop for it, or no such modes.
     """
@@ -236,8 +239,7 @@ def choose_controlled(document, scene, options, highest=None):
     if options.attached == "loop":
         allocation = replace(whole.allocation, measured=closed_loop.allocation.measured)
         loop = replace(whole.loop, motion=closed_loop.plant.viscous_motion, allocation=allocation)
-    pairs = pairs_of(options, *names(_labels(closed_loop, bool(loop)), bool(loop), closed_loop.actuators))
-    return ControlledChoice(case, whole, closed_loop, loop, pairs, highest)
+    return ControlledChoice(options, case, whole, closed_loop, loop, highest)
 
 
 def _with(in_wind, whole, count):
@@ -252,14 +254,3 @@ def _reaching(in_wind, closed_loop, frequency, most):
         size *= 2
         closed_loop = in_wind.closed_loop_of(size)
     return closed_loop
-
-
-def _labels(closed_loop, closed):
-    """`Labels` of a closed loop."""
-    inputs, outputs = labels(closed_loop.layout, closed_loop.winches, closed_loop.markers)
-    kept, every, winches = len(closed_loop.modes), closed_loop.motion.shapes.shape[1], len(closed_loop.winches)
-    modal = [(f"mode_{k + 1}", MODAL) for k in range(kept)] + [
-        (f"residual_{k + 1}", MODAL) for k in range(every - kept)
-    ]
-    measured = [(name, unit_of(name)) for name in closed_loop.measured] if closed else ()
-    return Labels(tuple(modal), inputs[:winches], inputs[winches:], outputs, tuple(measured))
