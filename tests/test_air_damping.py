@@ -10,7 +10,8 @@ from references import loop_matrix
 from scenes import case_of, cells, scene
 from test_windrms import WHITE, case_with, loop_of, lyapunov, rms_of, white  # noqa: F401 a fixture
 
-from cablestudy.control import response, statespace
+from cablestudy.control.one_cable import state_space
+from cablestudy.control.response import winch_to_gondola
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
@@ -102,12 +103,12 @@ def test_state_spaces_have_it_too(location):
     s = 2j * np.pi * frequency
     loop = OneLoop(case.scene)
     alone = loop.mass * s**2 + loop.damping * s + case.end_model.dynamic_stiffness(s, [3], [3])[:, 0, 0]
-    winch = statespace.WinchLoop(loop.cable, loop.mass, location, loop.gain, loop.notch, damping=loop.damping)
-    closed = statespace.closed(winch).response(s)[:, 0, 0]
+    attached = {"gondola": (loop.mass, loop.damping), "location": location}
+    closed = state_space(loop.cable, **attached, loop=loop.closed_loop.loop).response(s)[:, 0, 0]
     assert closed == pytest.approx(1 / (alone * (1 + loop.gain * loop.unit_gain(s))), rel=1e-8)
-    coupled = statespace.coupled(case.end_model, 50.0, location, damping=C).response(s)
+    coupled = state_space(case.end_model, gondola=(50.0, C), location=location).response(s)
     assert coupled[:, 0, 1] == pytest.approx(1 / alone, rel=1e-8)
-    winch = response.winch_to_gondola(case.end_model, 50.0, C, location, frequency)
+    winch = winch_to_gondola(case.end_model, 50.0, C, location, frequency)
     assert coupled[:, 0, 0] == pytest.approx(winch, rel=1e-8)
     with_loop = run("ssm", CARLINA, "--set", AIR, "--set", f"winch.location={location}", "--with", "loop",
                     "--response", "0.1Hz:5Hz:3", "--format", "csv").out  # fmt: skip

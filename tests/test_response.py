@@ -5,7 +5,9 @@ import pytest
 from cables import EA, MASS, PAPER_LENGTH
 from command import CARLINA, SLACK
 
-from cablestudy.control import response, statespace
+from cablestudy.control import response
+from cablestudy.control.loop import Loop
+from cablestudy.control.one_cable import state_space
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.case import Case
@@ -35,7 +37,7 @@ def test_frequencies_have_equal_ratios_and_both_ends(count):
 
 @pytest.mark.parametrize(("force", "displacement"), [(3, 3), (0, 3), (5, 2), (4, 4)])
 def test_between_ends_is_the_state_space(model, force, displacement):
-    expected = statespace.cable(model).response(S, derivatives=True)
+    expected = state_space(model).response(S, derivatives=True)
     computed = response.between_ends(model, force, displacement, FREQUENCY)
     size = np.abs(expected).max(axis=(1, 2))
     assert (np.abs(computed - expected[:, force, displacement]) / size).max() < 1e-10
@@ -43,11 +45,12 @@ def test_between_ends_is_the_state_space(model, force, displacement):
 
 @pytest.mark.parametrize("place", ["ground", "gondola"])
 def test_winch_to_gondola_is_the_state_space(model, place):
-    loop = statespace.WinchLoop(model, 50.0, place, 0.1)
-    for system, found in (
-        (statespace.coupled(model, 50.0, place), response.winch_to_gondola(model, 50.0, 0.0, place, FREQUENCY)),
-        (statespace.closed(loop), response.position(loop, model, FREQUENCY)),
+    loop, gondola = Loop(None, None, 0.1, (None,)), (50.0, 0.0)
+    for closed, found in (
+        (None, response.winch_to_gondola(model, *gondola, place, FREQUENCY)),
+        (loop, response.position(model, *gondola, place, loop, FREQUENCY)),
     ):
+        system = state_space(model, gondola=gondola, location=place, loop=closed)
         np.testing.assert_allclose(found, system.response(S)[:, 0, 0], rtol=1e-9)
 
 

@@ -1,4 +1,4 @@
-"""What forces do to a suspension with its actuators, and with the loop of its winches, as a state space and exactly.
+"""Response of a suspension with its actuators, and with the loop of its winches, to forces: as a sum over poles, exactly.
 
 The equations are those of `system.first_order`.
 """

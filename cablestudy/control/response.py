@@ -68,33 +68,31 @@ def winch_to_gondola(model, mass, damping, location, frequency):
     frequency : ndarray, shape (m,)
         [Hz]
     """
-    s = 2j * np.pi * frequency
-    own, driven = _at_gondola(model, location, s)
-    return driven / (mass * s**2 + damping * s + own)
+    own, driven = _at_gondola(model, mass, damping, location, 2j * np.pi * frequency)
+    return driven / own
 
 
 @np.errstate(all="ignore")
-def position(loop, model, frequency):
+def position(model, mass, damping, location, loop, frequency):
     """Position of the gondola for a unit force on it with the loop closed. [m/N]
 
     Parameters
     ----------
-    loop : WinchLoop
-    model : Superelement
-        The cable's, with the modes to keep.
-    frequency : ndarray, shape (m,)
-        [Hz]
+    model, mass, damping, location, frequency
+        As for `winch_to_gondola`.
+    loop : Loop
+        Its gain, and its controller.
     """
     s = 2j * np.pi * frequency
-    own, driven = _at_gondola(model, loop.location, s)
-    sign = -1 if loop.location == "gondola" else 1
-    return 1 / (loop.mass * s**2 + loop.damping * s + own + sign * loop.gain * loop.controller(s) * driven)
+    own, driven = _at_gondola(model, mass, damping, location, s)
+    sign = -1 if location == "gondola" else 1
+    return 1 / (own + sign * loop.gain * loop.controller(s)[:, 0] * driven)
 
 
-def _at_gondola(model, location, s):
-    """Stiffness against the gondola's displacement, and force on the gondola per displacement of the winch. [N/m]"""
+def _at_gondola(model, mass, damping, location, s):
+    """Force on the gondola per its displacement, and per that of the winch. [N/m]"""
     own, ground = model.dynamic_stiffness(s, [GONDOLA], [GONDOLA, GROUND])[:, 0].T
-    return own, -own if location == "gondola" else -ground
+    return mass * s**2 + damping * s + own, -own if location == "gondola" else -ground
 
 
 class Phase:

@@ -5,7 +5,8 @@ from functools import partial
 
 import numpy as np
 
-from cablestudy.control import response, statespace
+from cablestudy.control.one_cable import state_space
+from cablestudy.control.response import between_ends, position, winch_to_gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.study.case import Case
@@ -37,38 +38,31 @@ class Choice:
         model = self.case.end_model
         return model.condense(self.chosen) if self.options.residual else model.truncate(self.chosen)
 
+    @property
+    def gondola(self):
+        """Mass [kg] and viscous damping [N s/m] of what is attached to end 2."""
+        return self.case.scene.gondola.mass, self.case.gondola_air_damping
+
+    @property
+    def location(self):
+        """Of the winch."""
+        winch = self.case.scene.winch
+        return winch.location if winch else "ground"
+
     def system(self):
         """The StateSpace of the cable, alone or with gondola or winch loop; NoSolutionError where it overflows."""
         case, options = self.case, self.options
-        kept = {"chosen": self.chosen, "residual": options.residual}
-        kept["forces"] = nodal_forces(case, self.modes) if options.wind else None
-        if options.attached == "loop":
-            return statespace.closed(self.loop, **kept, highest=self.right_up_to)
-        if options.attached == "gondola":
-            winch = case.scene.winch
-            location = winch.location if winch else "ground"
-            kept["damping"] = case.gondola_air_damping
-            return statespace.coupled(case.end_model, case.scene.gondola.mass, location, **kept)
-        return statespace.cable(case.end_model, **kept)
+        nodes = nodal_shapes(case, self.modes) if options.wind else None
+        about = case.end_model, self.chosen, options.residual, nodes
+        if not options.attached:
+            return state_space(*about)
+        loop, highest = (self.whole.loop, self.right_up_to) if options.attached == "loop" else (None, 0.0)
+        return state_space(*about, self.gondola, self.location, loop, highest)
 
     @property
     def whole(self):
         """The `ClosedLoop` that has the loop, stable or not; raises as `DynamicAnalysis.controlled`."""
         return self.case.in_wind.controlled
-
-    @property
-    def loop(self):
-        """The `WinchLoop` of all modes of `case.end_model`; raises as `whole`, and where no gain can be had."""
-        scene, loop = self.case.scene, self.whole.loop
-        return statespace.WinchLoop(
-            self.case.end_model,
-            scene.gondola.mass,
-            scene.winch.location,
-            loop.gain,
-            loop.notches[0],
-            loop.law,
-            self.case.gondola_air_damping,
-        )
 
     @property
     def right_up_to(self):
@@ -105,23 +99,21 @@ class Choice:
 
     def curves(self):
         """List of `Curve` of one unit: A and B with a gondola, x/F with a loop, else force over displacement."""
-        case, options, model = self.case, self.options, self.kept
+        options, model = self.options, self.kept
         if options.attached == "gondola":
-            gondola = case.scene.gondola.mass, case.gondola_air_damping
-            return [
-                Curve(place, label, "", partial(response.winch_to_gondola, model, *gondola, place))
-                for place, label in PLACES.items()
-            ]
+            moved = partial(winch_to_gondola, model, *self.gondola)
+            return [Curve(place, label, "", partial(moved, place)) for place, label in PLACES.items()]
         if options.attached == "loop":
             label = "gondola position over the force on it, loop closed"
-            return [Curve("", label, "m/N", partial(response.position, self.loop, model))]
+            pushed = partial(position, model, *self.gondola, self.location, self.whole.loop)
+            return [Curve("", label, "m/N", pushed)]
         pairs, ends = options.pairs, options.all_ends
         return [
             Curve(
                 f"{end}_over_{displaced}" if len(pairs) > 1 else "",
                 f"force at {end} over displacement of {displaced}".replace("_", " "),
                 "N/m",
-                partial(response.between_ends, model, *pair),
+                partial(between_ends, model, *pair),
             )
             for pair, (displaced, end) in zip(pairs, ends, strict=True)
         ]
@@ -243,8 +235,8 @@ def _chosen(case, found, accurate, options):
     return allowed[: options.count]
 
 
-def nodal_forces(case, modes):
-    """`statespace.Forces` on the interior nodes along x, y and z, numbered from 0 at end 1.
+def nodal_shapes(case, modes):
+    """Displacements of the interior nodes along x, y and z by modes and ends, shape (n + 6, 3 j), see `state_space`.
 
     Parameters
     ----------
@@ -254,15 +246,12 @@ def nodal_forces(case, modes):
     """
     frame, inner = case.span.frame, modes.shapes[1:-1]
     modal = np.einsum("nak,ag->kng", inner, frame).reshape(inner.shape[2], -1)
-    transfer = np.zeros((6, len(inner), 3))
+    ends = np.zeros((6, len(inner), 3))
     for system in case.dynamics.systems:
         axes = list(system.axes)
-        # the ends take a force at a node in the shares by which they displace the node when moved
+        # when an end is moved slowly, a node moves by its share
         share_2 = system.end_shapes[1:-1]
         for end, share in enumerate((np.eye(len(axes)) - share_2, share_2)):
-            transfer[np.ix_([3 * end + b for b in axes], range(len(inner)), axes)] = share.transpose(2, 0, 1)
-    # to global axes, of the ends and of the forces
-    frames_of_ends = np.kron(np.eye(2), frame)
-    transfer = frames_of_ends.T @ (transfer @ frame).reshape(6, -1)
-    labels = tuple((f"force_node_{k + 1}_{axis}", "N") for k in range(len(inner)) for axis in "xyz")
-    return statespace.Forces(modal, transfer, labels)
+            ends[np.ix_([3 * end + b for b in axes], range(len(inner)), axes)] = share.transpose(2, 0, 1)
+    # to global axes, of the ends and of the nodes
+    return np.concatenate([modal, np.kron(np.eye(2), frame).T @ (ends @ frame).reshape(6, -1)])
