@@ -11,11 +11,12 @@ from scenes import case_of, cells, scene
 from test_windrms import WHITE, case_with, loop_of, lyapunov, rms_of, white  # noqa: F401 a fixture
 
 from cablestudy.control.one_cable import state_space
-from cablestudy.control.response import winch_to_gondola
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate, evaluate_cases
+from cablestudy.study.ssm import StateSpaceOptions
+from cablestudy.study.ssm_of_cable import choose
 
 AIR = "wind.aerodynamic_damping=true"
 C = 1.2 * 1.17 * 0.6 * 6.0  # rho C_d A v of configs/carlina.yaml [N s/m]
@@ -108,7 +109,9 @@ def test_state_spaces_have_it_too(location):
     assert closed == pytest.approx(1 / (alone * (1 + loop.gain * loop.unit_gain(s))), rel=1e-8)
     coupled = state_space(case.end_model, gondola=(50.0, C), location=location).response(s)
     assert coupled[:, 0, 1] == pytest.approx(1 / alone, rel=1e-8)
-    winch = winch_to_gondola(case.end_model, 50.0, C, location, frequency)
+    options, names = StateSpaceOptions(attached="gondola"), ["ground", "gondola"]
+    curve = choose(*load_scene(CARLINA, [AIR]), options).curves()[names.index(location)]
+    winch = curve.value(frequency)
     assert coupled[:, 0, 0] == pytest.approx(winch, rel=1e-8)
     with_loop = run("ssm", CARLINA, "--set", AIR, "--set", f"winch.location={location}", "--with", "loop",
                     "--response", "0.1Hz:5Hz:3", "--format", "csv").out  # fmt: skip

@@ -13,7 +13,6 @@ from command import CARLINA, ROOT, process, rows_of, run, table_of
 from references import loop_matrix
 from scenes import AREA, DENSITY, MODULUS, case_of, cells, scene
 
-from cablestudy.control import response
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.one_cable import NAMES, WIND_KEYS
 from cablestudy.study import plots
@@ -84,7 +83,8 @@ def bar_loop(case):
 def loop_gain(case, omega):
     """L over frequency [rad/s] by the stiffness of the cable at its ends."""
     loop, s = bar_loop(case), 1j * omega
-    moved = response.winch_to_gondola(loop.cable, loop.mass, 0.0, loop.location, omega / TURN)
+    own, ground = loop.cable.dynamic_stiffness(s, [3], [3, 0])[:, 0].T
+    moved = -(own if loop.location == "gondola" else ground) / (loop.mass * s**2 + own)
     sign = -1 if loop.location == "gondola" else 1
     filtered = 1.0
     if loop.notch is not None:

@@ -6,11 +6,9 @@ from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G
 from command import CARLINA, SLACK
 from references import bars
 
-from cablestudy.control.law import INTEGRATOR, Law
 from cablestudy.control.loop import Loop
 from cablestudy.control.notch import Notch
 from cablestudy.control.one_cable import state_space
-from cablestudy.control.response import position
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import ssm, ssm_of_cable
 from cablestudy.study.case import Case
@@ -182,11 +180,6 @@ def test_error_bounds_the_inertia_that_the_response_lacks():
     assert abs(less - exact) < 1.2e-2 * carried * omega**2
 
 
-def loop_of(notch, law=INTEGRATOR):
-    """A gain of 0.3 rad/s."""
-    return Loop(None, None, 0.3, (notch,), law)
-
-
 def transfers(model, location, s):
     """k_xx and k_xu of the kept modes."""
     stiffness = model.dynamic_stiffness(s)
@@ -233,7 +226,7 @@ def test_closed_loop_is_the_transfer_function(damping, notch, location):
     winch = control * position
     end = position if location == "ground" else position + winch
     forces = stiffness[:, :, 3] * end[:, None] + (stiffness[:, :, 0] * winch[:, None] if location == "ground" else 0)
-    system = state_space(model, kept, gondola=GONDOLA, location=location, loop=loop_of(notch))
+    system = state_space(model, kept, gondola=GONDOLA, location=location, loop=Loop(None, None, 0.3, (notch,)))
     named = system.input_names.index
     computed = system.response(s)[:, :, named("force_gondola")]
     np.testing.assert_allclose(computed[:, 0], position, rtol=1e-10)
@@ -256,12 +249,13 @@ def test_closed_loop_is_the_transfer_function(damping, notch, location):
     assert len(system.outputs) == len(system.c)
 
 
+PID = ("gain=0.3", "proportional_gain=0.018", "derivative_gain=0.009", f"derivative_filter={31 / (2 * np.pi)!r} Hz")
 LAWS = {
-    "delay": (Law(delay=0.02), lambda s: 1 / s * np.exp(-0.02 * s)),
-    "long delay": (Law(delay=0.3), lambda s: 1 / s * np.exp(-0.3 * s)),
-    "lag": (Law(bandwidth=31.0), lambda s: 1 / s / (1 + s / 31.0)),
+    "delay": (["winch.delay=20 ms"], lambda s: 1 / s * np.exp(-0.02 * s)),
+    "long delay": (["winch.delay=300 ms"], lambda s: 1 / s * np.exp(-0.3 * s)),
+    "lag": ([f"winch.bandwidth={31 / (2 * np.pi)!r} Hz"], lambda s: 1 / s / (1 + s / 31.0)),
     "PID": (
-        Law(1.0, 0.06, 0.03, corner=31.0, delay=0.01, bandwidth=125.0),
+        ["winch.delay=10 ms", f"winch.bandwidth={125 / (2 * np.pi)!r} Hz", *(f"winch.controller.{key}" for key in PID)],
         lambda s: (1 / s + 0.06 + 0.03 * s / (1 + s / 31.0)) / (1 + s / 125.0) * np.exp(-0.01 * s),
     ),
 }
@@ -271,17 +265,18 @@ LAWS = {
 @each_location
 @pytest.mark.parametrize("name", LAWS)
 def test_another_law_than_an_integrator(name, location, model):
-    law, exact = LAWS[name]
+    sets, exact = LAWS[name]
+    sets = ["winch.controller.gain=0.3", "winch.controller.notch.frequency=0.7 Hz", f"winch.location={location}", *sets]
+    choice = ssm_of_cable.choose(*load_scene(CARLINA, sets), ssm.StateSpaceOptions(attached="loop"))
     s = 2j * np.pi * np.array([0.01, 0.1, 0.5, 0.72, 2.0, 10.0])
     _, own, driven = transfers(model, location, s)
     w1, w2 = NOTCH.omega, NOTCH.rolloff_omega
     filtering = (s**2 + 0.1 * w1 * s + w1**2) / w1**2 * w2**2 / (s**2 + 2 * w2 * s + w2**2)
     control = (1 if location == "gondola" else -1) * 0.3 * exact(s) * filtering
     expected = 1 / (GONDOLA_MASS * s**2 + own + driven * control)
-    loop = loop_of(NOTCH, law)
-    found = position(model, *GONDOLA, location, loop, s.imag / (2 * np.pi))
-    np.testing.assert_allclose(found, expected, rtol=1e-9)
-    system = state_space(model, gondola=GONDOLA, location=location, loop=loop, highest=20 * np.pi)
+    (curve,) = choice.curves()
+    np.testing.assert_allclose(curve.value(s.imag / (2 * np.pi)), expected, rtol=1e-9)
+    system = choice.system()
     np.testing.assert_allclose(system.response(s)[:, 0, 0], expected, rtol=1e-6)
     assert len(set(system.state_names)) == len(system.a)
 

@@ -1,4 +1,4 @@
-"""Response of a suspension with its actuators, and with the loop of its winches, to forces: as a sum over poles, exactly.
+"""Response of a suspension with its actuators, and with the loop of its winches, to forces: over poles, and exactly.
 
 The equations are those of `system.first_order`.
 """

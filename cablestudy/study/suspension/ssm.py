@@ -8,12 +8,12 @@ import numpy as np
 from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import labels, outward, second_order
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, refuse_options
-from cablestudy.study.ssm import fewest_modes, left_out
+from cablestudy.study.ssm import fewest_modes, pairs_of, response_unit
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning
 from cablestudy.study.suspension.plant import markers_of, winches_of
 from cablestudy.study.suspension.report import mode_notes
-from cablestudy.study.suspension.ssm_control import CoupledChoice, choose_controlled, pairs_of, response_unit
+from cablestudy.study.suspension.ssm_control import CoupledChoice, choose_controlled
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled import Layout
 from cablestudy.system.linear import dense
@@ -55,12 +55,6 @@ class SuspensionChoice(CoupledChoice):
         return self.shown.response(*pair, frequency)
 
     @property
-    def names(self):
-        """Names of the input and the output of the first pair."""
-        output, input_ = self.pairs[0]
-        return self.whole.inputs[input_][0], self.whole.outputs[output][0]
-
-    @property
     def share(self):
         """Share of each mode in the inertia between these, see `LinearSystem.inertia_share`, shape (n,). [-]"""
         return self.whole.inertia_share(*self.pairs[0])
@@ -80,7 +74,7 @@ class SuspensionChoice(CoupledChoice):
         return [
             *notes_of(self.case),
             *mode_notes(self.case, self.found, int(max(self.chosen, default=-1)) + 1),
-            left_out(self.share, self.chosen, self.names, self.options.residual),
+            self.left_out(self.share),
             "not in A, B, C, D: what velocity and acceleration of winches and forces add to tensions at once"
             " (D1 and D2 of the file)",
             *_no_winches(self.case.scene),

@@ -1,7 +1,7 @@
 """A suspension with its actuators, and with the loop of its winches, as a state space: how many modes are kept."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -10,29 +10,21 @@ from cablestudy.control.statespace import state_space_of
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.study.loop_in_time import labelled, measured_by
-from cablestudy.study.ssm import number_of
-from cablestudy.study.ssm_tables import Curve
+from cablestudy.study.ssm import Choice
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.notes import damping_notes, law_notes, notes_of, strength_warning
 from cablestudy.study.suspension.report import mode_table
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.linear import solved
+from cablestudy.system.linear import LinearSystem
 
 NEEDS = {"loop": "control", "actuators": "actuators"}  # keys of the scene
 
 
-class CoupledChoice:
-    """Modes that a state space keeps of a suspension, with or without control, their table and its responses.
+class CoupledChoice(Choice):
+    """Modes that a state space keeps of a suspension, with or without control.
 
-    Subclasses have the `options`, the `case`, the `CoupledModes` that were `found` and which of them are `chosen`, the
-    `highest` frequency of a response; `shown`, with names and units of `inputs` and `outputs`; and `response` of a
-    pair.
+    Subclasses have the `CoupledModes` that were `found`, the `highest` frequency of a response, and what is `shown`.
     """
-
-    @property
-    def pairs(self):
-        """Numbers of each output and input that a response refers to; SceneError for unknown ones."""
-        return pairs_of(self.options, self.shown.inputs, self.shown.outputs)
 
     @property
     def poles(self):
@@ -43,17 +35,6 @@ class CoupledChoice:
         """Table of the modes that are kept."""
         return mode_table(self.case, self.found, self.chosen)
 
-    def curves(self):
-        """List of `Curve`: each output over each input."""
-        found = []
-        for output, input_ in self.pairs:
-            (above, above_unit), (below, below_unit) = self.shown.outputs[output], self.shown.inputs[input_]
-            unit = response_unit(above_unit, below_unit)
-            name = f"{above}_over_{below}" if len(self.pairs) > 1 else ""
-            value = partial(self.response, (output, input_))
-            found.append(Curve(name, f"response of {above} to {below}", unit, value))
-        return found
-
     def _response_beyond(self):
         """Yield a warning where a response is asked for beyond the modes that are kept, and others are left out."""
         kept = self.found.frequency[self.chosen]
@@ -62,11 +43,6 @@ class CoupledChoice:
         last = f"the highest mode kept is at {kept.max():.4g} Hz" if len(kept) else "no mode is kept"
         part = "only the static part" if self.options.residual else "nothing"
         yield f"warning: {last}: of those above {part} is in the response; see --modes and --upto"
-
-
-def response_unit(above, below):
-    """Unit of an output over an input, from theirs; empty where they are equal."""
-    return "" if above == below else f"{above}/{f'({below})' if ' ' in below else below}"
 
 
 @dataclass(frozen=True)
@@ -127,18 +103,10 @@ class ControlledChoice(CoupledChoice):
 
     def response(self, pair, frequency):
         """The output of a pair for a unit of its input, shape (m,), at frequencies [Hz]."""
-        at_once = max(1, STUDY.loop_response_entries // len(self.shown.a) ** 2)
-        pieces = np.split(frequency, range(at_once, len(frequency), at_once))
-        return np.concatenate([self._response(pair, 2j * np.pi * piece) for piece in pieces])
-
-    def _response(self, pair, s):
-        system, (output, input_) = self.shown, pair
-        matrices = s[:, None, None] * np.eye(len(system.a)) - system.a
-        right = np.broadcast_to(system.b[:, input_, None].astype(complex), (len(s), len(system.a), 1))
-        first, second = (part[output, input_] for part in system.derivatives)
-        return (
-            system.c[output] @ solved(matrices, right)[..., 0].T + system.d[output, input_] + s * first + s**2 * second
-        )
+        found, none = self.shown, np.zeros((len(self.shown.a),) * 2)
+        driven, moved = (found.b, 0 * found.b, 0 * found.b), (found.c, 0 * found.c, 0 * found.c)
+        system = LinearSystem(none, np.eye(len(none)), -found.a, driven, c=moved, d=(found.d, *found.derivatives))
+        return system.response(*pair, frequency)
 
     @property
     def notes(self):
@@ -183,16 +151,6 @@ def _of_loop(closed_loop):
     law, gain = closed_loop.loop.law, closed_loop.loop.gain
     gains = f"gain {gain:.4g} rad/s" if law.integrates_only else law.described(gain, 4)
     yield f"loop: {gains}; notches: {', '.join(notches) or 'none'}"
-
-
-def pairs_of(options, inputs, outputs):
-    """Numbers of each output and input that `Options` name, the first ones where they name none; SceneError."""
-    given = ("--output", options.outputs, outputs), ("--input", options.inputs, inputs)
-    above, below = (
-        [number_of(option, name, [known for known, _ in pairs]) for name in names] or [0]
-        for option, names, pairs in given
-    )
-    return [(output, input_) for output in above for input_ in below]
 
 
 def choose_controlled(document, scene, options, highest=None):
