@@ -249,7 +249,7 @@ def test_closed_loop_is_the_transfer_function(damping, notch, location):
     assert len(system.outputs) == len(system.c)
 
 
-PID = ("gain=0.3", "proportional_gain=0.018", "derivative_gain=0.009", f"derivative_filter={31 / (2 * np.pi)!r} Hz")
+PID = ("proportional_gain=0.018", "derivative_gain=0.009", f"derivative_filter={31 / (2 * np.pi)!r} Hz")
 LAWS = {
     "delay": (["winch.delay=20 ms"], lambda s: 1 / s * np.exp(-0.02 * s)),
     "long delay": (["winch.delay=300 ms"], lambda s: 1 / s * np.exp(-0.3 * s)),
