@@ -30,7 +30,8 @@ class CableChoice(Choice):
     modes: object  # `Modes`, all of `case.end_model`
     chosen: np.ndarray  # indices of the modes to keep
     about_model: tuple  # notes on the discretisation
-    inputs, outputs = ([(name, unit) for name in NAMES] for unit in ("m", "N"))
+    inputs = tuple((name, "m") for name in NAMES)
+    outputs = tuple((name, "N") for name in NAMES)
 
     @property
     def pairs(self):
