@@ -1,5 +1,7 @@
 # make study   a first look: installs into .venv and computes the paper's preload study
-# make test    everything that CI checks
+# make test    everything that CI checks; of campaigns of many scenes a part that has each kind, and what once was wrong
+# make campaigns  the files of tests with campaigns, whole: all their scenes and all combinations of parameters
+#                 (FILES="tests/test_twins.py ..." for some)
 # make docs    regenerates what the documentation shows of the program's output
 # make site    builds build/site/index.html: docs/ with a reference generated from the code, all links checked
 # make trade   measures error against time: results/trade-*.csv and .md, and their pictures
@@ -24,6 +26,7 @@ SCENES ?= 10000
 SUSPENSIONS ?= 1000
 FIRST ?= 0
 MUTATIONS ?= 3000
+FILES ?= $(shell grep -rlE "import campaign$$|pytest.mark.crossed$$" tests --include=test_*.py)
 # what solves equations; the other tests are about files, words and pictures
 NUMERICAL := tests/properties tests/verification $(filter-out %_command.py %_commands.py %_plots.py %_scene.py, \
     $(wildcard tests/test_suspension_*.py)) $(patsubst %,tests/test_%.py,assembly catenary cable_motion carried_masses \
@@ -33,7 +36,7 @@ NUMERICAL := tests/properties tests/verification $(filter-out %_command.py %_com
 # where nothing compiled is kept each command compiles the whole program, which takes a third of its start
 export PYTHONDONTWRITEBYTECODE =
 
-.PHONY: study test tables docs site trade kills attack bench extremes processors numerical clean
+.PHONY: study test campaigns tables docs site trade kills attack bench extremes processors numerical clean
 
 study: $(VENV)/.study
 	$(BIN)/cablestudy sweep configs/preload.yaml --restart
@@ -43,6 +46,9 @@ test: $(VENV)/.test
 	$(BIN)/ruff format --check .
 	$(BIN)/pytest -q -n auto --dist worksteal
 	$(MAKE) tables
+
+campaigns: $(VENV)/.test
+	CABLESTUDY_CAMPAIGNS=whole $(BIN)/pytest -q -n auto --dist worksteal $(FILES)
 
 # every stored table, computed anew and compared; as many at once as there are processors, since most are short
 tables: $(VENV)/.study

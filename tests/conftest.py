@@ -1,8 +1,11 @@
 """Before numpy is imported: one thread, as the command line has it; the matrices are too small for more."""
 
+import gc
+import math
 import os
 
 import pytest
+from campaign import deselected
 from hypothesis import HealthCheck, settings
 
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -12,6 +15,30 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each command in a process of 
 # by itself hypothesis fails what takes more than 0.2 s, and what is slow to draw
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("any machine")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def undivided_sweeps():
+    """A sweep starts processes where they are asked for alone: the other cores have tests to run."""
+    from cablestudy.sweeps import driver
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(driver, "WORTHWHILE", math.inf)
+        yield
+
+
+def pytest_collection_finish():
+    """What stays until the end is never collected: looking through it again and again takes 5 % of the time."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(20_000, 20, 20)
+
+
+def pytest_collection_modifyitems(config, items):
+    left_out = set(deselected(items))
+    if left_out:
+        config.hook.pytest_deselected(items=list(left_out))
+        items[:] = [item for item in items if item not in left_out]
 
 
 @pytest.fixture

@@ -15,6 +15,7 @@ from matplotlib.transforms import Affine2D
 DPI = 100
 MOST_DIGITS = 4
 TOLERANCE = 1.0  # [pixel]
+MARKS = ("draw_path", "draw_markers", "draw_path_collection", "draw_quad_mesh", "draw_image", "draw_gouraud_triangles")
 NUMBER = re.compile(r"(?<![\w./−-])\d[\d.,]*")  # not within a name
 
 
@@ -22,14 +23,14 @@ def faults(figure):
     """What is wrong with a figure, one line each; an empty list where nothing is."""
     figure.set_dpi(DPI)
     renderer, texts = FigureCanvasAgg(figure).get_renderer(), []
-    draw_text = renderer.draw_text
 
     def recorded(gc, x, y, words, prop, angle, ismath=False, mtext=None):
         if mtext is not None and mtext not in texts:
             texts.append(mtext)
-        return draw_text(gc, x, y, words, prop, angle, ismath=ismath, mtext=mtext)
 
     renderer.draw_text = recorded
+    for name in MARKS:  # where texts stand follows from the fonts: nothing need be drawn
+        setattr(renderer, name, lambda *_, **__: None)
     figure.draw(renderer)  # the layout first, which draws nothing
     boxes = [(text.get_text(), _corners(text, renderer)) for text in texts]
     found = [f"outside: {words!r}" for words, corners in boxes if _outside(corners, figure)]

@@ -10,11 +10,13 @@ from references import loop_matrix
 from scenes import case_of, cells, scene
 from test_windrms import WHITE, case_with, loop_of, lyapunov, rms_of, white  # noqa: F401 a fixture
 
-from cablestudy.control import response, statespace
+from cablestudy.control.one_cable import state_space
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate, evaluate_cases
+from cablestudy.study.ssm import StateSpaceOptions
+from cablestudy.study.ssm_of_cable import choose
 
 AIR = "wind.aerodynamic_damping=true"
 C = 1.2 * 1.17 * 0.6 * 6.0  # rho C_d A v of configs/carlina.yaml [N s/m]
@@ -36,6 +38,7 @@ def test_a_gondola_on_a_light_cable_in_white_noise_is_the_textbook_s_oscillator(
     assert velocity == pytest.approx(np.sqrt(level / (4 * damping * 50.0)), rel=1e-3)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("model", ["{elements: 10}", "{accuracy: 1e-6}"])
 @pytest.mark.parametrize("damping", ["{model: hysteretic, loss_factor: 0}", "{model: kelvin_voigt, time: 0}"])
 @pytest.mark.parametrize("speed", [0.001, 6.0, 200.0])
@@ -46,6 +49,7 @@ def test_damping_ratio_of_a_gondola_on_a_light_cable(model, damping, speed):
     assert found["gondola_damping_ratio"] == pytest.approx(ratio, rel=1e-6)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("damping", [1e-4, 1.0, 50.0, 400.0])
 @pytest.mark.parametrize("law", ["hysteretic", "kelvin_voigt"])
 def test_the_damping_ratio_by_complex_stiffness_is_that_of_the_pole(law, damping):
@@ -64,6 +68,7 @@ def test_an_overdamped_gondola_creeps_back():
     assert damped_mode(stiffness, 50.0, 4.516, "hysteretic", 1e-9, 2000.0)[0] == pytest.approx(1.0, abs=1e-6)
 
 
+@pytest.mark.crossed
 @pytest.mark.usefixtures("white")
 @pytest.mark.parametrize("ratio", [1e-3, 1e-2])
 @pytest.mark.parametrize("gain", [0.0, 0.1, 0.5])
@@ -99,12 +104,14 @@ def test_state_spaces_have_it_too(location):
     s = 2j * np.pi * frequency
     loop = OneLoop(case.scene)
     alone = loop.mass * s**2 + loop.damping * s + case.end_model.dynamic_stiffness(s, [3], [3])[:, 0, 0]
-    winch = statespace.WinchLoop(loop.cable, loop.mass, location, loop.gain, loop.notch, damping=loop.damping)
-    closed = statespace.closed(winch).response(s)[:, 0, 0]
+    attached = {"gondola": (loop.mass, loop.damping), "location": location}
+    closed = state_space(loop.cable, **attached, loop=loop.closed_loop.loop).response(s)[:, 0, 0]
     assert closed == pytest.approx(1 / (alone * (1 + loop.gain * loop.unit_gain(s))), rel=1e-8)
-    coupled = statespace.coupled(case.end_model, 50.0, location, damping=C).response(s)
+    coupled = state_space(case.end_model, gondola=(50.0, C), location=location).response(s)
     assert coupled[:, 0, 1] == pytest.approx(1 / alone, rel=1e-8)
-    winch = response.winch_to_gondola(case.end_model, 50.0, C, location, frequency)
+    options, names = StateSpaceOptions(attached="gondola"), ["ground", "gondola"]
+    curve = choose(*load_scene(CARLINA, [AIR]), options).curves()[names.index(location)]
+    winch = curve.value(frequency)
     assert coupled[:, 0, 0] == pytest.approx(winch, rel=1e-8)
     with_loop = run("ssm", CARLINA, "--set", AIR, "--set", f"winch.location={location}", "--with", "loop",
                     "--response", "0.1Hz:5Hz:3", "--format", "csv").out  # fmt: skip

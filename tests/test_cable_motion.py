@@ -128,6 +128,7 @@ def wind_of(case, direction):
     return case.in_cable_wind.sides[("across", "along").index(direction)]
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("direction", ["across", "along"])
 @pytest.mark.parametrize("damping", [None, HYSTERETIC, VISCOUS, "wind.aerodynamic_damping=false"])
 @pytest.mark.parametrize("form", [None, INCLINED, VERTICAL, SAGGING, ASIDE])

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import pandas
 import pytest
+from campaign import campaign
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -80,6 +81,7 @@ CONDITIONS = st.recursive(
 )
 
 
+@settings(max_examples=campaign(100, 30))
 @given(text=CONDITIONS)
 def test_a_condition_means_what_it_means_in_python(text):
     grid = list(itertools.product(VALUES, repeat=len(COLUMNS)))
@@ -87,7 +89,7 @@ def test_a_condition_means_what_it_means_in_python(text):
     assert holds(text, *(dict(zip(HEADERS.values(), cells, strict=True)) for cells in grid)) == expected
 
 
-@settings(max_examples=50)
+@settings(max_examples=campaign(50, 15))
 @given(text=CONDITIONS, empty=st.sets(st.sampled_from(COLUMNS), min_size=1))
 def test_an_empty_cell_decides_nothing(text, empty):
     """What is true or false with empty cells is so whatever they might hold."""

@@ -253,6 +253,7 @@ def by_hand(parts, span, tension, rows, state):
     return [hangs(parts, span, weight, temperature, unstretched, sets)[1] for temperature, weight in rows]
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("material", SPRINGS)
 @pytest.mark.parametrize("state", ["initial", "after_load", "after_creep", "final"])
 def test_springs_that_only_pull_give_the_same_sags(tmp_path, material, state):

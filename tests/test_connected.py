@@ -182,6 +182,7 @@ def few_and_all(wind, count):
     return wind.response, GustResponse(wind.closed_loop_of(count), wind.scene)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("damping", ["hysteretic", "kelvin_voigt"])
 @pytest.mark.parametrize("end", ["from", "to"])
 def test_few_modes_of_one_cable_have_the_numbers_of_many(damping, end):

@@ -15,10 +15,10 @@ from test_stability import random_scene
 from test_winch import loop_gain
 from test_windrms import force
 
-from cablestudy.control import statespace
 from cablestudy.control.law import Law
+from cablestudy.control.loop import Loop
 from cablestudy.control.notch import Notch
-from cablestudy.control.statespace import WinchLoop
+from cablestudy.control.one_cable import state_space
 from cablestudy.control.time_response import respond, step
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
@@ -146,8 +146,9 @@ def test_a_pid_controller_has_the_margins_of_python_control(derivative):
 def test_the_state_space_of_the_closed_loop_has_the_exact_response(name):
     loop = loop_of(name)
     gain, law = min(loop.gain, 0.5 * loop.largest_gain), loop.closed_loop.loop.law
-    winch = WinchLoop(loop.cable, loop.mass, loop.location, gain, loop.notch, law, loop.damping)
-    system = statespace.closed(winch, highest=2 * np.pi * 20)
+    closed = Loop(None, None, gain, (loop.notch,), law)
+    about = {"gondola": (loop.mass, loop.damping), "location": loop.location, "highest": 2 * np.pi * 20}
+    system = state_space(loop.cable, **about, loop=closed)
     s = 2j * np.pi * np.array([0.01, 0.1, 0.5, 0.72, 2.0, 10.0])
     alone = loop.mass * s**2 + loop.damping * s + loop.cable.dynamic_stiffness(s, [3], [3])[:, 0, 0]
     expected = 1 / (alone * (1 + gain * loop.unit_gain(s)))
@@ -160,8 +161,8 @@ def test_a_reference_with_a_delay_by_the_method_of_steps():
     """x' = K (1 - x(t - T)) behind T: the sum of -(-K)^n (t - n T)^n/n! over n >= 1 with t > n T."""
     delay = 1e4 / NATURAL
     gain = 0.6 / delay
-    winch = WinchLoop(spring(STIFFNESS, 1 / NATURAL), MASS, "ground", gain, law=Law(delay=delay))
-    system = statespace.closed(winch, highest=30 / delay)
+    loop = Loop(None, None, gain, (None,), Law(delay=delay))
+    system = state_space(spring(STIFFNESS, 1 / NATURAL), gondola=(MASS, 0.0), loop=loop, highest=30 / delay)
     time = np.linspace(0, 6 * delay, 31)
     reference = system.input_names.index("reference")
     pushed, direct = system.b[:, reference], system.d[[0], reference]

@@ -93,6 +93,7 @@ def names(found, count=None):
     return [(found.kind[k], found.symmetry[k]) for k in range(count or len(found))]
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("degrees", [0, 19, -70, 90])
 @pytest.mark.parametrize("order", [1, 16])
 def test_a_straight_cable_where_every_transverse_mode_comes_twice(degrees, order):
@@ -188,6 +189,7 @@ def test_a_steep_sagging_cable_has_mixed_modes():
 # ---- how many -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("elements", [3, 40, 400])
 @pytest.mark.parametrize("count", [0, 1, 2, 10])
 def test_the_lowest_few_are_those_of_many(elements, count):
@@ -232,6 +234,7 @@ def test_too_many_modes_of_a_large_model():
 # ---- the error that one model tells --------------------------------------------------------------------------------
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("order", [6, 8, 9, 11, 14, 17])
 @pytest.mark.parametrize(("a", "b", "length"), [
     (185.8, 0.0, 184.4883), (185.8, 0.0, 186.0), (175.68, 60.49, 184.4883), (100.0, -20.0, 130.0), (20.0, 100.0, 103.0),
@@ -257,6 +260,7 @@ def test_the_error_that_a_model_tells_is_true_and_not_idle(a, b, length, order):
                 assert error < (1e3 if length < 103 or chord > 105 else 1e4) * true, (kind, k)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("order", range(6, 25))
 @pytest.mark.parametrize("elements", [1, 2, 3])
 def test_the_error_of_a_taut_string_is_told_sharply(elements, order):
@@ -277,6 +281,7 @@ def test_the_error_of_a_taut_string_is_told_sharply(elements, order):
 # ---- the two solvers ------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("mass", ["lumped", "consistent"])
 @pytest.mark.parametrize("span", [paper_span(), paper_span(186.0, degrees=19)], ids=["taut", "sagging"])
 def test_lanczos_equals_dense(span, mass, monkeypatch):

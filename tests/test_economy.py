@@ -96,6 +96,7 @@ def test_a_sweep_over_the_gondola_solves_the_cable_once(counts):
     assert counts["_solve"] == 1  # the modes of the cables of all rows, in one call
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(("key", "values"), [
     ("cable.ends", ["[[0, 0, 0], [185.8, 0, 0]]", "[[0, 0, 0], [185.7, 0, 3]]", "[[0, 0, 0], [0, 185.8, 0]]"]),
     ("cable.unstretched_length", [184.0, 184.4883, 185.8, 186.5]),

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from campaign import campaign
 from one_loop import OneLoop
 from scenes import scene
 
@@ -47,7 +48,7 @@ def encirclements(loop, gain):
 
 
 @pytest.mark.parametrize("name", LOOPS)
-@pytest.mark.parametrize("gain", [0.1, 1.0, 4.0, 6.0, 20.0, 60.0])
+@pytest.mark.parametrize("gain", campaign([0.1, 1.0, 4.0, 6.0, 20.0, 60.0], [1.0, 6.0, 20.0]))
 def test_encirclements_count_the_unstable_eigenvalues(name, gain):
     loop = loop_of(name)
     assert encirclements(loop, gain) == loop.unstable(gain)
@@ -57,7 +58,7 @@ def test_encirclements_count_the_unstable_eigenvalues(name, gain):
 def test_the_largest_gain_is_the_first_at_which_the_curve_encircles(name):
     loop = loop_of(name)
     limit = loop.largest_gain
-    assert all(encirclements(loop, gain) == 0 for gain in limit * np.geomspace(1e-3, 0.999, 20))
+    assert all(encirclements(loop, gain) == 0 for gain in limit * np.geomspace(1e-3, 0.999, campaign(20, 6)))
     assert encirclements(loop, 1.001 * limit) > 0
 
 

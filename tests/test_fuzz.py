@@ -6,8 +6,9 @@ from pathlib import Path
 
 import fuzz
 import pytest
+from campaign import campaign
 
-FIRST, COUNT = 100, 18
+FIRST, COUNT = 100, campaign(18, 6)
 
 
 def test_mutated_files_end_with_an_answer_or_with_messages():

@@ -28,6 +28,7 @@ def test_a_heavy_gondola_feels_the_static_stiffness_and_a_third_of_the_cable():
         assert found["gondola_frequency"] == pytest.approx(expected, rel=1e-4 * 50 / mass + 1e-9)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("mass", [1e-6, 1e-3, 1.0, 1e3, 1e9, 1e15])
 @pytest.mark.parametrize("twin", [PAPER, INCLINED, SAGGING])
 def test_extreme_gondolas_on_bars_in_long_arithmetic(twin, mass):

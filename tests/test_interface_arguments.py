@@ -17,6 +17,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import scipy.signal
+from campaign import campaign
 from command import CARLINA, CONFIGS, ROOT
 
 import cablestudy as cs
@@ -449,11 +450,14 @@ def test_a_number_of_numpy_is_one_of_python(kind):
     assert type(own) in (int, float, bool)
 
 
+CALLS = campaign(100, 30)
+
+
 def test_a_sample_of_the_campaign_finds_nothing(tmp_path):
     script = ROOT / "benchmarks" / "python_calls.py"
-    done = subprocess.run([sys.executable, script, "--calls", "100"], capture_output=True, text=True, cwd=tmp_path)
+    done = subprocess.run([sys.executable, script, "--calls", str(CALLS)], capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "100 calls, 0 findings" in done.stdout
+    assert f"{CALLS} calls, 0 findings" in done.stdout
     for ended in ("SceneError", "a result"):
         assert f" times {ended}\n" in done.stdout
     assert list(tmp_path.iterdir()) == []

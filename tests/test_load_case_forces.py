@@ -50,6 +50,7 @@ def catenary(chord, length, mass=MASS):
 # ----------------------------------------------------------------------------------------------------- one cable
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("stated", STATED)
 @pytest.mark.parametrize("moves", ["{end_1: [0, 0, -2 m]}", "{end_2: [1.5 m, -4 m, 0.3 m]}",
                                    "{end_1: [0.1 m, 0, 0], end_2: [-2 m, 0, 0]}"])  # fmt: skip
@@ -78,6 +79,7 @@ def test_a_moved_end_keeps_the_digits_of_a_stiff_cable(made):
     assert found == pytest.approx(100 + 1e12 * 1e-6 / 90, rel=1e-9)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("stated", STATED)
 @pytest.mark.parametrize("force", [0.01, 300.0, -300.0, 20e3, -9e3])
 def test_a_force_on_the_gondola_against_the_catenary(made, stated, force):

@@ -109,6 +109,7 @@ def exact(day, length, x=300.0, y=0.0):
     }
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(("x", "y"), [(300, 0), (180, -240)])
 @pytest.mark.parametrize("day", DAYS)
 def test_each_case_is_the_catenary_with_its_weight_vector_and_length(line, day, x, y):
@@ -130,6 +131,7 @@ def test_the_length_is_that_of_the_reference_state_in_every_case(line):
     assert cold["preload"] == pytest.approx(exact("cold", length)["preload"], rel=1e-10)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("at", ["end_1", "end_2", "horizontal", "mean", "max"])
 @pytest.mark.parametrize("value", ["22 kN", "10 %"])
 def test_a_tension_at_a_place_is_had_there(line, at, value):
@@ -219,6 +221,7 @@ def test_no_digit_of_a_case_in_the_wind_depends_on_the_other_rows(line, tmp_path
 # --------------------------------------------------------------------------------------------- drag along the cable
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("day", ["storm", "oblique"])
 @pytest.mark.parametrize("length", [300.3, 303.0, 315.0])
 def test_the_stated_error_holds_for_drag_that_changes_along_the_cable(line, day, length):

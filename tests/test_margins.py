@@ -5,6 +5,7 @@ import warnings
 import control
 import numpy as np
 import pytest
+from campaign import campaign
 from scipy.optimize import minimize_scalar
 from test_loop import spring_loop
 
@@ -141,7 +142,7 @@ def scanned(loop):
 
 
 @pytest.mark.parametrize("k", [1, 2, 3])
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", campaign(range(6), range(2)))
 def test_every_number_is_that_of_a_fine_scan(seed, k):
     loop = Chain(seed, k)
     expected, place = scanned(loop)
@@ -153,7 +154,7 @@ def test_every_number_is_that_of_a_fine_scan(seed, k):
 
 
 @pytest.mark.parametrize("k", [1, 2, 3])
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", campaign(range(6), range(2)))
 def test_crossings_are_the_gains_at_which_eigenvalues_cross(seed, k):
     """Each at the gain, to the side and at the frequency at which an eigenvalue of the closed loop does."""
     loop = Chain(seed, k)
@@ -209,7 +210,7 @@ def test_disk_margins_are_those_of_python_control(gain):
 
 
 @pytest.mark.parametrize("k", [1, 2, 3])
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", campaign(range(4), range(2)))
 def test_no_perturbation_within_the_disk_makes_the_loop_unstable_and_one_on_it_does(seed, k):
     """Constant complex factors (I + D/2)(I - D/2)^-1 of the loop gain, by eigenvalues of the closed loop."""
     loop, draw = Chain(seed, k), np.random.default_rng(seed)
@@ -238,7 +239,7 @@ def test_no_perturbation_within_the_disk_makes_the_loop_unstable_and_one_on_it_d
 
 
 @pytest.mark.parametrize("k", [1, 2, 3])
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", campaign(range(4), range(2)))
 def test_disk_margins_guarantee_gain_and_phase_margins(seed, k):
     loop = Chain(seed, k)
     found = loop.margins

@@ -56,6 +56,7 @@ def test_of_strings_with_almost_equal_tensions_the_one_with_a_dashpot_is_damped(
     assert len(modes) < 6 or any(damped)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("damped", [0, 1, 2])
 @pytest.mark.parametrize("other", [1, 2])
 @pytest.mark.parametrize("turn", [0.3, 1.2])

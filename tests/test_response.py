@@ -5,22 +5,26 @@ import pytest
 from cables import EA, MASS, PAPER_LENGTH
 from command import CARLINA, SLACK
 
-from cablestudy.control import response, statespace
+from cablestudy.control import response
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.scene.scene import load_scene
-from cablestudy.study.case import Case
+from cablestudy.study.ssm import StateSpaceOptions
+from cablestudy.study.ssm_of_cable import choose
 
 FREQUENCY = np.geomspace(0.01, 100, 300)
 S = 2j * np.pi * FREQUENCY
 
 
-def case_of(path, *sets):
-    return Case(load_scene(path, sets)[1])
+each_cable = pytest.mark.parametrize("path", [CARLINA, SLACK], ids=["taut", "slack"])
 
 
-@pytest.fixture(scope="module", params=[CARLINA, SLACK], ids=["taut", "slack"])
-def model(request):
-    return case_of(request.param, "model.elements=40").end_model
+def choice_of(path, *sets, **options):
+    return choose(*load_scene(path, ["model.elements=40", *sets]), StateSpaceOptions(**options))
+
+
+def open_loop(path, *sets):
+    """Position of the gondola over a movement of the winch on the ground, and over that of one on the gondola."""
+    return [curve.value for curve in choice_of(path, *sets, attached="gondola").curves()]
 
 
 @pytest.mark.parametrize(
@@ -34,21 +38,24 @@ def test_frequencies_have_equal_ratios_and_both_ends(count):
 
 
 @pytest.mark.parametrize(("force", "displacement"), [(3, 3), (0, 3), (5, 2), (4, 4)])
-def test_between_ends_is_the_state_space(model, force, displacement):
-    expected = statespace.cable(model).response(S, derivatives=True)
-    computed = response.between_ends(model, force, displacement, FREQUENCY)
+@each_cable
+def test_between_ends_is_the_state_space(path, force, displacement):
+    choice = choice_of(path)
+    expected = choice.system().response(S, derivatives=True)
+    computed = choice.response((force, displacement), FREQUENCY)
     size = np.abs(expected).max(axis=(1, 2))
     assert (np.abs(computed - expected[:, force, displacement]) / size).max() < 1e-10
 
 
+@each_cable
 @pytest.mark.parametrize("place", ["ground", "gondola"])
-def test_winch_to_gondola_is_the_state_space(model, place):
-    loop = statespace.WinchLoop(model, 50.0, place, 0.1)
-    for system, found in (
-        (statespace.coupled(model, 50.0, place), response.winch_to_gondola(model, 50.0, 0.0, place, FREQUENCY)),
-        (statespace.closed(loop), response.position(loop, model, FREQUENCY)),
-    ):
-        np.testing.assert_allclose(found, system.response(S)[:, 0, 0], rtol=1e-9)
+def test_the_position_of_the_gondola_is_that_of_the_state_space(path, place):
+    sets = f"winch.location={place}", "winch.controller.gain=0.1", "winch.controller.notch=none"
+    choices = {attached: choice_of(path, *sets, attached=attached) for attached in ("gondola", "loop")}
+    curves = {"gondola": open_loop(path)[place == "gondola"], "loop": choices["loop"].curves()[0].value}
+    for attached, choice in choices.items():
+        expected = choice.system().response(S)[:, 0, 0]
+        np.testing.assert_allclose(curves[attached](FREQUENCY), expected, rtol=1e-9)
 
 
 def test_the_phase_goes_on_from_block_to_block():
@@ -69,16 +76,14 @@ def test_the_phase_goes_on_from_block_to_block():
 
 
 def test_figure_8():
-    case = case_of(CARLINA)
-    on_ground, on_gondola = (
-        response.winch_to_gondola(case.end_model, 50.0, 0.0, place, FREQUENCY) for place in ("ground", "gondola")
-    )
+    on_ground, on_gondola = (curve(FREQUENCY) for curve in open_loop(CARLINA))
     # slow: the gondola follows, or moves against, the winch one to one
     assert on_ground[0] == pytest.approx(1, rel=1e-3)
     assert on_gondola[0] == pytest.approx(-1, rel=1e-3)
+    frequency = choice_of(CARLINA).case.gondola_mode.frequency[0]
     # the peak of both is the gondola on its cable, 0.72 Hz in the paper
     for curve in (on_ground, on_gondola):
-        assert FREQUENCY[np.argmax(np.abs(curve))] == pytest.approx(case.gondola_mode.frequency[0], rel=0.02)
+        assert FREQUENCY[np.argmax(np.abs(curve))] == pytest.approx(frequency, rel=0.02)
     # B has its zero where the free cable resonates, half a wave along it: c/(4 l), A has none
     band = (FREQUENCY > 3) & (FREQUENCY < 15)
     zero = FREQUENCY[band][np.argmin(np.abs(on_gondola[band]))]
@@ -87,12 +92,12 @@ def test_figure_8():
 
 
 def test_pole_of_an_undamped_mode_is_not_a_number():
-    case = case_of(CARLINA, "cable.damping={ratio: 0}")
-    frequency = case.end_model.omega[[1]] / (2 * np.pi)
-    value = response.between_ends(case.end_model, 3, 3, frequency)
+    choice = choice_of(CARLINA, "cable.damping={ratio: 0}")
+    value = choice.response((3, 3), choice.case.end_model.omega[[1]] / (2 * np.pi))
     assert not np.isfinite(value[0]) or abs(value[0]) > 1e6
 
 
-def test_phase_has_no_jumps(model):
-    phase = response.Phase()(response.winch_to_gondola(model, 50.0, 0.0, "ground", np.geomspace(0.01, 100, 20_000)))
+@each_cable
+def test_phase_has_no_jumps(path):
+    phase = response.Phase()(open_loop(path)[0](np.geomspace(0.01, 100, 20_000)))
     assert np.abs(np.diff(phase)).max() < 90

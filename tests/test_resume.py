@@ -19,6 +19,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from campaign import campaign
 from command import LONGEST, SLACK, edit_rows, go_on, process, run, start_paused, stored_rows, study_file
 
 from cablestudy.errors import SceneError
@@ -82,7 +83,7 @@ def test_a_sweep_that_is_killed_time_and_again_ends_with_the_same_bytes(folder):
     study_file(folder, LONG, SLACK)
     assert process("sweep", "study.yaml", "--out", "whole").code == 0
     generator = random.Random(20)
-    for attempt in range(4):
+    for attempt in campaign(range(4), (0, 3)):
         before, where = len(stored_rows(ROWS)), ("within", "after")[attempt // 2]
         jobs = ("--jobs", 1 + attempt % 2)
         sweep = start_paused(generator.randrange(2, 100), "study.yaml", "--resume", *jobs, where=where)
@@ -379,6 +380,19 @@ def test_no_more_processes_than_cores_have_use_for(monkeypatch):
     for jobs in (2, 8, 1000):
         list(driver.compute_here(SimpleNamespace(left=10_000), jobs))
     assert asked == [2, 8, 8]
+
+
+def test_processes_are_started_by_themselves_for_work_that_is_worth_it(monkeypatch):
+    """One for each core, where the first case of one second foretells more than three."""
+    asked = []
+    monkeypatch.setattr(driver, "cores", lambda: 3)
+    monkeypatch.setattr(driver, "WORTHWHILE", 3.0)
+    monkeypatch.setattr(driver, "process_pool", asked.append)
+    monkeypatch.setattr(driver, "retry", lambda chunks, pool, workers: pool() or iter(()))
+    monkeypatch.setattr(driver, "submit_all", lambda *_: iter([SimpleNamespace(seconds=1.0)]))
+    for left in (2, 3, 4):
+        list(driver.compute_here(SimpleNamespace(left=left, seconds_per_case=1.0)))
+    assert asked == [3]
 
 
 def test_a_full_disk_is_one_line_and_what_is_there_stays(folder):

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
+from campaign import campaign
 from command import calls
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -471,7 +472,10 @@ _TREES = st.recursive(
 
 
 # The fixture only changes the working directory, which every example may share.
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@settings(
+    max_examples=campaign(100, 30),
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+)
 @given(key=st.sampled_from(_KEYS), table=st.sampled_from(sorted(".".join(path) for path, _ in TABLES)), value=_TREES)
 def test_any_value_of_any_key_gives_a_scene_or_a_scene_error(tmp_path_factory, key, table, value):
     path = tmp_path_factory.getbasetemp() / "any.yaml"

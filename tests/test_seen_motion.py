@@ -85,6 +85,7 @@ def test_peak_of_records_in_time(damping, clusters):
     assert 0 < factor - (record.max(axis=1) / record.std()).mean() < clusters
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("ratio", [1e-4, 1e-2, 0.3])
 @pytest.mark.parametrize("gain", [0.0, 0.3])
 def test_what_is_seen_is_a_fine_integration(ratio, gain):

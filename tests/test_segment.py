@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from campaign import campaign
 from mpmath import mp
 from references import catenary_mp
 
@@ -32,7 +33,7 @@ def exact(tension, weight, stiffness, cosine, sine):
 def cases():
     """Shallow and deep, taut and slack, level to vertical, in the plane and out of it."""
     rng = np.random.default_rng(20)
-    for _ in range(150):
+    for _ in range(campaign(150, 40)):
         angle = rng.choice([0.0, rng.uniform(-np.pi / 2, np.pi / 2)])
         direction = rng.normal(size=3) * 10.0 ** rng.uniform([-1, -6, -6], [0, 0, 0])
         tension = direction / np.linalg.norm(direction)
@@ -102,7 +103,7 @@ def test_arrays_equal_single_calls():
 
 def test_solve_symmetric():
     rng = np.random.default_rng(3)
-    for _ in range(50):
+    for _ in range(campaign(50, 15)):
         A = rng.normal(size=(3, 3)) * 10.0 ** rng.uniform(-6, 6, size=3)
         A = A.T @ A  # badly scaled: what the routine is for
         right = A @ np.ones(3)

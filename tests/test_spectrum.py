@@ -85,6 +85,7 @@ def test_admittance():
     assert ((falling > 0) & (falling < 1)).all()
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("kind", SPECTRA)
 @pytest.mark.parametrize("share", ADMITTANCES)
 @pytest.mark.parametrize(("speed", "scale", "area"), [(6.0, 25.0, 0.6), (1e-3, 1e4, 1e6), (300.0, 1e-2, 1e-8)])

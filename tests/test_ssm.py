@@ -13,10 +13,11 @@ import pytest
 from command import CARLINA, SLACK, refused_in_one_line, rows_of, run, table_of
 from scipy.io import loadmat
 
-from cablestudy.control import export, statespace
+from cablestudy.control import export, one_cable
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots, ssm, ssm_of_cable, ssm_tables
 from cablestudy.study.case import Case
+from cablestudy.system.linear import LinearSystem
 
 AXIAL = ("--kinds", "axial", "--modes", "5")
 WITH = {None: (), "gondola": ("--with", "gondola"), "loop": ("--with", "loop")}
@@ -93,14 +94,13 @@ def test_second_order_model_with_free_ends_has_the_poles_of_the_state_space():
 @pytest.mark.parametrize("name", ["mass", "stiffness"])
 def test_a_number_that_is_not_finite_is_never_exported(folder, monkeypatch, name, damping, attached):
     """A NaN put into the second-order model: one line, exit code 3, no file."""
-    free_cable = statespace._free_cable
 
-    def spoilt(*arguments):
-        model = free_cable(*arguments)
-        getattr(model, name)[-3, -3] = np.nan
-        return model
+    def spoilt(*arguments, **named):
+        system = LinearSystem(*arguments, **named)
+        getattr(system, name)[-3, -3] = np.nan
+        return system
 
-    monkeypatch.setattr(statespace, "_free_cable", spoilt)
+    monkeypatch.setattr(one_cable, "LinearSystem", spoilt)
     for kind in export.KINDS:
         done = run("ssm", CARLINA, *WITH[attached], "--set", f"cable.damping={damping}", "--out", f"x{kind}", code=3)
         assert done.out == ""
@@ -117,7 +117,7 @@ def test_python_control_takes_the_file():
     system = control.ss(m["A"], m["B"], m["C"], m["D"])
     model = Case(load_scene(CARLINA)[1]).end_model
     np.testing.assert_allclose(system.dcgain(), model.stiffness, atol=1e-7)
-    expected = statespace.cable(model).response([10j * np.pi])[0]
+    expected = one_cable.state_space(model).response([10j * np.pi])[0]
     np.testing.assert_allclose(system(10j * np.pi), expected, atol=1e-8)
     assert (np.real(system.poles()) < 0).all()
 

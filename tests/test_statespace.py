@@ -6,14 +6,15 @@ from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G
 from command import CARLINA, SLACK
 from references import bars
 
-from cablestudy.control import response, statespace
-from cablestudy.control.law import Law
+from cablestudy.control.loop import Loop
 from cablestudy.control.notch import Notch
+from cablestudy.control.one_cable import state_space
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import ssm, ssm_of_cable
 from cablestudy.study.case import Case
 
 RATIO, GONDOLA_MASS = 0.01, 50.0
+GONDOLA = (GONDOLA_MASS, 0.0)
 OMEGA = np.geomspace(0.1, 1000, 40)
 SELECTIONS = {"all": slice(None), "third": slice(0, None, 3), "one": slice(1, 2), "none": slice(0, 0)}
 each_location = pytest.mark.parametrize("location", ["ground", "gondola"])
@@ -69,7 +70,7 @@ def largest(difference, reference):
 
 
 def test_eigenvalues_are_modes_and_damping(model, dense):
-    value = np.linalg.eigvals(statespace.cable(model).a)
+    value = np.linalg.eigvals(state_space(model).a)
     value = value[value.imag > 0]
     order = np.argsort(np.abs(value))
     # references.bars: dense eigh of the textbook matrices
@@ -79,11 +80,12 @@ def test_eigenvalues_are_modes_and_damping(model, dense):
 
 
 def test_response_is_that_of_dense_bars(model, dense):
-    computed = statespace.cable(model).response(1j * OMEGA, derivatives=True)
+    computed = state_space(model).response(1j * OMEGA, derivatives=True)
     expected = np.array([dense_stiffness(dense, 1j * w) for w in OMEGA])
     assert largest(computed - expected, expected) < 1e-9
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("selection", SELECTIONS)
 @each_damping
 @pytest.mark.parametrize("residual", [True, False])
@@ -92,27 +94,27 @@ def test_response_is_the_dynamic_end_stiffness(damping, selection, residual):
     kept = chosen(model, selection)
     reduced = model.condense(kept) if residual else model.truncate(kept)
     expected = reduced.dynamic_stiffness(1j * OMEGA)
-    system = statespace.cable(model, kept, residual)
+    system = state_space(model, kept, residual)
     assert largest(system.response(1j * OMEGA, derivatives=True) - expected, expected) < 1e-10
 
 
 @pytest.mark.parametrize("selection", SELECTIONS)
 def test_slow_movements_meet_the_modal_damping_of_all_modes(either, selection):
     s = np.array([1e-4j * either.omega[0]])
-    reduced = statespace.cable(either, chosen(either, selection)).response(s, derivatives=True)
+    reduced = state_space(either, chosen(either, selection)).response(s, derivatives=True)
     whole = either.dynamic_stiffness(s)
     assert largest(reduced.imag - whole.imag, whole.imag) < 1e-6
 
 
 def test_what_is_left_for_derivatives_is_the_mass_of_the_ends(model):
-    first, second = statespace.cable(model).derivatives
+    first, second = state_space(model).derivatives
     assert not first.any()
     np.testing.assert_allclose(second, np.eye(6) * MASS * PAPER_LENGTH / 80, atol=1e-9)  # half a bar each
 
 
 @pytest.mark.parametrize("selection", SELECTIONS)
 def test_static_gain_is_exact_for_any_selection(either, selection):
-    gain = statespace.cable(either, chosen(either, selection)).response([0j])[0]
+    gain = state_space(either, chosen(either, selection)).response([0j])[0]
     assert np.abs(gain - either.stiffness).max() < 1e-10 * np.abs(either.stiffness).max()
     along = either.stiffness[3, 3]
     assert gain[3, 3].real == pytest.approx(along, rel=1e-10)
@@ -121,35 +123,35 @@ def test_static_gain_is_exact_for_any_selection(either, selection):
 def test_plain_truncation_of_five_axial_modes_is_thirty_times_too_stiff(model):
     case = case_of(CARLINA)
     axial = np.array(case.dynamics.modes(117).select("axial")[:5])
-    gain = statespace.cable(model, axial, residual=False).response([0j])[0, 3, 3].real
+    gain = state_space(model, axial, residual=False).response([0j])[0, 3, 3].real
     assert gain == pytest.approx(30923, abs=1)  # DESIGN 6
-    assert statespace.cable(model, axial).response([0j])[0, 3, 3].real == pytest.approx(1025, abs=1)
+    assert state_space(model, axial).response([0j])[0, 3, 3].real == pytest.approx(1025, abs=1)
     # K11 of a bar: EA over its unstretched length, and nothing taken off
-    empty = statespace.cable(model, np.arange(0), residual=False)
+    empty = state_space(model, np.arange(0), residual=False)
     assert empty.d[3, 3] == pytest.approx(EA * 40 / PAPER_LENGTH, rel=1e-4)  # bars hardly inclined
 
 
 def test_entries_of_a_grow_like_the_frequency(either):
-    assert np.abs(statespace.cable(either).a).max() == pytest.approx(either.omega.max(), rel=1e-12)
+    assert np.abs(state_space(either).a).max() == pytest.approx(either.omega.max(), rel=1e-12)
 
 
 @each_cable
 def test_entries_of_the_coupled_model_grow_like_the_frequency(scene):
     models = [case_of(scene, f"model.elements={count}").end_model for count in (20, 80)]
-    ratio = [np.abs(statespace.coupled(model, GONDOLA_MASS).a).max() / model.omega.max() for model in models]
+    ratio = [np.abs(state_space(model, gondola=GONDOLA).a).max() / model.omega.max() for model in models]
     assert models[1].omega.max() > 3.5 * models[0].omega.max()
     assert ratio[1] < 1.1 * ratio[0]
 
 
 def test_hysteretic_modes_lose_half_the_loss_factor_times_their_elastic_share():
     model = case_of(CARLINA, f"cable.damping={DAMPINGS['hysteretic']}").end_model
-    value = np.linalg.eigvals(statespace.cable(model).a)
+    value = np.linalg.eigvals(state_space(model).a)
     value = value[value.imag > 0]
     for omega, ratio in zip(model.omega, model.damping_ratio, strict=True):
         nearest = value[np.abs(np.abs(value) - omega) < 1e-9 * omega]
         assert np.abs(-nearest.real / np.abs(nearest) - ratio).min() < 1e-9
     # the gondola on a taut cable: half the loss factor, whatever the number of modes (DESIGN 6)
-    value = np.linalg.eigvals(statespace.coupled(model, GONDOLA_MASS).a)
+    value = np.linalg.eigvals(state_space(model, gondola=GONDOLA).a)
     gondola = value[np.argmin(np.abs(np.abs(value) - np.sqrt(model.stiffness[3, 3] / GONDOLA_MASS)))]
     assert -gondola.real / abs(gondola) == pytest.approx(0.01, rel=0.02)
 
@@ -172,8 +174,8 @@ def test_error_bounds_the_inertia_that_the_response_lacks():
     model = case_of(CARLINA, "cable.damping={ratio: 0}").end_model
     kept = fewest(model.inertia_share(3, 3), 1e-2)
     omega = 0.1 * model.omega.min()
-    exact = statespace.cable(model).response([1j * omega])[0, 3, 3]
-    less = statespace.cable(model, kept).response([1j * omega])[0, 3, 3]
+    exact = state_space(model).response([1j * omega])[0, 3, 3]
+    less = state_space(model, kept).response([1j * omega])[0, 3, 3]
     carried = (model.participation[:, 3] ** 2 / model.omega**4).sum()
     assert abs(less - exact) < 1.2e-2 * carried * omega**2
 
@@ -184,6 +186,7 @@ def transfers(model, location, s):
     return stiffness, stiffness[:, 3, 3], stiffness[:, 3, 3 if location == "gondola" else 0]
 
 
+@pytest.mark.crossed
 @each_location
 @pytest.mark.parametrize("selection", ["all", "third", "none"])
 @each_damping
@@ -193,7 +196,7 @@ def test_coupled_model_is_gondola_on_end_stiffness(scene, damping, selection, lo
     kept, s = chosen(model, selection), 1j * OMEGA
     stiffness, own, driven = transfers(model.condense(kept), location, s)
     compliance = 1 / (GONDOLA_MASS * s**2 + own)
-    system = statespace.coupled(model, GONDOLA_MASS, location, kept)
+    system = state_space(model, kept, gondola=GONDOLA, location=location)
     computed = system.response(s, derivatives=True)
     for column, moved in ((0, -driven * compliance), (1, compliance)):
         np.testing.assert_allclose(computed[:, 0, column], moved, rtol=1e-9)
@@ -204,13 +207,13 @@ def test_coupled_model_is_gondola_on_end_stiffness(scene, damping, selection, lo
         assert not any(matrix[0].any() for matrix in system.derivatives)
 
 
+@pytest.mark.crossed
 @each_location
 @each_notch
 @each_damping
 def test_closed_loop_is_the_transfer_function(damping, notch, location):
     model = case_of(CARLINA, f"cable.damping={DAMPINGS[damping]}").end_model
     kept, s = chosen(model, "third"), 1j * OMEGA
-    loop = statespace.WinchLoop(model, GONDOLA_MASS, location, 0.3, notch)
     stiffness, own, driven = transfers(model.condense(kept), location, s)
     # u = -C x on the ground, +C x on the gondola, C = (k/s) N: DESIGN 7
     sign = 1 if location == "gondola" else -1
@@ -223,7 +226,7 @@ def test_closed_loop_is_the_transfer_function(damping, notch, location):
     winch = control * position
     end = position if location == "ground" else position + winch
     forces = stiffness[:, :, 3] * end[:, None] + (stiffness[:, :, 0] * winch[:, None] if location == "ground" else 0)
-    system = statespace.closed(loop, kept)
+    system = state_space(model, kept, gondola=GONDOLA, location=location, loop=Loop(None, None, 0.3, (notch,)))
     named = system.input_names.index
     computed = system.response(s)[:, :, named("force_gondola")]
     np.testing.assert_allclose(computed[:, 0], position, rtol=1e-10)
@@ -246,31 +249,35 @@ def test_closed_loop_is_the_transfer_function(damping, notch, location):
     assert len(system.outputs) == len(system.c)
 
 
+PID = ("proportional_gain=0.018", "derivative_gain=0.009", f"derivative_filter={31 / (2 * np.pi)!r} Hz")
 LAWS = {
-    "delay": (Law(delay=0.02), lambda s: 1 / s * np.exp(-0.02 * s)),
-    "long delay": (Law(delay=0.3), lambda s: 1 / s * np.exp(-0.3 * s)),
-    "lag": (Law(bandwidth=31.0), lambda s: 1 / s / (1 + s / 31.0)),
+    "delay": (["winch.delay=20 ms"], lambda s: 1 / s * np.exp(-0.02 * s)),
+    "long delay": (["winch.delay=300 ms"], lambda s: 1 / s * np.exp(-0.3 * s)),
+    "lag": ([f"winch.bandwidth={31 / (2 * np.pi)!r} Hz"], lambda s: 1 / s / (1 + s / 31.0)),
     "PID": (
-        Law(1.0, 0.06, 0.03, corner=31.0, delay=0.01, bandwidth=125.0),
+        ["winch.delay=10 ms", f"winch.bandwidth={125 / (2 * np.pi)!r} Hz", *(f"winch.controller.{key}" for key in PID)],
         lambda s: (1 / s + 0.06 + 0.03 * s / (1 + s / 31.0)) / (1 + s / 125.0) * np.exp(-0.01 * s),
     ),
 }
 
 
+@pytest.mark.crossed
 @each_location
 @pytest.mark.parametrize("name", LAWS)
 def test_another_law_than_an_integrator(name, location, model):
-    law, exact = LAWS[name]
+    sets, exact = LAWS[name]
+    sets = ["winch.controller.gain=0.3", "winch.controller.notch.frequency=0.7 Hz", f"winch.location={location}", *sets]
+    choice = ssm_of_cable.choose(*load_scene(CARLINA, sets), ssm.StateSpaceOptions(attached="loop"))
     s = 2j * np.pi * np.array([0.01, 0.1, 0.5, 0.72, 2.0, 10.0])
-    loop = statespace.WinchLoop(model, GONDOLA_MASS, location, 0.3, NOTCH, law)
     _, own, driven = transfers(model, location, s)
     w1, w2 = NOTCH.omega, NOTCH.rolloff_omega
     filtering = (s**2 + 0.1 * w1 * s + w1**2) / w1**2 * w2**2 / (s**2 + 2 * w2 * s + w2**2)
     control = (1 if location == "gondola" else -1) * 0.3 * exact(s) * filtering
-    position = 1 / (GONDOLA_MASS * s**2 + own + driven * control)
-    np.testing.assert_allclose(response.position(loop, model, s.imag / (2 * np.pi)), position, rtol=1e-9)
-    system = statespace.closed(loop, highest=20 * np.pi)
-    np.testing.assert_allclose(system.response(s)[:, 0, 0], position, rtol=1e-6)
+    expected = 1 / (GONDOLA_MASS * s**2 + own + driven * control)
+    (curve,) = choice.curves()
+    np.testing.assert_allclose(curve.value(s.imag / (2 * np.pi)), expected, rtol=1e-9)
+    system = choice.system()
+    np.testing.assert_allclose(system.response(s)[:, 0, 0], expected, rtol=1e-6)
     assert len(set(system.state_names)) == len(system.a)
 
 
@@ -280,7 +287,7 @@ def test_forces_on_nodes_are_those_of_dense_bars(dense, selection):
     choice = ssm_of_cable.choose(document, scene, ssm.StateSpaceOptions(wind=True))
     model = choice.case.end_model
     kept = chosen(model, selection)
-    system = statespace.cable(model, kept, forces=ssm_of_cable.nodal_forces(choice.case, choice.modes))
+    system = state_space(model, kept, nodes=ssm_of_cable.nodal_shapes(choice.case, choice.modes))
     K, M, C, _ = dense
     for s in [0j] if selection == "third" else [0j, 5j, 100j]:
         full = K + s * C + s**2 * M

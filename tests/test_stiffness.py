@@ -51,6 +51,7 @@ def test_forces_are_the_gradient_of_the_energy_at_any_place_of_the_nodes(span, o
     assert found == pytest.approx(expected, abs=1e-12 * abs(found).max())
 
 
+@pytest.mark.crossed
 @each_cable
 @each_order
 @pytest.mark.parametrize("displaced", [False, True])

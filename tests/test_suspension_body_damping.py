@@ -124,6 +124,7 @@ def test_in_the_air_about_the_equilibrium_without_the_mean_wind(law, on, within)
     assert still == solve(scene(law, {"elements": BARS}), "gondola.damping_ratio_x").values
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("law", ["kelvin_voigt", "hysteretic", "viscous"])
 @pytest.mark.parametrize("wind", [{}, {"on": "both"}])
 def test_to_an_accuracy_no_number_is_more_wrong_than_stated(law, wind):

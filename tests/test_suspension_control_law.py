@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 import scipy.linalg
+from campaign import campaign
 from command import CARLINA, run, table_of
 from one_loop import OneLoop
 from references.modal_loop import gains_of_modes
@@ -14,10 +15,10 @@ from scenes import cells
 from straight_scenes import LOOP, case_of, closed_loop_of, everything, one_axis, two_bodies
 from test_suspension_wind import FREQUENCY, integral, von_karman
 
-from cablestudy.control.loop_state_space import Labels, state_space
+from cablestudy.control.statespace import state_space_of
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import CableScene, load_scene
-from cablestudy.study.loop_in_time import TimeOptions, time_case
+from cablestudy.study.loop_in_time import TimeOptions, labelled, measured_by, time_case
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import value
@@ -157,7 +158,8 @@ def encirclements(own, gain):
     return round(-turned)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.crossed
+@pytest.mark.parametrize("seed", campaign(range(6), (0, 3)))
 @pytest.mark.parametrize("scene", SCENES)
 def test_growing_poles_are_the_encirclements_of_the_exact_loop_gain(scene, seed):
     own, closed_loop = solved(scene, seed)
@@ -321,10 +323,9 @@ def test_the_state_space_has_the_response_of_the_exact_loop_up_to_where_its_dela
     loop, n = closed_loop.loop, len(own.free)
     forces = np.zeros((len(loop.motion), 6))
     forces[: loop.motion.shapes.shape[1]] = closed_loop.layout.bodies(loop.motion.shapes).T
-    names = [(f"{k}", "") for k in range(60)]
-    own_names = Labels(names[: loop.motion.shapes.shape[1]], names[:4], names[:6], names[: len(closed_loop.outputs)],
-                       names[:3])  # fmt: skip
-    system = state_space(loop.motion, forces, own_names, loop, closed_loop.actuators)
+    names = [f"{k}" for k in range(loop.motion.shapes.shape[1])]
+    driven = labelled(closed_loop, loop.motion, names, forces)
+    system = state_space_of(driven, None, loop, measured_by(closed_loop), closed_loop.actuators)
     s = 1j * np.geomspace(0.01, 0.99 * loop.right_up_to, 40)
     rows = [closed_loop.outputs[f"gondola.{axis}"] for axis in "xyz"]
     found = system.response(s, derivatives=True)

@@ -50,6 +50,7 @@ def least_squares(matrix, load, objective, low, high):
     return found.x * unit
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("method", ["balanced", "least", "closest"])
 @pytest.mark.parametrize(("low", "high"), [(100.0, np.inf), (200.0, 800.0)])
 def test_weightless_cables_against_a_general_solver(method, low, high):
@@ -222,6 +223,7 @@ def test_the_smallest_of_equally_balanced_tensions():
     np.testing.assert_allclose(found.tension, 70, rtol=1e-9)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("strain", [3e-4, -0.01, -0.3])
 @pytest.mark.parametrize("kind", [*stated.FORCES, "sag"])
 def test_rates_by_differences(kind, strain):

@@ -9,6 +9,7 @@ import math
 import numpy as np
 import pytest
 import scipy.linalg
+from campaign import campaign
 from command import table_of
 from references import bar_suspension, links
 from references.bar_loop import BarLoop
@@ -441,7 +442,7 @@ def with_links(seed):
     return {**data, "links": {"s": {**rest, "damping": 0.02 * body["mass"] * stretching}, "d": other}}
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", campaign(range(4), (2, 3)))
 def test_the_largest_gain_with_links_against_dense_bars(seed):
     data = with_links(seed)
     case = case_of(data)
@@ -516,6 +517,7 @@ def test_a_row_does_not_depend_on_its_neighbours():
             assert find(column).compute(case) == find(column).compute(alone)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("stiffness", [1e-12, 1e-3, 1e6, 1e12, 1e18])
 @pytest.mark.parametrize("length", [{}, {"length": 1.2}])
 def test_extremes_of_stiffness(stiffness, length):

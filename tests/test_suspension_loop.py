@@ -263,6 +263,7 @@ def test_an_automatic_gain_has_the_margin_that_it_was_asked_for():
     assert value(text, "gain", "largest_gain") == pytest.approx([limit / 10 ** (8 / 20), limit], rel=1e-6)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("name", ["all", "no notch", "pose of six", "two bodies"])
 @pytest.mark.parametrize("peak", [1.2, 2.0])
 def test_an_automatic_gain_is_the_largest_that_bounds_the_sensitivity_and_has_the_margin(name, peak):

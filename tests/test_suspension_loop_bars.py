@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from campaign import campaign
 from references.bar_loop import AXES, BarLoop
 from references.bars_in_wind import von_karman
 from solved import solve
@@ -71,7 +72,8 @@ def scene_of(seed):
     }  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", [*range(8), 16, 51])  # of the last two one crossing lies between a pole and the notch
+# of the last two one crossing lies between a pole and the notch
+@pytest.mark.parametrize("seed", campaign([*range(8), 16, 51], (2, 3, 5, 16, 51)))
 def test_the_largest_gain_is_the_smallest_at_which_a_pole_of_dense_bars_crosses(seed):
     """Stable at shares of it, and not beyond it, all modes of the elements being in the matrix."""
     data = scene_of(seed)
@@ -91,7 +93,7 @@ def lossy(seed):
     return {**data, "cable": {**data["cable"], "damping": damping}}
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", campaign(range(4), (1, 2)))
 def test_the_largest_gain_with_a_complex_stiffness(seed):
     """The same with poles of the upper half plane, of bars whose strain has a loss factor."""
     data = lossy(seed)

@@ -130,6 +130,7 @@ def test_dense_bars_of_the_whole_suspension(strain):
         assert found.compliance_shares(0, axis)[alone[:40]] == pytest.approx(right[alone[:40]], rel=1e-6, abs=1e-9)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("strain", [3e-3, -3e-3])
 @pytest.mark.parametrize("damping", [Damping(), Damping("hysteretic", loss_factor=0.02)])
 def test_six_vectors_stand_for_the_modes_of_cables_that_are_not_computed(monkeypatch, strain, damping):
@@ -276,6 +277,7 @@ def one_cable(twin, mass):
     return with_lengths(suspension({"gondola": body}, [cable]), [twin.length])
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("twin", [PAPER, INCLINED])
 @pytest.mark.parametrize("mass", [0.5, 50.0, 5e4])
 def test_one_cable_with_a_gondola_free_along_x_is_the_scene_of_one_cable(twin, mass):

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from campaign import campaign
 from command import run
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -386,7 +387,7 @@ def _point(mass, place):
     return mass * (np.dot(place, place) * np.eye(3) - np.outer(place, place))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=campaign(60, 20), deadline=None)
 @given(
     st.lists(st.floats(-1, 1), min_size=12, max_size=12),
     st.floats(0.1, 10),

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from campaign import campaign
 from command import CONFIGS, LONGEST, calls, run, study_file, table_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -506,7 +507,7 @@ def _paths(value, path=()):
         yield from _paths(inside, (*path, key))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=campaign(150, 40), deadline=None)
 @given(st.data())
 def test_whatever_stands_somewhere_there_is_a_scene_or_a_list_of_mistakes(data):
     motion = """
@@ -536,7 +537,7 @@ correction: {marker: gondola.focus, bandwidth: 1}
     assert all(mistake.startswith("s.yaml:") and "\n" not in mistake for mistake in mistakes)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=campaign(100, 30), deadline=None)
 @given(
     st.lists(st.floats(0.1, 10), min_size=2, max_size=2),
     st.lists(st.floats(-3, 3), min_size=3, max_size=3),

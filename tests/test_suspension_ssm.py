@@ -10,7 +10,8 @@ from suspension_scenes import hung, platform, suspension
 from test_suspension_modes import one_cable
 
 from cablestudy.control import export, statespace
-from cablestudy.control.suspension import FROM, TO, Marker, Winch, outward, state_space
+from cablestudy.control.one_cable import state_space as state_space_of_one_cable
+from cablestudy.control.suspension import FROM, TO, Marker, Winch, outward, second_order
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
 from cablestudy.system.cables import UNDAMPED, Cables, FixedModel, Models, fixed_meshes
@@ -20,6 +21,12 @@ from cablestudy.system.superelement import Damping
 EIGHT = FixedModel(8)
 WINCHES = (Winch(0), Winch(5), Winch(6, TO))
 MARKERS = (Marker("focus", 0, (0.1, 0.2, -0.5)),)
+
+
+def state_space(layout, kept, winches=(), markers=()):
+    """`StateSpace` with all coordinates."""
+    system = second_order(layout, kept, winches, markers).viscous()
+    return statespace.state_space_of(system, system)
 
 
 def model(state, damping=UNDAMPED, limit=np.inf, mesh=EIGHT):
@@ -133,7 +140,7 @@ def test_one_cable_is_the_state_space_of_one_cable():
         "model.elements=4", "model.order=10", "cable.damping={model: kelvin_voigt, time: 1e-3}", f"gondola.mass={mass}"
     )
     cable = Case(scene).end_model
-    alone = statespace.coupled(cable, mass)
+    alone = state_space_of_one_cable(cable, gondola=(mass, 0.0))
     s = 2j * np.pi * np.array([0.01, 0.5, 0.7188, 1.59, 6.0])
     one = alone.response(s)[:, 0, 1]
     assert system.response(s)[:, 0, 0] == pytest.approx(one, rel=1e-9)

@@ -3,6 +3,7 @@
 import json
 import re
 import shlex
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,10 +14,10 @@ from suspension_scenes import platform
 from test_suspension_ssm import MARKERS, WINCHES, by_bars, model
 from test_suspension_ssm_command import read, response
 
-from cablestudy.control import loop_state_space
 from cablestudy.control.loop import Loop, allocate
 from cablestudy.control.motion import Actuator, motion
 from cablestudy.control.notch import Notch
+from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import labels, outward, second_order
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.ssm import StateSpaceOptions
@@ -47,12 +48,6 @@ def whole_motion(state, actuators=()):
     return layout, motion(layout, whole, omega, shapes * omega, len(WINCHES), actuators)
 
 
-def names_of(layout, count):
-    inputs, outputs = labels(layout, WINCHES, MARKERS)
-    coordinates = tuple((f"mode_{k}", "sqrt(kg) m") for k in range(count))
-    return loop_state_space.Labels(coordinates, inputs[:3], inputs[3:], outputs, (("x", "m"), ("y", "m"), ("z", "m")))
-
-
 def built(state, closed, actuators=()):
     layout, moving = whole_motion(state, actuators)
     count = moving.shapes.shape[1]
@@ -64,7 +59,14 @@ def built(state, closed, actuators=()):
     if closed:
         allocation = allocate(moving, measured, np.ones(3), np.array([1.0, 2.0, 5.0]))
         loop = Loop(moving, allocation, GAIN, NOTCHES)
-    return loop, loop_state_space.state_space(moving, forces, names_of(layout, count), loop, actuators)
+    inputs, outputs = labels(layout, WINCHES, MARKERS)
+    strokes = [(f"{one.name}.stroke", "m") for one in actuators if not one.wheel]
+    coordinates = (*((f"mode_{k}", "sqrt(kg) m") for k in range(count)), *strokes)
+    driven = replace(moving, coordinates=coordinates, inputs=inputs[:3], outputs=outputs)
+    measured = (("x", "m"), ("y", "m"), ("z", "m"))
+    return loop, state_space_of(
+        driven.with_forces(forces, inputs[3:]), None, loop, measured if closed else (), actuators
+    )
 
 
 def notch(one, s):

@@ -9,6 +9,7 @@ import scipy.linalg
 import scipy.optimize
 import scipy.signal
 import suspensions
+from campaign import campaign
 from command import CONFIGS
 from references.bars_in_wind import BarsInWind, von_karman
 from references.straight_suspension import Straight
@@ -325,7 +326,7 @@ def test_the_rms_does_not_depend_on_the_nodes_of_the_cables():
     assert found[0].weighted["value"][rows] == pytest.approx(found[1].weighted["value"][rows], rel=1e-5)
 
 
-@pytest.mark.parametrize("count", [64, 100])
+@pytest.mark.parametrize("count", campaign([64, 100], [64]))
 def test_the_stated_error_of_rotations_and_their_rates_is_true(count, monkeypatch):
     """Six cables that meet at a gondola: gusts coherent over a metre, against 160 modes and a finer rod for these."""
     scene, found = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml")[1], []
@@ -481,6 +482,7 @@ def by_lyapunov(own, gain):
     return found
 
 
+@pytest.mark.crossed
 @pytest.mark.usefixtures("white")
 @pytest.mark.parametrize("gain", [None, 0.0])
 @pytest.mark.parametrize("name", ["one body", "two bodies"])
@@ -728,6 +730,7 @@ def by_statics(text, step=1e-3):
 TENSIONS = ("tension_from", "tension_to")
 
 
+@pytest.mark.crossed
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("on", ON)
 @pytest.mark.parametrize("seed", [1, 2, 3])

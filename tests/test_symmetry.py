@@ -32,6 +32,7 @@ def mirror_image(shapes, axes):
     return shapes[::-1] * np.where(np.array(axes) == 0, -1, 1)[:, None]
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("mass", ["lumped", "consistent"])
 @pytest.mark.parametrize("axes", [IN_PLANE, OUT_OF_PLANE], ids=["in plane", "out of plane"])
 @pytest.mark.parametrize(("elements", "order"), MESHES)
@@ -99,6 +100,7 @@ EXTREMES = {
 }
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("span", EXTREMES.values(), ids=EXTREMES)
 @pytest.mark.parametrize(("elements", "order", "closed"), [(40, 1, False), (5, 4, False), (1, 17, True), (4, 12, True)])
 def test_halves_lose_nothing_at_the_ends_of_the_range(span, elements, order, closed):

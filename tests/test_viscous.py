@@ -9,7 +9,8 @@ from references import bars
 from scenes import SAGGING, cells, scene
 from test_windrms import WHITE, loop_of, rms_of, white  # noqa: F401 a fixture
 
-from cablestudy.control import statespace
+from cablestudy.control.loop import Loop
+from cablestudy.control.one_cable import state_space
 from cablestudy.study.case import Case
 
 VISCOUS = 0.016  # N s/m^2, about what wind of 6 m/s gives the paper's cable across
@@ -17,10 +18,11 @@ RATE = VISCOUS / MASS
 LAWS = ("ratio: 0.0", "ratio: 0.02", "loss_factor: 0.02", "time: 1 ms")
 
 
-def winch_loop(case):
-    """`WinchLoop` of a case with every mode of its cable."""
+def closed(case):
+    """State space of the closed loop with every mode of its cable."""
     loop = loop_of(case)
-    return statespace.WinchLoop(loop.cable, loop.mass, loop.location, loop.gain, loop.notch)
+    own = Loop(None, None, loop.gain, (loop.notch,))
+    return state_space(loop.cable, gondola=(loop.mass, 0.0), location=loop.location, loop=own)
 
 
 def damped(law, viscous=VISCOUS):
@@ -73,6 +75,7 @@ def test_the_gondola_on_a_light_straight_cable_in_closed_form():
     assert found["gondola_damping_ratio"] == pytest.approx(expected, rel=3e-3)  # (w/W)^2 of the first axial mode
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("law", LAWS[2:])
 @pytest.mark.parametrize("sets", [(), ("cable.area=24.2 mm^2", "cable.unstretched_length=186 m")])
 def test_the_damping_ratio_of_the_gondola_by_two_routes(law, sets):
@@ -85,20 +88,21 @@ def test_the_damping_ratio_of_the_gondola_by_two_routes(law, sets):
     assert found == pytest.approx(-pole.real / abs(pole), rel=1e-8)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("law", ["ratio: 0.01", "time: 1 ms"])
 @pytest.mark.parametrize("where", ["ground", "gondola"])
 def test_the_state_space_has_the_poles_of_the_loop(law, where):
     sets = damped(law), f"winch.location={where}", "model.elements=20", "winch.controller.gain=0.1"
     case = Case(SAGGING.scene(*sets))
     found = case.in_wind.closed_loop_of(250).loop.eigen.values
-    for pole in np.linalg.eigvals(statespace.closed(winch_loop(case)).a):
+    for pole in np.linalg.eigvals(closed(case).a):
         assert np.abs(found - pole).min() < 1e-7 * np.abs(pole) + 1e-11 * np.abs(found).max()
 
 
 @pytest.mark.usefixtures("white")
 def test_white_noise_is_lyapunov_s_equation():
     case = Case(scene(damped("time: 1 ms"), "winch.controller.gain=0.1", WHITE, "model.elements=12"))
-    system = statespace.closed(winch_loop(case))
+    system = closed(case)
     level = 3.0  # one-sided
     P = scipy.linalg.solve_continuous_lyapunov(system.a, -np.outer(system.b[:, 0], system.b[:, 0]) * level / 2)
     expected = np.sqrt(system.c[0] @ P @ system.c[0])

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from cables import matrices_of_all_nodes
+from campaign import campaign
 from command import CARLINA, rows_of, run, table_of
 from scenes import case_of, cells, scene
 from scipy.integrate import trapezoid
@@ -75,6 +76,7 @@ def variances(found, load, *ratios):
     return np.trace(found.covariance(both, np.array(ratios)), axis1=1, axis2=2)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("ratio", [1e-250, 1e-9, 1e-3, 1.0, 30.0, 400.0])
 @pytest.mark.parametrize(("elements", "order"), [(1, 16), (3, 10), (1, 48)])
 def test_a_load_on_high_orders_against_a_fine_integration(ratio, elements, order):
@@ -268,6 +270,7 @@ def spectrum_in(wind, frequency):
     return response.spectra(frequency)[response.names.index("gondola.x")]
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("direction", ["across", "along"])
 @pytest.mark.parametrize("damping", [None, HYSTERETIC, VISCOUS])
 @pytest.mark.parametrize("form", [None, INCLINED, VERTICAL, SAGGING, ASIDE])
@@ -282,6 +285,7 @@ def test_the_spectrum_is_that_of_the_dense_matrices(direction, damping, form):
     assert spectrum_of(case, frequency, direction) == pytest.approx(expected, rel=0.02)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("form", [None, INCLINED])
 @pytest.mark.parametrize("more", [(), (AIR,), (AIR, VISCOUS), (AIR, HYSTERETIC)])
 def test_whole_coherence_is_the_dense_matrices_to_rounding(form, more):
@@ -368,6 +372,7 @@ def test_what_the_wind_acts_on():
     assert "wind on the cable" in run("windrms", CARLINA, "--on", "cable", "--explain").err
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("sets", [(), ("winch.controller.gain=0", "wind.admittance=none")], ids=["loop", "at rest"])
 @pytest.mark.parametrize("on", ["gondola", "cable", "both"])
 def test_a_picture_has_the_variance_that_is_printed(on, sets):
@@ -479,7 +484,7 @@ EXTREMES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("sets", EXTREMES, ids=" ".join)
+@pytest.mark.parametrize("sets", campaign(EXTREMES, EXTREMES[::3]), ids=" ".join)
 def test_extreme_winds_have_a_number_or_a_refusal(sets):
     options = ["--on", "both"] if len(sets) == 1 else []
     options += [part for one in sets for part in ("--set", one)]
@@ -492,6 +497,7 @@ def test_extreme_winds_have_a_number_or_a_refusal(sets):
         assert all(0 <= row[name] < np.inf for name in row if name.startswith("gondola_rms"))
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("key", ["wind.turbulence_rms", "gondola.area", "wind.speed"])
 @pytest.mark.parametrize("end", ENDS)
 def test_a_picture_of_an_extreme_wind_is_drawn_or_refused_in_a_line(key, end, tmp_path):

@@ -74,6 +74,7 @@ def case_with(ratio, share, *sets):
     return case_of(*sets, f"winch.controller.gain={gain!r}")
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("ratio", [1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5])
 @pytest.mark.parametrize("gain", [0.0, 0.01, 0.5])
 def test_the_rms_is_that_of_a_fine_integration(ratio, gain):
@@ -113,6 +114,7 @@ def white(monkeypatch):
     )
 
 
+@pytest.mark.crossed
 @pytest.mark.usefixtures("white")
 @pytest.mark.parametrize("ratio", [1e-4, 1e-2, 0.3])
 @pytest.mark.parametrize("gain", [0.01, 0.5])
@@ -197,6 +199,7 @@ def test_shares_of_the_variance(sets):
         assert share == pytest.approx((brute(loop, loop.gain, spectrum, high=limit)[0] / whole) ** 2, abs=1e-5)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("on", ["in_wind", "in_cable_wind"])
 @pytest.mark.parametrize(
     "damping", ["{loss_factor: 0.02, viscous: 1e-3}", "{model: kelvin_voigt, time: 2 ms, viscous: 1e-3}"]
@@ -267,6 +270,7 @@ def test_so_much_damping_that_a_mode_does_not_strain_is_refused():
 # no answer, rather than a wrong one
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(
     "damping",
     ["{model: modal, ratio: 0}", "{model: modal, ratio: 1e-9}", "{model: hysteretic, loss_factor: 0}",
@@ -351,6 +355,7 @@ def test_the_command_prints_one_row_in_every_format():
     assert "0.325" not in text
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("on", ["gondola", "both"])
 @pytest.mark.parametrize("sets", [(), ("--set", "wind.aerodynamic_damping=true"), ("--set", "winch.controller.gain=0")])
 def test_a_loop_that_makes_the_motion_larger_is_told(sets, on):

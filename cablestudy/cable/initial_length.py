@@ -1,9 +1,12 @@
 """Initial length: the unstretched length of a cable with a given mean tension or a given sag (form finding)."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from cablestudy.cable.bracketing import bracket, minima_between, zeros_between
 from cablestudy.cable.catenary import solve
+from cablestudy.cable.span import Span
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import NoSolutionError
 
@@ -201,17 +204,47 @@ def _bracketed_zeros(function, low, high, index):
 
 def _least_tension(span, highest, at="mean"):
     """Chord strain and value of the least tension over all lengths."""
+    strain = np.append(STRAINS[highest > STRAINS], highest)
+    minima = {}
+    if span.load_positions.shape[-1]:  # a cable must not end before its last load
+        tension = _tension(span, strain, at)
+    else:  # whatever tension is asked for, only the last strain follows from it
+        sampled, minima = _sampled(_properties(span), at)
+        tension = np.append(sampled[: len(strain) - 1], _tension(span, strain[-1:], at))
+    lowest = int(np.argmin(np.where(np.isnan(tension), np.inf, tension)))
+    if 0 < lowest < len(strain) - 1:
+        neighbours = tuple(strain[lowest - 1 : lowest + 2].tolist())
+        if neighbours not in minima:
+            (minimum,), (value,) = minima_between(
+                lambda x, _: _tension(span, x, at), *np.array(neighbours)[:, None], [0]
+            )
+            minima[neighbours] = float(minimum), float(value)
+        if minima[neighbours][1] <= tension[lowest]:
+            return minima[neighbours]
+    return float(strain[lowest]), float(tension[lowest])
+
+
+def _strains():
+    """Chord strains from those of long cables to those of taut ones, ascending. [-]"""
     small = np.geomspace(1e-14, 1e-2, 50)  # a steep cable has its least tension just before it is slack
     # under loads larger than its weight, where it is long
     long = np.geomspace(1 + CABLE.loosest_strain, 0.1, 50)[:-1] - 1
     slack, taut = np.linspace(-0.9, -0.011, 100), np.geomspace(0.011, CABLE.tautest_strain, 100)
-    strain = np.concatenate([long, slack, -small[::-1], [0.0], small, taut])
-    strain = np.append(strain[strain < highest], highest)
-    tension = _tension(span, strain, at)
-    lowest = int(np.argmin(np.where(np.isnan(tension), np.inf, tension)))
-    if 0 < lowest < len(strain) - 1:
-        neighbours = strain[lowest - 1 : lowest + 2, None]
-        (minimum,), (value,) = minima_between(lambda x, _: _tension(span, x, at), *neighbours, [0])
-        if value <= tension[lowest]:
-            return float(minimum), float(value)
-    return float(strain[lowest]), float(tension[lowest])
+    return np.concatenate([long, slack, -small[::-1], [0.0], small, taut])
+
+
+STRAINS = _strains()
+
+
+def _properties(span):
+    """Name and value of each field of a cable without loads but its length, a tuple."""
+    names = "chord", "cosine", "sine", "axial_stiffness", "mass", "gravity"
+    numbers = tuple((name, float(getattr(span, name))) for name in names)
+    return (*numbers, *((name, tuple(np.asarray(getattr(span, name)).tolist())) for name in ("level", "vertical")))
+
+
+@lru_cache(maxsize=32)
+def _sampled(properties, at):
+    """Tensions of a cable without loads at STRAINS, and a dict for the minima that are found between them."""
+    fields = {name: np.array(value)[()] for name, value in properties}
+    return _tension(Span(**fields, chord_strain=0.0), STRAINS, at), {}

@@ -1,87 +1,33 @@
-"""A suspension with its actuators, and with the loop of its winches, as a state space.
+"""Response of a suspension with its actuators, and with the loop of its winches, to forces: over poles, and exactly.
 
-The equations are those of `system.first_order`, without derivatives of the inputs on the states (`from_rows`).
-A state on which derivatives of an input act is its quantity less a multiple of that input; outputs are never shifted.
+The equations are those of `system.first_order`.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from cablestudy.control.margins import sensitivity
-from cablestudy.control.proper import channels
-from cablestudy.control.statespace import from_rows
 from cablestudy.system.first_order import rows
 from cablestudy.system.residues import Residues
-
-
-@dataclass(frozen=True)
-class Labels:
-    """Name and unit of what a state space is made of: tuples of (str, str).
-
-    Attributes
-    ----------
-    coordinates : tuple
-        Without strokes.
-    winches, forces, outputs : tuple
-        Lengths reeled in, forces, and outputs of the motion.
-    measured : tuple
-        What the loop measures.
-    """
-
-    coordinates: tuple
-    winches: tuple
-    forces: tuple
-    outputs: tuple
-    measured: tuple = ()
-
-
-@np.errstate(all="ignore")  # StateSpace refuses what overflows
-def state_space(motion, forces, labels, loop=None, actuators=(), added=False):
-    """`StateSpace` of a suspension with its actuators.
-
-    Parameters
-    ----------
-    motion : LinearSystem
-    forces : ndarray, shape (m, j)
-        Force on each coordinate by each input that is a force.
-    labels : Labels
-    loop : Loop or LinearControl, optional
-        With the motion as above.
-    actuators : sequence of Actuator
-        Those of the motion.
-    added : bool
-        Whether lengths that winches reel in beyond those of the loop are inputs too, after the references.
-
-    Returns
-    -------
-    StateSpace
-        Inputs: with a loop the reference of each measured coordinate, else the length that each winch reels in; then
-        forces. Outputs: those of the motion, with a loop the length that each winch has reeled in, then stroke and
-        force of each reaction mass, momentum and torque of each wheel.
-
-    Raises
-    ------
-    NoSolutionError
-        Entries overflow.
-    """
-    found, whole, reeled, shown = rows(motion, forces, loop, actuators)
-    inputs, outputs = names(labels, bool(loop), actuators)
-    if not loop:
-        return from_rows(whole, shown, _states(labels, loop, actuators, 0), inputs, outputs)
-    shown = np.insert(shown, len(motion.c[0]), reeled[0], axis=0)
-    count = len(labels.measured)
-    inputs = *inputs[:count], *labels.winches, *inputs[count:]
-    system = from_rows(whole, shown, _states(labels, loop, actuators, found.winches.shape[1]), inputs, outputs)
-    chosen = np.arange(len(inputs))
-    return system if added else channels(system, np.delete(chosen, count + np.arange(len(labels.winches))))
 
 
 def by_forces(motion, forces, loop=None, actuators=(), direct=None):
     """B, C and D with the forces as the only inputs, and without the lengths of the winches among the outputs.
 
-    Arguments are those of `state_space`, and `direct`, shape (o, j): how much of each force is in each output of the
-    motion at once. A is that of `Loop.eigen`, or of `LinearSystem.eigen` without a loop.
+    A is that of `Loop.eigen`, or of `LinearSystem.eigen` without a loop.
+
+    Parameters
+    ----------
+    motion : LinearSystem
+        Its inputs are the lengths that winches reel in.
+    forces : ndarray, shape (m, j)
+        Force on each coordinate by each input.
+    loop : Loop, optional
+    actuators : sequence of Actuator
+        Those of the motion.
+    direct : ndarray, shape (o, j), optional
+        How much of each force is in each output of the motion at once.
     """
     _, whole, reeled, shown = rows(motion, None, loop, actuators)
     given, through = _given(motion, forces, len(whole)), np.zeros((len(shown), forces.shape[1]), shown.dtype)
@@ -165,27 +111,3 @@ class ExactResponse:
         error = filters[:, :, None] * (sensitivity(gain) @ by_forces[:, -count:])
         reeled = -loop.gain * loop.allocation.shares @ error
         return by_forces[:, :-count] + by_winches[:, :-count] @ reeled, reeled
-
-
-def names(labels, closed, actuators=()):
-    """Name and unit of each input and of each output, with or without a loop; arguments as for `state_space`."""
-    references = tuple((f"reference.{name}", unit) for name, unit in labels.measured)
-    driven = references if closed else labels.winches
-    seen = [*labels.outputs, *(labels.winches if closed else ())]
-    for one in actuators:
-        units = {"momentum": "N m s", "torque": "N m"} if one.wheel else {"stroke": "m", "force": "N"}
-        seen += [(f"{one.name}.{what}", unit) for what, unit in units.items()]
-    return (*driven, *labels.forces), tuple(seen)
-
-
-def _states(labels, loop, actuators, movements):
-    """Name and unit of each state, the last ones of as many movements of the winches."""
-    strokes = [(f"{one.name}.stroke", "m") for one in actuators if not one.wheel]
-    moving = [*labels.coordinates, *strokes]
-    found = [(f"{name}_{what}", f"{unit}/s") for what in ("amplitude", "velocity") for name, unit in moving]
-    found += [(f"{one.name}.low_pass", "rad" if one.wheel else "m") for one in actuators if one.corner]
-    for (name, unit), notch in zip(labels.measured if loop else (), loop.notches if loop else (), strict=True):
-        found += [(f"notch.{name}_{k}", unit) for k in (1, 2) if notch]
-    laws = loop.law_names if loop else ()
-    found += [(f"{name}.winches_{k + 1}", "m") for k in range(movements) for name in laws]
-    return (*found, *((f"winches_{k + 1}", "m") for k in range(movements)))

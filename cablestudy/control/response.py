@@ -1,12 +1,8 @@
-"""Frequency responses from the dynamic end stiffness: no matrix is solved for each frequency.
-
-Responses are complex and of the shape (m,) of the frequencies [Hz]; not finite at the pole of an undamped mode.
-"""
+"""Frequencies of a response over frequency in blocks, and its phase from block to block."""
 
 import numpy as np
 
 from cablestudy.control.tolerances import CONTROL
-from cablestudy.system.superelement import GONDOLA, GROUND
 
 
 def frequencies(low, high, count, others=()):
@@ -33,68 +29,6 @@ def frequencies(low, high, count, others=()):
         before = others[others < block[-1]]
         others = others[len(before) :]
         yield np.sort(np.concatenate([block, before]))
-
-
-@np.errstate(all="ignore")
-def between_ends(model, force, displacement, frequency):
-    """Force at one of the six ends for a unit displacement of one of them, all others at rest. [N/m]
-
-    Parameters
-    ----------
-    model : Superelement
-    force, displacement : int
-        Which of the six end forces and end displacements.
-    frequency : ndarray, shape (m,)
-        [Hz]
-    """
-    return model.dynamic_stiffness(2j * np.pi * frequency, [force], [displacement])[:, 0, 0]
-
-
-@np.errstate(all="ignore")
-def winch_to_gondola(model, mass, damping, location, frequency):
-    """Position of the gondola for a unit displacement of the winch with the loop open, as in the paper's Fig. 8. [-]
-
-    At low frequencies 1 for a winch on the ground and -1 for one on the gondola.
-
-    Parameters
-    ----------
-    model : Superelement
-    mass : float
-        Of the gondola. [kg]
-    damping : float
-        Viscous, on the gondola. [N s/m]
-    location : {"ground", "gondola"}
-        Where the winch is: curve A or B.
-    frequency : ndarray, shape (m,)
-        [Hz]
-    """
-    s = 2j * np.pi * frequency
-    own, driven = _at_gondola(model, location, s)
-    return driven / (mass * s**2 + damping * s + own)
-
-
-@np.errstate(all="ignore")
-def position(loop, model, frequency):
-    """Position of the gondola for a unit force on it with the loop closed. [m/N]
-
-    Parameters
-    ----------
-    loop : WinchLoop
-    model : Superelement
-        The cable's, with the modes to keep.
-    frequency : ndarray, shape (m,)
-        [Hz]
-    """
-    s = 2j * np.pi * frequency
-    own, driven = _at_gondola(model, loop.location, s)
-    sign = -1 if loop.location == "gondola" else 1
-    return 1 / (loop.mass * s**2 + loop.damping * s + own + sign * loop.gain * loop.controller(s) * driven)
-
-
-def _at_gondola(model, location, s):
-    """Stiffness against the gondola's displacement, and force on the gondola per displacement of the winch. [N/m]"""
-    own, ground = model.dynamic_stiffness(s, [GONDOLA], [GONDOLA, GROUND])[:, 0].T
-    return own, -own if location == "gondola" else -ground
 
 
 class Phase:

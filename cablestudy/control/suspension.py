@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cablestudy.control.statespace import state_space_of
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.linear import MODAL, LinearSystem, dense
@@ -82,11 +81,6 @@ def load_off_ends(equilibrium, winches):
     return lifted.reshape(6 * len(lifted), len(winches))
 
 
-def state_space(layout, kept, winches=(), markers=()):
-    """`StateSpace` of `second_order` with all its coordinates; hysteretic damping is viscous there."""
-    return state_space_of(second_order(layout, kept, winches, markers).viscous())
-
-
 def second_order(layout, kept, winches=(), markers=(), midspans=()):
     """`LinearSystem` of a suspension from winches and forces to displacements and tensions.
 
@@ -124,15 +118,12 @@ def second_order(layout, kept, winches=(), markers=(), midspans=()):
     system = layout.system([cable.element for cable in kept], imposed)
     mass, damping, stiffness = (dense(matrix) for matrix in (system.mass, system.damping, system.stiffness))
     lifted = load_off_ends(equilibrium, winches)
-    loads = np.eye(free + modal)[:, modal:]
-    winch_forces = _winch_forces(layout, system, modal, lifted)
-    b = [np.concatenate([matrix, loads * (order == 0)], axis=1) for order, matrix in enumerate(winch_forces)]
-    c, d_winches = outputs(layout, kept, imposed, lifted, markers, midspans)
+    b = tuple(_winch_forces(layout, system, modal, lifted))
+    c, d = outputs(layout, kept, imposed, lifted, markers, midspans)
     input_names, output_names = labels(layout, winches, markers, bool(midspans))
-    d_loads = np.zeros((len(output_names), free))
-    d = tuple(np.concatenate([matrix, d_loads], axis=1) for matrix in d_winches)
-    names = _coordinates(layout, kept), input_names, output_names
-    return LinearSystem(mass, damping, stiffness, tuple(b), free, c, d, *names)
+    names = _coordinates(layout, kept), input_names[: len(winches)], output_names
+    driven_by_winches = LinearSystem(mass, damping, stiffness, b, free, c, d, *names)
+    return driven_by_winches.with_forces(np.eye(free + modal)[:, modal:], input_names[len(winches) :])
 
 
 def _winch_forces(layout, system, modal, lifted):

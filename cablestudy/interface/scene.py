@@ -104,7 +104,7 @@ class Scene:
         return ", ".join(name for name in TABLES if getattr(self.model, name))
 
     def kept_modes(self, options, highest=None):
-        """The modes of a state space, their table and curves: `ssm_of_cable.Choice`, of a suspension `CoupledChoice`.
+        """The modes of a state space, their table and curves: a `study.ssm.Choice`.
 
         Parameters
         ----------

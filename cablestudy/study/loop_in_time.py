@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control import loop_response, time_response
-from cablestudy.control.loop_state_space import Labels, state_space
+from cablestudy.control.statespace import state_space_of
 from cablestudy.control.step_response import step_response
 from cablestudy.control.suspension import labels
 from cablestudy.errors import SceneError
@@ -306,6 +306,34 @@ def unit_of(coordinate):
     return "rad" if coordinate in ROTATIONS else "m"
 
 
+def measured_by(closed_loop):
+    """Name and unit of what the loop of a `ClosedLoop` measures: tuple."""
+    return tuple((name, unit_of(name)) for name in closed_loop.measured)
+
+
+def labelled(closed_loop, motion, names, forces, of_forces=None):
+    """A motion of a `ClosedLoop` with names and units, and with forces as inputs beside the winches: `LinearSystem`.
+
+    Parameters
+    ----------
+    closed_loop : ClosedLoop
+    motion : LinearSystem
+        That of the closed loop, or in a space of its coordinates.
+    names : list of str
+        Of its coordinates but the strokes of reaction masses.
+    forces : ndarray, shape (m, j)
+        On each coordinate.
+    of_forces : tuple of (str, str), optional
+        Name and unit of each; by default they are those on all free displacements of bodies.
+    """
+    winches = len(closed_loop.winches)
+    inputs, outputs = labels(closed_loop.layout, closed_loop.winches, closed_loop.markers)
+    strokes = [(f"{one.name}.stroke", "m") for one in closed_loop.actuators if not one.wheel]
+    coordinates = (*((name, MODAL) for name in names), *strokes)
+    motion = replace(motion, coordinates=coordinates, inputs=inputs[:winches], outputs=outputs)
+    return motion.with_forces(forces, inputs[winches:] if of_forces is None else of_forces)
+
+
 def uniform_gust(gusts):
     """Force on each coordinate per speed of a gust along the mean wind that is the same everywhere. [N/(m/s)]"""
     return gusts.directions[0] @ gusts.uniform
@@ -328,16 +356,13 @@ def _response_in_space(closed_loop, motion, space, output, input_, components, t
         loads[: len(gust_force), 0] = gust_force
     if space is not None:
         loads, allocation = space.T @ loads, replace(allocation, measured=allocation.measured @ space)
-    inputs, outputs = labels(closed_loop.layout, closed_loop.winches, closed_loop.markers)
-    winches = inputs[: len(closed_loop.winches)]
     coordinate_count = len(motion) - sum(not actuator.wheel for actuator in closed_loop.actuators)
-    coordinates = tuple((f"coordinate_{k + 1}", MODAL) for k in range(coordinate_count))
-    measured = tuple((name, unit_of(name)) for name in closed_loop.measured)
-    labels_of_space = Labels(coordinates, winches, ((WIND_INPUT, "m/s"),), outputs, measured)
+    names = [f"coordinate_{k + 1}" for k in range(coordinate_count)]
+    system = labelled(closed_loop, motion, names, loads, ((WIND_INPUT, "m/s"),))
     control = LinearControl(allocation, loop.gain, loop.notches, loop.law_space, loop.law_names)
-    with_loop = state_space(motion, loads, labels_of_space, control, closed_loop.actuators, added=True)
-    without_loop = state_space(motion, loads, labels_of_space, None, closed_loop.actuators)
-    winch_outputs = [with_loop.output_names.index(name) for name, _ in winches]
+    with_loop = state_space_of(system, None, control, measured_by(closed_loop), closed_loop.actuators, added=True)
+    without_loop = state_space_of(system, actuators=closed_loop.actuators)
+    winch_outputs = [with_loop.output_names.index(name) for name, _ in system.inputs[: len(closed_loop.winches)]]
     numbers = with_loop.output_names.index(output), winch_outputs, with_loop.input_names.index(input_)
     return loop_response.responses(with_loop, without_loop, *numbers, components, times)
 

@@ -3,7 +3,7 @@
 import os
 import re
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -12,12 +12,11 @@ from cablestudy.control.proper import channels, proper
 from cablestudy.errors import NoSolutionError, SceneError, refuse_options
 from cablestudy.scene.fields import suggestion
 from cablestudy.scene.units import read_frequency
+from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.table import write_whole
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.superelement import NAMES
 
 KINDS = {"inplane": "in-plane", "outofplane": "out-of-plane", "axial": "axial"}
-END = "end_2_x"
 DAMPING_NOTES = {
     "modal": (),
     "hysteretic": (
@@ -84,32 +83,6 @@ class StateSpaceOptions:
         """Names of the outputs, as `inputs`."""
         return _names(self.output)
 
-    @property
-    def ends(self):
-        """Of a single cable, names of the displaced end and of the end with the force."""
-        return self.all_ends[0]
-
-    @property
-    def all_ends(self):
-        """Names of each pair of an output and an input: list of (str, str)."""
-        if self.attached:  # names are those of the state space, for the file
-            return [(END, END)]
-        outputs = [name.removeprefix("force_") for name in self.outputs or (END,)]
-        return [(displaced, end) for end in outputs for displaced in self.inputs or (END,)]
-
-    @property
-    def pair(self):
-        """Indices of the force and of the displacement among the six ends of a single cable; SceneError."""
-        return self.pairs[0]
-
-    @property
-    def pairs(self):
-        """Numbers of each pair of an output and an input: list of (int, int); SceneError."""
-        return [
-            (number_of("--output", end, NAMES), number_of("--input", displaced, NAMES))
-            for displaced, end in self.all_ends
-        ]
-
 
 def _names(text):
     """The names in a text, separated by commas, each once: tuple of str."""
@@ -123,6 +96,91 @@ def number_of(option, name, names):
         listed = f" allowed: {', '.join(names)}" if near.startswith("did") and len(names) <= STUDY.listed_names else ""
         raise SceneError(f"{option} {name}: unknown ({near}{listed})")
     return list(names).index(name)
+
+
+def pairs_of(options, inputs, outputs, first=0, prefix=""):
+    """Numbers of each output and input that `StateSpaceOptions` name: list of (int, int); SceneError for unknown ones.
+
+    Parameters
+    ----------
+    options : StateSpaceOptions
+    inputs, outputs : sequence of (str, str)
+        Names and units.
+    first : int
+        Which they are where none is named.
+    prefix : str
+        What the name of an output may begin with too.
+    """
+    given = ("--output", options.outputs, outputs), ("--input", options.inputs, inputs)
+    above, below = (
+        [number_of(option, name.removeprefix(prefix), [known for known, _ in pairs]) for name in names] or [first]
+        for option, names, pairs in given
+    )
+    return [(output, input_) for output in above for input_ in below]
+
+
+class Choice:
+    """Modes that a state space keeps, and its responses.
+
+    Subclasses have the `options`, the `case`, all `modes`, and the numbers of those that are `chosen`; names and units
+    of `inputs` and `outputs` of responses, as `shown` has them, and the `response` of a pair of their numbers.
+    """
+
+    @property
+    def inputs(self):
+        """Names and units of the inputs."""
+        return self.shown.inputs
+
+    @property
+    def outputs(self):
+        """Names and units of the outputs."""
+        return self.shown.outputs
+
+    @staticmethod
+    def label(above, below):
+        """Of an output over an input."""
+        return f"response of {above} to {below}"
+
+    @property
+    def pairs(self):
+        """Numbers of each output and input that a response refers to; errors refer to the first. SceneError."""
+        return pairs_of(self.options, self.inputs, self.outputs)
+
+    @property
+    def names(self):
+        """Names of the input and the output of the first pair."""
+        output, input_ = self.pairs[0]
+        return self.inputs[input_][0], self.outputs[output][0]
+
+    def curves(self):
+        """List of `Curve`: each output over each input."""
+        found = []
+        for output, input_ in self.pairs:
+            (above, above_unit), (below, below_unit) = self.outputs[output], self.inputs[input_]
+            name = f"{above}_over_{below}" if len(self.pairs) > 1 else ""
+            value = partial(self.response, (output, input_))
+            found.append(Curve(name, self.label(above, below), response_unit(above_unit, below_unit), value))
+        return found
+
+    def left_out(self, share):
+        """A line on the modes that are not chosen: how many, how much of the inertia of the first pair they carry.
+
+        Parameters
+        ----------
+        share : ndarray, shape (n,)
+            Of each mode in it. [-]
+        """
+        static = "kept in D" if self.options.residual else "left out too"
+        return (
+            f"left out: {len(share) - len(self.chosen)} modes, which carry "
+            f"{float(np.delete(share, self.chosen).sum()):.3g} of the inertia between {' and '.join(self.names)}; "
+            f"their static part is {static}"
+        )
+
+
+def response_unit(above, below):
+    """Unit of an output over an input, from theirs; empty where they are equal."""
+    return "" if above == below else f"{above}/{f'({below})' if ' ' in below else below}"
 
 
 def read_span(text):
@@ -165,25 +223,6 @@ def check_file(path):
         raise SceneError(f"--out {path}: unknown kind of file (allowed: {', '.join(export.KINDS)})")
     if os.path.isdir(path) or not os.access(os.path.dirname(path) or ".", os.W_OK):
         raise SceneError(f"--out {path}: cannot be written")
-
-
-def left_out(share, chosen, names, residual):
-    """A line on the modes that are not chosen: how many, how much of the inertia between two ends they carry.
-
-    Parameters
-    ----------
-    share : ndarray, shape (n,)
-        Of each mode in it. [-]
-    chosen : ndarray of int
-    names : sequence of 2 str
-        Of the ends.
-    residual : bool
-        Whether the static part of these modes is kept.
-    """
-    return (
-        f"left out: {len(share) - len(chosen)} modes, which carry {float(np.delete(share, chosen).sum()):.3g} of the "
-        f"inertia between {' and '.join(names)}; their static part is {'kept in D' if residual else 'left out too'}"
-    )
 
 
 def has_loss_factor(dampings):

@@ -1,28 +1,28 @@
 """The cable of a scene as a state space: which modes are kept, and what is attached."""
 
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
-from cablestudy.control import response, statespace
+from cablestudy.control.one_cable import state_space
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.study.case import Case
 from cablestudy.study.case_modes import modes, notes_on_errors
 from cablestudy.study.notes import assumed_damping, strength_warning
 from cablestudy.study.report import PARTICIPATION, modes_as_rows
-from cablestudy.study.ssm import DAMPING_NOTES, StateSpaceOptions, fewest_modes, left_out
+from cablestudy.study.ssm import DAMPING_NOTES, Choice, StateSpaceOptions, fewest_modes, pairs_of
 from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.table import Field
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.superelement import GONDOLA, GROUND
+from cablestudy.system.superelement import GONDOLA, GROUND, NAMES
 
 PLACES = {"ground": "A, winch on the ground", "gondola": "B, winch on the gondola"}
 
 
 @dataclass(frozen=True)
-class Choice:
+class CableChoice(Choice):
     """The cable of a scene with the modes to keep."""
 
     options: StateSpaceOptions
@@ -30,45 +30,45 @@ class Choice:
     modes: object  # `Modes`, all of `case.end_model`
     chosen: np.ndarray  # indices of the modes to keep
     about_model: tuple  # notes on the discretisation
+    inputs = tuple((name, "m") for name in NAMES)
+    outputs = tuple((name, "N") for name in NAMES)
 
     @property
+    def pairs(self):
+        """Numbers of each force at the ends and displacement of them; of the end with the gondola where it has one."""
+        return _pairs_of_ends(self.options)
+
+    @cached_property
     def kept(self):
         """Superelement of the chosen modes."""
         model = self.case.end_model
         return model.condense(self.chosen) if self.options.residual else model.truncate(self.chosen)
 
+    @property
+    def gondola(self):
+        """Mass [kg] and viscous damping [N s/m] of what is attached to end 2."""
+        return self.case.scene.gondola.mass, self.case.gondola_air_damping
+
+    @property
+    def location(self):
+        """Of the winch."""
+        winch = self.case.scene.winch
+        return winch.location if winch else "ground"
+
     def system(self):
         """The StateSpace of the cable, alone or with gondola or winch loop; NoSolutionError where it overflows."""
         case, options = self.case, self.options
-        kept = {"chosen": self.chosen, "residual": options.residual}
-        kept["forces"] = nodal_forces(case, self.modes) if options.wind else None
-        if options.attached == "loop":
-            return statespace.closed(self.loop, **kept, highest=self.right_up_to)
-        if options.attached == "gondola":
-            winch = case.scene.winch
-            location = winch.location if winch else "ground"
-            kept["damping"] = case.gondola_air_damping
-            return statespace.coupled(case.end_model, case.scene.gondola.mass, location, **kept)
-        return statespace.cable(case.end_model, **kept)
+        nodes = nodal_shapes(case, self.modes) if options.wind else None
+        about = case.end_model, self.chosen, options.residual, nodes
+        if not options.attached:
+            return state_space(*about)
+        loop, highest = (self.whole.loop, self.right_up_to) if options.attached == "loop" else (None, 0.0)
+        return state_space(*about, self.gondola, self.location, loop, highest)
 
     @property
     def whole(self):
         """The `ClosedLoop` that has the loop, stable or not; raises as `DynamicAnalysis.controlled`."""
         return self.case.in_wind.controlled
-
-    @property
-    def loop(self):
-        """The `WinchLoop` of all modes of `case.end_model`; raises as `whole`, and where no gain can be had."""
-        scene, loop = self.case.scene, self.whole.loop
-        return statespace.WinchLoop(
-            self.case.end_model,
-            scene.gondola.mass,
-            scene.winch.location,
-            loop.gain,
-            loop.notches[0],
-            loop.law,
-            self.case.gondola_air_damping,
-        )
 
     @property
     def right_up_to(self):
@@ -86,7 +86,7 @@ class Choice:
             a = self.system().a
             return np.linalg.eigvals(a) if len(a) <= STUDY.cable_states else np.zeros(0, dtype=complex)
         kept = self.kept
-        moved = sum(np.abs(np.prod(kept.participation[:, list(pair)], axis=1)) for pair in self.options.pairs)
+        moved = sum(np.abs(np.prod(kept.participation[:, list(pair)], axis=1)) for pair in self.pairs)
         shown = moved > 1e-20 * moved.max(initial=0.0)  # others are zero but for rounding
         ratio = np.minimum(kept.damping_ratio[shown], 1.0)
         return kept.omega[shown] * (-ratio + 1j * np.sqrt(1 - ratio**2))
@@ -105,26 +105,42 @@ class Choice:
 
     def curves(self):
         """List of `Curve` of one unit: A and B with a gondola, x/F with a loop, else force over displacement."""
-        case, options, model = self.case, self.options, self.kept
-        if options.attached == "gondola":
-            gondola = case.scene.gondola.mass, case.gondola_air_damping
-            return [
-                Curve(place, label, "", partial(response.winch_to_gondola, model, *gondola, place))
-                for place, label in PLACES.items()
-            ]
-        if options.attached == "loop":
-            label = "gondola position over the force on it, loop closed"
-            return [Curve("", label, "m/N", partial(response.position, self.loop, model))]
-        pairs, ends = options.pairs, options.all_ends
-        return [
-            Curve(
-                f"{end}_over_{displaced}" if len(pairs) > 1 else "",
-                f"force at {end} over displacement of {displaced}".replace("_", " "),
-                "N/m",
-                partial(response.between_ends, model, *pair),
-            )
-            for pair, (displaced, end) in zip(pairs, ends, strict=True)
-        ]
+        if self.options.attached == "gondola":
+            return [Curve(place, label, "", partial(self._by_winch, place)) for place, label in PLACES.items()]
+        if self.options.attached == "loop":
+            return [Curve("", "gondola position over the force on it, loop closed", "m/N", self._by_force)]
+        return super().curves()
+
+    @staticmethod
+    def label(above, below):
+        """Of the force at an end over the displacement of another."""
+        return f"force at {above} over displacement of {below}".replace("_", " ")
+
+    @np.errstate(all="ignore")
+    def response(self, pair, frequency):
+        """Force at an end for a unit displacement of another, all others at rest, shape (m,). [N/m]"""
+        force, displacement = pair
+        return self.kept.dynamic_stiffness(2j * np.pi * frequency, [force], [displacement])[:, 0, 0]
+
+    def _at_gondola(self, location, s):
+        """Force on the gondola per its displacement, and per that of a winch, shape (m,) both. [N/m]"""
+        own, ground = self.kept.dynamic_stiffness(s, [GONDOLA], [GONDOLA, GROUND])[:, 0].T
+        mass, damping = self.gondola
+        return mass * s**2 + damping * s + own, -own if location == "gondola" else -ground
+
+    @np.errstate(all="ignore")
+    def _by_winch(self, location, frequency):
+        """Position of the gondola for a unit displacement of the winch, as in the paper's Fig. 8, shape (m,). [-]"""
+        own, driven = self._at_gondola(location, 2j * np.pi * frequency)
+        return driven / own
+
+    @np.errstate(all="ignore")
+    def _by_force(self, frequency):
+        """Position of the gondola for a unit force on it with the loop closed, shape (m,). [m/N]"""
+        s, loop = 2j * np.pi * frequency, self.whole.loop
+        own, driven = self._at_gondola(self.location, s)
+        sign = -1 if self.location == "gondola" else 1
+        return 1 / (own + sign * loop.gain * loop.controller(s)[:, 0] * driven)
 
     @property
     def notes(self):
@@ -133,7 +149,7 @@ class Choice:
         notes = [
             *self.about_model,
             *notes_on_errors(case, self.modes.first(int(max(self.chosen, default=-1)) + 1)),
-            left_out(case.end_model.inertia_share(*options.pair), self.chosen, options.ends, options.residual),
+            self.left_out(case.end_model.inertia_share(*self.pairs[0])),
         ]
         if options.attached != "loop":
             notes.append(
@@ -184,7 +200,7 @@ def choose(document, scene, options):
 
     Returns
     -------
-    Choice
+    CableChoice
 
     Raises
     ------
@@ -193,7 +209,7 @@ def choose(document, scene, options):
     NoSolutionError, ConvergenceError
         There are no such modes, or not to the accuracy.
     """
-    _ = options.pair  # raises SceneError
+    _ = _pairs_of_ends(options)  # raises SceneError
     _check_attached(document, scene, options.attached)
     fixed, before = scene.model.elements is not None, ""
     size = STUDY.modes_at_ends if fixed else options.count or STUDY.default_modes
@@ -215,7 +231,7 @@ def choose(document, scene, options):
         size = min(2 * size, STUDY.modes_at_ends)
     if not options.residual and not found.complete:
         raise NoSolutionError(f"--no-residual needs every mode of the model, and only {len(found)} are computed")
-    return Choice(options, case, found, chosen, notes)
+    return CableChoice(options, case, found, chosen, notes)
 
 
 def _check_attached(document, scene, attached):
@@ -234,17 +250,24 @@ def _chosen(case, found, accurate, options):
         return allowed[found.frequency[allowed] <= options.limit]
     kinds = "" if options.kinds is None else f"{' and '.join(options.kinds_kept)} "
     if options.error is not None:
-        share = case.end_model.inertia_share(*options.pair)
+        pair = force, displacement = _pairs_of_ends(options)[0]
+        share = case.end_model.inertia_share(*pair)
         which = f"the {kinds}ones of the {accurate}" if kinds else f"the {accurate}"
-        return fewest_modes(share, allowed, options.error, which, options.ends)
+        return fewest_modes(share, allowed, options.error, which, (NAMES[displacement], NAMES[force]))
     if options.count is not None and len(allowed) < options.count:
         among = f" among its {accurate} lowest" if kinds else ""
         raise SceneError(f"--modes {options.count}: the model has {len(allowed)} {kinds}modes{among}")
     return allowed[: options.count]
 
 
-def nodal_forces(case, modes):
-    """`statespace.Forces` on the interior nodes along x, y and z, numbered from 0 at end 1.
+def _pairs_of_ends(options):
+    """Numbers of each force and displacement of the ends that options name; of a gondola's end with one: SceneError."""
+    ends = [(name, "m") for name in NAMES]  # other names are those of the state space, for the file
+    return [(GONDOLA, GONDOLA)] if options.attached else pairs_of(options, ends, ends, GONDOLA, "force_")
+
+
+def nodal_shapes(case, modes):
+    """Displacements of the interior nodes along x, y and z by modes and ends, shape (n + 6, 3 j), see `state_space`.
 
     Parameters
     ----------
@@ -254,15 +277,12 @@ def nodal_forces(case, modes):
     """
     frame, inner = case.span.frame, modes.shapes[1:-1]
     modal = np.einsum("nak,ag->kng", inner, frame).reshape(inner.shape[2], -1)
-    transfer = np.zeros((6, len(inner), 3))
+    ends = np.zeros((6, len(inner), 3))
     for system in case.dynamics.systems:
         axes = list(system.axes)
-        # the ends take a force at a node in the shares by which they displace the node when moved
+        # when an end is moved slowly, a node moves by its share
         share_2 = system.end_shapes[1:-1]
         for end, share in enumerate((np.eye(len(axes)) - share_2, share_2)):
-            transfer[np.ix_([3 * end + b for b in axes], range(len(inner)), axes)] = share.transpose(2, 0, 1)
-    # to global axes, of the ends and of the forces
-    frames_of_ends = np.kron(np.eye(2), frame)
-    transfer = frames_of_ends.T @ (transfer @ frame).reshape(6, -1)
-    labels = tuple((f"force_node_{k + 1}_{axis}", "N") for k in range(len(inner)) for axis in "xyz")
-    return statespace.Forces(modal, transfer, labels)
+            ends[np.ix_([3 * end + b for b in axes], range(len(inner)), axes)] = share.transpose(2, 0, 1)
+    # to global axes, of the ends and of the nodes
+    return np.concatenate([modal, np.kron(np.eye(2), frame).T @ (ends @ frame).reshape(6, -1)])

@@ -194,7 +194,6 @@ class StudyTolerances:
     drawn_groups: int = 5000  # groups of neighbouring frequencies in a picture
     response_modes: int = 96  # beyond which a response does not ask for more by itself
     loop_response_modes: int = 160  # the same with the loop
-    loop_response_entries: int = 1_000_000  # of the matrices that are solved at once for a response
 
     # --------------------------------------------------------------------- searches for the value of a key
 

@@ -209,24 +209,56 @@ class LinearSystem:
         """Forces on the coordinates per input, B0 + s B1 + s^2 B2, shape (f, n, i)."""
         return polynomial(self.b, s)
 
-    def within(self, space):
-        """The system whose motions are limited to a space of its coordinates, z = S q.
+    def within(self, space, imposed=None, inputs=()):
+        """The system whose motions are limited to a space of its coordinates and to what inputs impose, z = S q + N u.
 
         Parameters
         ----------
         space : ndarray, shape (n, r)
             S: independent columns.
+        imposed : ndarray, shape (n, j), optional
+            N, of further inputs, which are the first ones.
+        inputs : tuple of (str, str)
+            Name and unit of each of these.
         """
+        b, d = tuple(space.T @ matrix for matrix in self.b), self.d
+        if imposed is not None:
+            forces = (-space.T @ matrix @ imposed for matrix in (self.stiffness, self.damping, self.mass))
+            b = tuple(np.concatenate(columns, axis=1) for columns in zip(forces, b, strict=True))
+            shown = (matrix @ imposed for matrix in self.c)
+            d = tuple(np.concatenate(columns, axis=1) for columns in zip(shown, d, strict=True))
         return replace(
             self,
             mass=space.T @ self.mass @ space,
             damping=space.T @ self.damping @ space,
             stiffness=space.T @ self.stiffness @ space,
-            b=tuple(space.T @ matrix for matrix in self.b),
+            b=b,
             c=tuple(matrix @ space for matrix in self.c),
+            d=d,
+            inputs=(*inputs, *self.inputs),
             feedback=tuple(replace(f, measured=f.measured @ space, acts=f.acts @ space) for f in self.feedback),
             scale=None,
             shapes=None,
+        )
+
+    def with_forces(self, forces, inputs=(), direct=None):
+        """The system with forces as further inputs.
+
+        Parameters
+        ----------
+        forces : ndarray, shape (n, j)
+            On each coordinate by each of them.
+        inputs : tuple of (str, str)
+            Name and unit of each.
+        direct : ndarray, shape (o, j), optional
+            Their share in each output where nothing moves; by default none.
+        """
+        direct = np.zeros((len(self.c[0]), forces.shape[1])) if direct is None else direct
+        return replace(
+            self,
+            b=tuple(np.concatenate([part, forces * (order == 0)], axis=1) for order, part in enumerate(self.b)),
+            d=tuple(np.concatenate([part, direct * (order == 0)], axis=1) for order, part in enumerate(self.d)),
+            inputs=(*self.inputs, *inputs),
         )
 
     def with_damped_bodies(self, damping):

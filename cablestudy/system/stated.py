@@ -258,29 +258,30 @@ def _differences(span, function, step):
     ----------
     span : Span
     function : callable
-        Catenary -> ndarray, shape (..., m).
+        Catenary of shape (8, ...) -> ndarray, shape (8, ..., m).
     step : ndarray, shape (...)
         Relative change of the length. [-]
     """
     vector = span.frame[..., 0, :] * np.asarray(span.chord)[..., None]
     forces = span.in_frame(span.load_forces, "global")
     loads = {"load_positions": span.load_positions, "load_forces": forces} if forces.shape[-2] else {}
-
-    def value_at(length_change, shift):
-        """Value of the function with a relative change of length and end 2 shifted."""
-        properties = span.axial_stiffness, span.mass, span.gravity
-        varied = Span.between(np.zeros(3), vector + shift, *properties, vertical=span.vertical, **loads)
-        square_change = 2 * (vector * shift).sum(axis=-1) + (shift**2).sum(axis=-1)  # of the chord
-        strain = span.chord_strain + square_change / (varied.chord + span.chord) / span.unstretched_length
-        varied = replace(varied, load_fractions=span.load_fractions)
-        return function(catenary.solve(varied.with_chord_strain(with_relative_length(strain, length_change))))
-
-    no_shift, steps = np.zeros(3), step[..., None]
-    columns = [(value_at(step, no_shift) - value_at(-step, no_shift)) / (2 * steps)]
+    # longer, shorter, and end 2 ahead and back along each axis: solved together
+    length_change, shift = np.zeros((8, *step.shape)), np.zeros((8, *step.shape, 3))
+    length_change[0], length_change[1] = step, -step
     for axis in range(3):
-        shift = np.eye(3)[axis] * (step * span.unstretched_length)[..., None]
-        difference = value_at(0.0, shift) - value_at(0.0, -shift)
-        columns.append(difference / (2 * steps * span.unstretched_length[..., None]))
+        shift[2 + 2 * axis, ..., axis] = step * span.unstretched_length
+        shift[3 + 2 * axis, ..., axis] = -step * span.unstretched_length
+    properties = span.axial_stiffness, span.mass, span.gravity
+    varied = Span.between(np.zeros(3), vector + shift, *properties, vertical=span.vertical, **loads)
+    square_change = 2 * (vector * shift).sum(axis=-1) + (shift**2).sum(axis=-1)  # of the chord
+    strain = span.chord_strain + square_change / (varied.chord + span.chord) / span.unstretched_length
+    varied = replace(varied, load_fractions=span.load_fractions)
+    value = function(catenary.solve(varied.with_chord_strain(with_relative_length(strain, length_change))))
+    steps = 2 * step[..., None]
+    columns = [(value[0] - value[1]) / steps]
+    for axis in range(3):
+        ahead, back = value[2 + 2 * axis], value[3 + 2 * axis]
+        columns.append((ahead - back) / (steps * span.unstretched_length[..., None]))
     return np.stack(columns, axis=-1)
 
 

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 from cables import chord_span, full_stiffness, graded_error, span_between
+from campaign import campaign
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from slack_chain import span_margin
@@ -20,7 +21,7 @@ from cablestudy.cable.stiffness import internal_forces
 
 PROFILE = settings(
     derandomize=True,
-    max_examples=40,
+    max_examples=campaign(40, 12),
     deadline=None,
     database=None,
     suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow],

@@ -102,6 +102,20 @@ def _start(span, L, EA, w):
     return [H * x / a, H * y / a, V0]
 
 
+def _size(vector):
+    return mp.sqrt(sum(part * part for part in vector))
+
+
+def _downhill(matrix, gradient):
+    """Newton step -F^-1 g with a symmetric 3 x 3 matrix, by its cofactors; there are digits enough for them."""
+    a, b, c, d, e, f = (matrix[i, j] for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)))
+    x, y, z = gradient
+    aa, ab, ac, bb, bc, cc = d * f - e * e, c * e - b * f, b * e - c * d, a * f - c * c, b * c - a * e, a * d - b * b
+    whole = -(a * aa + b * ab + c * ac)
+    step = aa * x + ab * y + ac * z, ab * x + bb * y + bc * z, ac * x + bc * y + cc * z
+    return [part / whole for part in step]
+
+
 def minimise(totals, force, target, length):
     """Tension vector at end 1 whose end position is `target`, by damped Newton from `force`.
 
@@ -110,11 +124,11 @@ def minimise(totals, force, target, length):
     """
     end, flexibility, energy, *_ = totals(force)
     for _ in range(300):
-        gradient = mp.matrix([e - t for e, t in zip(end, target, strict=True)])
+        gradient = [e - t for e, t in zip(end, target, strict=True)]
         value = energy - mp.fdot(force, target)
-        step = -mp.lu_solve(flexibility, gradient)
+        step = _downhill(flexibility, gradient)
         slope = mp.fdot(step, gradient)
-        small = mp.norm(step) < mp.mpf(10) ** -20 * mp.norm(mp.matrix(force))
+        small = _size(step) < mp.mpf(10) ** -20 * _size(force)
         factor = mp.mpf(1)
         while True:
             trial = [f + factor * d for f, d in zip(force, step, strict=True)]
@@ -124,9 +138,9 @@ def minimise(totals, force, target, length):
                 break
             factor /= 2
         force = trial
-        if mp.norm(step) < mp.mpf(10) ** -(DIGITS + 3) * mp.norm(mp.matrix(force)):
+        if _size(step) < mp.mpf(10) ** -(DIGITS + 3) * _size(force):
             return tuple(force)
-    raise ArithmeticError(f"no convergence: residual {mp.nstr(mp.norm(gradient) / length, 5)} of the length")
+    raise ArithmeticError(f"no convergence: residual {mp.nstr(_size(gradient) / length, 5)} of the length")
 
 
 def with_a_slack_piece(span, L, EA, loads):

@@ -75,6 +75,7 @@ def test_participation_and_end_stiffness(span):
     assert graded_error(model.end_stiffness, Exact(span).end_stiffness()) < 1e-8
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("degrees", [0, 30, 71])
 @pytest.mark.parametrize("ratio", [1e4, 1e7, 1e10])
 def test_an_almost_inextensible_cable_keeps_its_transverse_modes(degrees, ratio):

@@ -66,6 +66,7 @@ def rates(fault, smallest):
     return [np.log2(coarse / fine) for coarse, fine in itertools.pairwise(fault) if fine > smallest]
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("taut", [True, False], ids=["taut", "sagging"])
 @pytest.mark.parametrize("element", RATES, ids=lambda element: f"p={element[0]} {element[1]}")
 def test_rate(element, taut):

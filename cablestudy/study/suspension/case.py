@@ -302,23 +302,9 @@ class SuspensionCase:
         return displacement, max(error, uncertainty / abs(displacement)) if displacement else error
 
     def force_displacement(self, name, axis):
-        """Displacement of a body or free point along x, y or z by the forces of the load case.
+        """Displacement of a body or free point along x, y or z (0, 1, 2) by the forces of the load case [m].
 
-        Parameters
-        ----------
-        name : str
-        axis : int
-            0, 1, 2.
-
-        Returns
-        -------
-        displacement, error : float
-            [m], and its estimated relative error. [-]
-
-        Raises
-        ------
-        NoSolutionError, ConvergenceError
-            As `group`; or the load case has no forces.
+        Returned with its estimated relative error. Raises as `group`, and where the load case has no forces.
         """
         if not self.scene.load_case.forces:
             raise NoSolutionError(

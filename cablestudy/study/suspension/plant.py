@@ -297,7 +297,7 @@ class Plant:
         return self.motion.within(self.coarse_space)
 
     def residues_of(self, motion, loop=None, space=None, speeds=False):
-        """`Residues` from the inputs of `Gusts.input_matrix` to all outputs; a `DelayedResponse` with delay.
+        """`Residues` from the inputs of `Gusts` to all outputs, with actuators; a `DelayedResponse` with delay.
 
         Parameters
         ----------

@@ -8,12 +8,12 @@ import numpy as np
 from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import labels, outward, second_order
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, refuse_options
-from cablestudy.study.ssm import fewest_modes, left_out
+from cablestudy.study.ssm import fewest_modes, pairs_of, response_unit
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning
 from cablestudy.study.suspension.plant import markers_of, winches_of
 from cablestudy.study.suspension.report import mode_notes
-from cablestudy.study.suspension.ssm_control import CoupledChoice, choose_controlled, pairs_of, response_unit
+from cablestudy.study.suspension.ssm_control import CoupledChoice, choose_controlled
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled import Layout
 from cablestudy.system.linear import dense
@@ -26,6 +26,7 @@ class SuspensionChoice(CoupledChoice):
 
     Attributes
     ----------
+    options : StateSpaceOptions
     case : SuspensionCase
     found : CoupledModes
         The lowest modes.
@@ -33,21 +34,16 @@ class SuspensionChoice(CoupledChoice):
         In the coordinates of cables and bodies.
     chosen : ndarray of int
         Modes to keep, from 0.
-    pairs : list of tuple of int
-        Numbers of each output and input that a response refers to; errors refer to the first.
     highest : float or None
         Highest frequency of the response asked for. [Hz]
-    residual : bool
-        Whether the static part of the other modes is kept.
     """
 
+    options: object
     case: SuspensionCase
     found: object
     whole: object
     chosen: np.ndarray
-    pairs: list
     highest: float | None = None
-    residual: bool = True
 
     @property
     def modes(self):
@@ -59,12 +55,6 @@ class SuspensionChoice(CoupledChoice):
         return self.shown.response(*pair, frequency)
 
     @property
-    def names(self):
-        """Names of the input and the output of the first pair."""
-        output, input_ = self.pairs[0]
-        return self.whole.inputs[input_][0], self.whole.outputs[output][0]
-
-    @property
     def share(self):
         """Share of each mode in the inertia between these, see `LinearSystem.inertia_share`, shape (n,). [-]"""
         return self.whole.inertia_share(*self.pairs[0])
@@ -72,7 +62,7 @@ class SuspensionChoice(CoupledChoice):
     @cached_property
     def shown(self):
         """`LinearSystem` of the chosen modes."""
-        return self.whole.keep(self.chosen) if self.residual else self.whole.truncate(self.chosen)
+        return self.whole.keep(self.chosen) if self.options.residual else self.whole.truncate(self.chosen)
 
     def system(self):
         """The `StateSpace`; NoSolutionError where it overflows."""
@@ -84,7 +74,7 @@ class SuspensionChoice(CoupledChoice):
         return [
             *notes_of(self.case),
             *mode_notes(self.case, self.found, int(max(self.chosen, default=-1)) + 1),
-            left_out(self.share, self.chosen, self.names, self.residual),
+            self.left_out(self.share),
             "not in A, B, C, D: what velocity and acceleration of winches and forces add to tensions at once"
             " (D1 and D2 of the file)",
             *_no_winches(self.case.scene),
@@ -98,7 +88,7 @@ class SuspensionChoice(CoupledChoice):
 
     def _truncated(self):
         """What a truncation makes of the static response of the first pair: at most one line."""
-        if self.residual:
+        if self.options.residual:
             return
         (output, input_), still, (below, above) = self.pairs[0], np.zeros(1), self.names
         wrong, right = (float(one.response(output, input_, still)[0].real) for one in (self.shown, self.whole))
@@ -154,11 +144,6 @@ def choose(document, scene, options, highest=None):
         if options.wind:
             raise SceneError("--wind: of a suspension without actuators and loop only")
         return choose_controlled(document, scene, options, highest)
-    return replace(_choose(scene, options, highest), residual=options.residual)
-
-
-def _choose(scene, options, highest):
-    """`choose` of a suspension without actuators and loop."""
     case = SuspensionCase(scene)
     inputs, outputs = labels(Layout(case.equilibrium), *_winches_and_markers(case))
     if not inputs and not options.wind:
@@ -187,8 +172,7 @@ def _choose(scene, options, highest):
 
 def _choice(case, options, found, chosen, highest):
     """The `SuspensionChoice` of some of the modes found."""
-    whole = linear_model(case, found.damped, options.wind)
-    return SuspensionChoice(case, found, whole, chosen, pairs_of(options, whole.inputs, whole.outputs), highest)
+    return SuspensionChoice(options, case, found, linear_model(case, found.damped, options.wind), chosen, highest)
 
 
 def _fewest(case, options, highest):
@@ -280,9 +264,4 @@ def with_node_forces(system, layout, models, kept):
     if not forces:
         return system
     forces, direct = np.concatenate(forces, axis=1), np.concatenate(direct, axis=1)
-    return replace(
-        system,
-        b=tuple(np.concatenate([part, forces * (order == 0)], axis=1) for order, part in enumerate(system.b)),
-        d=tuple(np.concatenate([part, direct * (order == 0)], axis=1) for order, part in enumerate(system.d)),
-        inputs=(*system.inputs, *labels),
-    )
+    return system.with_forces(forces, labels, direct)

@@ -1,37 +1,30 @@
 """A suspension with its actuators, and with the loop of its winches, as a state space: how many modes are kept."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
 from cablestudy.control.loop import unstable_pole
-from cablestudy.control.loop_state_space import Labels, names, state_space
-from cablestudy.control.statespace import MODAL
-from cablestudy.control.suspension import labels
+from cablestudy.control.statespace import state_space_of
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
-from cablestudy.study.loop_in_time import unit_of
-from cablestudy.study.ssm import number_of
-from cablestudy.study.ssm_tables import Curve
+from cablestudy.study.loop_in_time import labelled, measured_by
+from cablestudy.study.ssm import Choice
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.notes import damping_notes, law_notes, notes_of, strength_warning
 from cablestudy.study.suspension.report import mode_table
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.linear import solved
+from cablestudy.system.linear import LinearSystem
 
 NEEDS = {"loop": "control", "actuators": "actuators"}  # keys of the scene
 
 
-class CoupledChoice:
-    """Modes that a state space keeps of a suspension, with or without control, their table and its responses.
+class CoupledChoice(Choice):
+    """Modes that a state space keeps of a suspension, with or without control.
 
-    Subclasses have the `case`, the `CoupledModes` that were `found` and which of them are `chosen`, the `pairs` of
-    outputs and inputs of a response, its `highest` frequency, and whether the static part of other modes is kept
-    (`residual`); `shown`, with names and units of `inputs` and `outputs`; and `response` of a pair.
+    Subclasses have the `CoupledModes` that were `found`, the `highest` frequency of a response, and what is `shown`.
     """
-
-    residual = True
 
     @property
     def poles(self):
@@ -42,30 +35,14 @@ class CoupledChoice:
         """Table of the modes that are kept."""
         return mode_table(self.case, self.found, self.chosen)
 
-    def curves(self):
-        """List of `Curve`: each output over each input."""
-        found = []
-        for output, input_ in self.pairs:
-            (above, above_unit), (below, below_unit) = self.shown.outputs[output], self.shown.inputs[input_]
-            unit = response_unit(above_unit, below_unit)
-            name = f"{above}_over_{below}" if len(self.pairs) > 1 else ""
-            value = partial(self.response, (output, input_))
-            found.append(Curve(name, f"response of {above} to {below}", unit, value))
-        return found
-
     def _response_beyond(self):
         """Yield a warning where a response is asked for beyond the modes that are kept, and others are left out."""
         kept = self.found.frequency[self.chosen]
         if self.highest is None or kept.max(initial=0.0) >= self.highest or len(kept) == len(self.modes):
             return
         last = f"the highest mode kept is at {kept.max():.4g} Hz" if len(kept) else "no mode is kept"
-        part = "only the static part" if self.residual else "nothing"
+        part = "only the static part" if self.options.residual else "nothing"
         yield f"warning: {last}: of those above {part} is in the response; see --modes and --upto"
-
-
-def response_unit(above, below):
-    """Unit of an output over an input, from theirs; empty where they are equal."""
-    return "" if above == below else f"{above}/{f'({below})' if ' ' in below else below}"
 
 
 @dataclass(frozen=True)
@@ -74,6 +51,7 @@ class ControlledChoice(CoupledChoice):
 
     Attributes
     ----------
+    options : StateSpaceOptions
     case : SuspensionCase
     whole : ClosedLoop
         From which the loop follows.
@@ -81,17 +59,15 @@ class ControlledChoice(CoupledChoice):
         With the modes that are kept; the same, or one with fewer modes.
     loop : Loop or None
         That of `whole` on what is kept; None where it is open, and the winches are inputs.
-    pairs : list of tuple of int
-        Numbers of each output and input that a response refers to.
     highest : float or None
         Highest frequency of the response asked for. [Hz]
     """
 
+    options: object
     case: SuspensionCase
     whole: object
     closed_loop: object
     loop: object
-    pairs: list
     highest: float | None = None
 
     @property
@@ -115,7 +91,11 @@ class ControlledChoice(CoupledChoice):
         closed_loop, motion = self.closed_loop, self.closed_loop.plant.viscous_motion
         forces = np.zeros((len(motion), len(closed_loop.layout.free)))
         forces[: motion.shapes.shape[1]] = closed_loop.layout.bodies(motion.shapes).T
-        return state_space(motion, forces, _labels(closed_loop, bool(self.loop)), self.loop, closed_loop.actuators)
+        kept, every = len(closed_loop.modes), motion.shapes.shape[1]
+        names = [f"mode_{k + 1}" for k in range(kept)] + [f"residual_{k + 1}" for k in range(every - kept)]
+        system = labelled(closed_loop, motion, names, forces)
+        measured = measured_by(closed_loop) if self.loop else ()
+        return state_space_of(system, None, self.loop, measured, closed_loop.actuators)
 
     def system(self):
         """The `StateSpace`, see `shown`."""
@@ -123,18 +103,10 @@ class ControlledChoice(CoupledChoice):
 
     def response(self, pair, frequency):
         """The output of a pair for a unit of its input, shape (m,), at frequencies [Hz]."""
-        at_once = max(1, STUDY.loop_response_entries // len(self.shown.a) ** 2)
-        pieces = np.split(frequency, range(at_once, len(frequency), at_once))
-        return np.concatenate([self._response(pair, 2j * np.pi * piece) for piece in pieces])
-
-    def _response(self, pair, s):
-        system, (output, input_) = self.shown, pair
-        matrices = s[:, None, None] * np.eye(len(system.a)) - system.a
-        right = np.broadcast_to(system.b[:, input_, None].astype(complex), (len(s), len(system.a), 1))
-        first, second = (part[output, input_] for part in system.derivatives)
-        return (
-            system.c[output] @ solved(matrices, right)[..., 0].T + system.d[output, input_] + s * first + s**2 * second
-        )
+        found, none = self.shown, np.zeros((len(self.shown.a),) * 2)
+        driven, moved = (found.b, 0 * found.b, 0 * found.b), (found.c, 0 * found.c, 0 * found.c)
+        system = LinearSystem(none, np.eye(len(none)), -found.a, driven, c=moved, d=(found.d, *found.derivatives))
+        return system.response(*pair, frequency)
 
     @property
     def notes(self):
@@ -181,16 +153,6 @@ def _of_loop(closed_loop):
     yield f"loop: {gains}; notches: {', '.join(notches) or 'none'}"
 
 
-def pairs_of(options, inputs, outputs):
-    """Numbers of each output and input that `Options` name, the first ones where they name none; SceneError."""
-    given = ("--output", options.outputs, outputs), ("--input", options.inputs, inputs)
-    above, below = (
-        [number_of(option, name, [known for known, _ in pairs]) for name in names] or [0]
-        for option, names, pairs in given
-    )
-    return [(output, input_) for output in above for input_ in below]
-
-
 def choose_controlled(document, scene, options, highest=None):
     """Choose the coupled modes to keep, with actuators or with the loop.
 
@@ -210,8 +172,7 @@ def choose_controlled(document, scene, options, highest=None):
     Raises
     ------
     SceneError
-        The scene has no loop, or no actuators; an input or output is unknown; there are fewer modes than
-        `options.count`.
+        The scene has no loop, or no actuators, or there are fewer modes than `options.count`.
     NoSolutionError, ConvergenceError
         There is no stable equilibrium, no loop for it, or no such modes.
     """
@@ -236,8 +197,7 @@ def choose_controlled(document, scene, options, highest=None):
     if options.attached == "loop":
         allocation = replace(whole.allocation, measured=closed_loop.allocation.measured)
         loop = replace(whole.loop, motion=closed_loop.plant.viscous_motion, allocation=allocation)
-    pairs = pairs_of(options, *names(_labels(closed_loop, bool(loop)), bool(loop), closed_loop.actuators))
-    return ControlledChoice(case, whole, closed_loop, loop, pairs, highest)
+    return ControlledChoice(options, case, whole, closed_loop, loop, highest)
 
 
 def _with(in_wind, whole, count):
@@ -252,14 +212,3 @@ def _reaching(in_wind, closed_loop, frequency, most):
         size *= 2
         closed_loop = in_wind.closed_loop_of(size)
     return closed_loop
-
-
-def _labels(closed_loop, closed):
-    """`Labels` of a closed loop."""
-    inputs, outputs = labels(closed_loop.layout, closed_loop.winches, closed_loop.markers)
-    kept, every, winches = len(closed_loop.modes), closed_loop.motion.shapes.shape[1], len(closed_loop.winches)
-    modal = [(f"mode_{k + 1}", MODAL) for k in range(kept)] + [
-        (f"residual_{k + 1}", MODAL) for k in range(every - kept)
-    ]
-    measured = [(name, unit_of(name)) for name in closed_loop.measured] if closed else ()
-    return Labels(tuple(modal), inputs[:winches], inputs[winches:], outputs, tuple(measured))
