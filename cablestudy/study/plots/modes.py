@@ -48,7 +48,7 @@ SMALL = 0.08  # size of a body over that of the scene, below which its rotation 
 MANY = 100  # cables from which lines are thin
 TALL = 1.8  # height over width of the tallest panel in perspective
 ENLARGED = 0.27  # side of the picture of the enlarged body over the width of its panel
-NAME = 0.07  # room for its name above that over the width of its panel
+TRUE = 1e-3  # height over width of a picture that is not enlarged
 
 
 @dataclass(frozen=True)
@@ -100,6 +100,10 @@ class ModeDrawing:
     def outline(self, factor):
         """Places that are displaced so far, on the paper, shape (n, 2)."""
         return np.concatenate([self.view(places + factor * moved).reshape(-1, 2) for places, moved in self.parts])
+
+    def turns_in_a_small_body(self, size):
+        """True if a body turns that is small beside the size of the scene. [m]"""
+        return self.body is not None and np.ptp(self.bodies[self.body][0], axis=0).max() < SMALL * size
 
     def factor(self, peak):
         """Factor to a largest displacement [m], or to a smaller one where a body would turn too far."""
@@ -248,69 +252,40 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
         figure = Figure(figsize=(WIDTH, 1.2), layout="constrained")
         figure.suptitle("There is no mode to show")
         return figure
-    count, factors = len(shown), [one.factor(peak) for one in shown]
-    reached = [0.0, 1.0] if share is None else [-1.0, 1.0]
-    flat = np.concatenate([one.outline(part * factor) for part in reached
-                           for one, factor in zip(shown, factors, strict=True)])  # fmt: skip
-    columns, fixed = columns_of(count), [] if drawing is None else [place for _, place in drawing.anchors]
+    count, columns, factors = len(shown), columns_of(len(shown)), [one.factor(peak) for one in shown]
+    small = [distance is None and one.turns_in_a_small_body(drawing.size) for one in shown]
+    reached = (0.0, 1.0) if share is None else (-1.0, 1.0)
+    drawn = [one.outline(part * factor) for part in reached for one, factor in zip(shown, factors, strict=True)]
+    flat = np.concatenate(drawn)
+    side = ENLARGED * float(np.ptp(flat[:, 0]))
+    if any(small):  # room below the scene
+        flat = np.concatenate([flat, [flat.min(axis=0) - [0.0, side]]])
+    window = Window(*flat.T, *((LAYOUT[columns],) if distance else (TRUE, TALL)))
     width, rows = WIDTH / columns, -(-count // columns)
-    if distance is not None:
-        window = Window(*flat.T, LAYOUT[columns])
-        figure = Figure((columns * width, rows * (window.ratio * (width - 0.45) + 0.55) + 0.6), layout="constrained")
-        grid = panels(figure, count, columns, sharey=True)
-        for axes in grid:
-            window.apply(axes, 4, 5)
-        figure.supxlabel(distance, fontsize=9)
-        upwards = ", or ".join(dict.fromkeys(one.upwards for one in shown)) + " [m]"
-        figure.supylabel(wrapped(upwards, figure.get_figheight() - 1.0, 9), fontsize=9)
-        small, note = [False] * count, f"; {window.note}"
-    else:
-        small, note = [one.body and _extent(one) < SMALL * drawing.size for one in shown], ""
-        low, high, side = _limits(flat, any(small))
-        ratio = (high[1] - low[1]) / (high[0] - low[0])
-        figure = Figure((columns * width, rows * (width * ratio + 0.55) + 0.4), layout="constrained")
-        figure.get_layout_engine().set(w_pad=0.1)
-        grid = figure.subplots(rows, columns, squeeze=False).ravel()
-        for axes in grid:
-            axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-            axes.set_aspect("equal", adjustable="box")
-            axes.set_axis_off()
-    peaks = [f"{factor * one.largest:.2g}" for one, factor in zip(shown, factors, strict=True)]
+    figure = Figure((columns * width, rows * (window.ratio * (width - 0.45) + 0.55) + 0.6), layout="constrained")
+    peaks = [float(f"{factor * one.largest:.2g}") for one, factor in zip(shown, factors, strict=True)]
     equal = len(set(peaks)) == 1
-    for number, (axes, one, factor) in enumerate(zip(grid, shown, factors, strict=False)):
-        reach = factor * (1.0 if share is None else share)
-        _draw(axes, one, reach, fixed)
+    for number, axes in enumerate(panels(figure, count, columns, sharey=True)):
+        one, reach = shown[number], factors[number] * (1.0 if share is None else share)
+        window.apply(axes, 4, 5)
+        _draw(axes, one, reach, [] if drawing is None else [place for _, place in drawing.anchors])
         title = f"{number + 1}   {quantity_text(frequency[number], 'Hz')}"
         axes.set_title(title, loc="left", pad=13, **bold(title))
-        words = one.words if equal else f"{one.words}, up to {quantity_text(float(peaks[number]), 'm')}"
-        axes.annotate(
-            words, (0, 1), (0, 3), "axes fraction", "offset points", fontsize=7.5, color=one.colour, va="bottom"
-        )
+        words = one.words if equal else f"{one.words}, up to {quantity_text(peaks[number], 'm')}"
+        axes.annotate(words, (0, 1), (0, 3), "axes fraction", "offset points", fontsize=7.5, color=one.colour)
         if distance is None:
+            axes.set_axis_off()
             scale_bar(axes, drawing.size)
         if small[number]:
             _enlarge(axes, one, reach, side)
-    scaled = f"scaled to a peak of {quantity_text(float(peaks[0]), 'm')}" if equal else "displacements enlarged"
+    if distance is not None:
+        figure.supxlabel(distance, fontsize=9)
+        upwards = ", or ".join(sorted({one.upwards for one in shown})) + " [m]"
+        figure.supylabel(wrapped(upwards, figure.get_figheight() - 1.0, 9), fontsize=9)
+    scaled = f"scaled to a peak of {quantity_text(peaks[0], 'm')}" if equal else "displacements enlarged"
     many = f"First {count} of {listed} modes" if count < listed else counted(count, "mode")
-    heading(figure, f"{many}, {scaled}, on the static form (grey){note}")
+    heading(figure, f"{many}, {scaled}, on the static form (grey){f'; {window.note}' if distance else ''}")
     return figure
-
-
-def _extent(one):
-    """Size of the body that turns in a mode. [m]"""
-    return np.ptp(one.bodies[one.body][0], axis=0).max()
-
-
-def _limits(flat, enlarged):
-    """Corners of a panel of places on the paper, shape (n, 2), and the side of an `enlarged` body."""
-    low, high = flat.min(axis=0), flat.max(axis=0)
-    across, up = high - low
-    side = ENLARGED * max(across, up / TALL)
-    below = side * (1 + NAME / ENLARGED) if enlarged else 0.0  # room for enlarged bodies, and for the scale
-    low[1] -= max(below, 0.16 * max(up, 0.3 * across))
-    middle, half = (low + high) / 2, 0.53 * (high - low)
-    half = np.maximum(half, [half[1] / TALL, 0.4 * half[0]])
-    return middle - half, middle + half, side
 
 
 def _draw(axes, one, factor, fixed):
