@@ -154,7 +154,7 @@ class Drawing:
     @property
     def single(self):
         """True if there is one cable and nothing else that has two ends."""
-        return len(self.cables) + len(self.links) == 1
+        return len(self.cables) == 1 and not len(self.links)
 
     @cached_property
     def tension(self):
@@ -210,7 +210,7 @@ class Drawing:
     def label(self):
         """Its name with how far the only cable or a load on it hangs below the chord, or the largest tension."""
         name = self.name
-        if not self.single or not len(self.cables):
+        if not self.single:
             return f"{name}: up to {quantity_text(float(np.max(self.statics.max_tension, initial=0.0)), 'N')}"
         if self.loads:  # a rider, for example, whose place differs from case to case
             form = self.form.take(0) if np.ndim(self.form.span.chord) else self.form
@@ -220,7 +220,7 @@ class Drawing:
     @property
     def contents(self):
         """Its cables in a title: the chord of the only one, or their number."""
-        if not self.single or not len(self.cables):
+        if not self.single:
             return counted(len(self.cables), "cable")
         return f"chord {quantity_text(float(np.ravel(self.form.span.chord)[0]), 'm')}"
 
@@ -230,14 +230,15 @@ class Drawing:
         `with_sag`: whether the sag is defined.
         """
         parts = [f"{f'Load case {shortened(self.case)}' if self.case else 'Static form'}: {self.contents}"]
-        if self.single and len(self.cables):
+        if self.single:
             numbers = zip(("preload", "sag"), (self.tension[0], self.sag[0]), ("N", "m"), self.stated, strict=True)
             for name, value, unit, stated in list(numbers)[: 1 + with_sag]:
                 other = stated is not None and abs(value - stated) > STATED * stated
                 reference = f" ({quantity_text(stated, unit)} in the reference state)" if other else ""
                 parts.append(f"{name} {quantity_text(float(value), unit)}{reference}")
         elif len(self.cables) and self.equally_tense:
-            parts.append(f"mean tension {quantity_text(float(self.tension.max()), 'N')} each")
+            each = " each" if len(self.cables) > 1 else ""
+            parts.append(f"mean tension {quantity_text(float(self.tension.max()), 'N')}{each}")
         return ", ".join(parts)
 
     @property
@@ -266,8 +267,8 @@ def drawing_of(case):
     winches = [found.ends[suspension.cable_names.index(name), int(winch.end == "to")]
                for name, winch in scene.winches.items()]  # fmt: skip
     span, curves = case.form.span, _curves(case)
-    forces = span.in_frame(span.load_forces, "global").reshape(-1, 3)
-    at = places(case.form, _shares(span)).reshape(len(curves[0]), -1, 3) + found.ends[cables, :1]
+    forces = span.in_frame(span.load_forces, "global")
+    at = places(case.form, _shares(span)).reshape(len(curves[0]), forces.shape[-2], 3) + found.ends[cables, :1]
     one = next(iter(case.scene.cables.values()), None)
     return Drawing(
         case=case.scene.case,
@@ -285,7 +286,11 @@ def drawing_of(case):
         bodies=bodies,
         markers=np.concatenate(markers),
         winches=np.array(winches).reshape(-1, 3),
-        loads=[one for one in zip(at.reshape(-1, 3), forces, span.load_positions.ravel(), strict=True) if one[1].any()],
+        loads=[
+            one
+            for one in zip(at.reshape(-1, 3), forces.reshape(-1, 3), span.load_positions.ravel(), strict=True)
+            if one[1].any()
+        ],
         ground=case.scene.ground,
         lost=_lost(case),
     )
@@ -301,7 +306,8 @@ def _curves(case):
     ends, form = case.equilibrium.ends[case.equilibrium.suspension.of_cables], case.form
     even, loads = np.linspace(0.0, 1.0, FINE if len(ends) <= FEW else COARSE), _shares(form.span)
     shares = np.sort(np.concatenate([np.broadcast_to(even, (*loads.shape[:-1], len(even))), loads], axis=-1))
-    return places(form, shares).reshape(len(ends), -1, 3) + ends[:, :1], shares.reshape(len(ends), -1)
+    count = len(ends), shares.shape[-1]
+    return places(form, shares).reshape(*count, 3) + ends[:, :1], shares.reshape(count)
 
 
 def _lost(case):
@@ -328,7 +334,7 @@ def upright_plane(drawings):
     if np.abs(apart @ [-level[1], level[0]]).max() > FLAT * size:
         return None
     if first.single:
-        return view_from_end_1(first.ends[0, 0] if len(first.ends) else held[0], level, first.ground)
+        return view_from_end_1(held[0], level, first.ground)
     axis = next((k for k in (0, 1) if abs(level[1 - k]) < FLAT), None)
     if axis is not None:
         return VIEWS[axis]

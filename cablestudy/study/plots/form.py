@@ -75,8 +75,8 @@ class _Picture:
         extent = np.ptp(self.places, axis=0)
         self.seen, (least, middle, most) = extent > FLAT * extent.max(), np.sort(extent)
         self.in_space = self.alone and self.plane is None and least > FLAT * most and middle >= LONG * most
-        run, rise = (0.0, 0.0) if self.plane is None else np.ptp(self.plane(self.places), axis=0)
-        self.upright = self.plane is not None and run < FLAT * rise
+        held = np.concatenate([one.held for one in drawings])
+        self.upright = self.plane is not None and np.ptp(self.plane(held)[:, 0]) < FLAT * most
         on_one = case is not None and self.first.single and len(self.first.loads) and self.first.ground is None
         self.loaded = on_one and np.ravel(self.first.form.span.vertical)[2] == 1
         self.looks, self.scale = _looks(drawings, self.upright and self.loaded)
@@ -174,7 +174,7 @@ class _Picture:
     def _mark_sags(self, axes, room, chords, window):
         """Dimensions of the sags of a few cables from chords on the paper, shape (c, 2, 2), where they can be seen."""
         one = self.first
-        shown = np.abs(one.sag) > SMALL * (window.y[1] - window.y[0])
+        shown = one.sag > SMALL * (window.y[1] - window.y[0])
         shown &= shown.sum() <= SAGS
         if not one.single and shown.any():
             marks.draw_chords(axes, chords[shown])
