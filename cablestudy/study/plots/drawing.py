@@ -203,7 +203,7 @@ class Drawing:
 
     @property
     def name(self):
-        """That of its load case, or what it shows."""
+        """Name of its load case, or what is drawn."""
         return shortened(self.case) if self.case else "cable"
 
     @property

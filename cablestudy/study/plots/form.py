@@ -76,7 +76,7 @@ class _Picture:
         self.seen, (least, middle, most) = extent > FLAT * extent.max(), np.sort(extent)
         self.in_space = self.alone and self.plane is None and least > FLAT * most and middle >= LONG * most
         held = np.concatenate([one.held for one in drawings])
-        self.upright = self.plane is not None and np.ptp(self.plane(held)[:, 0]) < FLAT * most
+        self.upright = self.first.single and np.ptp(held[:, :2], axis=0).max() < FLAT * most
         on_one = case is not None and self.first.single and len(self.first.loads) and self.first.ground is None
         self.loaded = on_one and np.ravel(self.first.form.span.vertical)[2] == 1
         self.looks, self.scale = _looks(drawings, self.upright and self.loaded)
@@ -161,15 +161,16 @@ class _Picture:
         marks.mark_loads(axes, room, [(view(place), force) for place, force, _ in one.loads], view.axes)
         if view is self.plane and not hidden:
             self._mark_sags(axes, room, chords, window)
-        least = one.least_clearance() if ground is not None and not self.seen_ground(figure, axes) else None
+        first_ground = ground is not None and not self._has_ground(figure.axes[:-1])
+        least = one.least_clearance() if first_ground else None
         if least is not None and abs(least[1]) > FLAT * one.size:
             marks.mark_clearance(axes, room, view(one.cables[least[0]]), ground, least[1])
         marks.name_all(room, one, view)
 
     @staticmethod
-    def seen_ground(figure, axes):
-        """True if a view before that in axes has the ground."""
-        return any("ground" in other.get_legend_handles_labels()[1] for other in figure.axes if other is not axes)
+    def _has_ground(views):
+        """True if the ground is drawn in some views."""
+        return any("ground" in axes.get_legend_handles_labels()[1] for axes in views)
 
     def _mark_sags(self, axes, room, chords, window):
         """Dimensions of the sags of a few cables from chords on the paper, shape (c, 2, 2), where they can be seen."""

@@ -134,7 +134,7 @@ class Window:
     def __init__(self, x, y, ratio, tallest=TALL):
         low, high = np.min(y), np.max(y)
         self.x = padded(np.min(x), np.max(x), 0.03, 0.03)
-        self.width = self.x[1] - self.x[0]
+        self.width = max(self.x[1] - self.x[0], 1e-3 * (high - low))
         margin = 0.18 if high - low < DEEP * self.width else 0.10
         self.y = padded(low, high, 1.6 * margin, margin)
         height = self.y[1] - self.y[0]
