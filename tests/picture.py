@@ -9,7 +9,9 @@ from unittest.mock import patch
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
 from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
 from matplotlib.transforms import Affine2D
 
 DPI = 100
@@ -63,6 +65,13 @@ def undrawn():
         patch("cablestudy.pages.pictures.inline_picture", lambda figure, prefix, label: empty(escape(label))),
     ):
         yield
+
+
+def curves(axes):
+    """Label, up to a colon -> the first of the lines that have it: dict of Line2D."""
+    collections = [one for one in axes.collections if isinstance(one, LineCollection) and one.get_segments()]
+    found = {one.get_label().partition(":")[0]: Line2D(*one.get_segments()[0].T) for one in reversed(collections)}
+    return {line.get_label(): line for line in axes.lines} | found
 
 
 def numbers(words):

@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 from command import CONFIGS, run
+from picture import curves
 from PIL import Image
 
 import cablestudy as cs
@@ -36,7 +37,7 @@ def test_a_frame_is_the_shape_times_its_share():
     panels = [answer.draw(plots, share=share).axes[:3] for share in (1.0, 0.25, -1.0)]
     for axes in zip(*panels, strict=True):
         still, full, quarter, negative = (
-            one.get_xydata() for one in (axes[0].lines[0], *(each.lines[1] for each in axes))
+            one.get_xydata() for one in (curves(axes[0])["static form"], *(curves(each)["mode"] for each in axes))
         )
         assert quarter - still == pytest.approx(0.25 * (full - still), abs=1e-12)
         assert negative - still == pytest.approx(still - full, abs=1e-12)

@@ -135,7 +135,7 @@ LONG = "a-cabin-with-a-name-that-is-much-too-long"
     ],
 )
 def test_views_of_suspensions(name, sets):
-    assert faults(plots.suspension_views(suspension_of(name, *sets))) == []
+    assert faults(plots.static_form(suspension_of(name, *sets))) == []
 
 
 NAMES = """
@@ -157,7 +157,7 @@ def test_long_names_in_other_alphabets(tmp_path):
     path = tmp_path / "scene.yaml"
     path.write_text(NAMES, encoding="utf-8")
     case = SuspensionCase(load_scene(str(path))[1])
-    assert faults(plots.suspension_views(case)) == []
+    assert faults(plots.static_form(case)) == []
     assert faults(load(path).plot("modes")) == []
 
 

@@ -222,7 +222,7 @@ def cases_of(folder, text, *names):
 
 def test_load_cases_are_drawn_together_over_the_ground(tmp_path):
     cases = cases_of(tmp_path, SECTION, "everyday", "hot")
-    figure = whole(plots.suspension_case_views(cases))
+    figure = whole(plots.case_forms(cases))
     (axes,) = figure.axes  # all in one plane
     assert axes.get_aspect() == 5.0
     assert axes.get_title(loc="left") == "From the front, vertical scale enlarged 5 times"
@@ -246,7 +246,7 @@ def test_load_cases_are_drawn_together_over_the_ground(tmp_path):
 def test_one_case_of_a_long_scene_is_drawn_over_the_ground_in_the_colours_of_its_tensions(tmp_path):
     """The clearance is that of its table, and where it is marked a cable and the ground are so far apart."""
     case = case_of(tmp_path, SECTION, "case=hot")
-    figure = whole(plots.suspension_views(case))
+    figure = whole(plots.static_form(case))
     axes, bar = figure.axes
     assert (axes.get_aspect(), bar.get_ylabel()) == (5.0, "mean tension of the cable [kN]")
     assert figure.get_suptitle() == "Load case hot: 5 cables"
@@ -255,16 +255,22 @@ def test_one_case_of_a_long_scene_is_drawn_over_the_ground_in_the_colours_of_its
     rows = load(str(tmp_path / "scene.yaml"), case="hot").static()["cables"]
     least = rows["clearance_m"].min()
     assert f"clearance {least:.4g} m" in [text.get_text() for text in axes.texts]
-    (x, low), (_, high) = next((text.xy, text.xyann) for text in axes.texts if text.arrow_patch)
+    arrows = [(text.xy, text.xyann) for text in axes.texts if text.arrow_patch]
+    ((_, low), (_, high)) = next(
+        ((x, low), end) for (x, low), end in arrows if low == pytest.approx(np.interp(x, [-10, 500, 1100], [2, 5, 0]))
+    )
     assert high - low == pytest.approx(least, rel=1e-3)
-    assert low == pytest.approx(np.interp(x, [-10, 500, 1100], [2, 5, 0]))
+    sags = dict(zip(rows["name"], rows["sag_m"], strict=True))  # those of the spans have dimensions from their chords
+    assert sorted(
+        end[1] - low for (_, low), end in arrows if end[1] - low != pytest.approx(least, rel=1e-3)
+    ) == pytest.approx(sorted(sags[name] for name in ("s1", "s2", "s3")), rel=1e-6)
 
 
 def test_bodies_of_load_cases_are_drawn_by_their_attachments(tmp_path):
     """Lines from each beam's middle to its four hangers, in the colour of the case."""
     text = f"base: {CONFIGS / 'suspensions' / 'cable-robot.yaml'}\n"
     text += "cases: {empty: {}, loaded: {forces: {platform: [0, 0, -50 N]}}}\n"
-    figure = plots.suspension_case_views(cases := cases_of(tmp_path, text, "empty", "loaded"))
+    figure = plots.case_forms(cases := cases_of(tmp_path, text, "empty", "loaded"))
     case = cases["loaded"]
     body = case.scene.bodies["platform"]
     arms = np.array(list(body.attachments.values())) @ case.equilibrium.rotation[0].T
@@ -278,7 +284,7 @@ def test_bodies_of_load_cases_are_drawn_by_their_attachments(tmp_path):
 def test_load_cases_in_space_are_drawn_from_three_sides(tmp_path):
     text = f"base: {CONFIGS / 'suspensions' / 'mast-guys.yaml'}\nground: 0\n"
     text += "cases: {lean: {forces: {top: [10 kN, 0, 0]}}, settled: {moves: {ground1: [0, 0, -0.1]}}}\n"
-    figure = whole(plots.suspension_case_views(cases_of(tmp_path, text, "lean", "settled")))
+    figure = whole(plots.case_forms(cases_of(tmp_path, text, "lean", "settled")))
     assert [axes.get_title(loc="left").partition(",")[0] for axes in figure.axes] == [
         "From the front", "From the side", "From above"]  # fmt: skip
     assert ["ground" in lines(axes) for axes in figure.axes] == [True, True, False]
@@ -302,20 +308,21 @@ def test_a_lost_cable_is_drawn_pale_and_dashed_where_it_would_be(tmp_path):
     text = f"base: {CONFIGS / 'suspensions' / 'mast-levels.yaml'}\ncases: {{broken: {{lost: [north-high]}}}}\n"
     case, everyday = case_of(tmp_path, text, "case=broken"), case_of(tmp_path, text)
     ends = everyday.equilibrium.ends[everyday.equilibrium.suspension.cable_names.index("north-high")]
-    figure = whole(plots.suspension_views(case))
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["lost"]
+    figure = whole(plots.static_form(case))
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["lost", "ground"]
     for axes, (x, y) in zip(figure.axes[1:4], ((0, 1), (0, 2), (1, 2)), strict=True):
         (curve,) = dashed(axes)
         assert curve[[0, -1]] == pytest.approx(ends[:, [x, y]], abs=1e-9)
-    assert not whole(plots.suspension_views(everyday)).legends
+    (one,) = whole(plots.static_form(everyday)).legends
+    assert [text.get_text() for text in one.get_texts()] == ["ground"]
 
 
 def test_load_cases_name_what_they_lose(tmp_path):
     text = SECTION.replace("hot: {temperature: 70 degC}", "broken: {lost: [s2, i2]}")
     cases = cases_of(tmp_path, text, "everyday", "broken")
-    (axes,) = whole(figure := plots.suspension_case_views(cases)).axes
+    axes, _ = whole(figure := plots.case_forms(cases)).axes  # below it the sags, small beside the cable that fell
     words = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert words[2:] == ["lost in broken", "ground"]
+    assert words[2:] == ["lost in broken", "ground", "chord"]
     lost = next(one for one in axes.collections if one.get_label() == "lost in broken").get_segments()
     at = cases["everyday"].equilibrium.ends[:, :, [0, 2]]  # s2 and i2, at the temperature of the reference state
     assert np.array([curve[[0, -1]] for curve in lost]) == pytest.approx(at[[1, 4]], rel=1e-3)

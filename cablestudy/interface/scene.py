@@ -46,7 +46,7 @@ TABLES = ("cable", "gondola", "winch", "wind", "cases")
 NAMED = 120  # characters of path and changes in a representation
 OF_COMMANDS = {
     "absent", "answers", "attachable", "check_state_space", "compute", "compute_cases", "document", "heading",
-    "kept_modes", "loads_key", "loop_key", "picture_of_cases", "solve_loop",
+    "kept_modes", "loads_key", "loop_key", "solve_loop",
 }  # fmt: skip
 ONE_CABLE = "no effect: the scene has one cable"
 
@@ -67,7 +67,6 @@ class Scene:
     loop_key: ClassVar[str] = "winch.controller"
     loads_key: ClassVar[str] = "cable.loads"
     attachable: ClassVar[tuple[str, ...]] = ("gondola", "loop")
-    picture_of_cases: ClassVar[str] = "case_forms"  # function of `study.plots`, which takes those with an answer
     # option, command or attachment that such a scene does not have -> why
     absent: ClassVar[Mapping[str, str]] = {
         "table": f"--table: {ONE_CABLE}",
@@ -197,7 +196,7 @@ class Scene:
             explain=lambda: lines_with_cases({name: answer.explain() for name, answer in answers.items()}),
             warnings=lines_with_cases({name: answer.warnings for name, answer in answers.items()}),
             failures=lines_with_cases({name: answer.failures for name, answer in answers.items()}),
-            draw=(lambda plots: getattr(plots, self.picture_of_cases)(solved)) if what == "static" and solved else None,
+            draw=(lambda plots: plots.case_forms(solved)) if what == "static" and solved else None,
         )
         return with_likely_mistakes(answer, self.document)
 

@@ -24,7 +24,7 @@ def static(scene, table: Text | None = None, estimate: bool = False):
 
     case, failures = scene.case, []
     tables = static_tables(case, table, failures)
-    return _of_case(case, failures, tables=_named(table, tables), draw=lambda plots: plots.suspension_views(case))
+    return _of_case(case, failures, tables=_named(table, tables), draw=lambda plots: plots.static_form(case))
 
 
 def shape(scene, estimate: bool = False):
@@ -33,7 +33,7 @@ def shape(scene, estimate: bool = False):
 
     case, failures = scene.case, []
     table = shape_table(case, failures)
-    return _of_case(case, failures, tables=only(table), draw=lambda plots: plots.suspension_views(case))
+    return _of_case(case, failures, tables=only(table), draw=lambda plots: plots.static_form(case))
 
 
 def form(scene, table: Text | None = None):
@@ -65,7 +65,7 @@ def modes(
         warnings=(*galloping_notes(case.scene.load_case), *fewer_modes(found, size, limit)),
         notes=lambda: (*mode_notes(case, found, len(asked)), *tension_notes(case.scene, group.cables)),
         tables=only(with_lock_in(table, diameters_of_coupled_modes(table, case.scene))),
-        draw=lambda plots, share=None: plots.suspension_modes(case, found, len(asked), share),
+        draw=lambda plots, share=None: plots.coupled_mode_shapes(case, found, len(asked), share),
     )
 
 
@@ -144,7 +144,6 @@ class Suspension(Scene):
     loop_key: ClassVar[str] = "control"
     loads_key: ClassVar[str] = "cables.CABLE.loads"
     attachable: ClassVar[tuple[str, ...]] = ("loop", "actuators")
-    picture_of_cases: ClassVar[str] = "suspension_case_views"
     hidden: ClassVar[Set[str]] = Scene.hidden | {"case", "estimated"}
     answers: ClassVar[Mapping[str, Callable[..., Answer]]] = {
         "static": static,

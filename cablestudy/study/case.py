@@ -132,6 +132,10 @@ class Case:
         """Arc length at mid-span over unstretched length. [-]"""
         return self.catenary.middle if self.exact_statics else midspan(self.state)
 
+    def hanging(self, _):
+        """Its cable of any name, as of a suspension: itself."""
+        return self
+
     @property
     def reference_length(self):
         """Unstretched length in the reference state. [m]"""

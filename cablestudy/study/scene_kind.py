@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 
+from cablestudy.scene.one_cable import as_suspension
 from cablestudy.scene.scene import CableScene
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study import one_cable_columns, point_loads
@@ -45,6 +46,8 @@ class SceneKind:
         Document, scene -> contents of its file with unstretched lengths, see `freeze.freeze_cable`.
     case : callable
         Scene -> `Case` or `SuspensionCase`.
+    as_suspension : callable
+        Scene -> `SuspensionScene` of the same points, bodies, cables and winches.
     loaded_cables : callable
         Case -> list of `LoadedCable`; raises NoSolutionError and ConvergenceError.
     compared_models : str
@@ -61,6 +64,7 @@ class SceneKind:
     notes_on_found: Callable
     freeze: Callable
     case: Callable
+    as_suspension: Callable
     loaded_cables: Callable
     compared_models: str
 
@@ -82,6 +86,7 @@ KINDS = {
         notes_on_found=lambda case: (),
         freeze=freeze_cable,
         case=Case,
+        as_suspension=as_suspension,
         loaded_cables=point_loads.of_one_cable,
         compared_models="cablestudy.study.trade_models",
     ),
@@ -96,6 +101,7 @@ KINDS = {
         notes_on_found=moved_note,
         freeze=freeze_suspension,
         case=SuspensionCase,
+        as_suspension=lambda scene: scene,
         loaded_cables=point_loads.of_suspension,
         compared_models="cablestudy.study.suspension.trade",
     ),

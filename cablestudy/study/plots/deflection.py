@@ -19,28 +19,36 @@ APART = {
 HEIGHT = 1.9  # of a panel [in]
 
 
-def deflections(form):
-    """Panels with the relevant components of the deflection of a `Form`, non-linear and linear, and their difference.
+def deflections(case, abscissa, label):
+    """Panels with the relevant components of the deflection of a cable, non-linear and linear, and their difference.
+
+    Parameters
+    ----------
+    case : Case or HangingCable
+    abscissa : callable
+        Shares of the unstretched length, shape (j,) -> distance or length along x [m].
+    label : str
+        Of that.
 
     Returns
     -------
     list of (float, callable)
         Height of a panel [in], and the function that draws it in a cell of the grid of a figure.
     """
-    mesh, *nodal = nodal_deflections(form.case)
+    span, (mesh, *nodal) = case.span, nodal_deflections(case)
     positions, both = between_nodes(mesh, np.stack(nodal, axis=-1))  # last axis: full, linear
-    level, up = form.plane(both[:, 0], both[:, 1])
+    level, up = span.cosine * both[:, 0] - span.sine * both[:, 1], span.sine * both[:, 0] + span.cosine * both[:, 1]
     movement = {"vertical": up, "sideways": both[:, 2], "horizontal": level}
-    names = ["vertical"] if form.case.span.planar else ["vertical", "sideways"]
+    names = ["vertical"] if span.planar else ["vertical", "sideways"]
     # a load along the chord, or across a vertical one, moves the cable more horizontally than vertically
     if np.abs(level).max() > np.abs(up).max():
         names.append("horizontal")
-    panel = partial(_paint, form, form.abscissa(positions))
-    title = "Deflection from the unloaded form"
+    panel = partial(_paint, abscissa(positions), label, abscissa(span.load_positions / span.unstretched_length))
     painted = [
-        partial(panel, title, f"movement\n{WORDS[name]} ", list(zip(movement[name].T, (FULL, LINEAR), strict=True)))
+        partial(panel, "Deflection from the unloaded form", f"movement\n{WORDS[name]} ",
+                list(zip(movement[name].T, (FULL, LINEAR), strict=True)))
         for name in names
-    ]
+    ]  # fmt: skip
     differences = [(movement[name][:, 1] - movement[name][:, 0], APART[name]) for name in names]
     painted.append(partial(panel, "Difference of the two", "linear − full\n", differences))
     return [(HEIGHT, paint) for paint in painted]
@@ -70,18 +78,16 @@ def between_nodes(mesh, nodal):
     return positions[keep], values[keep]
 
 
-def _paint(form, x, title, label, lines, figure, place):
+def _paint(x, label, loads, title, height, lines, figure, place):
     """Draw a panel of lines, each with its look, and a dotted line at each load."""
     axes = figure.add_subplot(place)
     scale, unit = _length_unit([values for values, _ in lines])
     for values, look in lines:
-        axes.plot(x, values * scale, **look)
-    for load in form.abscissa(form.load_shares):
+        axes.plot(x, values * scale, **(look if len(lines) > 1 else look | {"label": ""}))
+    for load in loads:
         axes.axvline(load, color=ORANGE, lw=1.2, ls=":", zorder=0.5)
-    axes.set(ylabel=f"{label}[{unit}]", xlabel=form.abscissa_label)
+    axes.set(ylabel=f"{height}[{unit}]", xlabel=label, xlim=padded(x.min(), x.max(), 0.03, 0.03))
     axes.set_title(title, loc="left", color=GREY)
-    low, high = (0.0, form.length) if form.upright else (form.distance.min(), form.distance.max())
-    axes.set_xlim(padded(low, high, 0.03, 0.03))
     axes.margins(y=0.12)
     plain(axes, 8, 5)
     if len(lines) > 1:  # above the axes, so that it covers no line

@@ -1,178 +1,283 @@
-"""The static form in the vertical plane of its chord."""
+"""The static form of a scene in one load case, or its forms in several: from the side, or in space."""
 
-from functools import partial
+from functools import cached_property, partial
 from itertools import pairwise
 
 import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.transforms import ScaledTranslation
 
-from cablestudy.study.plots.cases import CLEAR, NAMED_LOADS, case_forms, form_title, load_arrow, load_ring
+import cablestudy.study.plots.marks as marks
 from cablestudy.study.plots.deflection import deflections
-from cablestudy.study.plots.style import BLUE, GREEN, GREY, RED, WIDTH, Window, heading, plain, styled
-from cablestudy.study.plots.words import quantity_text
-from cablestudy.study.report import shape_positions
+from cablestudy.study.plots.drawing import FLAT, VIEWS, drawing_of, ground_in, upright_plane
+from cablestudy.study.plots.style import (
+    BLUE,
+    DASHES,
+    GREEN,
+    GREY,
+    SERIES,
+    SHADES,
+    TALL,
+    WIDTH,
+    Window,
+    colour_bar,
+    heading,
+    legend_below,
+    plain,
+    styled,
+)
 
-LOW = 0.35  # depth of a cable in the picture below which there is no room for a text [in]
+SIDEWAYS = 1e-6  # share of the size from which on a cable is drawn out of the vertical plane too
+HIDDEN = 0.06  # share of the height of the picture below which a sag is hidden by the slope of its chord
+SMALL = 0.03  # share of the height of the picture below which a sag has no dimension
+SAGS = 6  # cables up to which sags have dimensions
+LONG = 0.25  # second largest extent over the largest below which a scene is long
+RATIO = 0.3  # height over width of a view with an enlarged vertical scale
+KILO = 1e4  # tension from which a scale is in kN [N]
+LENGTH = "length along the unstretched cable [m]"
 
 
 @styled
 def static_form(case):
-    """Figure of the static form with chord and sag, and below it the deflection by point loads, as in Fig. 4.
+    """Figure of the static form of one case, its cables in colours of their tension.
 
-    Of a cable over ground, or in a steady wind, which leaves the vertical plane of its chord, the figure of
-    `case_forms`.
+    Where all cables end in one vertical plane the side view, below it what that hides: sags of steep cables, movement
+    out of the plane, and the deflection by point loads on the only cable, as in the paper's Fig. 4. Else in perspective
+    and from three sides, where the scene is long or flat from these alone.
+
+    Parameters
+    ----------
+    case : Case or SuspensionCase
+        With a stable equilibrium.
     """
-    if case.scene.ground is not None or tuple(np.ravel(case.span.vertical)) != (0.0, 0.0, 1.0):
-        return case_forms({case.scene.case: case})
-    form = Form(case)
-    panels = [(4.2, partial(_paint_upright, form))] if form.upright else _inclined(form)
-    if form.loaded:
-        panels += deflections(form)
-    heights = [height for height, _ in panels]
-    figure = Figure(figsize=(WIDTH, sum(heights) + 0.35), layout="constrained")
-    grid = figure.add_gridspec(len(panels), 1, height_ratios=heights)
-    for place, (_, paint) in zip(grid, panels, strict=True):
-        paint(figure, place)
-    heading(figure, form_title(case, not (form.upright and form.loaded)))  # the sag of such a cable is not defined
-    full_width = [axes for axes in figure.axes if axes.get_subplotspec().get_gridspec() is grid]
-    for axes, below in pairwise(full_width):
-        if axes.get_xlim() == below.get_xlim():
-            axes.set_xlabel("")
-    figure.align_ylabels(full_width)
-    return figure
+    return _Picture([drawing_of(case)], case).figure()
 
 
-class Form:
-    """The static form of a case in the vertical plane of the chord, with end 1 at the origin."""
+@styled
+def case_forms(cases):
+    """Figure of the static forms in some load cases, one colour and dashes each.
 
-    def __init__(self, case):
-        span = case.span
-        self.case, self.length, self.chord = case, float(span.unstretched_length), float(span.chord)  # lengths [m]
-        self.cosine, self.sine = float(span.cosine), float(span.sine)
-        self.positions = shape_positions(case)  # over the unstretched length [-], shape (j,)
-        along, self.across, _, self.tension = self.in_frame(self.positions)  # distance from the chord [m]; [N]
-        self.distance, self.height = self.plane(along, self.across)  # horizontally and vertically from end 1 [m]
-        self.run, self.rise = self.plane(self.chord, 0.0)  # the same of end 2 [m]
-        self.sag = float(case.statics.sag)
-        # too steep to be drawn against horizontal distance
-        self.upright = np.ptp(self.distance) < 1e-3 * np.ptp(self.height)
-        # positions over the unstretched length [-], shape (k,), and forces in the chord frame [N], shape (k, 3)
-        self.load_shares, self.load_forces = span.load_positions / self.length, span.load_forces
-        self.loaded = len(self.load_shares) > 0
-
-    def in_frame(self, positions):
-        """Coordinates in the chord frame [m] and tension [N] at shares of the unstretched length."""
-        displacement, tension = self.case.statics.shape(positions)
-        local = displacement * self.length
-        return local[:, 0] + positions * self.chord, local[:, 1], local[:, 2], tension
-
-    def plane(self, along, across):
-        """Horizontal and vertical components of points or displacements given in the chord frame."""
-        return self.cosine * along - self.sine * across, self.sine * along + self.cosine * across
-
-    def abscissa(self, positions):
-        """Abscissa at shares of the unstretched length. [m]"""
-        if self.upright:
-            return positions * self.length
-        along, across, _, _ = self.in_frame(positions)
-        return self.plane(along, across)[0]
-
-    @property
-    def abscissa_label(self):
-        """Label of the abscissa."""
-        return "length along the unstretched cable [m]" if self.upright else "horizontal distance from end 1 [m]"
-
-
-def _inclined(form):
-    """Panels of a cable that is not vertical: its form, and the sag apart where the slope hides it."""
-    window = Window(form.distance, np.append(form.height, [0.0, form.rise]), 0.30)
-    hidden = abs(form.sag) * window.factor < 0.12 * window.ratio * form.run
-    whole = (0.7 + window.ratio * (WIDTH - 0.8), partial(_paint_whole, form, window, hidden))
-    return [whole, (2.35, partial(_paint_sag, form))] if hidden else [whole]
-
-
-def _paint_whole(form, window, hidden, figure, place):
-    axes = figure.add_subplot(place)
-    window.apply(axes)
-    _draw(axes, (form.run, form.rise), form.distance, form.height)
-    axes.annotate(
-        "chord and cable" if hidden else "chord", (form.run / 5, form.rise / 5), (0, 3), textcoords="offset points",
-        ha="center", va="bottom", color=GREY, rotation=np.degrees(np.arctan2(form.rise, form.run)),
-        rotation_mode="anchor", transform_rotates_text=True,
-    )  # fmt: skip
-    if not hidden:
-        # where the cable is narrower than the text, the text stands beside it; where it is flat, above it
-        aside = form.distance.max() if form.run < 0.4 * window.width else None
-        flat = form.sag * window.factor * (WIDTH - 0.8) < LOW * window.width
-        _dimension(axes, form.run / 2, form.rise / 2, form.sag, aside, np.sign(form.rise) if flat else 0)
-    _mark_loads(axes, form)
-    axes.set(xlabel=form.abscissa_label, ylabel="height above end 1 [m]")
-    axes.set_title(window.note.capitalize(), loc="left", color=GREY)
-
-
-def _paint_sag(form, figure, place):
-    axes = figure.add_subplot(place)
-    height = form.across / form.cosine
-    window = Window(form.distance, np.append(height, 0.0), 0.24)
-    window.apply(axes)
-    _draw(axes, (form.run, 0.0), form.distance, height)
-    _dimension(axes, form.run / 2, 0.0, form.sag)
-    axes.set(xlabel=form.abscissa_label, ylabel="height above\nthe chord [m]")
-    axes.set_title(f"Vertical distance from the chord, {window.note}", loc="left", color=GREY)
-
-
-def _paint_upright(form, figure, place):
-    """Height against length, and beside it height against tension."""
-    left, right = place.subgridspec(1, 2, width_ratios=(3, 2)).subplots(sharey=True)
-    _draw(left, (form.length, form.rise), form.positions * form.length, form.height)
-    _mark_loads(left, form)
-    left.set(xlabel=form.abscissa_label, ylabel="height above end 1 [m]")
-    left.legend(loc="upper left" if form.rise >= 0 else "upper right")  # above the chord, where no cable hangs
-    right.plot(form.tension, form.height, color=GREEN, label="tension")
-    right.set(xlabel="tension [N]")
-    plain(left, 7, 7)
-    plain(right, 4, 7)
-
-
-def _draw(axes, end, x, y):
-    """Draws the chord from the origin to its other end, and the cable."""
-    chord = [[0, value] for value in end]
-    axes.plot(*chord, "--", color=GREY, lw=1, label="chord")
-    axes.plot(x, y, color=BLUE, label="cable")
-    axes.plot(*chord, "o", color=GREY, ms=4)
-
-
-def _dimension(axes, x, top, sag, aside=None, slope=0):
-    """Dimensions the sag as in an engineering drawing, with its value at the arrow or, with a leader, at x = aside.
-
-    With the sign of a slope it stands above the chord that rises or falls so.
+    Parameters
+    ----------
+    cases : dict
+        Name -> case that has an answer, as of `static_form`.
     """
-    arrow = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "color": RED, "lw": 1}
-    axes.annotate("", (x, top - sag), (x, top), arrowprops=arrow)
-    middle, text, look = top - sag / 2, f"sag {quantity_text(sag, 'm')}", {"va": "center", "color": RED, "bbox": CLEAR}
-    if slope:
-        look |= {"ha": "right" if slope > 0 else "left", "va": "bottom"}
-        axes.annotate(text, (x, top), (-4 * slope, 3), textcoords="offset points", **look)
-        return
-    if aside is None:
-        axes.annotate(text, (x, middle), (5, 0), textcoords="offset points", **look)
-        return
-    leader = {"arrowstyle": "-", "shrinkA": 2, "shrinkB": 0, "color": RED, "lw": 0.7}
-    gap = axes.transData + ScaledTranslation(0.2, 0.0, axes.figure.dpi_scale_trans)  # [in]
-    axes.annotate(text, (x, middle), (aside, middle), textcoords=gap, arrowprops=leader, **look)
+    return _Picture([drawing_of(case) for case in cases.values()]).figure()
 
 
-def _mark_loads(axes, form):
-    """Draws an arrow for each load in the plane of the picture, a ring for one out of it."""
-    for share, force in zip(form.load_shares, form.load_forces, strict=True):
-        size = float(np.linalg.norm(force))
-        place = (form.abscissa(np.array([share]))[0], np.interp(share, form.positions, form.height))
-        text = quantity_text(size, "N") if len(form.load_shares) <= NAMED_LOADS else ""
-        level, up = form.plane(force[0], force[1])
-        if form.upright:
-            level, up = (level, 0.0) if abs(level) > abs(up) else (0.0, up)
-        if np.hypot(level, up) < 0.5 * size:
-            load_ring(axes, place, text, "." if force[2] < 0 else "x")
-        else:
-            load_arrow(axes, place, text, level, up)
+class _Picture:
+    """Panels that show what there is to see of some drawings; of the only one with its deflections in a `case`."""
+
+    def __init__(self, drawings, case=None):
+        self.drawings, self.first, self.alone, self.case = drawings, drawings[0], len(drawings) == 1, case
+        self.places, self.plane = np.concatenate([one.places for one in drawings]), upright_plane(drawings)
+        extent = np.ptp(self.places, axis=0)
+        self.seen, (least, middle, most) = extent > FLAT * extent.max(), np.sort(extent)
+        self.in_space = self.alone and self.plane is None and least > FLAT * most and middle >= LONG * most
+        held = np.concatenate([one.held for one in drawings])
+        self.upright = self.first.single and np.ptp(held[:, :2], axis=0).max() < FLAT * most
+        on_one = case is not None and self.first.single and len(self.first.loads) and self.first.ground is None
+        self.loaded = on_one and np.ravel(self.first.form.span.vertical)[2] == 1
+        self.looks, self.scale = _looks(drawings, self.upright and self.loaded)
+
+    def figure(self):
+        """Draw it: matplotlib.figure.Figure."""
+        columns, heights = 1 + self.in_space, [height for height, _ in self.panels][:: 1 + self.in_space]
+        figure = Figure(figsize=(WIDTH, sum(heights) + 0.8), layout="constrained")
+        grid = figure.add_gridspec(len(heights), columns, height_ratios=heights)
+        for cell, (_, paint) in zip(grid, self.panels, strict=True):
+            paint(figure, cell)
+        marked = [axes for axes in figure.axes if axes.get_legend() is None]
+        entries = {
+            label: artist for axes in marked for artist, label in zip(*axes.get_legend_handles_labels(), strict=True)
+        }
+        marks_first = sorted(entries.items(), key=lambda entry: entry[0] in ("chord", "ground", "winch"))
+        legend_below(figure, [(artist, label) for label, artist in marks_first])
+        several = f"Load cases: {max(self.drawings, key=lambda one: len(one.cables)).contents}"
+        heading(figure, self.first.title(not (self.upright and self.loaded)) if self.alone else several)
+        full_width = [axes for axes in figure.axes if axes.get_subplotspec().get_gridspec() is grid]
+        if self.scale is not None:
+            colour_bar(figure, *self.scale, figure.axes, shrink=0.8, aspect=30)
+        if columns == 1:
+            for axes, below in pairwise(full_width):
+                if (axes.get_xlim(), axes.get_xlabel()) == (below.get_xlim(), below.get_xlabel()):
+                    axes.set_xlabel("")
+            figure.align_ylabels(full_width)
+        return figure
+
+    @cached_property
+    def panels(self):
+        """Height [in] of each panel, and what draws it in a cell of a grid: figure, cell -> None; list."""
+        plane, panels = self.plane, [(4.2, self._against_length)] if self.upright else self._views()
+        aside = [np.abs(self._aside(one)).max(initial=0.0) / one.size for one in self.drawings] if plane else [0.0]
+        if max(aside) > SIDEWAYS and not self.loaded:
+            panels.append((2.6, self._along_the_span))
+        if self.loaded:
+            only, one = self.case.hanging(next(iter(self.case.scene.cables))), self.first
+            x, label = (one.lengths[0], LENGTH) if self.upright else (plane(one.cables[0])[:, 0], plane.labels[0])
+            panels += deflections(only, lambda shares: np.interp(shares, one.shares[0], x), label)
+        return panels
+
+    def _views(self):
+        """Panels of views from the sides, or in space; of steep cables those from the chord."""
+        plane, (front, side, above) = self.plane, VIEWS
+        from_sides = [view for view in VIEWS if self.seen[view.axes.any(axis=-1)].all()] or [front]
+        views = [plane] if plane else [self.first.perspective, above, front, side] if self.in_space else from_sides
+        grounds = [ground_in(view, self.first.ground, view(self.places)[:, 0]) for view in views]
+        flat = [with_ground(view(self.places), ground) for view, ground in zip(views, grounds, strict=True)]
+        if self.in_space:  # all to one scale
+            half = max(np.ptp(one, axis=0).max() for one in flat) / 2 * np.array([[-1], [1]])
+            flat = [(one.min(axis=0) + one.max(axis=0)) / 2 + half for one in flat]
+        windows = [Window(*one.T, RATIO, 1.0 if self.in_space else TALL) for one in flat]
+        below = np.concatenate([one.below.ravel() for one in self.drawings])
+        depth, most = windows[0].ratio * windows[0].width, np.abs(below).max(initial=0.0) * windows[0].factor
+        hidden = plane is not None and 0 < most < HIDDEN * depth
+        heights = [3.1 if self.in_space else 0.7 + window.ratio * (WIDTH - 0.8) for window in windows]
+        paints = [partial(self._view, *one, hidden) for one in zip(views, windows, grounds, strict=True)]
+        panels = list(zip(heights, paints, strict=True))
+        if hidden:
+            panels = panels if self.alone or grounds[0] is not None else []
+            window = Window(plane(self.places)[:, 0], np.append(below, 0.0), 0.26)
+            panels.append((2.6, partial(self._from_the_chord, window)))
+        return panels
+
+    def _view(self, view, window, ground, hidden, figure, cell):
+        """A view; of one case with names, loads, sags unless they are hidden, and clearance."""
+        axes, one = figure.add_subplot(cell), self.first
+        for drawn, look in zip(self.drawings, self.looks, strict=True):
+            marks.draw_parts(axes, drawn, view, **look)
+        if one.single:
+            marks.draw_chords(axes, view(one.ends))
+        finish_view(axes, view, window, ground, 5 if self.in_space else 8)
+        if not self.alone:
+            return
+        chords = view(one.ends)
+        along = np.linspace(chords[:, 0], chords[:, 1], 99).reshape(-1, 2)
+        room = room_in(axes, window, np.concatenate([view(one.cables).reshape(-1, 2), along]), 1 + self.in_space)
+        if not view.labels[0]:
+            corner = np.array([window.x[1], window.y[0]])  # of the scale
+            room.reserve(corner, corner + np.array([-0.3, 0.1]) * window.width)
+        marks.mark_loads(axes, room, [(view(place), force) for place, force, _ in one.loads], view.axes)
+        if view is self.plane and not hidden:
+            self._mark_sags(axes, room, chords, window)
+        first_ground = ground is not None and not self._has_ground(figure.axes[:-1])
+        least = one.least_clearance() if first_ground else None
+        if least is not None and abs(least[1]) > FLAT * one.size:
+            marks.mark_clearance(axes, room, view(one.cables[least[0]]), ground, least[1])
+        marks.name_all(room, one, view)
+
+    @staticmethod
+    def _has_ground(views):
+        """True if the ground is drawn in some views."""
+        return any("ground" in axes.get_legend_handles_labels()[1] for axes in views)
+
+    def _mark_sags(self, axes, room, chords, window):
+        """Dimensions of the sags of a few cables from chords on the paper, shape (c, 2, 2), where they can be seen."""
+        one = self.first
+        shown = one.sag > SMALL * (window.y[1] - window.y[0])
+        shown &= shown.sum() <= SAGS
+        if not one.single and shown.any():
+            marks.draw_chords(axes, chords[shown])
+        for middle, sag in zip(chords[shown].mean(axis=1), one.sag[shown].tolist(), strict=True):
+            marks.mark_sag(axes, room, middle, sag)
+
+    def _draw(self, axes, lines_of, **look):
+        """Draw lines on the paper of each drawing in its colour and dashes; those of the last one, shape (c, j, 2)."""
+        for one, own in zip(self.drawings, self.looks, strict=True):
+            lines = np.stack(np.broadcast_arrays(*lines_of(one)), axis=-1)
+            given = {"colours": own["colours"], "label": own["label"], **look}
+            marks.draw_lines(axes, lines, linestyles=[own["dashes"]], linewidths=1.4, **given)
+        axes.autoscale_view()
+        return lines
+
+    def _from_the_chord(self, window, figure, cell):
+        """Height above the chord at the same horizontal distance."""
+        axes, plane = figure.add_subplot(cell), self.plane
+        lines = self._draw(axes, lambda one: (plane(one.cables)[..., 0], one.below))
+        window.apply(axes)
+        chords = plane(self.first.ends) * np.array([1.0, 0.0])
+        marks.draw_chords(axes, chords, "o")
+        if self.alone:
+            room = room_in(axes, window, np.concatenate([lines.reshape(-1, 2), *chords]))
+            self._mark_sags(axes, room, chords, window)
+        axes.set(xlabel=plane.labels[0], ylabel="height above\nthe chord [m]")
+        axes.set_title(f"Vertical distance from the chord, {window.note}", loc="left", color=GREY)
+
+    def _aside(self, one):
+        """Distances from the ends of each cable of a drawing out of the plane, shape (c, j). [m]"""
+        return (one.cables - one.ends[:, :1]) @ np.cross(self.plane.axes[:, 1], self.plane.axes[:, 0])
+
+    def _along_the_span(self, figure, cell):
+        """Sideways against height from the chord: a cable is a line at its angle of swing."""
+        axes = figure.add_subplot(cell)
+        self._draw(axes, lambda one: (self._aside(one), one.below), label="")
+        for one, look in zip(self.drawings, self.looks, strict=True):
+            aside, below = self._aside(one), one.below
+            lowest = np.arange(len(below)), np.hypot(aside, below).argmax(axis=-1)
+            axes.scatter(aside[lowest], below[lowest], s=16, c=look["colours"], zorder=3)
+        axes.plot(0, 0, "o", color=GREY, ms=4)
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.margins(0.12)
+        axes.set(xlabel="sideways [m]", ylabel="from the chord [m]")
+        axes.set_title("Seen along the span, true to scale", loc="left", color=GREY)
+        plain(axes, 8, 5)
+
+    def _against_length(self, figure, cell):
+        """Of cables too steep for a horizontal distance: height against length, and beside it against tension."""
+        left, right = cell.subgridspec(1, 2, width_ratios=(3, 2)).subplots(sharey=True)
+        one, plane, green = self.first, self.plane, {"colours": GREEN} if self.alone and self.first.single else {}
+        lines = self._draw(left, lambda one: (one.lengths, plane(one.cables)[..., 1]))
+        self._draw(right, lambda one: (one.tensions, plane(one.cables)[..., 1]), label="", **green)
+        marks.draw_chords(left, lines[:, [0, -1]], "o")
+        left.set(xlabel=LENGTH, ylabel=plane.labels[1])
+        right.set(xlabel="tension [N]")
+        plain(left, 7, 7)
+        plain(right, 4, 7)
+        if self.alone:
+            per_inch = np.array([np.ptp(left.get_xlim()), np.ptp(left.get_ylim())]) / 3.5
+            loads = [((length, plane(place)[1]), force) for place, force, length in one.loads]
+            marks.mark_loads(left, marks.Room(left, per_inch, lines.reshape(-1, 2)), loads, plane.axes)
+
+
+def _looks(drawings, unnamed):
+    """Looks of drawings for `marks.draw_parts`, and a scale of colours, (ScalarMappable, str) or None.
+
+    `unnamed`: whether the label of the only cable has no number.
+    """
+    if len(drawings) > 1:
+        pairs = [(DASHES[k % len(DASHES)], SERIES[k % len(SERIES)]) for k in range(len(drawings))]
+        looks = [{"dashes": dashes, "colours": own, "own": own, "label": one.label, "lost": f"lost in {one.name}"}
+                 for one, (dashes, own) in zip(drawings, pairs, strict=True)]  # fmt: skip
+        return looks, None
+    (one,) = drawings
+    label, (colours, scale) = (one.name if unnamed else one.label) if one.single else "", (BLUE, None)
+    if not one.equally_tense:
+        unit, size = ("kN", 1e-3) if one.tension.max() >= KILO else ("N", 1.0)
+        colour = ScalarMappable(Normalize(size * one.tension.min(), size * one.tension.max()), SHADES)
+        colours, scale = colour.to_rgba(size * one.tension), (colour, f"mean tension of the cable [{unit}]")
+    return [{"dashes": "-", "colours": colours, "own": None, "label": label, "lost": "lost"}], scale
+
+
+def with_ground(flat, ground):
+    """Places on the paper, shape (n, 2), with those of the ground below them, two arrays or None."""
+    if ground is None:
+        return flat
+    x = np.unique(np.clip([-np.inf, *ground[0], np.inf], flat[:, 0].min(), flat[:, 0].max()))
+    return np.concatenate([flat, np.stack([x, np.interp(x, *ground)], axis=-1)])
+
+
+def room_in(axes, window, lines, columns=1):
+    """`Room` for texts beside lines on the paper, shape (n, 2), in one of some columns."""
+    return marks.Room(axes, columns * window.width / (WIDTH - 1.8) / np.array([1.0, window.factor]), lines)
+
+
+def finish_view(axes, view, window, ground, ticks=8):
+    """Limits, scale, names of the axes and ground of a view; in perspective a bar for its scale instead of axes."""
+    window.apply(axes, ticks)
+    marks.draw_ground(axes, ground)
+    axes.set(xlabel=view.labels[0], ylabel=view.labels[1])
+    axes.set_title(f"{view.title}, {window.note}" if view.labels[0] else view.title, loc="left", color=GREY)
+    if not view.labels[0]:
+        axes.set_axis_off()
+        marks.scale_bar(axes, 0.75 * window.width)

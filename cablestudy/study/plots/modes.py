@@ -1,11 +1,17 @@
-"""Mode shapes on the static form."""
+"""Mode shapes beside the static form: of one cable between fixed ends, and of all that moves together."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
+from cablestudy.scene.determinacy import ROTATIONS
 from cablestudy.scene.words import counted
 from cablestudy.study.plots.deflection import between_nodes
-from cablestudy.study.plots.form import Form
+from cablestudy.study.plots.drawing import FLAT, View, drawing_of, upright_plane
+from cablestudy.study.plots.marks import draw_body, draw_lines, draw_points, scale_bar
 from cablestudy.study.plots.style import (
     BLUE,
     GREEN,
@@ -20,18 +26,98 @@ from cablestudy.study.plots.style import (
     styled,
     wrapped,
 )
-from cablestudy.study.plots.words import quantity_text
+from cablestudy.study.plots.words import quantity_text, shortened
+from cablestudy.system.suspension import GROUND
 
-COLOUR = {"in-plane": BLUE, "out-of-plane": RED, "axial": GREEN}
-WORDS = {"in-plane": "distance above the chord", "out-of-plane": "sideways", "axial": "movement along the cable"}
-PEAK = 0.1  # of a drawn mode shape, as in the paper's Fig. 5 [m]
+# of one cable: kind of mode -> colour, what is drawn upwards, and that among directions along, across and sideways
+KINDS = {
+    "in-plane": (BLUE, "distance above the chord", 1),
+    "out-of-plane": (RED, "sideways", 2),
+    "axial": (GREEN, "movement along the cable", 1),
+}
+COLOURS = {"bodies": RED, "points": GREEN, "cables": BLUE}
+STILL = "#b0b0b0"
+PAPER = 0.1  # largest displacement of one cable that is drawn, as in the paper's Fig. 5 [m]
+PEAK = 0.08  # that over the size of a scene of more
+TURN = 0.6  # largest rotation drawn [rad]
+FULL = 0.25  # share of the largest displacement from which a part has its full colour
 PANELS = 48  # mode shapes in one picture, at most
 LAYOUT = {1: 0.6, 2: 0.45, 3: 0.5}  # columns: height over width of a panel
+POINTS = 80  # along a cable of several, about
+SMALL = 0.08  # size of a body over that of the scene, below which its rotation is drawn enlarged
+MANY = 100  # cables from which lines are thin
+TALL = 1.8  # height over width of the tallest panel in perspective
+ENLARGED = 0.27  # side of the picture of the enlarged body over the width of its panel
+TRUE = 1e-3  # height over width of a picture that is not enlarged
+
+
+@dataclass(frozen=True)
+class ModeDrawing:
+    """One mode: all that is drawn of it, without scale.
+
+    Attributes
+    ----------
+    view : callable
+        Places, shape (..., 3) -> coordinates on the paper, shape (..., 2).
+    colour : str
+        Of what moves.
+    words : str
+        What moves.
+    upwards : str
+        What a picture in a plane shows upwards.
+    cables : list of (ndarray, ndarray)
+        Places along each cable and link and their displacements, shape (j, 3).
+    bodies : dict
+        Name -> places of attachments and reference point, and their displacements, shape (k, 3).
+    points : tuple of ndarray
+        Places of the free points and their displacements, shape (p, 3).
+    turn : float
+        Largest rotation of a body.
+    body : str or None
+        The body that moves most, where it turns.
+    """
+
+    view: object
+    colour: str
+    words: str
+    upwards: str
+    cables: list
+    bodies: dict = field(default_factory=dict)
+    points: tuple = (np.zeros((0, 3)),) * 2
+    turn: float = 0.0
+    body: str | None = None
+
+    @property
+    def parts(self):
+        """Places and displacements of all that moves: list."""
+        return [*self.cables, *self.bodies.values(), self.points]
+
+    @cached_property
+    def largest(self):
+        """Largest displacement."""
+        return max(float(np.linalg.norm(moved, axis=-1).max(initial=0.0)) for _, moved in self.parts)
+
+    def outline(self, factor):
+        """Places that are displaced so far, on the paper, shape (n, 2)."""
+        return np.concatenate([self.view(places + factor * moved).reshape(-1, 2) for places, moved in self.parts])
+
+    def turns_in_a_small_body(self, size):
+        """True if a body turns that is small beside the size of the scene. [m]"""
+        return self.body is not None and np.ptp(self.bodies[self.body][0], axis=0).max() < SMALL * size
+
+    def factor(self, peak):
+        """Factor to a largest displacement [m], or to a smaller one where a body would turn too far."""
+        return min(peak / self.largest, TURN / self.turn if self.turn else np.inf)
+
+    def colour_of(self, moved):
+        """Colour of a part with displacements, shape (k, 3): of what moves, grey where it hardly moves."""
+        share = min(float(np.linalg.norm(moved, axis=-1).max()) / self.largest / FULL, 1.0)
+        return tuple(share * np.array(to_rgb(self.colour)) + (1 - share) * np.array(to_rgb(STILL)))
 
 
 @styled
 def mode_shapes(case, modes, share=None):
-    """Figure of mode shapes on the static form, one panel each, as the paper's Fig. 5.
+    """Figure of mode shapes of a cable between fixed ends on its static form, one panel each, as the paper's Fig. 5.
 
     Parameters
     ----------
@@ -41,43 +127,101 @@ def mode_shapes(case, modes, share=None):
     share : float, optional
         Displacement over the largest one, from -1 to 1, of a picture in a row of them that are of equal size.
     """
-    count = min(len(modes), PANELS)
-    if not count:
-        return no_mode()
-    form = Form(case)
-    peak = _peak(form)
-    drawn = _lines(form, modes, count, peak)
-    columns = columns_of(count)
-    width, ratio = WIDTH / columns, LAYOUT[columns]
-    reached = [drawn] if share is None else [_at(drawn, 1.0), _at(drawn, -1.0)]
-    x, y = (np.concatenate([line for all_ in reached for lines in all_ for line in lines[axis::2]]) for axis in (0, 1))
-    drawn = drawn if share is None else _at(drawn, share)
-    window = Window(x, y, ratio)
-    rows = -(-count // columns)
-    size = (columns * width, rows * (window.ratio * (width - 0.45) + 0.55) + 0.6)
-    figure = Figure(figsize=size, layout="constrained")
-    for k, axes in enumerate(panels(figure, count, columns, sharey=True)):
-        x_form, y_form, x_mode, y_mode = drawn[k]
-        window.apply(axes, 4, 5)
-        axes.plot(x_form, y_form, color="#9a9a9a", lw=1.1, label="static form")
-        axes.plot(x_mode, y_mode, color=COLOUR[modes.kind[k]], lw=1.5, label="mode")
-        title = f"{k + 1}   {quantity_text(modes.frequency[k], 'Hz')}"
-        axes.set_title(title, loc="left", pad=13, **bold(title))
-        kind = f"{modes.kind[k]}, {modes.symmetry[k]}"
-        axes.annotate(kind, (0, 1), (0, 3), "axes fraction", "offset points", fontsize=7.5, color=GREY, va="bottom")
-    scaled = f"scaled to a peak of {quantity_text(peak, 'm')}"
-    heading(figure, f"{how_many(count, len(modes))}, {scaled}, on the static form (grey); {window.note}")
-    figure.supxlabel("distance along the chord [m]", fontsize=9)
-    upwards = ", or ".join(word for kind, word in WORDS.items() if kind in modes.kind[:count]) + " [m]"
-    figure.supylabel(wrapped(upwards, figure.get_figheight() - 1.0, 9), fontsize=9)
-    return figure
+    shown = _of_cable(case, modes, min(len(modes), PANELS))
+    chord = float(case.span.chord)
+    depth = float(np.abs(case.statics.shape(np.linspace(0.0, 1.0, 401))[0][:, 1]).max() * case.span.unstretched_length)
+    # of a sag as it is too large for the paper's 0.1 m, of a chord too small
+    peak = nice(0.3 * depth) if depth * 0.2 > PAPER else PAPER if chord >= 100 * PAPER else nice(chord / 100)
+    return _figure(shown, modes.frequency, len(modes), peak, share, None, "distance along the chord [m]")
 
 
-def no_mode():
-    """Figure that says that there is no mode."""
-    figure = Figure(figsize=(WIDTH, 1.2), layout="constrained")
-    figure.suptitle("There is no mode to show")
-    return figure
+def _of_cable(case, modes, count):
+    """`ModeDrawing` of each of the first modes of a cable, in directions along, across and sideways of its chord."""
+    positions, shapes = between_nodes(case.state.mesh, modes.shapes[..., :count])
+    places = case.statics.shape(positions)[0] * float(case.span.unstretched_length)
+    places[:, 0] += positions * float(case.span.chord)
+    tangent = np.gradient(places, positions, axis=0)
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+    shown = []
+    for kind, symmetry, shape in zip(modes.kind[:count], modes.symmetry, np.moveaxis(shapes, -1, 0), strict=False):
+        colour, upwards, up = KINDS[kind]
+        still, moved = places, shape * (np.arange(3) == 2 if up == 2 else np.arange(3) < 2)
+        if kind == "axial":
+            still, moved = np.outer(positions * float(case.span.chord), [1.0, 0.0, 0.0]), np.zeros(shape.shape)
+            moved[:, 1] = (shape * tangent).sum(axis=1)
+        view = View("", np.eye(3)[:, [0, up]], (), np.zeros(3))
+        shown.append(ModeDrawing(view, colour, f"{kind}, {symmetry}", upwards, [(still, moved)]))
+    return shown
+
+
+@styled
+def coupled_mode_shapes(case, modes, listed=None, share=None):
+    """Figure of the first coupled modes of a scene, each displaced beside the static form.
+
+    Where all cables end in one vertical plane from the side, movement out of it upwards; else in perspective.
+
+    Parameters
+    ----------
+    case : SuspensionCase
+        With a stable equilibrium.
+    modes : CoupledModes
+    listed : int, optional
+        How many of them are asked for. Default: all.
+    share : float, optional
+        As of `mode_shapes`.
+    """
+    listed, drawing = len(modes) if listed is None else listed, drawing_of(case)
+    plane, peak = upright_plane([drawing]), nice(PEAK * drawing.size)
+    if plane is not None and not np.ptp(plane(drawing.places)[:, 0]) < FLAT * drawing.size:
+        peak = nice(PEAK * drawing.size / Window(*plane(drawing.places).T, LAYOUT[columns_of(listed)]).factor)
+    else:
+        plane = None
+    shown = [_coupled(case, modes, drawing, plane, number) for number in range(min(listed, PANELS))]
+    return _figure(shown, modes.frequency, listed, peak, share, drawing, plane and plane.labels[0])
+
+
+def _coupled(case, modes, drawing, plane, number):
+    """`ModeDrawing` of a mode (from 0) of `CoupledModes`, in perspective or in a plane."""
+    equilibrium = case.equilibrium
+    suspension = equilibrium.suspension
+    starts = equilibrium.ends[suspension.of_cables, 0]
+    cables = []
+    for start, mesh, nodal in zip(starts, modes.solution.models.meshes, modes.nodes(number), strict=True):
+        both = np.stack(nodal)
+        if mesh is not None:
+            both = np.moveaxis(between_nodes(mesh, np.moveaxis(both, 0, 1))[1], 1, 0)
+            step = max(1, (both.shape[1] - 1) // POINTS)
+            both = np.concatenate([both[:, :-1:step], both[:, -1:]], axis=1)
+        cables.append((start + both[0], both[1]))
+    motion = np.zeros(6 * len(suspension.body_names))
+    motion[modes.layout.free] = modes.layout.bodies(modes.shapes[:, number])
+    motion, count = motion.reshape(-1, 6), suspension.bodies
+    own = slice(len(cables), None)
+    still, arms = (suspension.owner[own] == GROUND)[..., None], equilibrium.arms[own]
+    moved = motion[suspension.owner[own]]
+    moved = np.where(still, 0.0, moved[..., :3] + np.cross(moved[..., 3:], arms))
+    cables += zip(equilibrium.ends[own], moved, strict=True)
+    bodies = {}
+    for (name, places), moved, at in zip(drawing.bodies.items(), motion, equilibrium.position, strict=False):
+        bodies[name] = places, moved[:3] + np.cross(moved[3:], places - at)
+    what = modes.moves[number].split(" ")
+    kind = "cables"
+    if what[0] in suspension.body_names or what[0] == "points":
+        kind = "bodies" if what[0] in drawing.bodies else "points"
+    view, upwards = drawing.perspective, ""
+    if plane is not None:
+        side = np.cross(plane.axes[:, 1], plane.axes[:, 0])
+        squares = sum(np.array([((moved @ side) ** 2).sum(), (moved**2).sum()]) for _, moved in cables)
+        view, upwards = plane, plane.labels[1].removesuffix(" [m]")
+        if squares[0] > squares[1] / 2:
+            across = np.stack([plane.axes[:, 0], side], axis=-1)
+            view, upwards = View("", across, (), equilibrium.ends[0, 0] * [0, 0, 1] + plane.origin), "sideways"
+    return ModeDrawing(
+        view, COLOURS[kind], shortened(modes.moves[number], 24), upwards, cables, bodies,
+        points=(equilibrium.position[count:], motion[count:, :3]),
+        turn=float(np.linalg.norm(motion[:count, 3:], axis=-1).max(initial=0.0)),
+        body=what[0] if kind == "bodies" and what[-1] in ROTATIONS else None,
+    )  # fmt: skip
 
 
 def columns_of(count):
@@ -85,45 +229,94 @@ def columns_of(count):
     return 1 if count == 1 else 2 if count < 5 else 3
 
 
-def how_many(count, listed):
-    """Words on how many modes are drawn, of those that are asked for."""
-    return f"First {count} of {listed} modes" if count < listed else counted(count, "mode")
+def _figure(shown, frequency, listed, peak, share, drawing, distance):
+    """Figure of modes, a panel each, all to one scale.
+
+    Parameters
+    ----------
+    shown : list of ModeDrawing
+    frequency : ndarray
+        [Hz]
+    listed : int
+        How many are asked for.
+    peak : float
+        Largest displacement that is drawn. [m]
+    share : float or None
+        As of `mode_shapes`.
+    drawing : Drawing or None
+        Of the scene, where it is more than one cable.
+    distance : str or None
+        Label of the distance along the plane of the panels; None in perspective.
+    """
+    if not shown:
+        figure = Figure(figsize=(WIDTH, 1.2), layout="constrained")
+        figure.suptitle("There is no mode to show")
+        return figure
+    count, columns, factors = len(shown), columns_of(len(shown)), [one.factor(peak) for one in shown]
+    small = [distance is None and one.turns_in_a_small_body(drawing.size) for one in shown]
+    reached = (0.0, 1.0) if share is None else (-1.0, 1.0)
+    drawn = [one.outline(part * factor) for part in reached for one, factor in zip(shown, factors, strict=True)]
+    flat = np.concatenate(drawn)
+    side = ENLARGED * float(np.ptp(flat[:, 0]))
+    if any(small):  # room below the scene
+        flat = np.concatenate([flat, [flat.min(axis=0) - [0.0, side]]])
+    window = Window(*flat.T, *((LAYOUT[columns],) if distance else (TRUE, TALL)))
+    width, rows = WIDTH / columns, -(-count // columns)
+    figure = Figure((columns * width, rows * (window.ratio * (width - 0.45) + 0.55) + 0.6), layout="constrained")
+    peaks = [float(f"{factor * one.largest:.2g}") for one, factor in zip(shown, factors, strict=True)]
+    equal = len(set(peaks)) == 1
+    for number, axes in enumerate(panels(figure, count, columns, sharey=True)):
+        one, reach = shown[number], factors[number] * (1.0 if share is None else share)
+        window.apply(axes, 4, 5)
+        _draw(axes, one, reach, [] if drawing is None else [place for _, place in drawing.anchors])
+        title = f"{number + 1}   {quantity_text(frequency[number], 'Hz')}"
+        axes.set_title(title, loc="left", pad=13, **bold(title))
+        words = one.words if equal else f"{one.words}, up to {quantity_text(peaks[number], 'm')}"
+        axes.annotate(words, (0, 1), (0, 3), "axes fraction", "offset points", fontsize=7.5, color=one.colour)
+        if distance is None:
+            axes.set_axis_off()
+            scale_bar(axes, drawing.size)
+        if small[number]:
+            _enlarge(axes, one, reach, side)
+    if distance is not None:
+        figure.supxlabel(distance, fontsize=9)
+        upwards = ", or ".join(sorted({one.upwards for one in shown})) + " [m]"
+        figure.supylabel(wrapped(upwards, figure.get_figheight() - 1.0, 9), fontsize=9)
+    scaled = f"scaled to a peak of {quantity_text(peaks[0], 'm')}" if equal else "displacements enlarged"
+    many = f"First {count} of {listed} modes" if count < listed else counted(count, "mode")
+    heading(figure, f"{many}, {scaled}, on the static form (grey){f'; {window.note}' if distance else ''}")
+    return figure
 
 
-def _lines(form, modes, count, peak):
-    """For each mode: x and y of the static form, then x and y of the mode. [m]"""
-    positions, shapes = between_nodes(form.case.state.mesh, modes.shapes[..., :count])
-    along, across, sideways, _ = form.in_frame(positions)
-    tangent = np.gradient(np.stack([along, across, sideways], axis=1), positions, axis=0)
-    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
-    lines = []
-    for k in range(count):
-        shape, kind = shapes[..., k], modes.kind[k]
-        if kind == "axial":
-            flat, movement = positions * form.chord, (shape * tangent).sum(axis=1)
-            lines.append((flat, 0 * positions, flat, _peaked(movement, peak)))
-        elif kind == "in-plane":
-            moved = _peaked(shape[:, :2], peak)
-            lines.append((along, across, along + moved[:, 0], across + moved[:, 1]))
-        else:
-            lines.append((along, sideways, along, sideways + _peaked(shape[:, 2], peak)))
-    return lines
+def _draw(axes, one, factor, fixed):
+    """The static form, and the displaced scene over it in the colour of what moves, where it does."""
+    width, view = 1.4 if len(one.cables) < MANY else 0.5, one.view
+    draw_lines(axes, [view(places) for places, _ in one.cables], STILL, linewidths=0.7 * width, label="static form")
+    colours = [one.colour_of(moved) for _, moved in one.cables]
+    lines = [view(places + factor * moved) for places, moved in one.cables]
+    draw_lines(axes, lines, colours, linewidths=width, zorder=3, label="mode")
+    draw_points(axes, view, fixed, "^", color=GREY, ms=4, zorder=4)
+    places, moved = one.points
+    draw_points(axes, view, places, "o", color=STILL, ms=3, zorder=2)
+    draw_points(axes, view, places + factor * moved, "o", color=one.colour, ms=3, zorder=5)
+    for places, moved in one.bodies.values():
+        for colour, reach, zorder in ((STILL, 0.0, 2), (one.colour_of(moved), factor, 6)):
+            draw_body(axes, view(places + reach * moved), colour, colour, 4, zorder, lw=1.6)
 
 
-def _at(drawn, share):
-    """What `_lines` has found, with the displacements times a share."""
-    return [(x, y, x + share * (x_mode - x), y + share * (y_mode - y)) for x, y, x_mode, y_mode in drawn]
-
-
-def _peaked(movement, peak):
-    """The displacement scaled to a given largest value."""
-    size = np.abs(movement) if movement.ndim == 1 else np.linalg.norm(movement, axis=1)
-    return movement * (peak / size.max())
-
-
-def _peak(form):
-    """Peak of the drawn shapes: the paper's 0.1 m unless too small for the sag or too large for the chord. [m]"""
-    depth = float(np.abs(form.across).max())
-    if depth * 0.2 > PEAK:
-        return nice(0.3 * depth)
-    return PEAK if form.chord >= 100 * PEAK else nice(form.chord / 100)
+def _enlarge(axes, one, factor, side):
+    """A body that turns, enlarged in a square of a side [m] below the scene, with the ends of its cables."""
+    places, moved = one.bodies[one.body]
+    radius = float(np.linalg.norm(places - places[-1], axis=-1).max())
+    most = radius / float(np.linalg.norm(moved, axis=-1).max())
+    factor = np.sign(factor) * min(abs(factor), most)
+    inset = axes.inset_axes((axes.get_xlim()[0], axes.get_ylim()[0], side, side), transform=axes.transData)
+    low, high = (one.view(places[-1]) + 1.7 * radius * sign for sign in (-1, 1))
+    inset.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xticks=[], yticks=[])
+    inset.spines[:].set(visible=True, color=STILL, linewidth=0.6)
+    for reach, colour, zorder in ((0.0, STILL, 2), (factor, one.colour, 3)):
+        draw_lines(
+            inset, [one.view(line + reach * shift) for line, shift in one.cables], colour, linewidths=0.7, zorder=zorder
+        )
+        draw_body(inset, one.view(places + reach * moved), colour, colour, 4, zorder, lw=1.6)
+    inset.set_title(shortened(one.body, 16), fontsize=7, color=one.colour, pad=2)

@@ -127,12 +127,14 @@ class Window:
         Points that must be visible. [m]
     ratio : float
         Height over width of an enlarged picture; a picture true to scale may be taller. [-]
+    tallest : float
+        Largest height over width. [-]
     """
 
-    def __init__(self, x, y, ratio):
+    def __init__(self, x, y, ratio, tallest=TALL):
         low, high = np.min(y), np.max(y)
         self.x = padded(np.min(x), np.max(x), 0.03, 0.03)
-        self.width = self.x[1] - self.x[0]
+        self.width = max(self.x[1] - self.x[0], 1e-3 * (high - low))
         margin = 0.18 if high - low < DEEP * self.width else 0.10
         self.y = padded(low, high, 1.6 * margin, margin)
         height = self.y[1] - self.y[0]
@@ -141,10 +143,10 @@ class Window:
         spare = max(ratio * self.width / self.factor - height, 0.0)
         self.y = (self.y[0] - spare / 2, self.y[1] + spare / 2)
         self.ratio = self.factor * (self.y[1] - self.y[0]) / self.width
-        if self.ratio > TALL:
-            spare = self.width * (self.ratio / TALL - 1)
+        if self.ratio > tallest:
+            spare = self.width * (self.ratio / tallest - 1)
             self.x = (self.x[0] - spare / 2, self.x[1] + spare / 2)
-            self.width, self.ratio = self.width + spare, TALL
+            self.width, self.ratio = self.width + spare, tallest
 
     @property
     def note(self):

@@ -9,6 +9,7 @@ from cablestudy.cable.linear_range import linear_range
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import merged_loads, places_of
+from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.status import MODAL
 from cablestudy.study.suspension.airflow import Airflow
 from cablestudy.study.suspension.body_mode import BodyMode, to_accuracy
@@ -107,6 +108,16 @@ class SuspensionCase:
     def equilibrium(self):
         """`Equilibrium` of this case; raises as `group`."""
         return self.group.take(self.index)
+
+    @property
+    def form(self):
+        """The cables where they hang, shape (c,): what `cable.geometry` takes; raises as `group`."""
+        return self.equilibrium.catenary
+
+    @property
+    def statics(self):
+        """`ClosedStatics` of all cables, fields of shape (c,); raises as `group`."""
+        return ClosedStatics(self.form)
 
     @property
     def without_wind(self):

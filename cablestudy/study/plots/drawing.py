@@ -1,0 +1,384 @@
+"""Description of what the pictures of a case show: places of cables, points, bodies, loads, ground; views of them."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from cablestudy.cable.geometry import clearance, load_sag, places
+from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.scene.words import counted
+from cablestudy.study.plots.words import quantity_text, shortened
+from cablestudy.study.scene_kind import kind_of
+from cablestudy.system.suspension import GROUND
+
+FINE, COARSE, FEW = 401, 61, 12  # points along a cable of a few, and of more cables than these
+FLAT = 1e-3  # extent over that of the scene below which it is none
+STATED = 5e-4  # relative difference from which a number is another one than the scene states, in four digits
+AZIMUTH, ELEVATION, DISTANCE = np.radians(-58), np.radians(18), 3.0  # of the eye; distance over the size of the scene
+
+
+@dataclass(frozen=True)
+class View:
+    """Parallel projection.
+
+    Attributes
+    ----------
+    title : str
+    axes : ndarray, shape (3, 2)
+        Directions to the right and upwards on the paper, unit vectors.
+    labels : tuple of str
+        Of the axes.
+    origin : ndarray, shape (3,)
+        [m]
+    """
+
+    title: str
+    axes: np.ndarray
+    labels: tuple
+    origin: np.ndarray
+
+    def __call__(self, places):
+        """Coordinates on the paper for places, shape (..., 3) -> (..., 2)."""
+        return (places - self.origin) @ self.axes
+
+
+def view_along(title, across, up):
+    """View of the coordinates across and up, 0 to 2: x, y, z."""
+    return View(title, np.eye(3)[:, [across, up]], (f"{'xyz'[across]} [m]", f"{'xyz'[up]} [m]"), np.zeros(3))
+
+
+VIEWS = view_along("From the front", 0, 2), view_along("From the side", 1, 2), view_along("From above", 0, 1)
+
+
+@dataclass(frozen=True)
+class Perspective:
+    """Central projection on a plane through the centre of a scene of a size. [m]"""
+
+    centre: np.ndarray
+    size: float
+    title: ClassVar = "Perspective"
+    labels: ClassVar = ("", "")
+
+    @property
+    def axes(self):
+        """Directions to the right and upwards on the paper, shape (3, 2)."""
+        right = np.array([-np.sin(AZIMUTH), np.cos(AZIMUTH), 0.0])
+        return np.stack([right, np.cross(self._towards, right)], axis=-1)
+
+    @property
+    def _towards(self):
+        """Direction of the eye."""
+        return np.array([np.cos(AZIMUTH), np.sin(AZIMUTH), np.tan(ELEVATION)]) * np.cos(ELEVATION)
+
+    def __call__(self, places):
+        """Coordinates on the paper for places, shape (..., 3) -> (..., 2)."""
+        apart, distance = places - self.centre, DISTANCE * self.size
+        return apart @ self.axes * (distance / (distance - apart @ self._towards))[..., None]
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """Places of all that is drawn of one case.
+
+    Attributes
+    ----------
+    case : str or None
+        Name of the load case.
+    cables : ndarray, shape (c, j, 3)
+        Points along each cable. [m]
+    shares : ndarray, shape (c, j)
+        Arc length there over the unstretched length. [-]
+    ends : ndarray, shape (c, 2, 3)
+        [m]
+    form : Catenary of shape (c,), or State of the only cable
+    statics : ClosedStatics or ElementStatics
+        Of the same.
+    stated : tuple
+        Preload [N] and sag [m] that the scene states of its only cable.
+    links : ndarray, shape (l, 2, 3)
+        Ends of each link. [m]
+    anchors : list of (str, ndarray)
+        Fixed ends and their places, shape (3,). [m]
+    junctions, bodies : dict
+        Name -> place; name -> places of its attachments and its reference point, shape (k, 3). [m]
+    markers, winches : ndarray, shape (k, 3)
+        [m]
+    loads : list of (ndarray, ndarray, float)
+        Of each point load its place [m] and force [N], shape (3,), and arc length along the unstretched cable [m].
+    ground : float, sequence of (float, float) or None
+        As the scene states it.
+    lost : ndarray, shape (k, j, 3)
+        Points along each cable that the load case lacks, where it would be with all cables. [m]
+    """
+
+    case: str | None
+    cables: np.ndarray
+    shares: np.ndarray
+    ends: np.ndarray
+    form: object
+    statics: object
+    stated: tuple
+    links: np.ndarray
+    anchors: list
+    junctions: dict
+    bodies: dict
+    markers: np.ndarray
+    winches: np.ndarray
+    loads: list
+    ground: object
+    lost: np.ndarray
+
+    @cached_property
+    def held(self):
+        """Places of ends, points, bodies and markers, shape (n, 3). [m]"""
+        parts = (self.ends, self.links, *self.junctions.values(), *self.bodies.values(), self.markers)
+        return np.concatenate([part.reshape(-1, 3) for part in parts])
+
+    @cached_property
+    def places(self):
+        """All of them, with those along cables, shape (n, 3). [m]"""
+        return np.concatenate([*(part.reshape(-1, 3) for part in (self.cables, self.lost)), self.held])
+
+    @cached_property
+    def size(self):
+        """Diagonal of the box that holds them. [m]"""
+        return float(np.linalg.norm(np.ptp(self.places, axis=0)))
+
+    @property
+    def perspective(self):
+        """`Perspective` about the centre of that box."""
+        return Perspective((self.places.min(axis=0) + self.places.max(axis=0)) / 2, self.size)
+
+    @property
+    def single(self):
+        """True if there is one cable and nothing else that has two ends."""
+        return len(self.cables) == 1 and not len(self.links)
+
+    @cached_property
+    def tension(self):
+        """Mean tension of each cable, shape (c,). [N]"""
+        return np.atleast_1d(self.statics.mean_tension)
+
+    @cached_property
+    def sag(self):
+        """Vertical distance from chord to cable at mid-span, shape (c,). [m]"""
+        return np.atleast_1d(self.statics.sag)
+
+    @property
+    def lengths(self):
+        """Arc length along each unstretched cable, shape (c, j). [m]"""
+        return np.atleast_1d(self.form.span.unstretched_length)[:, None] * self.shares
+
+    @property
+    def tensions(self):
+        """Tension along each cable, shape (c, j). [N]"""
+        tension = self.form.at(self.shares if np.ndim(self.form.span.chord) else self.shares[0])[1]
+        return np.linalg.norm(tension.reshape(*self.shares.shape, -1), axis=-1)
+
+    @cached_property
+    def below(self):
+        """Heights above the chord along each cable, shape (c, j). [m]
+
+        At the same horizontal distance; of an upright cable at the same share of the length.
+        """
+        apart, chord = self.cables - self.ends[:, :1], self.ends[:, 1] - self.ends[:, 0]
+        run = (chord[:, :2] ** 2).sum(axis=-1)
+        upright = run < (FLAT * np.linalg.norm(chord, axis=-1)) ** 2
+        along = (apart[..., :2] * chord[:, None, :2]).sum(axis=-1) / np.where(upright, 1.0, run)[:, None]
+        return apart[..., 2] - np.where(upright[:, None], self.shares, along) * chord[:, None, 2]
+
+    def least_clearance(self):
+        """The cable that is nearest above the ground, where that is known, and its clearance [m]; or None."""
+        least = {}
+        for cable in range(len(self.cables)) if self.ground is not None else ():
+            form = self.form.take(cable) if np.ndim(self.form.span.chord) else self.form
+            try:
+                least[cable] = clearance(form, self.ends[cable, 0], self.ground)
+            except NoSolutionError:  # it leaves the range where the ground is known
+                continue
+        nearest = min(least, key=least.get, default=None)
+        return None if nearest is None else (nearest, least[nearest])
+
+    @property
+    def name(self):
+        """Name of its load case, or what is drawn."""
+        return shortened(self.case) if self.case else "cable"
+
+    @property
+    def label(self):
+        """Its name with how far the only cable or a load on it hangs below the chord, or the largest tension."""
+        name = self.name
+        if not self.single:
+            return f"{name}: up to {quantity_text(float(np.max(self.statics.max_tension, initial=0.0)), 'N')}"
+        if self.loads:  # a rider, for example, whose place differs from case to case
+            form = self.form.take(0) if np.ndim(self.form.span.chord) else self.form
+            return f"{name}: load {quantity_text(load_sag(form), 'm')} below the chord"
+        return f"{name}: sag {quantity_text(float(self.sag[0]), 'm')}"
+
+    @property
+    def contents(self):
+        """Its cables in a title: the chord of the only one, or their number."""
+        if not self.single:
+            return counted(len(self.cables), "cable")
+        return f"chord {quantity_text(float(np.ravel(self.form.span.chord)[0]), 'm')}"
+
+    def title(self, with_sag=True):
+        """Title with the main numbers: of the only cable also what the scene states, where it holds for another state.
+
+        `with_sag`: whether the sag is defined.
+        """
+        parts = [f"{f'Load case {shortened(self.case)}' if self.case else 'Static form'}: {self.contents}"]
+        if self.single:
+            numbers = zip(("preload", "sag"), (self.tension[0], self.sag[0]), ("N", "m"), self.stated, strict=True)
+            for name, value, unit, stated in list(numbers)[: 1 + with_sag]:
+                other = stated is not None and abs(value - stated) > STATED * stated
+                reference = f" ({quantity_text(stated, unit)} in the reference state)" if other else ""
+                parts.append(f"{name} {quantity_text(float(value), unit)}{reference}")
+        elif len(self.cables) and self.equally_tense:
+            each = " each" if len(self.cables) > 1 else ""
+            parts.append(f"mean tension {quantity_text(float(self.tension.max()), 'N')}{each}")
+        return ", ".join(parts)
+
+    @property
+    def equally_tense(self):
+        """True if all cables have the same mean tension."""
+        return not len(self.tension) or self.tension.max() <= self.tension.min() * (1 + 1e-3)
+
+
+def drawing_of(case):
+    """`Drawing` of a `Case` or `SuspensionCase` in equilibrium, with the cables that it has lost."""
+    scene, found = kind_of(case.scene).as_suspension(case.scene), case.equilibrium
+    suspension, cables = found.suspension, found.suspension.of_cables
+    lines = list(zip(scene.lines.items(), suspension.owner.tolist(), found.ends, strict=True))
+    anchors = []
+    for (name, line), owner, pair in lines:
+        for number, (word, own, place) in enumerate(zip(line.ends or (None, None), owner, pair, strict=True), 1):
+            if own == GROUND:
+                stated = f"end {number}" if len(lines) == 1 else name
+                anchors.append((word if isinstance(word, str) else stated, place))
+    bodies, markers = {}, [np.zeros((0, 3))]
+    of_bodies = zip(suspension.body_names[: suspension.bodies], found.position, found.rotation, strict=False)
+    for name, position, rotation in of_bodies:
+        body = scene.bodies[name]
+        bodies[name] = position + np.array([*body.attachments.values(), (0.0, 0.0, 0.0)]) @ rotation.T
+        markers.append(position + np.array(list(body.markers.values())).reshape(-1, 3) @ rotation.T)
+    winches = [found.ends[suspension.cable_names.index(name), int(winch.end == "to")]
+               for name, winch in scene.winches.items()]  # fmt: skip
+    span, curves = case.form.span, _curves(case)
+    forces = span.in_frame(span.load_forces, "global")
+    at = places(case.form, _shares(span)).reshape(len(curves[0]), forces.shape[-2], 3) + found.ends[cables, :1]
+    one = next(iter(case.scene.cables.values()), None)
+    return Drawing(
+        case=case.scene.case,
+        cables=curves[0],
+        shares=curves[1],
+        ends=found.ends[cables],
+        form=case.form,
+        statics=case.statics,
+        stated=(None, None) if one is None else (one.force_of(one.preload), one.sag),
+        links=found.ends[len(suspension.cable_names) :],
+        anchors=anchors,
+        junctions=dict(
+            zip(suspension.body_names[suspension.bodies :], found.position[suspension.bodies :], strict=True)
+        ),
+        bodies=bodies,
+        markers=np.concatenate(markers),
+        winches=np.array(winches).reshape(-1, 3),
+        loads=[
+            one
+            for one in zip(at.reshape(-1, 3), forces.reshape(-1, 3), span.load_positions.ravel(), strict=True)
+            if one[1].any()
+        ],
+        ground=case.scene.ground,
+        lost=_lost(case),
+    )
+
+
+def _shares(span):
+    """Places of the point loads over the unstretched length, shape (..., k). [-]"""
+    return span.load_positions / np.asarray(span.unstretched_length)[..., None]
+
+
+def _curves(case):
+    """Points along each cable [m], shape (c, j, 3), and their shares of the unstretched length, shape (c, j)."""
+    ends, form = case.equilibrium.ends[case.equilibrium.suspension.of_cables], case.form
+    even, loads = np.linspace(0.0, 1.0, FINE if len(ends) <= FEW else COARSE), _shares(form.span)
+    shares = np.sort(np.concatenate([np.broadcast_to(even, (*loads.shape[:-1], len(even))), loads], axis=-1))
+    count = len(ends), shares.shape[-1]
+    return places(form, shares).reshape(*count, 3) + ends[:, :1], shares.reshape(count)
+
+
+def _lost(case):
+    """Points along the cables that a case has lost where it stands with all of them, shape (k, j, 3). [m]"""
+    lost, curves = getattr(case.scene.load_case, "lost", ()), np.zeros((0, 1, 3))
+    if lost:
+        try:
+            names = case.unbroken.equilibrium.suspension.cable_names
+            curves = _curves(case.unbroken)[0][[names.index(name) for name in lost]]
+        except (NoSolutionError, ConvergenceError):  # nowhere to draw them
+            pass
+    return curves
+
+
+def upright_plane(drawings):
+    """View of the vertical plane that holds the ends of all cables in all of some drawings, or None.
+
+    Distances are from end 1 of the only cable; else along x or y, or in a plane between them from one of the ends.
+    """
+    held, first, size = np.concatenate([one.held for one in drawings]), drawings[0], max(one.size for one in drawings)
+    apart = held[:, :2] - held[0, :2]
+    far = apart[np.argmax(np.hypot(*apart.T))]
+    level = direction(far, size)
+    if np.abs(apart @ [-level[1], level[0]]).max() > FLAT * size:
+        return None
+    if first.single:
+        return view_from_end_1(held[0], level, first.ground)
+    axis = next((k for k in (0, 1) if abs(level[1 - k]) < FLAT), None)
+    if axis is not None:
+        return VIEWS[axis]
+    level = level * np.sign(level[0])
+    start = held[np.argmin(apart @ level)]
+    near = next((name for name, place in first.anchors if np.allclose(place, start)), "the first end")
+    return _side_view(np.array([*start[:2], 0.0]), level, f"horizontal distance from {near} [m]", "z [m]")
+
+
+def direction(far, size):
+    """Horizontal direction of a vector of shape (2,); x where it is nothing beside a size. [-]"""
+    length = float(np.hypot(*far))
+    return far / length if length > FLAT * size else np.array([1.0, 0.0])
+
+
+def view_from_end_1(start, level, ground):
+    """View of a cable from a place along a horizontal direction, with levels where there is ground."""
+    height, base = ("height above end 1 [m]", start[2]) if ground is None else ("level [m]", 0.0)
+    return _side_view(np.array([*start[:2], base]), level, "horizontal distance from end 1 [m]", height)
+
+
+def _side_view(origin, level, distance, height):
+    return View("Side view", np.array([[*level, 0.0], [0.0, 0.0, 1.0]]).T, (distance, height), origin)
+
+
+def ground_in(view, ground, x):
+    """Distance and level of the ground in a view: two arrays; None where it is not known, or not seen.
+
+    Parameters
+    ----------
+    view : View
+    ground : float, sequence of (float, float) or None
+        As the scene states it.
+    x : ndarray
+        Distances between which a level is drawn. [m]
+    """
+    right, up = view.axes.T
+    if ground is None or up[2] != 1:
+        return None
+    if isinstance(ground, float):
+        return np.array([x.min(), x.max()]), np.full(2, ground - view.origin[2])
+    along, level = np.array(ground, dtype=float).T
+    if abs(right[0]) < FLAT:
+        return None
+    distance = (along - view.origin[0]) / right[0]
+    order = np.argsort(distance)
+    return distance[order], level[order] - view.origin[2]

@@ -1,0 +1,241 @@
+"""Parts of pictures of cables and bodies: curves, marks, dimensions, loads, ground, names."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgb
+from matplotlib.transforms import blended_transform_factory
+
+from cablestudy.study.plots.style import BLUE, GREY, ORANGE, RED, nice, text_width
+from cablestudy.study.plots.words import quantity_text, shortened
+
+GROUND = "#8c7355"
+MANY = 50  # anchors or junctions from which they are small
+NAMED = 12  # anchors up to which each is named
+NAMED_LOADS = 6  # the labels of more would overlap
+PALE = 0.5  # opacity of lost cables
+CLEAR = {"boxstyle": "square,pad=0.05", "fc": "white", "ec": "none", "alpha": 0.75}  # behind a text over lines
+CORNERS = ((1, -1), (1, 1), (-1, 1), (-1, -1))  # of a place where its name may stand, along x and y
+ARROW = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "color": RED, "lw": 1}  # of a dimension
+LOAD = 26  # length of the arrow of a load [pt]
+
+
+@dataclass
+class Room:
+    """Room that a view has for texts. Boxes are (left, right, low, high). [m]
+
+    Attributes
+    ----------
+    axes : matplotlib.axes.Axes
+        With its limits.
+    per_inch : ndarray, shape (2,)
+        Length in the view along x and y over that on paper, about. [m/in]
+    lines : ndarray, shape (n, 2)
+        Points along lines, which a text had better not cover.
+    taken : list of (tuple of float)
+        Boxes of what stands there.
+    """
+
+    axes: object
+    per_inch: np.ndarray
+    lines: np.ndarray
+    taken: list = field(default_factory=list)
+
+    def write(self, text, spots, needed=True, fontsize=9, **look):
+        """Write a text at one of some spots: where it covers least of the lines.
+
+        Parameters
+        ----------
+        text : str
+        spots : sequence
+            Place on the paper, offset from there [pt], and on which side of that the text stands: -1, 0 or 1 along x
+            and y.
+        needed : bool
+            Whether it is written where there is no room, too.
+        """
+        size = np.array([text_width(text, fontsize) + 0.06, fontsize / 60]) * self.per_inch
+        boxes = [self._box(place + np.array(offset) / 72 * self.per_inch, side, size) for place, offset, side in spots]
+        free = [k for k, box in enumerate(boxes) if self._is_free(box)]
+        if not free and not needed:
+            return
+        best = min(free, key=lambda k: self._covered(boxes[k])) if free else 0
+        (place, offset, (side, up)), names = (
+            spots[best],
+            {1: ("left", "bottom"), 0: ("center",) * 2, -1: ("right", "top")},
+        )
+        self.taken.append(boxes[best])
+        self.axes.annotate(text, place, offset, textcoords="offset points", fontsize=fontsize, zorder=6, bbox=CLEAR,
+                           ha=names[side][0], va=names[up][1], **look)  # fmt: skip
+
+    def reserve(self, start, end):
+        """Take the room of an arrow between two places on the paper: True if it was free."""
+        low, high = np.minimum(start, end) - 0.04 * self.per_inch, np.maximum(start, end) + 0.04 * self.per_inch
+        box = low[0], high[0], low[1], high[1]
+        free = self._is_free(box)
+        self.taken.append(box)
+        return free
+
+    @staticmethod
+    def _box(corner, side, size):
+        low = corner + (np.array(side) - 1) / 2 * size
+        return low[0], low[0] + size[0], low[1], low[1] + size[1]
+
+    def _is_free(self, box):
+        (left, right), (low, high) = self.axes.get_xlim(), self.axes.get_ylim()
+        outside = box[0] < left or box[1] > right or box[2] < low or box[3] > high
+        overlaps = (box[0] < o[1] and o[0] < box[1] and box[2] < o[3] and o[2] < box[3] for o in self.taken)
+        return not outside and not any(overlaps)
+
+    def _covered(self, box):
+        x, y = self.lines.T
+        return int(((box[0] < x) & (x < box[1]) & (box[2] < y) & (y < box[3])).sum())
+
+
+def draw_parts(axes, drawing, view, colours, label="", lost="", dashes="-", own=None):
+    """Draw a view of a scene: its cables in their colours, links, anchors, winches, points, bodies, markers.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    drawing : Drawing
+    view : callable
+        Places, shape (..., 3) -> coordinates on the paper, shape (..., 2).
+    colours : color or list of color
+        Of the cables.
+    label, lost : str
+        Label of the cables, and of those that are lost.
+    dashes : str or tuple
+        Of the cables.
+    own : color, optional
+        Of points, bodies and loads too, where several load cases are in one picture.
+    """
+    draw_lines(axes, view(drawing.cables), colours, linestyles=[dashes], linewidths=1.4, label=label)
+    draw_lines(axes, view(drawing.links), ORANGE, linestyles="--", linewidths=1.4)
+    pale = (*to_rgb(own or GREY), PALE)
+    draw_lines(axes, view(drawing.lost), pale, linestyles="--", linewidths=1.1, zorder=1.5, label=lost)
+    draw_points(axes, view, [place for _, place in drawing.anchors], "^", color=GREY, ms=5, zorder=3)
+    draw_points(axes, view, drawing.junctions.values(), "o", color=own or "#333333", ms=3, zorder=4)
+    for places in drawing.bodies.values():
+        draw_body(axes, view(places), own or "#222222", own or RED, 5 if own is None else 3, zorder=4)
+    if own is None:
+        draw_points(axes, view, drawing.markers, "x", color=ORANGE, ms=5, zorder=5)
+        draw_points(axes, view, drawing.winches, "o", color=BLUE, ms=9, mfc="none", zorder=3, label="winch")
+    else:
+        draw_points(axes, view, [place for place, *_ in drawing.loads], "o", color=own, ms=4)
+
+
+def draw_lines(axes, lines, colours, **look):
+    """Draw curves on the paper, a sequence of arrays of shape (j, 2), if there are some."""
+    if len(lines):
+        axes.add_collection(LineCollection(list(lines), **{"colors": colours, "zorder": 2, **look}))
+
+
+def draw_chords(axes, chords, mark=""):
+    """Draw the chords of cables on the paper, shape (c, 2, 2), with marks at their ends."""
+    draw_lines(axes, chords, GREY, linestyles="--", linewidths=0.9, zorder=1.8, label="chord")
+    if mark:
+        axes.plot(*chords.reshape(-1, 2).T, mark, color=GREY, ms=4)
+
+
+def draw_points(axes, view, places, mark, ms, **look):
+    """Draw marks at places in a view, small ones where they are many."""
+    places = np.array(list(places)).reshape(-1, 3)
+    if len(places):
+        axes.plot(*view(places).T, mark, ms=ms if len(places) < MANY else 0.4 * ms, **look)
+
+
+def draw_body(axes, flat, colour, mark, ms, zorder, lw=1.2):
+    """Draw a body: a square at its reference point, the last of places on the paper, and arms from the others there."""
+    arms = np.stack([flat[:-1], np.broadcast_to(flat[-1], flat[:-1].shape)], axis=1)
+    draw_lines(axes, arms, colour, linewidths=lw, zorder=zorder)
+    axes.plot(*flat[-1], "s", color=mark, ms=ms, zorder=zorder + 1)
+
+
+def draw_ground(axes, ground):
+    """The ground in a view from the side, two arrays, if it is known."""
+    if ground is not None:
+        axes.plot(*ground, color=GROUND, lw=1.5, label="ground")
+        axes.fill_between(*ground, axes.get_ylim()[0], color=GROUND, alpha=0.15, lw=0)
+
+
+def mark_clearance(axes, room, line, ground, least):
+    """An arrow with the clearance, a length, where a line of shape (j, 2) is nearest above the ground, two arrays."""
+    level = np.interp(line[:, 0], *ground)
+    place = int(np.argmin(line[:, 1] - level))
+    low = line[place, 0], level[place]
+    axes.annotate("", low, line[place], arrowprops=ARROW)
+    # in the ground below the arrow, where the cable is not in its way
+    spots = [(low, (0, -7), (side, -1)) for side in (0, 1, -1)]
+    room.write(f"clearance {quantity_text(least, 'm')}", spots, color=RED)
+
+
+def mark_sag(axes, room, middle, sag):
+    """Dimension of a sag below the middle of a chord on the paper, as in an engineering drawing, where there is room.
+
+    Equal ones at one place have one dimension; one that would stand on the arrow of a load has none.
+    """
+    down = np.array([0.0, sag])
+    if not room.reserve(middle - down, middle):
+        return
+    axes.annotate("", middle - down, middle, arrowprops=ARROW)
+    spots = [(middle - down / 2, (5 * side, 0), (side, 0)) for side in (1, -1)]
+    spots += [(middle, (-4 * side, 3), (-side, 1)) for side in (1, -1)]
+    room.write(f"sag {quantity_text(sag, 'm')}", spots, color=RED)
+
+
+def mark_loads(axes, room, loads, paper):
+    """An arrow onto each point load along its force; a ring, crossed or dotted, for one across the paper.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    room : Room
+    loads : list of (ndarray, ndarray)
+        Place on the paper, shape (2,), and force [N], shape (3,).
+    paper : ndarray, shape (3, 2)
+        Directions to the right and upwards on the paper.
+    """
+    for at, force in loads:
+        size = float(np.linalg.norm(force))
+        shown = force @ paper / size
+        if np.hypot(*shown) < 0.5:
+            axes.plot(*at, "o", ms=9, mfc="white", mec=ORANGE, mew=1.5, zorder=4)
+            axes.plot(*at, "." if force @ np.cross(*paper.T) > 0 else "x", ms=5, color=ORANGE, zorder=5)
+            spots = [(at, (0, 9 * side), (0, side)) for side in (1, -1)]
+        else:
+            x, y = -LOAD * shown / np.hypot(*shown)
+            look = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0, "color": ORANGE, "lw": 1.6}
+            axes.annotate("", at, (x, y), textcoords="offset points", arrowprops=look)
+            room.reserve(at, at + np.array([x, y]) / 72 * room.per_inch)
+            spots = [(at, (x + 6 * side, y), (side, 0)) for side in (1, -1)]
+        if len(loads) <= NAMED_LOADS:
+            room.write(quantity_text(size, "N"), spots)
+
+
+def name_all(room, drawing, view):
+    """Name bodies, and anchors if they are few, where there is room beside cables; names at one place share a text."""
+    bodies = [(name, view(places[-1])) for name, places in drawing.bodies.items()]
+    anchors = [(name, view(place)) for name, place in drawing.anchors]
+    for places, size, colour in ((bodies, 8, RED), (anchors if len(anchors) <= NAMED else (), 7, GREY)):
+        shared = []
+        for name, place in places:
+            near = (names for names, other in shared if (np.abs(other - place) < 0.05 * room.per_inch).all())
+            names = next(near, None)
+            if names is None:
+                shared.append(([name], place))
+            elif name not in names:
+                names.append(name)
+        for names, place in shared:
+            spots = [(place, (5 * side, 3.6 * up), (side, up)) for side, up in CORNERS]
+            room.write(shortened(", ".join(names), 32), spots, needed=False, fontsize=size, color=colour)
+
+
+def scale_bar(axes, size):
+    """A bar of a round length at the lower right, with that length."""
+    length = nice(size / 5)
+    place = blended_transform_factory(axes.transData, axes.transAxes)
+    right = axes.get_xlim()[1]
+    axes.plot([right - length, right], [0.03, 0.03], color="#222222", lw=2.2, transform=place, solid_capstyle="butt")
+    axes.annotate(quantity_text(length, "m"), (right - length / 2, 0.03), (0, 2.5), place, "offset points",
+                  ha="center", fontsize=7.5)  # fmt: skip
