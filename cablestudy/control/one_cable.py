@@ -25,6 +25,7 @@ from cablestudy.system.superelement import GONDOLA, GROUND, NAMES
 ENDS = len(NAMES)
 WINCH = (("winch", "m"),)
 OF_GONDOLA = ("gondola_position", "m"), ("gondola_velocity", "m/s")
+FORCES = tuple((f"force_{name}", "N") for name in NAMES)
 
 
 @np.errstate(all="ignore")  # StateSpace refuses what overflows
@@ -68,49 +69,79 @@ def state_space(model, chosen=None, residual=True, nodes=None, gondola=None, loc
     (notch,), (law, names) = loop.notches, loop.law.state_space(highest)
     allocation = Allocation(np.eye(len(system))[-1:], np.array([[-1.0 if location == "gondola" else 1.0]]))
     control = LinearControl(allocation, loop.gain, loop.notches, law, names)
-    found = state_space_of(system, None, control, (("position", "m"),))
+    closed = state_space_of(system, None, control, (("position", "m"),))
     names = [*(("notch_1", "notch_2") if notch else ()), *names, "winch"]
-    states = (*found.states[: 2 * len(system)], *((name, "m") for name in names))
-    found = replace(found, states=states, inputs=(("reference", "m"), *found.inputs[1:]))
-    return channels(found, [*range(1, len(found.inputs)), 0])
+    states = (*closed.states[: 2 * len(system)], *((name, "m") for name in names))
+    closed = replace(closed, states=states, inputs=(("reference", "m"), *closed.inputs[1:]))
+    return channels(closed, [*range(1, len(closed.inputs)), 0])
 
 
 def linear_system(model, chosen, residual, nodes, gondola, location):
     """The real `LinearSystem` of `state_space`, and the same with free ends; arguments as for that."""
-    every, n = len(model.omega), len(chosen)
-    space, following = np.zeros((every + ENDS, n + ENDS)), chosen if residual else np.arange(every)
-    space[chosen, np.arange(n)], space[every:, n:] = 1.0, np.eye(ENDS)
-    space[following, n:] = -model.coupling[following]
-    nodes = np.zeros((every + ENDS, 0)) if nodes is None else nodes
+    system, modes = _free_cable(model, chosen, residual, nodes), len(chosen)
+    ends = np.arange(modes, modes + ENDS)
     names = (*((f"mode_{k + 1}", MODAL) for k in chosen.tolist()), *((name, "m") for name in NAMES))
-    forces = tuple((f"force_node_{k // 3 + 1}_{'xyz'[k % 3]}", "N") for k in range(nodes.shape[1]))
-    system = LinearSystem(*model.matrices(), (nodes, 0 * nodes, 0 * nodes), inputs=forces).within(space)
-    ends, outputs = np.arange(n, n + ENDS), tuple((f"force_{name}", "N") for name in NAMES)
-    moving, imposed, inputs, coordinates = [*range(n)], ends, tuple((name, "m") for name in NAMES), names[:n]
-    if gondola is not None:
+    if gondola is None:
+        free, imposed, inputs, outputs = np.arange(modes), ends, names[modes:], FORCES
+        free_names = names[:modes]
+    else:
         system = _beside_gondola(system, *gondola)
-        moving, imposed, inputs = [*moving, ends[GONDOLA]], ends[[GONDOLA if location == "gondola" else GROUND]], WINCH
-        outputs, coordinates = (*OF_GONDOLA, *outputs), (*coordinates, OF_GONDOLA[0])
-    every, joined = np.eye(len(system)), np.eye(len(system), n + ENDS)
-    joined[n + ENDS :, ends[GONDOLA]] = 1.0  # the gondola moves with its end
-    free = joined[:, moving]
-    if np.iscomplexobj(system.stiffness):
-        part, of_cable = system.within(free), free * (np.arange(len(system)) < n + ENDS)[:, None]
-        loss = of_cable @ equivalent_viscous(part.mass, part.stiffness) @ of_cable.T
-        system = replace(system, damping=system.damping + loss, stiffness=system.stiffness.real)
-    place, none = every[n + ENDS :], 0 * every[n + ENDS :]
-    shown = (place, none, system.stiffness[ends]), (none, place, system.damping[ends]), (none, none, system.mass[ends])
-    held = tuple(np.pad(-part[ends], ((2 * len(place), 0), (0, 0))) for part in system.b)
-    system = replace(system, c=tuple(map(np.concatenate, shown)), d=held, outputs=outputs)
-    moved = system.within(free, every[:, imposed], inputs)
-    return replace(moved, coordinates=coordinates), replace(system.within(joined), coordinates=names)
+        free = np.append(np.arange(modes), ends[GONDOLA])
+        imposed, inputs = ends[[GONDOLA if location == "gondola" else GROUND]], WINCH
+        free_names, outputs = (*names[:modes], OF_GONDOLA[0]), (*OF_GONDOLA, *FORCES)
+    attached = np.eye(len(system), modes + ENDS)  # motions in which the gondola moves with its end
+    attached[modes + ENDS :, ends[GONDOLA]] = 1.0
+    system = _with_outputs(_viscous(system, attached[:, free], modes + ENDS), ends, outputs)
+    moved = system.within(attached[:, free], np.eye(len(system))[:, imposed], inputs)
+    return replace(moved, coordinates=free_names), replace(system.within(attached), coordinates=names)
+
+
+def _free_cable(model, chosen, residual, nodes):
+    """`LinearSystem` of a cable with free ends: absolute amplitudes of chosen modes, six ends, forces on nodes.
+
+    Absolute amplitudes y = q + m u of the omitted modes follow the ends statically, y = m u (q = 0), with `residual`;
+    else they are held at zero, q = -m u.
+    """
+    modes, kept = len(model.omega), len(chosen)
+    space, taken_back = np.zeros((modes + ENDS, kept + ENDS)), chosen if residual else np.arange(modes)
+    space[chosen, np.arange(kept)], space[modes:, kept:] = 1.0, np.eye(ENDS)
+    space[taken_back, kept:] = -model.coupling[taken_back]
+    nodes = np.zeros((modes + ENDS, 0)) if nodes is None else nodes
+    forces = tuple((f"force_node_{k // 3 + 1}_{'xyz'[k % 3]}", "N") for k in range(nodes.shape[1]))
+    return LinearSystem(*model.matrices(), (nodes, 0 * nodes, 0 * nodes), inputs=forces).within(space)
+
+
+def _viscous(system, free, of_cable):
+    """The system with viscous damping for hysteretic damping of the cable, whose coordinates are the first ones.
+
+    Each mode of the `free` motions, columns, has as much as dissipates the same energy per cycle.
+    """
+    if not np.iscomplexobj(system.stiffness):
+        return system
+    moving = system.within(free)
+    shapes = free * (np.arange(len(system)) < of_cable)[:, None]
+    loss = shapes @ equivalent_viscous(moving.mass, moving.stiffness) @ shapes.T
+    return replace(system, damping=system.damping + loss, stiffness=system.stiffness.real)
+
+
+def _with_outputs(system, ends, names):
+    """The system with outputs: position and velocity of a gondola, its last coordinate; forces that hold the ends."""
+    gondola = np.eye(len(system))[ends[-1] + 1 :]
+    none = np.zeros_like(gondola)
+    rows = (
+        (gondola, none, system.stiffness[ends]),
+        (none, gondola, system.damping[ends]),
+        (none, none, system.mass[ends]),
+    )
+    direct = tuple(np.pad(-forces[ends], ((2 * len(gondola), 0), (0, 0))) for forces in system.b)
+    return replace(system, c=tuple(map(np.concatenate, rows)), d=direct, outputs=names)
 
 
 def _beside_gondola(cable, mass, damping):
-    """A cable and beside it a gondola as one more coordinate, on which the first input acts."""
+    """`LinearSystem` of a cable, and of a gondola apart from it as last coordinate, on which the first input acts."""
     last = np.eye(len(cable) + 1)[-1]
-    amounts = (cable.mass, mass), (cable.damping, damping), (cable.stiffness, 0.0)
-    matrices = [np.pad(part, (0, 1)) + amount * np.outer(last, last) for part, amount in amounts]
-    driven = tuple(np.pad(part, ((0, 1), (1, 0))) for part in cable.b)
-    driven[0][-1, 0] = 1.0
-    return LinearSystem(*matrices, driven, inputs=(("force_gondola", "N"), *cable.inputs))
+    of_gondola = (cable.mass, mass), (cable.damping, damping), (cable.stiffness, 0.0)
+    matrices = [np.pad(matrix, (0, 1)) + amount * np.outer(last, last) for matrix, amount in of_gondola]
+    b = tuple(np.pad(matrix, ((0, 1), (1, 0))) for matrix in cable.b)
+    b[0][-1, 0] = 1.0
+    return LinearSystem(*matrices, b, inputs=(("force_gondola", "N"), *cable.inputs))

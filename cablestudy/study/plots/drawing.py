@@ -249,51 +249,63 @@ class Drawing:
 
 def drawing_of(case):
     """`Drawing` of a `Case` or `SuspensionCase` in equilibrium, with the cables that it has lost."""
-    scene, found = kind_of(case.scene).as_suspension(case.scene), case.equilibrium
-    suspension, cables = found.suspension, found.suspension.of_cables
-    lines = list(zip(scene.lines.items(), suspension.owner.tolist(), found.ends, strict=True))
-    anchors = []
-    for (name, line), owner, pair in lines:
-        for number, (word, own, place) in enumerate(zip(line.ends or (None, None), owner, pair, strict=True), 1):
-            if own == GROUND:
-                stated = f"end {number}" if len(lines) == 1 else name
-                anchors.append((word if isinstance(word, str) else stated, place))
-    bodies, markers = {}, [np.zeros((0, 3))]
-    of_bodies = zip(suspension.body_names[: suspension.bodies], found.position, found.rotation, strict=False)
-    for name, position, rotation in of_bodies:
-        body = scene.bodies[name]
-        bodies[name] = position + np.array([*body.attachments.values(), (0.0, 0.0, 0.0)]) @ rotation.T
-        markers.append(position + np.array(list(body.markers.values())).reshape(-1, 3) @ rotation.T)
-    winches = [found.ends[suspension.cable_names.index(name), int(winch.end == "to")]
+    scene, equilibrium = kind_of(case.scene).as_suspension(case.scene), case.equilibrium
+    suspension = equilibrium.suspension
+    names, bodies, cables = suspension.body_names, suspension.bodies, suspension.of_cables
+    winches = [equilibrium.ends[suspension.cable_names.index(name), int(winch.end == "to")]
                for name, winch in scene.winches.items()]  # fmt: skip
-    span, curves = case.form.span, _curves(case)
-    forces = span.in_frame(span.load_forces, "global")
-    at = places(case.form, _shares(span)).reshape(len(curves[0]), forces.shape[-2], 3) + found.ends[cables, :1]
-    one = next(iter(case.scene.cables.values()), None)
+    attachments, markers = _places_of_bodies(scene, equilibrium)
+    along_cables, shares = _curves(case)
+    only = next(iter(case.scene.cables.values()), None)
     return Drawing(
         case=case.scene.case,
-        cables=curves[0],
-        shares=curves[1],
-        ends=found.ends[cables],
+        cables=along_cables,
+        shares=shares,
+        ends=equilibrium.ends[cables],
         form=case.form,
         statics=case.statics,
-        stated=(None, None) if one is None else (one.force_of(one.preload), one.sag),
-        links=found.ends[len(suspension.cable_names) :],
-        anchors=anchors,
-        junctions=dict(
-            zip(suspension.body_names[suspension.bodies :], found.position[suspension.bodies :], strict=True)
-        ),
-        bodies=bodies,
-        markers=np.concatenate(markers),
+        stated=(None, None) if only is None else (only.force_of(only.preload), only.sag),
+        links=equilibrium.ends[len(suspension.cable_names) :],
+        anchors=_anchors(scene, equilibrium),
+        junctions=dict(zip(names[bodies:], equilibrium.position[bodies:], strict=True)),
+        bodies=attachments,
+        markers=markers,
         winches=np.array(winches).reshape(-1, 3),
-        loads=[
-            one
-            for one in zip(at.reshape(-1, 3), forces.reshape(-1, 3), span.load_positions.ravel(), strict=True)
-            if one[1].any()
-        ],
+        loads=_loads(case.form, equilibrium.ends[cables, :1]),
         ground=case.scene.ground,
         lost=_lost(case),
     )
+
+
+def _anchors(scene, equilibrium):
+    """Name and place of each end of a cable or link that is fixed: list of (str, ndarray)."""
+    owners, anchors = equilibrium.suspension.owner.tolist(), []
+    for (name, line), owner, ends in zip(scene.lines.items(), owners, equilibrium.ends, strict=True):
+        for number, stated in enumerate(line.ends or (None, None)):
+            if owner[number] == GROUND:
+                unnamed = f"end {number + 1}" if len(owners) == 1 else name
+                anchors.append((stated if isinstance(stated, str) else unnamed, ends[number]))
+    return anchors
+
+
+def _places_of_bodies(scene, equilibrium):
+    """Places of attachments and reference point of each body, dict of (k, 3), and of all markers, shape (m, 3). [m]"""
+    places, markers = {}, [np.zeros((0, 3))]
+    names = equilibrium.suspension.body_names[: equilibrium.suspension.bodies]
+    for name, position, rotation in zip(names, equilibrium.position, equilibrium.rotation, strict=False):
+        body = scene.bodies[name]
+        places[name] = position + np.array([*body.attachments.values(), (0.0, 0.0, 0.0)]) @ rotation.T
+        markers.append(position + np.array(list(body.markers.values())).reshape(-1, 3) @ rotation.T)
+    return places, np.concatenate(markers)
+
+
+def _loads(form, starts):
+    """Point loads on cables that begin at places of shape (c, 1, 3): place, force and arc length of each, as a list."""
+    span = form.span
+    forces = span.in_frame(span.load_forces, "global")
+    at = places(form, _shares(span)).reshape(len(starts), forces.shape[-2], 3) + starts
+    loads = zip(at.reshape(-1, 3), forces.reshape(-1, 3), span.load_positions.ravel(), strict=True)
+    return [(place, force, length) for place, force, length in loads if force.any()]
 
 
 def _shares(span):

@@ -121,26 +121,37 @@ class _Picture:
 
     def _views(self):
         """Panels of views from the sides, or in space; of steep cables those from the chord."""
-        plane, (front, side, above) = self.plane, VIEWS
-        from_sides = [view for view in VIEWS if self.seen[view.axes.any(axis=-1)].all()] or [front]
-        views = [plane] if plane else [self.first.perspective, above, front, side] if self.in_space else from_sides
+        views = self._chosen_views()
         grounds = [ground_in(view, self.first.ground, view(self.places)[:, 0]) for view in views]
-        flat = [with_ground(view(self.places), ground) for view, ground in zip(views, grounds, strict=True)]
-        if self.in_space:  # all to one scale
-            half = max(np.ptp(one, axis=0).max() for one in flat) / 2 * np.array([[-1], [1]])
-            flat = [(one.min(axis=0) + one.max(axis=0)) / 2 + half for one in flat]
-        windows = [Window(*one.T, RATIO, 1.0 if self.in_space else TALL) for one in flat]
-        below = np.concatenate([one.below.ravel() for one in self.drawings])
-        depth, most = windows[0].ratio * windows[0].width, np.abs(below).max(initial=0.0) * windows[0].factor
-        hidden = plane is not None and 0 < most < HIDDEN * depth
+        windows = self._windows(views, grounds)
+        below = np.concatenate([drawing.below.ravel() for drawing in self.drawings])
+        height, sag = windows[0].ratio * windows[0].width, np.abs(below).max(initial=0.0) * windows[0].factor
+        hidden = self.plane is not None and 0 < sag < HIDDEN * height
         heights = [3.1 if self.in_space else 0.7 + window.ratio * (WIDTH - 0.8) for window in windows]
-        paints = [partial(self._view, *one, hidden) for one in zip(views, windows, grounds, strict=True)]
+        paints = [partial(self._view, *about, hidden) for about in zip(views, windows, grounds, strict=True)]
         panels = list(zip(heights, paints, strict=True))
         if hidden:
             panels = panels if self.alone or grounds[0] is not None else []
-            window = Window(plane(self.places)[:, 0], np.append(below, 0.0), 0.26)
+            window = Window(self.plane(self.places)[:, 0], np.append(below, 0.0), 0.26)
             panels.append((2.6, partial(self._from_the_chord, window)))
         return panels
+
+    def _chosen_views(self):
+        """The plane of the scene, or space and three sides; of a long or flat scene the sides that show something."""
+        front, side, above = VIEWS
+        if self.plane is not None:
+            return [self.plane]
+        if self.in_space:
+            return [self.first.perspective, above, front, side]
+        return [view for view in VIEWS if self.seen[view.axes.any(axis=-1)].all()] or [front]
+
+    def _windows(self, views, grounds):
+        """`Window` of each view, with its ground; of a scene in space all to one scale."""
+        outlines = [with_ground(view(self.places), ground) for view, ground in zip(views, grounds, strict=True)]
+        if self.in_space:
+            half = max(np.ptp(outline, axis=0).max() for outline in outlines) / 2 * np.array([[-1], [1]])
+            outlines = [(outline.min(axis=0) + outline.max(axis=0)) / 2 + half for outline in outlines]
+        return [Window(*outline.T, RATIO, 1.0 if self.in_space else TALL) for outline in outlines]
 
     def _view(self, view, window, ground, hidden, figure, cell):
         """A view; of one case with names, loads, sags unless they are hidden, and clearance."""

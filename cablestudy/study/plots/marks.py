@@ -16,6 +16,7 @@ NAMED = 12  # anchors up to which each is named
 NAMED_LOADS = 6  # the labels of more would overlap
 PALE = 0.5  # opacity of lost cables
 CLEAR = {"boxstyle": "square,pad=0.05", "fc": "white", "ec": "none", "alpha": 0.75}  # behind a text over lines
+ACROSS, UPRIGHT = ("center", "left", "right"), ("center", "bottom", "top")  # alignment of a text at side 0, 1, -1
 CORNERS = ((1, -1), (1, 1), (-1, 1), (-1, -1))  # of a place where its name may stand, along x and y
 ARROW = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "color": RED, "lw": 1}  # of a dimension
 LOAD = 26  # length of the arrow of a load [pt]
@@ -60,13 +61,10 @@ class Room:
         if not free and not needed:
             return
         best = min(free, key=lambda k: self._covered(boxes[k])) if free else 0
-        (place, offset, (side, up)), names = (
-            spots[best],
-            {1: ("left", "bottom"), 0: ("center",) * 2, -1: ("right", "top")},
-        )
+        place, offset, (side, up) = spots[best]
         self.taken.append(boxes[best])
         self.axes.annotate(text, place, offset, textcoords="offset points", fontsize=fontsize, zorder=6, bbox=CLEAR,
-                           ha=names[side][0], va=names[up][1], **look)  # fmt: skip
+                           ha=ACROSS[side], va=UPRIGHT[up], **look)  # fmt: skip
 
     def reserve(self, start, end):
         """Take the room of an arrow between two places on the paper: True if it was free."""
@@ -78,18 +76,25 @@ class Room:
 
     @staticmethod
     def _box(corner, side, size):
+        """Box of a text of a size that stands on some side of a corner, see `write`."""
         low = corner + (np.array(side) - 1) / 2 * size
         return low[0], low[0] + size[0], low[1], low[1] + size[1]
 
     def _is_free(self, box):
+        """True if a box is within the axes and overlaps none that is taken."""
         (left, right), (low, high) = self.axes.get_xlim(), self.axes.get_ylim()
         outside = box[0] < left or box[1] > right or box[2] < low or box[3] > high
-        overlaps = (box[0] < o[1] and o[0] < box[1] and box[2] < o[3] and o[2] < box[3] for o in self.taken)
-        return not outside and not any(overlaps)
+        return not outside and not any(_overlap(box, other) for other in self.taken)
 
     def _covered(self, box):
+        """How many points of the lines are in a box."""
         x, y = self.lines.T
         return int(((box[0] < x) & (x < box[1]) & (box[2] < y) & (y < box[3])).sum())
+
+
+def _overlap(box, other):
+    """True if two boxes (left, right, low, high) overlap."""
+    return box[0] < other[1] and other[0] < box[1] and box[2] < other[3] and other[2] < box[3]
 
 
 def draw_parts(axes, drawing, view, colours, label="", lost="", dashes="-", own=None):

@@ -184,44 +184,62 @@ def _coupled(case, modes, drawing, plane, number):
     """`ModeDrawing` of a mode (from 0) of `CoupledModes`, in perspective or in a plane."""
     equilibrium = case.equilibrium
     suspension = equilibrium.suspension
-    starts = equilibrium.ends[suspension.of_cables, 0]
-    cables = []
-    for start, mesh, nodal in zip(starts, modes.solution.models.meshes, modes.nodes(number), strict=True):
-        both = np.stack(nodal)
-        if mesh is not None:
-            both = np.moveaxis(between_nodes(mesh, np.moveaxis(both, 0, 1))[1], 1, 0)
-            step = max(1, (both.shape[1] - 1) // POINTS)
-            both = np.concatenate([both[:, :-1:step], both[:, -1:]], axis=1)
-        cables.append((start + both[0], both[1]))
     motion = np.zeros(6 * len(suspension.body_names))
     motion[modes.layout.free] = modes.layout.bodies(modes.shapes[:, number])
-    motion, count = motion.reshape(-1, 6), suspension.bodies
-    own = slice(len(cables), None)
-    still, arms = (suspension.owner[own] == GROUND)[..., None], equilibrium.arms[own]
-    moved = motion[suspension.owner[own]]
-    moved = np.where(still, 0.0, moved[..., :3] + np.cross(moved[..., 3:], arms))
-    cables += zip(equilibrium.ends[own], moved, strict=True)
+    motion, body_count = motion.reshape(-1, 6), suspension.bodies
+    cables = [*_moving_cables(equilibrium, modes, number), *_moving_links(equilibrium, motion)]
     bodies = {}
     for (name, places), moved, at in zip(drawing.bodies.items(), motion, equilibrium.position, strict=False):
         bodies[name] = places, moved[:3] + np.cross(moved[3:], places - at)
-    what = modes.moves[number].split(" ")
+    words = modes.moves[number].split(" ")
+    mover, manner = words[0], words[-1]
     kind = "cables"
-    if what[0] in suspension.body_names or what[0] == "points":
-        kind = "bodies" if what[0] in drawing.bodies else "points"
-    view, upwards = drawing.perspective, ""
-    if plane is not None:
-        side = np.cross(plane.axes[:, 1], plane.axes[:, 0])
-        squares = sum(np.array([((moved @ side) ** 2).sum(), (moved**2).sum()]) for _, moved in cables)
-        view, upwards = plane, plane.labels[1].removesuffix(" [m]")
-        if squares[0] > squares[1] / 2:
-            across = np.stack([plane.axes[:, 0], side], axis=-1)
-            view, upwards = View("", across, (), equilibrium.ends[0, 0] * [0, 0, 1] + plane.origin), "sideways"
+    if mover in suspension.body_names or mover == "points":
+        kind = "bodies" if mover in drawing.bodies else "points"
+    view, upwards = (drawing.perspective, "") if plane is None else _view_of_motion(plane, cables)
     return ModeDrawing(
         view, COLOURS[kind], shortened(modes.moves[number], 24), upwards, cables, bodies,
-        points=(equilibrium.position[count:], motion[count:, :3]),
-        turn=float(np.linalg.norm(motion[:count, 3:], axis=-1).max(initial=0.0)),
-        body=what[0] if kind == "bodies" and what[-1] in ROTATIONS else None,
+        points=(equilibrium.position[body_count:], motion[body_count:, :3]),
+        turn=float(np.linalg.norm(motion[:body_count, 3:], axis=-1).max(initial=0.0)),
+        body=mover if kind == "bodies" and manner in ROTATIONS else None,
     )  # fmt: skip
+
+
+def _moving_cables(equilibrium, modes, number):
+    """Places along each cable, and their displacements in a mode, about POINTS of shape (j, 3): list of pairs."""
+    starts, cables = equilibrium.ends[equilibrium.suspension.of_cables, 0], []
+    for start, mesh, nodal in zip(starts, modes.solution.models.meshes, modes.nodes(number), strict=True):
+        places_and_moves = np.stack(nodal)
+        if mesh is not None:
+            _, between = between_nodes(mesh, np.moveaxis(places_and_moves, 0, 1))
+            between = np.moveaxis(between, 1, 0)
+            step = max(1, (between.shape[1] - 1) // POINTS)
+            places_and_moves = np.concatenate([between[:, :-1:step], between[:, -1:]], axis=1)
+        cables.append((start + places_and_moves[0], places_and_moves[1]))
+    return cables
+
+
+def _moving_links(equilibrium, motion):
+    """Ends of each link, and their displacements by the motion of the bodies, shape (2, 3): list of pairs."""
+    suspension = equilibrium.suspension
+    links = slice(len(suspension.cable_names), None)
+    owner = suspension.owner[links]
+    of_owner = motion[owner]
+    moved = of_owner[..., :3] + np.cross(of_owner[..., 3:], equilibrium.arms[links])
+    moved = np.where((owner == GROUND)[..., None], 0.0, moved)
+    return list(zip(equilibrium.ends[links], moved, strict=True))
+
+
+def _view_of_motion(plane, cables):
+    """View of cables that move in a plane, or out of it: then upwards on the paper; and what is upwards, in words."""
+    normal = np.cross(plane.axes[:, 1], plane.axes[:, 0])
+    out_of_plane = sum(((moved @ normal) ** 2).sum() for _, moved in cables)
+    whole = sum((moved**2).sum() for _, moved in cables)
+    if out_of_plane <= whole / 2:
+        return plane, plane.labels[1].removesuffix(" [m]")
+    along_and_normal = np.stack([plane.axes[:, 0], normal], axis=-1)
+    level = cables[0][0][0] * [0, 0, 1]
+    return View("", along_and_normal, (), level + plane.origin), "sideways"
 
 
 def columns_of(count):
@@ -252,71 +270,83 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
         figure = Figure(figsize=(WIDTH, 1.2), layout="constrained")
         figure.suptitle("There is no mode to show")
         return figure
-    count, columns, factors = len(shown), columns_of(len(shown)), [one.factor(peak) for one in shown]
-    small = [distance is None and one.turns_in_a_small_body(drawing.size) for one in shown]
-    reached = (0.0, 1.0) if share is None else (-1.0, 1.0)
-    drawn = [one.outline(part * factor) for part in reached for one, factor in zip(shown, factors, strict=True)]
-    flat = np.concatenate(drawn)
-    side = ENLARGED * float(np.ptp(flat[:, 0]))
-    if any(small):  # room below the scene
-        flat = np.concatenate([flat, [flat.min(axis=0) - [0.0, side]]])
-    window = Window(*flat.T, *((LAYOUT[columns],) if distance else (TRUE, TALL)))
+    count, columns, factors = len(shown), columns_of(len(shown)), [mode.factor(peak) for mode in shown]
+    enlarged = [distance is None and mode.turns_in_a_small_body(drawing.size) for mode in shown]
+    window, inset = _window(shown, factors, share, any(enlarged), LAYOUT[columns] if distance else None)
     width, rows = WIDTH / columns, -(-count // columns)
     figure = Figure((columns * width, rows * (window.ratio * (width - 0.45) + 0.55) + 0.6), layout="constrained")
-    peaks = [float(f"{factor * one.largest:.2g}") for one, factor in zip(shown, factors, strict=True)]
-    equal = len(set(peaks)) == 1
+    peaks = [float(f"{factor * mode.largest:.2g}") for mode, factor in zip(shown, factors, strict=True)]
+    equal, anchors = len(set(peaks)) == 1, [] if drawing is None else [place for _, place in drawing.anchors]
     for number, axes in enumerate(panels(figure, count, columns, sharey=True)):
-        one, reach = shown[number], factors[number] * (1.0 if share is None else share)
+        mode, factor = shown[number], factors[number] * (1.0 if share is None else share)
         window.apply(axes, 4, 5)
-        _draw(axes, one, reach, [] if drawing is None else [place for _, place in drawing.anchors])
+        _draw(axes, mode, factor, anchors)
         title = f"{number + 1}   {quantity_text(frequency[number], 'Hz')}"
         axes.set_title(title, loc="left", pad=13, **bold(title))
-        words = one.words if equal else f"{one.words}, up to {quantity_text(peaks[number], 'm')}"
-        axes.annotate(words, (0, 1), (0, 3), "axes fraction", "offset points", fontsize=7.5, color=one.colour)
+        words = mode.words if equal else f"{mode.words}, up to {quantity_text(peaks[number], 'm')}"
+        axes.annotate(words, (0, 1), (0, 3), "axes fraction", "offset points", fontsize=7.5, color=mode.colour)
         if distance is None:
             axes.set_axis_off()
             scale_bar(axes, drawing.size)
-        if small[number]:
-            _enlarge(axes, one, reach, side)
+        if enlarged[number]:
+            _enlarge(axes, mode, factor, inset)
     if distance is not None:
-        figure.supxlabel(distance, fontsize=9)
-        upwards = ", or ".join(sorted({one.upwards for one in shown})) + " [m]"
-        figure.supylabel(wrapped(upwards, figure.get_figheight() - 1.0, 9), fontsize=9)
+        _label_plane(figure, shown, distance)
     scaled = f"scaled to a peak of {quantity_text(peaks[0], 'm')}" if equal else "displacements enlarged"
     many = f"First {count} of {listed} modes" if count < listed else counted(count, "mode")
     heading(figure, f"{many}, {scaled}, on the static form (grey){f'; {window.note}' if distance else ''}")
     return figure
 
 
-def _draw(axes, one, factor, fixed):
-    """The static form, and the displaced scene over it in the colour of what moves, where it does."""
-    width, view = 1.4 if len(one.cables) < MANY else 0.5, one.view
-    draw_lines(axes, [view(places) for places, _ in one.cables], STILL, linewidths=0.7 * width, label="static form")
-    colours = [one.colour_of(moved) for _, moved in one.cables]
-    lines = [view(places + factor * moved) for places, moved in one.cables]
+def _window(shown, factors, share, with_inset, ratio):
+    """`Window` of all panels, and the side of the picture of an enlarged body, for which there is room below. [m]
+
+    `ratio`: height over width of a panel in a plane, None in perspective; other arguments as of `_figure`.
+    """
+    displaced = (0.0, 1.0) if share is None else (-1.0, 1.0)
+    outlines = [mode.outline(part * factor) for part in displaced for mode, factor in zip(shown, factors, strict=True)]
+    outline = np.concatenate(outlines)
+    inset = ENLARGED * float(np.ptp(outline[:, 0]))
+    if with_inset:
+        outline = np.concatenate([outline, [outline.min(axis=0) - [0.0, inset]]])
+    return Window(*outline.T, *((TRUE, TALL) if ratio is None else (ratio,))), inset
+
+
+def _label_plane(figure, shown, distance):
+    """Label the axes that all panels in a plane share: the distance along it, and what modes show upwards."""
+    figure.supxlabel(distance, fontsize=9)
+    upwards = ", or ".join(sorted({mode.upwards for mode in shown})) + " [m]"
+    figure.supylabel(wrapped(upwards, figure.get_figheight() - 1.0, 9), fontsize=9)
+
+
+def _draw(axes, mode, factor, anchors):
+    """Draw the static form, and over it the displaced scene in the colour of what moves, where it does."""
+    width, view = 1.4 if len(mode.cables) < MANY else 0.5, mode.view
+    draw_lines(axes, [view(places) for places, _ in mode.cables], STILL, linewidths=0.7 * width, label="static form")
+    colours = [mode.colour_of(moved) for _, moved in mode.cables]
+    lines = [view(places + factor * moved) for places, moved in mode.cables]
     draw_lines(axes, lines, colours, linewidths=width, zorder=3, label="mode")
-    draw_points(axes, view, fixed, "^", color=GREY, ms=4, zorder=4)
-    places, moved = one.points
+    draw_points(axes, view, anchors, "^", color=GREY, ms=4, zorder=4)
+    places, moved = mode.points
     draw_points(axes, view, places, "o", color=STILL, ms=3, zorder=2)
-    draw_points(axes, view, places + factor * moved, "o", color=one.colour, ms=3, zorder=5)
-    for places, moved in one.bodies.values():
-        for colour, reach, zorder in ((STILL, 0.0, 2), (one.colour_of(moved), factor, 6)):
+    draw_points(axes, view, places + factor * moved, "o", color=mode.colour, ms=3, zorder=5)
+    for places, moved in mode.bodies.values():
+        for colour, reach, zorder in ((STILL, 0.0, 2), (mode.colour_of(moved), factor, 6)):
             draw_body(axes, view(places + reach * moved), colour, colour, 4, zorder, lw=1.6)
 
 
-def _enlarge(axes, one, factor, side):
-    """A body that turns, enlarged in a square of a side [m] below the scene, with the ends of its cables."""
-    places, moved = one.bodies[one.body]
+def _enlarge(axes, mode, factor, side):
+    """Draw the body that turns enlarged, in a square of a side [m] below the scene, with the ends of its cables."""
+    places, moved = mode.bodies[mode.body]
     radius = float(np.linalg.norm(places - places[-1], axis=-1).max())
-    most = radius / float(np.linalg.norm(moved, axis=-1).max())
-    factor = np.sign(factor) * min(abs(factor), most)
+    largest_factor = radius / float(np.linalg.norm(moved, axis=-1).max())
+    factor = np.sign(factor) * min(abs(factor), largest_factor)
     inset = axes.inset_axes((axes.get_xlim()[0], axes.get_ylim()[0], side, side), transform=axes.transData)
-    low, high = (one.view(places[-1]) + 1.7 * radius * sign for sign in (-1, 1))
+    low, high = (mode.view(places[-1]) + 1.7 * radius * sign for sign in (-1, 1))
     inset.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xticks=[], yticks=[])
     inset.spines[:].set(visible=True, color=STILL, linewidth=0.6)
-    for reach, colour, zorder in ((0.0, STILL, 2), (factor, one.colour, 3)):
-        draw_lines(
-            inset, [one.view(line + reach * shift) for line, shift in one.cables], colour, linewidths=0.7, zorder=zorder
-        )
-        draw_body(inset, one.view(places + reach * moved), colour, colour, 4, zorder, lw=1.6)
-    inset.set_title(shortened(one.body, 16), fontsize=7, color=one.colour, pad=2)
+    for reach, colour, zorder in ((0.0, STILL, 2), (factor, mode.colour, 3)):
+        lines = [mode.view(line + reach * shift) for line, shift in mode.cables]
+        draw_lines(inset, lines, colour, linewidths=0.7, zorder=zorder)
+        draw_body(inset, mode.view(places + reach * moved), colour, colour, 4, zorder, lw=1.6)
+    inset.set_title(shortened(mode.body, 16), fontsize=7, color=mode.colour, pad=2)
