@@ -57,7 +57,7 @@ tables: $(VENV)/.study
 	    for study in configs/$$name configs/suspensions/$$name; do \
 	        if [ -e $$study ]; then echo $$study; fi; \
 	    done; \
-	done | xargs -P $$(getconf _NPROCESSORS_ONLN) -I STUDY $(BIN)/cablestudy sweep STUDY --check
+	done | xargs -P $$(getconf _NPROCESSORS_ONLN) -I STUDY $(BIN)/cablestudy sweep STUDY --check --jobs 1
 
 docs: $(VENV)/.test
 	$(BIN)/python docs/refresh.py

@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+from campaign import campaign
 from command import LONGEST, ROOT
 
 FOLDER = ROOT / "benchmarks"
@@ -17,6 +18,7 @@ SECTIONS = {
     "Suspensions": ("cablestudy", "sweep of 2 over wind.speed", "24", "exponent"),
     "Start-up": ("`cablestudy --help`",),
 }
+SHORT = ("Beside other programs", "Rows of a sweep", "Effort against size", "Start-up")
 NOT_FINITE = re.compile(r"\b(nan|inf|none)\b", re.IGNORECASE)
 
 
@@ -28,7 +30,7 @@ def script(name, *arguments, code=0):
     return done.stdout if code == 0 else done.stderr
 
 
-@pytest.mark.parametrize("section", SECTIONS)
+@pytest.mark.parametrize("section", campaign(SECTIONS, SHORT))
 def test_a_section_of_the_benchmarks_is_measured(section):
     text = script("run.py", "--tiny", section)
     assert [line for line in text.splitlines() if line.startswith("## ")] == [f"## {section}"]

@@ -8,7 +8,7 @@ import fuzz
 import pytest
 from campaign import campaign
 
-FIRST, COUNT = 100, campaign(18, 6)
+FIRST, COUNT = 100, campaign(18, 4)
 
 
 def test_mutated_files_end_with_an_answer_or_with_messages():

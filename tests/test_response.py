@@ -37,6 +37,7 @@ def test_frequencies_have_equal_ratios_and_both_ends(count):
     np.testing.assert_array_equal(np.concatenate(blocks), np.geomspace(0.013, 97, count))
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(("force", "displacement"), [(3, 3), (0, 3), (5, 2), (4, 4)])
 @each_cable
 def test_between_ends_is_the_state_space(path, force, displacement):
@@ -47,6 +48,7 @@ def test_between_ends_is_the_state_space(path, force, displacement):
     assert (np.abs(computed - expected[:, force, displacement]) / size).max() < 1e-10
 
 
+@pytest.mark.crossed
 @each_cable
 @pytest.mark.parametrize("place", ["ground", "gondola"])
 def test_the_position_of_the_gondola_is_that_of_the_state_space(path, place):

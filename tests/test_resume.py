@@ -98,7 +98,10 @@ def test_a_sweep_that_is_killed_time_and_again_ends_with_the_same_bytes(folder):
     assert names() == ["study.csv", "study.md", "study.rows.sqlite", "study.run.yaml"]
 
 
-@pytest.mark.parametrize(("number", "jobs"), [(signal.SIGINT, "1"), (signal.SIGTERM, "2"), (signal.SIGINT, "2")])
+SIGNALS = (signal.SIGTERM, "2"), (signal.SIGINT, "1"), (signal.SIGINT, "2")
+
+
+@pytest.mark.parametrize(("number", "jobs"), campaign(SIGNALS, SIGNALS[:2]))
 def test_a_signal_ends_it_cleanly_and_says_how_to_go_on(folder, number, jobs):
     """SIGINT as from a terminal: to all processes of the sweep."""
     study_file(folder, LONG, SLACK)

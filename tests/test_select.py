@@ -121,9 +121,9 @@ def test_the_front_is_that_of_comparing_each_with_each(count, objectives):
 def test_the_front_of_many_rows_takes_few_comparisons_though_all_are_on_it(monkeypatch, objectives):
     """Of n rows as many as sorting takes, n log2(n) in all halves and n SMALL / 2 in the smallest, not n^2."""
     rows, compared = 20_000, []
-    halves, pairs = pareto._dominated, pareto._all_at_most
+    halves, pairs = pareto._dominated, pareto._at_most_in_all
     monkeypatch.setattr(pareto, "_dominated", lambda by, of: compared.append(len(by) + len(of)) or halves(by, of))
-    monkeypatch.setattr(pareto, "_all_at_most", lambda by, of: compared.append(len(by) * len(of)) or pairs(by, of))
+    monkeypatch.setattr(pareto, "_at_most_in_all", lambda by, of: compared.append(len(by) * len(of)) or pairs(by, of))
     points = np.random.default_rng(0).random((rows, objectives))
     points[:, -1] = -points[:, :-1].sum(axis=1)
     assert pareto_front(points).all()

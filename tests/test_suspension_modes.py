@@ -7,6 +7,7 @@ import counted_modes
 import numpy as np
 import pytest
 import scipy.linalg
+from campaign import campaign
 from references import bar_suspension, continuous_suspension
 from scenes import INCLINED, PAPER, Twin, cells
 from suspension_scenes import G, chords, hung, platform, suspension, with_lengths
@@ -417,7 +418,7 @@ def test_the_nodes_of_a_mode_meet_the_body():
         assert moved[0] == pytest.approx(np.zeros(3), abs=1e-14)
 
 
-@pytest.mark.parametrize("seed", [0, 3, 10, 20, 24, 34])
+@pytest.mark.parametrize("seed", campaign([0, 3, 10, 20, 24, 34], [0, 10, 34]))
 def test_stated_errors_hold_on_random_suspensions(seed):
     assert counted_modes.wrong_modes(seed) == []
 
