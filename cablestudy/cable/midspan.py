@@ -15,16 +15,17 @@ def arc_length_at_midspan(catenary):
 
     Notes
     -----
-    The horizontal distance from a segment's end 1 to arc length x on it is H x (1/EA + 2 (1 + excess)/S), with the
-    quantities of the piece up to x as in `segment`. Where no load acts horizontally H is a common factor of all
-    segments and cancels, so that a vertical cable has the limit of an inclined one. The root finders of
+    The horizontal distance from a segment's end 1 to arc length x on it is H x (1/EA + 2 (1 + excess)/S), H being the
+    horizontal tension and S the sum of the tensions at the ends of the piece up to x; 1 + excess is the mean of 1/T
+    along it over 2/S, see `segment`. Where no load acts horizontally H is a common factor of all segments and cancels,
+    so that a vertical cable has the limit of an inclined one. The root finders of
     scipy.optimize.elementwise give the same digits in four times the time.
     """
     span, kernel, fraction = catenary.span, catenary.kernel, catenary.segments.fraction
     stiffness = np.asarray(span.axial_stiffness, dtype=float)[..., None]
     scale = np.maximum(np.abs(kernel.horizontal).max(axis=-1, keepdims=True), CABLE.least_divisor)
-    rate = kernel.horizontal / scale
-    distance = rate * fraction * (1 / stiffness + 2 * (1 + kernel.excess) / kernel.sum_of_tensions)
+    relative_horizontal = kernel.horizontal / scale
+    distance = relative_horizontal * fraction * (1 / stiffness + 2 * (1 + kernel.excess) / kernel.sum_of_tensions)
     segment_ends = np.cumsum(distance, axis=-1)  # horizontal distances from end 1, to a common factor
     half = segment_ends[..., -1:] / 2
     segment = np.minimum((segment_ends < half).sum(axis=-1, keepdims=True), segment_ends.shape[-1] - 1)
@@ -33,11 +34,10 @@ def arc_length_at_midspan(catenary):
         return np.take_along_axis(np.broadcast_to(values, segment_ends.shape), segment, axis=-1)
 
     weight, cosine, sine = (np.asarray(field)[..., None] for field in (span.weight, span.cosine, span.sine))
-    target, tension = half - in_segment(segment_ends - distance), map(in_segment, catenary.tension)
-    in_piece = _arc_length_at(
-        target, EPSILON * half, in_segment(fraction), in_segment(rate), stiffness, weight, cosine, sine, *tension
-    )
-    position = (in_segment(np.cumsum(fraction, axis=-1) - fraction) + in_piece)[..., 0]
+    remaining = half - in_segment(segment_ends - distance)  # horizontal distance on the segment of mid-span
+    about_segment = in_segment(relative_horizontal), stiffness, weight, cosine, sine, *map(in_segment, catenary.tension)
+    length_in_segment = _arc_length_at(remaining, EPSILON * half, in_segment(fraction), *about_segment)
+    position = (in_segment(np.cumsum(fraction, axis=-1) - fraction) + length_in_segment)[..., 0]
     return np.where((np.abs(span.cosine) == 0) & (span.transverse_load > 0), 0.5, position)
 
 

@@ -212,10 +212,10 @@ def _study_page(source, sets, vary, title, begun, jobs, quiet, columns, where):
         for note in study.notes:
             page.add(paragraph(note))
         _add_file(page, read_base(source), study.document)
-        words = ["sweep", source.name if source.name != STDIN else "-"]
-        words += [word for change in sets for word in ("--set", change)]
-        words += [word for entry in vary for word in ("--vary", entry)]
-        study_sections(page, run, words, selection)
+        sweep_command = ["sweep", source.name if source.name != STDIN else "-"]
+        sweep_command += [word for change in sets for word in ("--set", change)]
+        sweep_command += [word for entry in vary for word in ("--vary", entry)]
+        study_sections(page, run, sweep_command, selection)
         page.models_and_errors(STATEMENT)
         _add_provenance(page, begun, run.identity, [source, study.document])
         return page

@@ -174,7 +174,8 @@ class Material(Properties):
         ----------
         given : set of str
             The keys of the cable. If it has a size of its own, stiffness, mass and breaking force of the material are
-            taken per area, and its area and diameter are not.
+            taken per area where these are known, and its area and diameter are not. A `fill_factor` serves where area
+            or diameter is missing. With a `state` of a conductor its curves take the place of the stiffness.
 
         Returns
         -------
@@ -184,8 +185,8 @@ class Material(Properties):
         resized, properties = not given.isdisjoint(("area", "diameter")), {}
         for (of_section,), (per_area,) in OF_SECTION:
             if given.isdisjoint((of_section, per_area)):
-                scaled = getattr(self, f"section_{per_area}") if resized else getattr(self, per_area)
-                properties |= {per_area: scaled} if scaled is not None else {of_section: getattr(self, of_section)}
+                value = getattr(self, f"section_{per_area}") if resized else getattr(self, per_area)
+                properties |= {per_area: value} if value is not None else {of_section: getattr(self, of_section)}
         if not resized:
             properties |= {"area": self.area, "diameter": self.diameter}
         if not {"area", "diameter"} <= given | {key for key, value in properties.items() if value is not None}:

@@ -97,9 +97,9 @@ def solved_modes(case, count=None, upto=None):
 def frequency_errors(case, modes_of_case):
     """Estimated relative error of each frequency of a case.
 
-    Where the scene fixes the elements it is the difference from a finer model. A mode is compared with the mode of the
-    same number among those of its kind (in-plane, out-of-plane, axial); where loads act out of the cable's plane, and
-    no mode is of one kind, with the mode of the same number among all.
+    Where the scene fixes the elements (no `exact_statics`) it is the difference from a finer model. A mode is compared
+    with the mode of the same number among those of its kind (in-plane, out-of-plane, axial); where loads act out of the
+    cable's plane, and no mode is of one kind, with the mode of the same number among all.
 
     Parameters
     ----------
@@ -118,22 +118,22 @@ def frequency_errors(case, modes_of_case):
     scene, errors, numbers = reference_scene(case.scene), [None] * len(modes_of_case), Counter()
     if not case.planar:
         try:
-            _, finer, *_ = modes(Case(scene), len(modes_of_case))
+            _, finer_modes, *_ = modes(Case(scene), len(modes_of_case))
         except CablestudyError as error:
             return errors, str(error)
-        return (np.abs(modes_of_case.frequency / finer.frequency - 1) + finer.errors).tolist(), ""
+        return (np.abs(modes_of_case.frequency / finer_modes.frequency - 1) + finer_modes.errors).tolist(), ""
     # index of a mode -> its column; axial modes, which need many waves, have a model of their own
     columns_by_model, reason = {True: {}, False: {}}, ""
     for index, kind in enumerate(modes_of_case.kind):
         numbers[kind] += 1
         columns_by_model[kind == "axial"][index] = find(f"{kind.replace('-', '')}_frequency_{numbers[kind]}")
     for columns in columns_by_model.values():
-        finer = evaluate(scene, list(columns.values()))
-        reason = finer.cells["status"] if finer.failed else reason
+        row = evaluate(scene, list(columns.values()))
+        reason = row.cells["status"] if row.failed else reason
         for index, column in columns.items():
-            reference = finer.cells[column.header]
+            reference = row.cells[column.header]
             if reference is not None:
-                errors[index] = relative(float(modes_of_case.frequency[index]), reference) + finer.errors[column.header]
+                errors[index] = relative(float(modes_of_case.frequency[index]), reference) + row.errors[column.header]
     return errors, reason
 
 

@@ -103,14 +103,14 @@ def distinct_without_case(scenes):
     -------
     different : list of scenes
         In no load case.
-    rows : ndarray of int, shape (n,)
-        Index among the different ones of each scene.
+    indices : ndarray of int, shape (n,)
+        Of each scene among the different ones.
     """
-    different, rows = {}, []
+    different, indices = {}, []
     for scene in scenes:
         key = tuple(id(value) for name, value in scene if name != "case")
-        rows.append(different.setdefault(key, (len(different), scene))[0])
-    return [scene.model_copy(update={"case": None}) for _, scene in different.values()], np.array(rows)
+        indices.append(different.setdefault(key, (len(different), scene))[0])
+    return [scene.model_copy(update={"case": None}) for _, scene in different.values()], np.array(indices)
 
 
 class Conductors:

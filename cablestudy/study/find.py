@@ -144,25 +144,28 @@ def search(goal, document, enclose=False):
 
 
 def _margin_function(goal, document, low, high):
-    """Function for the least margin of those limits, each in one load case, that fail at one of two values, or at both.
+    """Cheaper stand-in for the least margin of all limits between two values of the key, both with an answer.
+
+    A limit counts in one load case. Those that hold at both values are left out: the least margin passes zero where one
+    of the others does. A limit without a margin counts as one that fails.
 
     Returns
     -------
     callable
         Value of the key -> margin, not a number where one of these limits has none.
     """
-    ends = zip(*checks_of(scenes_at(goal, document, [low, high]), limits_by_case), strict=True)
-    failing = {number for number, checks in enumerate(ends) if any((check.margin or 0.0) <= 0 for check in checks)}
+    checks_at_both = zip(*checks_of(scenes_at(goal, document, [low, high]), limits_by_case), strict=True)
+    failing = {index for index, checks in enumerate(checks_at_both) if any((one.margin or 0.0) <= 0 for one in checks)}
 
-    def limits_chosen(scene):
-        return [limit for number, limit in enumerate(limits_by_case(scene)) if number in failing]
+    def failing_limits(scene):
+        return [limit for index, limit in enumerate(limits_by_case(scene)) if index in failing]
 
     def margin(value):
         try:
-            (checks,) = checks_of(scenes_at(goal, document, [value]), limits_chosen)
+            (checks,) = checks_of(scenes_at(goal, document, [value]), failing_limits)
         except SceneError:
             return np.nan
-        return np.nan if isinstance(checks, SceneError) or unanswered(checks) else min(c.margin for c in checks)
+        return np.nan if isinstance(checks, SceneError) or unanswered(checks) else min(check.margin for check in checks)
 
     return margin
 

@@ -95,18 +95,19 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
     Returns
     -------
     dict
-        Case -> list of numbers in the order of the columns but `status`, None where one has no value; status; dict of
-        header -> estimated relative error where it exceeds `STUDY.rounding` or, None, is not known; notes.
+        Number of a case of the study -> tuple of four: list of numbers in the order of the columns but `status`, None
+        where one has no value; status; dict of header -> estimated relative error where it exceeds `STUDY.rounding` or,
+        None, is not known; notes.
     """
     headers = [column.header for column in columns if column.name != "status"]
     answers, scenes = {}, {}
     for table in tables:
         cases = table.cases.tolist()
-        closed = None if explain else _by_arrays(table, columns)
-        if closed is None:
+        closed_rows = None if explain else _by_arrays(table, columns)
+        if closed_rows is None:
             scenes.update((case, table.scene_of(index)) for index, case in enumerate(cases))
         else:
-            answers.update((case, (*row, ())) for case, row in zip(cases, closed, strict=True))
+            answers.update((case, (*row, ())) for case, row in zip(cases, closed_rows, strict=True))
     for case, row in zip(scenes, evaluate(list(scenes.values()), columns, explain or estimate), strict=True):
         numbers = [row.cells[header] for header in headers]
         answers[case] = numbers, row.cells["status"], _above_rounding(row.errors), row.notes if explain else ()

@@ -70,17 +70,17 @@ class Layout:
     def _all_connections(self):
         """`connection` of all cables and then `link_connection`, sparse or not."""
         owner, arms = self.equilibrium.suspension.owner, self.equilibrium.arms
-        cable, end = np.nonzero(owner != GROUND)
-        by_rotation = -cross_matrix(arms[..., cable, end, :])
+        line, end = np.nonzero(owner != GROUND)  # cable or link
+        by_rotation = -cross_matrix(arms[..., line, end, :])
         blocks = np.concatenate([np.broadcast_to(np.eye(3), by_rotation.shape), by_rotation], axis=-1)
-        rows = (6 * cable + 3 * end)[:, None, None] + np.arange(3)[:, None] + np.zeros(6, dtype=int)
-        columns = 6 * owner[cable, end][:, None, None] + np.arange(6) + np.zeros((3, 1), dtype=int)
+        rows = (6 * line + 3 * end)[:, None, None] + np.arange(3)[:, None] + np.zeros(6, dtype=int)
+        columns = 6 * owner[line, end][:, None, None] + np.arange(6) + np.zeros((3, 1), dtype=int)
         if self.large:
             from scipy.sparse import coo_array
 
-            number = np.full(6 * len(self.equilibrium.suspension.body_names), -1)
-            number[self.free] = np.arange(len(self.free))
-            columns = number[columns]
+            free_column = np.full(6 * len(self.equilibrium.suspension.body_names), -1)
+            free_column[self.free] = np.arange(len(self.free))
+            columns = free_column[columns]
             entries = (columns >= 0) & (blocks != 0)
             shape = 6 * len(owner), len(self.free)
             return coo_array((blocks[entries], (rows[entries], columns[entries])), shape=shape).tocsr()

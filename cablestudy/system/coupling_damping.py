@@ -143,7 +143,7 @@ class CouplingDamping:
     """
 
     def __init__(self, element):
-        self.omega, self._near, self._viscous = element.omega, element.near, element.viscous
+        self.omega, self._similar, self._viscous = element.omega, element.near, element.viscous
         self.windowed = element.windowed and len(element.omega) > SYSTEM.windows_from
         mass, damping, stiffness = element.matrices()
         hysteretic = element.strain is not None and element.strain.law == "hysteretic"
@@ -155,7 +155,7 @@ class CouplingDamping:
         below = np.imag(s) < 0
         x = self._variable(np.where(below, np.conj(s), s))
         few = len(s) <= SYSTEM.solved_places  # at few frequencies the poles cost more than they spare
-        few &= self._near is None and "_pole_sum_and_resolvent" not in self.__dict__
+        few &= self._similar is None and "_pole_sum_and_resolvent" not in self.__dict__
         by_poles = None if few else self.pole_sum
         value = by_poles(x, rows, columns) if by_poles else _solved(self.matrices, x, rows, columns, len(self.omega))
         if (real := np.imag(s) == 0).any():  # where hysteretic strain loses nothing
@@ -177,12 +177,13 @@ class CouplingDamping:
     def _pole_sum_and_resolvent(self):
         """`PoleSum`, and the inverse for the modes: (poles, left, right), the sum of left right over x - pole.
 
-        The poles are found in windows, else of all modes at once; the first sum that passes the check is taken. None
-        and None where rounding spoils all of them.
+        Where a similar element has such an inverse, that of this one follows from it to first order, unchecked: it
+        serves for small changes of a loop gain. Else the poles are found in windows, or of all modes at once, and the
+        first sum that passes the check is taken. None and None where rounding spoils all of them.
         """
-        near = self._near and self._near.coupling_damping._pole_sum_and_resolvent[1]
-        if near:
-            resolvent = self._to_first_order(self._near.coupling_damping.matrices, *near)
+        similar = self._similar and self._similar.coupling_damping
+        if similar and (resolvent_of_similar := similar._pole_sum_and_resolvent[1]):
+            resolvent = self._to_first_order(similar.matrices, *resolvent_of_similar)
             return PoleSum.of(self.matrices, *resolvent), resolvent
         n = len(self.omega)
         of_modes = [matrix[:n, :n] for matrix in self.matrices]

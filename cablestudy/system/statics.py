@@ -259,14 +259,16 @@ def satisfy_stated(suspension, state, record):
     return final, final_record
 
 
-def backtrack(suspension, state, step, change, which, error):
+def backtrack(suspension, state, step, length_change, which, error):
     """Shorten steps of bodies and lengths until they lower the errors of stated values, in equilibrium after each.
+
+    A step that is no better after the last try is returned as it is.
 
     Parameters
     ----------
     suspension, state, which, error
         As of `errors`.
-    step, change
+    step, length_change
         As of `coupled_step`.
 
     Returns
@@ -279,7 +281,7 @@ def backtrack(suspension, state, step, change, which, error):
     """
     error_before, share = log_error(error), np.ones(len(error))
     for _ in range(SYSTEM.equilibrium_halvings):
-        trial = with_lengths(displaced(suspension, state, step * share[:, None, None]), change * share[:, None])
+        trial = with_lengths(displaced(suspension, state, step * share[:, None, None]), length_change * share[:, None])
         trial, record = descend(suspension, trial, SYSTEM.next_equilibrium_steps)
         trial_error, rounding, cables = errors(suspension, trial, which)
         larger = ~(log_error(trial_error) < error_before) & (np.abs(trial_error) > rounding.most).any(axis=-1)

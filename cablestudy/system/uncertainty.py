@@ -136,8 +136,8 @@ def _sampled(equilibrium):
     return _rms(displacement, -3), _rms(size(tension) / unit[..., None, :], -2)
 
 
-def _with_links(equilibrium, stiffness, end_forces, signs):
-    """Stiffness of end 2 and forces at the ends by rounding in each sample, of cables and then of links.
+def _with_links(equilibrium, stiffness, end_forces, generator):
+    """Stiffness by movements of end 2, and changes of the end forces by rounding in each sample, with links added.
 
     Parameters
     ----------
@@ -145,17 +145,27 @@ def _with_links(equilibrium, stiffness, end_forces, signs):
     stiffness : ndarray, shape (..., c, 2, 3, 3)
         Of the force on each end of the cables by movements of end 2. [N/m]
     end_forces : ndarray, shape (..., samples + 1, c, 2, 3)
-        Of the cables. [N]
-    signs : numpy.random.Generator
+        Changes of those of the cables. [N]
+    generator : numpy.random.Generator
+        Of the signs of rounding.
+
+    Returns
+    -------
+    stiffness : ndarray, shape (..., c + l, 2, 3, 3)
+        [N/m]
+    end_forces : ndarray, shape (..., samples + 1, c + l, 2, 3)
+        [N]
     """
     links, ends = equilibrium.links, equilibrium.ends[..., len(equilibrium.suspension.cable_names) :, :, :]
     least, most = rounding.of_springs(ends, links)
-    sign = signs.choice([-1.0, 1.0], size=(SYSTEM.samples + 1, least.shape[-1]))
-    tension = LENGTH * sign * (most - least)[..., None, :]
-    tension[..., -1, :] = 0.0  # the last sample is that of the residuals
-    force = tension[..., None] * links.direction[..., None, :, :]
+    sign = generator.choice([-1.0, 1.0], size=(SYSTEM.samples + 1, least.shape[-1]))
+    by_length = (most - least)[..., None, :]  # force per relative rounding of lengths and places: stiffness times these
+    tension_change = LENGTH * sign * by_length
+    tension_change[..., -1, :] = 0.0  # the last sample is that of the residuals
+    force_change = tension_change[..., None] * links.direction[..., None, :, :]
     link_stiffness = np.stack([links.end_stiffness, -links.end_stiffness], axis=-3)
-    return joined(stiffness, link_stiffness, -4), joined(end_forces, np.stack([-force, force], axis=-2))
+    of_links = np.stack([-force_change, force_change], axis=-2)
+    return joined(stiffness, link_stiffness, -4), joined(end_forces, of_links)
 
 
 def _rms(samples, axis):

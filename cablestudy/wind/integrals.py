@@ -48,23 +48,26 @@ class Integrals:
     def variances(self, response, names=None):
         """Variances of the outputs with their spectra times each weight.
 
+        Motions that nothing damps are left out, see `undamped`.
+
         Parameters
         ----------
         response : Residues or DelayedResponse
-            Of a stable system, by the inputs of the gusts.
+            Of the outputs of a stable system to the inputs of the gusts.
         names : sequence of str, optional
             Names of the w weights, by default all.
 
         Returns
         -------
         ndarray, shape (w, o)
+            Squares of the units of the outputs.
         """
         weights = np.stack([self.weights[name] for name in names or self.weights])
-        modal, remainder = response.split(TURN * self.panels.highest)
-        modal = modal.take(damped(modal, self.least))
+        sum_over_poles, remainder = response.split(TURN * self.panels.highest)  # no remainder but with a delay
+        sum_over_poles = sum_over_poles.take(damped(sum_over_poles, self.least))
         if remainder is None:
-            return variances(modal, self.panels, self.noise, weights)
-        return mixed_variances(modal, remainder, self.gusts.matrix_times, self.panels, self.noise, weights)
+            return variances(sum_over_poles, self.panels, self.noise, weights)
+        return mixed_variances(sum_over_poles, remainder, self.gusts.matrix_times, self.panels, self.noise, weights)
 
     def undamped(self, response, variance, stiffness):
         """Pole of the undamped motion that moves each output most, of those motions that the gusts excite.

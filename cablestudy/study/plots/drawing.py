@@ -251,27 +251,27 @@ def drawing_of(case):
     """`Drawing` of a `Case` or `SuspensionCase` in equilibrium, with the cables that it has lost."""
     scene, equilibrium = kind_of(case.scene).as_suspension(case.scene), case.equilibrium
     suspension = equilibrium.suspension
-    names, bodies, cables = suspension.body_names, suspension.bodies, suspension.of_cables
+    body_count, cable_rows = suspension.bodies, suspension.of_cables
     winches = [equilibrium.ends[suspension.cable_names.index(name), int(winch.end == "to")]
                for name, winch in scene.winches.items()]  # fmt: skip
     attachments, markers = _places_of_bodies(scene, equilibrium)
     along_cables, shares = _curves(case)
-    only = next(iter(case.scene.cables.values()), None)
+    first_cable = next(iter(case.scene.cables.values()), None)  # what it states is shown of an only cable
     return Drawing(
         case=case.scene.case,
         cables=along_cables,
         shares=shares,
-        ends=equilibrium.ends[cables],
+        ends=equilibrium.ends[cable_rows],
         form=case.form,
         statics=case.statics,
-        stated=(None, None) if only is None else (only.force_of(only.preload), only.sag),
+        stated=(None, None) if first_cable is None else (first_cable.force_of(first_cable.preload), first_cable.sag),
         links=equilibrium.ends[len(suspension.cable_names) :],
         anchors=_anchors(scene, equilibrium),
-        junctions=dict(zip(names[bodies:], equilibrium.position[bodies:], strict=True)),
+        junctions=dict(zip(suspension.body_names[body_count:], equilibrium.position[body_count:], strict=True)),
         bodies=attachments,
         markers=markers,
         winches=np.array(winches).reshape(-1, 3),
-        loads=_loads(case.form, equilibrium.ends[cables, :1]),
+        loads=_loads(case.form, equilibrium.ends[cable_rows, :1]),
         ground=case.scene.ground,
         lost=_lost(case),
     )

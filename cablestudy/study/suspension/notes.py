@@ -221,7 +221,7 @@ def _of_modal_damping(models):
 
 
 def lost_notes(case):
-    """Notes on a load case with lost cables, against the same load case with all cables.
+    """Two notes on a load case with lost cables, against the same case with all: what moves, how tensions change.
 
     Parameters
     ----------
@@ -241,21 +241,21 @@ def lost_notes(case):
     if not lost:
         return ()
     without, slack = f"without {first_of(lost, STUDY.listed_parts)}", slack_cables(case.equilibrium)
-    follows = (
+    about_equilibrium = (
         f"{'slack: ' + first_of(slack, STUDY.listed_parts) if slack else 'no cable is slack'}; "
         "this is the equilibrium that follows, on the unstretched lengths of the reference state: "
         "the snap itself, which pulls more for a moment, is not computed"
     )
     try:
-        moved_bodies, fallen_bodies = _movements(case)
-        changes = _changes(case)
+        movement_texts, fallen_bodies = _movements(case)
+        change_texts = _tension_change_texts(case)
     except (NoSolutionError, ConvergenceError) as error:
-        return f"note: {without} {follows}", f"note: {without} nothing is compared: with all cables, {error}"
-    movements = first_of(moved_bodies, STUDY.listed_parts) or "nothing moves"
-    stands = f"warning: {without} it falls to where it hangs now" if fallen_bodies else f"note: {without} it stands"
-    texts = [f"{word} in {first_of(names, STUDY.listed_parts)}" for word, names in changes.items() if names]
-    tension = "; ".join(texts) or "as before in each cable"
-    return f"{stands}: {movements}; {follows}", f"note: {without} the largest tension is {tension}"
+        return f"note: {without} {about_equilibrium}", f"note: {without} nothing is compared: with all cables, {error}"
+    movements = first_of(movement_texts, STUDY.listed_parts) or "nothing moves"
+    outcome = f"warning: {without} it falls to where it hangs now" if fallen_bodies else f"note: {without} it stands"
+    changes = [f"{word} in {first_of(texts, STUDY.listed_parts)}" for word, texts in change_texts.items() if texts]
+    tension_text = "; ".join(changes) or "as before in each cable"
+    return f"{outcome}: {movements}; {about_equilibrium}", f"note: {without} the largest tension is {tension_text}"
 
 
 def fallen(case):
@@ -273,7 +273,7 @@ def slack_cables(equilibrium):
     return [equilibrium.suspension.cable_names[cable] for cable in slack]
 
 
-def _changes(case):
+def _tension_change_texts(case):
     """Texts on cables whose largest tension is more, or less, than with all cables, the largest change first.
 
     Returns
