@@ -98,23 +98,23 @@ def _sampled(equilibrium):
         Of each tension over the largest one of the cable [-], of each force [N].
     """
     suspension, cables, arms = equilibrium.suspension, equilibrium.catenary, equilibrium.arms
-    given = tuple(kind or "unstretched_length" for kind in suspension.given)
-    length_stated = np.array([kind == "unstretched_length" for kind in given], dtype=bool)
+    kinds = tuple(kind or "unstretched_length" for kind in suspension.given)
+    length_stated = np.array([kind == "unstretched_length" for kind in kinds], dtype=bool)
     length_known = _stayed(equilibrium)[..., None] | length_stated
-    force_changes = stated.end_forces_at_stated_values(cables, given)
+    force_changes = stated.end_forces_at_stated_values(cables, kinds)
     if (length_known & ~length_stated).any():
-        at_given_lengths = stated.end_forces_at_stated_values(cables, ("unstretched_length",) * len(given))
+        at_given_lengths = stated.end_forces_at_stated_values(cables, ("unstretched_length",) * len(kinds))
         force_changes = np.where(length_known[..., None, None, None], at_given_lengths, force_changes)
-    net, net_rounding, error, value_rounding = _residuals(equilibrium, given, length_known)
+    net, net_rounding, error, value_rounding = _residuals(equilibrium, kinds, length_known)
     free = suspension.free
-    signs = np.random.default_rng(SYSTEM.seed)
-    on_bodies = signs.choice([-1.0, 1.0], size=(SYSTEM.samples, *free.shape))
-    on_cables = signs.choice([-1.0, 1.0], size=(SYSTEM.samples, len(given)))
+    generator = np.random.default_rng(SYSTEM.seed)
+    on_bodies = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, *free.shape))
+    on_cables = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, len(kinds)))
     value_changes = np.concatenate([on_cables * value_rounding[..., None, :], -error[..., None, :]], axis=-2)
     end_forces = force_changes[..., None, :, :, :, 3] * value_changes[..., None, None]  # (..., samples + 1, c, 2, 3)
     stiffness = force_changes[..., :, :, :3]
     if suspension.link_names:
-        stiffness, end_forces = _with_links(equilibrium, stiffness, end_forces, signs)
+        stiffness, end_forces = _with_links(equilibrium, stiffness, end_forces, generator)
     forces = np.concatenate([on_bodies * net_rounding[..., None, :, :], net[..., None, :, :]], axis=-3)
     cable, end = np.nonzero(suspension.owner != tangent.GROUND)
     body = suspension.owner[cable, end]

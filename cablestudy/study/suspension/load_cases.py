@@ -65,8 +65,8 @@ def drag_on_cables(drag, equilibrium):
     mass = equilibrium.suspension.cable_mass
     pressure, speed = drag.density / 2 * (drag.velocity**2).sum(axis=-1), size(drag.velocity)
     direction = drag.velocity / np.maximum(speed, np.finfo(float).tiny)[:, None]
-    pressed = np.where(mass > 0, pressure[:, None] * drag.cables, 0.0)
-    drag_of_cables = SteadyDrag(pressed, np.broadcast_to(direction[:, None], (*mass.shape, 3)))
+    normal_drag = np.where(mass > 0, pressure[:, None] * drag.cables, 0.0)
+    drag_of_cables = SteadyDrag(normal_drag, np.broadcast_to(direction[:, None], (*mass.shape, 3)))
     if drag.profile is None:
         return drag_of_cables
     profile, end_1 = drag.profile.over(mass.shape[1]), equilibrium.ends[:, equilibrium.suspension.of_cables, 0]

@@ -246,19 +246,21 @@ def with_node_forces(system, layout, models, kept):
         With the inputs `CABLE.force_node_1_x` and so on, global axes, numbered from the end `from` on. [N]
     """
     names, (direction, _) = layout.equilibrium.suspension.cable_names, outward(layout.equilibrium)
-    sizes, ends = [len(one.element.omega) for one in kept], dense(layout.connection)
-    begin, tensions = np.cumsum([0, *sizes]), len(system.outputs) - 2 * len(kept)
+    sizes, ends = [len(cable.element.omega) for cable in kept], dense(layout.connection)
+    first, tensions = np.cumsum([0, *sizes]), len(system.outputs) - 2 * len(kept)  # coordinate of modes, output
     forces, direct, labels = [], [], []
     for cable, _, _, shapes in nodal_shapes(models, kept, np.flatnonzero(models.cables.heavy)):
-        moved, size = shapes[1:-1].reshape(-1, shapes.shape[-1]), sizes[cable]
-        force, through = np.zeros((len(system), len(moved))), np.zeros((len(system.outputs), len(moved)))
-        force[begin[cable] : begin[cable + 1]] = moved[:, :size].T
-        force[begin[-1] :] = ends[6 * cable : 6 * cable + 6].T @ moved[:, size:].T
+        displacements, size = shapes[1:-1].reshape(-1, shapes.shape[-1]), sizes[cable]
+        count = len(displacements)
+        on_coordinates, on_outputs = np.zeros((len(system), count)), np.zeros((len(system.outputs), count))
+        on_coordinates[first[cable] : first[cable + 1]] = displacements[:, :size].T
+        on_coordinates[first[-1] :] = ends[6 * cable : 6 * cable + 6].T @ displacements[:, size:].T
         # what the ends take statically is no force of the cable on them
-        taken = moved[:, size:].reshape(-1, 2, 3)
-        through[tensions + 2 * cable : tensions + 2 * cable + 2] = -np.einsum("ea,fea->ef", direction[cable], taken)
-        forces.append(force)
-        direct.append(through)
+        at_ends = displacements[:, size:].reshape(-1, 2, 3)
+        rows = slice(tensions + 2 * cable, tensions + 2 * cable + 2)
+        on_outputs[rows] = -np.einsum("ea,fea->ef", direction[cable], at_ends)
+        forces.append(on_coordinates)
+        direct.append(on_outputs)
         nodes = range(1, len(shapes) - 1)
         labels += [(f"{names[cable]}.force_node_{node}_{axis}", "N") for node in nodes for axis in "xyz"]
     if not forces:
