@@ -30,6 +30,9 @@ class ControlTolerances:
     half_widths_aside: float = 5.0
     least_half_width: float = 1e-9  # that is taken, over the frequency
 
+    # damping of ends and modes over the sum of its terms' sizes, up to which it is rounding: they cancel to some eps
+    cancelled_damping: float = 1e-14
+
     # -------------------------------------------------------------------------- delay and its approximants
 
     pade_order: int = 8  # of an approximant of a delay,
