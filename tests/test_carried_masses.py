@@ -355,8 +355,7 @@ def test_the_state_space_answers_as_dense_bars(law):
     assert system.response(s, derivatives=True) == pytest.approx(
         np.stack([condensed(dense(bare, law, at), np.r_[0:3, 120:123]) for at in s]), rel=1e-6, abs=1e-3
     )
-    modes = case.dynamics.modes(case.dynamics.dof)
-    pushed = state_space(case.end_model, nodes=nodal_shapes(case, modes), gondola=(50.0, 0.0)).response(s)[:, 0, 2:]
+    pushed = state_space(case.end_model, nodes=nodal_shapes(case), gondola=(50.0, 0.0)).response(s)[:, 0, 2:]
     for row, at in zip(pushed, s, strict=True):
         whole = dense(bare, law, at)[3:121, 3:121]
         whole[-1, -1] += 50.0 * at**2

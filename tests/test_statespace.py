@@ -287,7 +287,7 @@ def test_forces_on_nodes_are_those_of_dense_bars(dense, selection):
     choice = ssm_of_cable.choose(document, scene, ssm.StateSpaceOptions(wind=True))
     model = choice.case.end_model
     kept = chosen(model, selection)
-    system = state_space(model, kept, nodes=ssm_of_cable.nodal_shapes(choice.case, choice.modes))
+    system = state_space(model, kept, nodes=ssm_of_cable.nodal_shapes(choice.case))
     K, M, C, _ = dense
     for s in [0j] if selection == "third" else [0j, 5j, 100j]:
         full = K + s * C + s**2 * M

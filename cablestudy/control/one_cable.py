@@ -109,9 +109,10 @@ def _free_cable(model, chosen, residual, nodes):
     space[taken_back, kept:] = -model.coupling[taken_back]
     nodes = np.zeros((modes + ENDS, 0)) if nodes is None else nodes
     forces = tuple((f"force_node_{k // 3 + 1}_{'xyz'[k % 3]}", "N") for k in range(nodes.shape[1]))
-    system = LinearSystem(*model.matrices(), (nodes, 0 * nodes, 0 * nodes), inputs=forces).within(space)
+    relative = LinearSystem(*model.matrices(), (nodes, 0 * nodes, 0 * nodes), inputs=forces)
+    system = relative.within(space)
     # modal damping of absolute amplitudes does not act on the ends: what is left where the terms cancel is rounding
-    terms = np.abs(space).T @ np.abs(model.matrices()[1]) @ np.abs(space)
+    terms = np.abs(space).T @ np.abs(relative.damping) @ np.abs(space)
     damping = np.where(np.abs(system.damping) > CONTROL.cancelled_damping * terms, system.damping, 0.0)
     return replace(system, damping=damping)
 

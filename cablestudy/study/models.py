@@ -119,6 +119,10 @@ class CableElements:
         """`Superelement` of this cable."""
         return self._models.ends(planes).model(damping, self._index)
 
+    def end_shapes(self, planes):
+        """Displacements of the nodes by modes and ends of `end_model`, shape (nodes, 3, n + 6): `Ends.shapes`."""
+        return self._models.ends(planes).shapes[self._index]
+
     def end_stiffness_along(self, planes, axis):
         """Static stiffness of end 2 along x, y or z, see `BatchElements`. [N/m]"""
         return self._models.end_stiffness_along(planes, axis)[self._index]

@@ -58,7 +58,7 @@ class CableChoice(Choice):
     def system(self):
         """The StateSpace of the cable, alone or with gondola or winch loop; NoSolutionError where it overflows."""
         case, options = self.case, self.options
-        nodes = nodal_shapes(case, self.modes) if options.wind else None
+        nodes = nodal_shapes(case) if options.wind else None
         about = case.end_model, self.chosen, options.residual, nodes
         if not options.attached:
             return state_space(*about)
@@ -266,23 +266,7 @@ def _pairs_of_ends(options):
     return [(GONDOLA, GONDOLA)] if options.attached else pairs_of(options, ends, ends, GONDOLA, "force_")
 
 
-def nodal_shapes(case, modes):
-    """Displacements of the interior nodes along x, y and z by modes and ends, shape (n + 6, 3 j), see `state_space`.
-
-    Parameters
-    ----------
-    case : Case
-    modes : Modes
-        All of `case.end_model`.
-    """
-    frame, inner = case.span.frame, modes.shapes[1:-1]
-    modal = np.einsum("nak,ag->kng", inner, frame).reshape(inner.shape[2], -1)
-    ends = np.zeros((6, len(inner), 3))
-    for system in case.dynamics.systems:
-        axes = list(system.axes)
-        # when an end is moved slowly, a node moves by its share
-        share_2 = system.end_shapes[1:-1]
-        for end, share in enumerate((np.eye(len(axes)) - share_2, share_2)):
-            ends[np.ix_([3 * end + b for b in axes], range(len(inner)), axes)] = share.transpose(2, 0, 1)
-    # to global axes, of the ends and of the nodes
-    return np.concatenate([modal, np.kron(np.eye(2), frame).T @ (ends @ frame).reshape(6, -1)])
+def nodal_shapes(case):
+    """Displacements of the inner nodes along x, y and z by modes and ends, shape (n + 6, 3 j), see `state_space`."""
+    shapes = case.model.end_shapes(case.dynamics.planes)[1:-1]
+    return np.einsum("nak,ag->kng", shapes, case.span.frame).reshape(shapes.shape[-1], -1)
