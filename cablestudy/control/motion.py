@@ -127,19 +127,20 @@ def motion(layout, whole: LinearSystem, omega, shapes, winches, actuators=(), da
     matrices = np.eye(count), shapes.T @ whole.damping @ shapes + damping, stiffness
     *matrices, feedback = actuated(layout, shapes, *matrices, actuators)
 
-    def with_strokes(matrix):
-        """A matrix by the m coordinates with columns of zeros for the strokes."""
-        return np.concatenate([matrix, np.zeros((matrix.shape[0], strokes))], axis=1)
-
     return LinearSystem(
         *matrices,
-        tuple(with_strokes((shapes.T @ matrix[:, :winches]).T).T for matrix in whole.b),
-        c=tuple(with_strokes(matrix @ shapes) for matrix in whole.c),
+        tuple(with_strokes((shapes.T @ matrix[:, :winches]).T, strokes).T for matrix in whole.b),
+        c=tuple(with_strokes(matrix @ shapes, strokes) for matrix in whole.c),
         d=tuple(matrix[:, :winches] for matrix in whole.d),
         scale=np.concatenate([omega, [actuator.omega for actuator in actuators if not actuator.wheel]]),
         feedback=feedback,
         shapes=shapes,
     )
+
+
+def with_strokes(matrix, strokes):
+    """A matrix by coordinates, shape (..., m), with columns of zeros for so many strokes, shape (..., m + strokes)."""
+    return np.concatenate([matrix, np.zeros((*matrix.shape[:-1], strokes))], axis=-1)
 
 
 def actuated(layout, shapes, mass, damping, stiffness, actuators):

@@ -21,7 +21,7 @@ from cablestudy.activity import doing
 from cablestudy.control.gain_limits import StableGains, limit_near, too_many
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.margins import Margins
-from cablestudy.control.motion import actuated
+from cablestudy.control.motion import actuated, with_strokes
 from cablestudy.control.suspension import load_off_ends
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError
@@ -209,19 +209,15 @@ class DrivenCables:
         damping = np.zeros_like(mass) + plant.air_on_bodies(np.eye(len(mass))) + dense(layout.damping)
         *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, closed_loop.actuators)
         bodies = LinearSystem(*matrices, feedback=feedback)
-
-        def with_strokes(matrix):
-            """A matrix by free displacements with columns of zeros for the strokes of actuators."""
-            return np.concatenate([matrix, np.zeros((*matrix.shape[:-1], len(bodies) - len(mass)))], axis=-1)
-
+        strokes = len(bodies) - len(mass)
         lifted = dense(layout.connection).T @ load_off_ends(closed_loop.equilibrium, closed_loop.winches)
         loop_gain = LoopGain(
             bodies,
             elements=[in_air.element for in_air in plant.in_air(self.models, kept)],
-            moved=with_strokes(effects.moved),
+            moved=with_strokes(effects.moved, strokes),
             reeled=effects.reeled,
-            lifted=with_strokes(lifted.T).T,
-            measured=with_strokes(effects.measured),
+            lifted=with_strokes(lifted.T, strokes).T,
+            measured=with_strokes(effects.measured, strokes),
             shares=closed_loop.allocation.shares,
             controller=closed_loop.untuned_loop.controller,
             windows=plant.accuracy > STUDY.all_modes_from,
