@@ -1,6 +1,6 @@
 """Initial length: the unstretched length of a cable with a given mean tension or a given sag (form finding)."""
 
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -205,23 +205,26 @@ def _bracketed_zeros(function, low, high, index):
 def _least_tension(span, highest, at="mean"):
     """Chord strain and value of the least tension over all lengths."""
     strain = np.append(STRAINS[highest > STRAINS], highest)
-    minima = {}
     if span.load_positions.shape[-1]:  # a cable must not end before its last load
-        tension = _tension(span, strain, at)
+        tension, minimum_between = _tension(span, strain, at), partial(_least_between, span, at)
     else:  # whatever tension is asked for, only the last strain follows from it
-        sampled, minima = _sampled(_properties(span), at)
-        tension = np.append(sampled[: len(strain) - 1], _tension(span, strain[-1:], at))
+        properties = _properties(span)
+        tension = _tensions_at_strains(properties, at)[: len(strain) - 1]
+        tension = np.append(tension, _tension(span, strain[-1:], at))
+        minimum_between = partial(_least_between_once, properties, at)
     lowest = int(np.argmin(np.where(np.isnan(tension), np.inf, tension)))
     if 0 < lowest < len(strain) - 1:
-        neighbours = tuple(strain[lowest - 1 : lowest + 2].tolist())
-        if neighbours not in minima:
-            (minimum,), (value,) = minima_between(
-                lambda x, _: _tension(span, x, at), *np.array(neighbours)[:, None], [0]
-            )
-            minima[neighbours] = float(minimum), float(value)
-        if minima[neighbours][1] <= tension[lowest]:
-            return minima[neighbours]
+        minimum, least = minimum_between(*strain[lowest - 1 : lowest + 2].tolist())
+        if least <= tension[lowest]:
+            return minimum, least
     return float(strain[lowest]), float(tension[lowest])
+
+
+def _least_between(span, at, low, middle, high):
+    """Chord strain and value of the least tension between `low` and `high`; it is less at `middle` than at both."""
+    points = np.array([low, middle, high])[:, None]
+    (minimum,), (least,) = minima_between(lambda strain, _: _tension(span, strain, at), *points, [0])
+    return float(minimum), float(least)
 
 
 def _strains():
@@ -243,8 +246,18 @@ def _properties(span):
     return (*numbers, *((name, tuple(np.asarray(getattr(span, name)).tolist())) for name in ("level", "vertical")))
 
 
+def _span_of(properties):
+    """`Span` of such a cable, of any length."""
+    return Span(**{name: np.array(value)[()] for name, value in properties}, chord_strain=0.0)
+
+
 @lru_cache(maxsize=32)
-def _sampled(properties, at):
-    """Tensions of a cable without loads at STRAINS, and a dict for the minima that are found between them."""
-    fields = {name: np.array(value)[()] for name, value in properties}
-    return _tension(Span(**fields, chord_strain=0.0), STRAINS, at), {}
+def _tensions_at_strains(properties, at):
+    """Tensions of such a cable at STRAINS."""
+    return _tension(_span_of(properties), STRAINS, at)
+
+
+@lru_cache(maxsize=32)
+def _least_between_once(properties, at, low, middle, high):
+    """`_least_between` of such a cable."""
+    return _least_between(_span_of(properties), at, low, middle, high)
