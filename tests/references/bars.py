@@ -161,19 +161,6 @@ def _sum(one, other, sign=1):
     return [[a + sign * b for a, b in zip(*rows, strict=True)] for rows in zip(one, other, strict=True)]
 
 
-def _inverse(matrix):
-    """Of a 3 x 3 matrix, by its cofactors: cancellation costs twice the digits of its condition number."""
-    (a, b, c), (d, e, f), (g, h, i) = matrix
-    first = e * i - f * h, f * g - d * i, d * h - e * g
-    whole = a * first[0] + b * first[1] + c * first[2]
-    cofactors = (
-        (first[0], c * h - b * i, b * f - c * e),
-        (first[1], a * i - c * g, c * d - a * f),
-        (first[2], b * g - a * h, a * e - b * d),
-    )
-    return [[part / whole for part in row] for row in cofactors]
-
-
 def end_blocks(chain, L, EA, m, s, c):
     """Blocks (near, between, far) of the stiffness of the ends at s [rad/s], each 3 x 3 [N/m].
 
@@ -196,7 +183,7 @@ def end_blocks(chain, L, EA, m, s, c):
         between = [[-part for part in row] for row in bar(0)]
         for k in range(1, len(chain.tensions)):
             following = bar(k)
-            inner = _inverse(_sum(_sum(far, following), half))
+            inner = catenary_mp.inverse(_sum(_sum(far, following), half))
             across = list(zip(*between, strict=True))
             near = _sum(near, _product(between, inner, across), -1)
             between = _product(between, inner, following)
