@@ -71,14 +71,14 @@ class _Picture:
 
     def __init__(self, drawings, case=None):
         self.drawings, self.first, self.alone, self.case = drawings, drawings[0], len(drawings) == 1, case
-        self.places, self.plane = np.concatenate([one.places for one in drawings]), upright_plane(drawings)
+        self.places, self.plane = np.concatenate([drawing.places for drawing in drawings]), upright_plane(drawings)
         extent = np.ptp(self.places, axis=0)
         self.seen, (least, middle, most) = extent > FLAT * extent.max(), np.sort(extent)
         self.in_space = self.alone and self.plane is None and least > FLAT * most and middle >= LONG * most
-        held = np.concatenate([one.held for one in drawings])
+        held = np.concatenate([drawing.held for drawing in drawings])
         self.upright = self.first.single and np.ptp(held[:, :2], axis=0).max() < FLAT * most
-        on_one = case is not None and self.first.single and len(self.first.loads) and self.first.ground is None
-        self.loaded = on_one and np.ravel(self.first.form.span.vertical)[2] == 1
+        has_loads = case is not None and self.first.single and len(self.first.loads) and self.first.ground is None
+        self.loaded = has_loads and np.ravel(self.first.form.span.vertical)[2] == 1
         self.looks, self.scale = _looks(drawings, self.upright and self.loaded)
 
     def figure(self):
@@ -94,7 +94,7 @@ class _Picture:
         }
         marks_first = sorted(entries.items(), key=lambda entry: entry[0] in ("chord", "ground", "winch"))
         legend_below(figure, [(artist, label) for label, artist in marks_first])
-        several = f"Load cases: {max(self.drawings, key=lambda one: len(one.cables)).contents}"
+        several = f"Load cases: {max(self.drawings, key=lambda drawing: len(drawing.cables)).contents}"
         heading(figure, self.first.title(not (self.upright and self.loaded)) if self.alone else several)
         full_width = [axes for axes in figure.axes if axes.get_subplotspec().get_gridspec() is grid]
         if self.scale is not None:
@@ -110,13 +110,13 @@ class _Picture:
     def panels(self):
         """Height [in] of each panel, and what draws it in a cell of a grid: figure, cell -> None; list."""
         plane, panels = self.plane, [(4.2, self._against_length)] if self.upright else self._views()
-        aside = [np.abs(self._aside(one)).max(initial=0.0) / one.size for one in self.drawings] if plane else [0.0]
-        if max(aside) > SIDEWAYS and not self.loaded:
+        aside = [np.abs(self._aside(drawing)).max(initial=0.0) / drawing.size for drawing in self.drawings if plane]
+        if max(aside, default=0.0) > SIDEWAYS and not self.loaded:
             panels.append((2.6, self._along_the_span))
         if self.loaded:
-            only, one = self.case.hanging(next(iter(self.case.scene.cables))), self.first
-            x, label = (one.lengths[0], LENGTH) if self.upright else (plane(one.cables[0])[:, 0], plane.labels[0])
-            panels += deflections(only, lambda shares: np.interp(shares, one.shares[0], x), label)
+            cable, first = self.case.hanging(next(iter(self.case.scene.cables))), self.first
+            x, label = (first.lengths[0], LENGTH) if self.upright else (plane(first.cables[0])[:, 0], plane.labels[0])
+            panels += deflections(cable, lambda shares: np.interp(shares, first.shares[0], x), label)
         return panels
 
     def _views(self):
@@ -155,28 +155,28 @@ class _Picture:
 
     def _view(self, view, window, ground, hidden, figure, cell):
         """A view; of one case with names, loads, sags unless they are hidden, and clearance."""
-        axes, one = figure.add_subplot(cell), self.first
-        for drawn, look in zip(self.drawings, self.looks, strict=True):
-            marks.draw_parts(axes, drawn, view, **look)
-        if one.single:
-            marks.draw_chords(axes, view(one.ends))
+        axes, first = figure.add_subplot(cell), self.first
+        for drawing, look in zip(self.drawings, self.looks, strict=True):
+            marks.draw_parts(axes, drawing, view, **look)
+        if first.single:
+            marks.draw_chords(axes, view(first.ends))
         finish_view(axes, view, window, ground, 5 if self.in_space else 8)
         if not self.alone:
             return
-        chords = view(one.ends)
+        chords = view(first.ends)
         along = np.linspace(chords[:, 0], chords[:, 1], 99).reshape(-1, 2)
-        room = room_in(axes, window, np.concatenate([view(one.cables).reshape(-1, 2), along]), 1 + self.in_space)
+        room = room_in(axes, window, np.concatenate([view(first.cables).reshape(-1, 2), along]), 1 + self.in_space)
         if not view.labels[0]:
             corner = np.array([window.x[1], window.y[0]])  # of the scale
             room.reserve(corner, corner + np.array([-0.3, 0.1]) * window.width)
-        marks.mark_loads(axes, room, [(view(place), force) for place, force, _ in one.loads], view.axes)
+        marks.mark_loads(axes, room, [(view(place), force) for place, force, _ in first.loads], view.axes)
         if view is self.plane and not hidden:
             self._mark_sags(axes, room, chords, window)
         first_ground = ground is not None and not self._has_ground(figure.axes[:-1])
-        least = one.least_clearance() if first_ground else None
-        if least is not None and abs(least[1]) > FLAT * one.size:
-            marks.mark_clearance(axes, room, view(one.cables[least[0]]), ground, least[1])
-        marks.name_all(room, one, view)
+        least = first.least_clearance() if first_ground else None
+        if least is not None and abs(least[1]) > FLAT * first.size:
+            marks.mark_clearance(axes, room, view(first.cables[least[0]]), ground, least[1])
+        marks.name_all(room, first, view)
 
     @staticmethod
     def _has_ground(views):
@@ -185,27 +185,30 @@ class _Picture:
 
     def _mark_sags(self, axes, room, chords, window):
         """Dimensions of the sags of a few cables from chords on the paper, shape (c, 2, 2), where they can be seen."""
-        one = self.first
-        shown = one.sag > SMALL * (window.y[1] - window.y[0])
-        shown &= shown.sum() <= SAGS
-        if not one.single and shown.any():
-            marks.draw_chords(axes, chords[shown])
-        for middle, sag in zip(chords[shown].mean(axis=1), one.sag[shown].tolist(), strict=True):
+        first = self.first
+        large = first.sag > SMALL * (window.y[1] - window.y[0])
+        large &= large.sum() <= SAGS
+        if not first.single and large.any():
+            marks.draw_chords(axes, chords[large])
+        for middle, sag in zip(chords[large].mean(axis=1), first.sag[large].tolist(), strict=True):
             marks.mark_sag(axes, room, middle, sag)
 
     def _draw(self, axes, lines_of, **look):
-        """Draw lines on the paper of each drawing in its colour and dashes; those of the last one, shape (c, j, 2)."""
-        for one, own in zip(self.drawings, self.looks, strict=True):
-            lines = np.stack(np.broadcast_arrays(*lines_of(one)), axis=-1)
-            given = {"colours": own["colours"], "label": own["label"], **look}
-            marks.draw_lines(axes, lines, linestyles=[own["dashes"]], linewidths=1.4, **given)
+        """Draw lines of each drawing in its colour and dashes; the lines of the last one on the paper, shape (c, j, 2).
+
+        `lines_of`: function of a drawing, to x and y on the paper, which are broadcast to the shape (c, j).
+        """
+        for drawing, its_look in zip(self.drawings, self.looks, strict=True):
+            lines = np.stack(np.broadcast_arrays(*lines_of(drawing)), axis=-1)
+            options = {"colours": its_look["colours"], "label": its_look["label"], **look}
+            marks.draw_lines(axes, lines, linestyles=[its_look["dashes"]], linewidths=1.4, **options)
         axes.autoscale_view()
         return lines
 
     def _from_the_chord(self, window, figure, cell):
         """Height above the chord at the same horizontal distance."""
         axes, plane = figure.add_subplot(cell), self.plane
-        lines = self._draw(axes, lambda one: (plane(one.cables)[..., 0], one.below))
+        lines = self._draw(axes, lambda drawing: (plane(drawing.cables)[..., 0], drawing.below))
         window.apply(axes)
         chords = plane(self.first.ends) * np.array([1.0, 0.0])
         marks.draw_chords(axes, chords, "o")
@@ -215,16 +218,16 @@ class _Picture:
         axes.set(xlabel=plane.labels[0], ylabel="height above\nthe chord [m]")
         axes.set_title(f"Vertical distance from the chord, {window.note}", loc="left", color=GREY)
 
-    def _aside(self, one):
+    def _aside(self, drawing):
         """Distances from the ends of each cable of a drawing out of the plane, shape (c, j). [m]"""
-        return (one.cables - one.ends[:, :1]) @ np.cross(self.plane.axes[:, 1], self.plane.axes[:, 0])
+        return (drawing.cables - drawing.ends[:, :1]) @ np.cross(self.plane.axes[:, 1], self.plane.axes[:, 0])
 
     def _along_the_span(self, figure, cell):
         """Sideways against height from the chord: a cable is a line at its angle of swing."""
         axes = figure.add_subplot(cell)
-        self._draw(axes, lambda one: (self._aside(one), one.below), label="")
-        for one, look in zip(self.drawings, self.looks, strict=True):
-            aside, below = self._aside(one), one.below
+        self._draw(axes, lambda drawing: (self._aside(drawing), drawing.below), label="")
+        for drawing, look in zip(self.drawings, self.looks, strict=True):
+            aside, below = self._aside(drawing), drawing.below
             lowest = np.arange(len(below)), np.hypot(aside, below).argmax(axis=-1)
             axes.scatter(aside[lowest], below[lowest], s=16, c=look["colours"], zorder=3)
         axes.plot(0, 0, "o", color=GREY, ms=4)
@@ -237,9 +240,9 @@ class _Picture:
     def _against_length(self, figure, cell):
         """Of cables too steep for a horizontal distance: height against length, and beside it against tension."""
         left, right = cell.subgridspec(1, 2, width_ratios=(3, 2)).subplots(sharey=True)
-        one, plane, green = self.first, self.plane, {"colours": GREEN} if self.alone and self.first.single else {}
-        lines = self._draw(left, lambda one: (one.lengths, plane(one.cables)[..., 1]))
-        self._draw(right, lambda one: (one.tensions, plane(one.cables)[..., 1]), label="", **green)
+        plane, green = self.plane, {"colours": GREEN} if self.alone and self.first.single else {}
+        lines = self._draw(left, lambda drawing: (drawing.lengths, plane(drawing.cables)[..., 1]))
+        self._draw(right, lambda drawing: (drawing.tensions, plane(drawing.cables)[..., 1]), label="", **green)
         marks.draw_chords(left, lines[:, [0, -1]], "o")
         left.set(xlabel=LENGTH, ylabel=plane.labels[1])
         right.set(xlabel="tension [N]")
@@ -247,7 +250,7 @@ class _Picture:
         plain(right, 4, 7)
         if self.alone:
             per_inch = np.array([np.ptp(left.get_xlim()), np.ptp(left.get_ylim())]) / 3.5
-            loads = [((length, plane(place)[1]), force) for place, force, length in one.loads]
+            loads = [((length, plane(place)[1]), force) for place, force, length in self.first.loads]
             marks.mark_loads(left, marks.Room(left, per_inch, lines.reshape(-1, 2)), loads, plane.axes)
 
 
@@ -258,15 +261,18 @@ def _looks(drawings, unnamed):
     """
     if len(drawings) > 1:
         pairs = [(DASHES[k % len(DASHES)], SERIES[k % len(SERIES)]) for k in range(len(drawings))]
-        looks = [{"dashes": dashes, "colours": own, "own": own, "label": one.label, "lost": f"lost in {one.name}"}
-                 for one, (dashes, own) in zip(drawings, pairs, strict=True)]  # fmt: skip
+        looks = [{"dashes": dashes, "colours": colour, "own": colour, "label": drawing.label,
+                  "lost": f"lost in {drawing.name}"}
+                 for drawing, (dashes, colour) in zip(drawings, pairs, strict=True)]  # fmt: skip
         return looks, None
-    (one,) = drawings
-    label, (colours, scale) = (one.name if unnamed else one.label) if one.single else "", (BLUE, None)
-    if not one.equally_tense:
-        unit, size = ("kN", 1e-3) if one.tension.max() >= KILO else ("N", 1.0)
-        colour = ScalarMappable(Normalize(size * one.tension.min(), size * one.tension.max()), SHADES)
-        colours, scale = colour.to_rgba(size * one.tension), (colour, f"mean tension of the cable [{unit}]")
+    (drawing,) = drawings
+    label = (drawing.name if unnamed else drawing.label) if drawing.single else ""
+    colours, scale = BLUE, None
+    if not drawing.equally_tense:
+        unit, factor = ("kN", 1e-3) if drawing.tension.max() >= KILO else ("N", 1.0)
+        tension = factor * drawing.tension
+        colour = ScalarMappable(Normalize(tension.min(), tension.max()), SHADES)
+        colours, scale = colour.to_rgba(tension), (colour, f"mean tension of the cable [{unit}]")
     return [{"dashes": "-", "colours": colours, "own": None, "label": label, "lost": "lost"}], scale
 
 
