@@ -381,8 +381,8 @@ class ClosedLoop:
     def _drives_no_other_modes(self, gain):
         """True if a gain [rad/s] could drive no mode of the cables above the modes of the model, by a bound.
 
-        Of n modes of the whole all but d belong to the n - d lowest modes of the cables with fixed ends, d being the
-        free displacements (interlacing of eigenvalues under constraints: Courant and Hilbert, I.4.3).
+        The lowest n - d modes of the cables with fixed ends lie below mode n of the whole, d being the number of free
+        displacements (interlacing of eigenvalues under constraints: Courant and Hilbert, I.4.3).
         """
         effects, solution, elements = self.effects, self.modes.solution, self.modes.solution.models.elements
         have_all_modes = self.plant.model is not None and solution.models.complete
