@@ -18,7 +18,7 @@ from cablestudy.system.tangent import GROUND
 
 
 def find_form(suspension):
-    """Places of the junctions in balance, the bodies at rest where they are.
+    """Find the places of the free junctions of a cable net where given force densities balance; bodies do not move.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def find_form(suspension):
         raise NoSolutionError("no cable has a force density")
     free = flat.free[:, :3].copy()
     free[: flat.bodies] = False
-    at_free = np.where(owner == GROUND, False, free.any(axis=-1)[owner]).any(axis=-1)
+    at_free = np.where(owner == GROUND, False, free.any(axis=-1)[owner]).any(axis=-1)  # cables at a free junction
     missing = at_free & ~np.isfinite(density).all(axis=0)
     if missing.any():
         names = [flat.cable_names[i] for i in np.flatnonzero(missing)]
@@ -65,7 +65,20 @@ def find_form(suspension):
 
 
 def _coordinates(suspension, moving, cables, density, load, ends):
-    """One coordinate of the moving points of one case, from that of all cable ends, shape (c, 2)."""
+    """Solve the equations of balance along one axis for the points that can move along it, in one case: shape (m,). [m]
+
+    Parameters
+    ----------
+    suspension : SuspendedSystem
+    moving : ndarray of bool, shape (b,)
+        True for the m points that can move.
+    cables : ndarray of int
+        Cables with an end at a free junction.
+    density, load : ndarray, shapes (c,), (b,)
+        Force density of each cable [N/m], and force on each point along the axis [N].
+    ends : ndarray, shape (c, 2)
+        Coordinate of each cable end along the axis. [m]
+    """
     from scipy.sparse import coo_array
 
     if not moving.any():

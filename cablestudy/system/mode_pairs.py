@@ -1,4 +1,4 @@
-"""Pairs of modes of two models of one suspension, by their shapes: close modes may come in another order."""
+"""Pairing of the modes of two models of one suspension by their shapes, since close modes may come in another order."""
 
 from functools import lru_cache
 
@@ -9,14 +9,19 @@ from cablestudy.system.damping import assigned
 
 
 def pair_modes(modes, others):
-    """Number (from 0) of the mode of another model that has the shape of each mode, shape (k,).
+    """Find for each mode of a model the mode of another model that has about its shape.
 
     Parameters
     ----------
     modes : CoupledModes
-        k of them.
+        k modes.
     others : CoupledModes
-        Of the same suspension with other meshes or coordinates, no fewer.
+        No fewer modes of the same suspension, with other meshes or coordinates.
+
+    Returns
+    -------
+    ndarray of int, shape (k,)
+        Index in `others`; no index occurs twice.
 
     Notes
     -----
