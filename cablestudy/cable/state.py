@@ -79,7 +79,7 @@ class State(SegmentedCable):
 
 
 def interpolate(state, positions):
-    """Displacement and tension of cables between the nodes.
+    """Displacement and tension at any positions along cables of elements, from the values at nodes and Gauss points.
 
     Parameters
     ----------
