@@ -98,7 +98,7 @@ class Quantity(_Type):
     words: tuple[str, ...] = ()
 
     def read(self, value):
-        """Value -> float [unit], or one of `words`."""
+        """Convert a value of a file to a float in `unit`, or keep one of `words`; refuse it outside of the limits."""
         if self.words and isinstance(value, str) and value in self.words:
             return value
         try:
@@ -230,16 +230,22 @@ def table_at(tables, path):
 
 
 def group_mistakes(table, given, optional=False):
-    """Keys of a table that exclude each other, or of which one is missing, as (path inside the table, message) pairs.
+    """Find keys of a table that exclude each other, such as `at` and `fraction` of a load, and keys that are missing.
 
     Parameters
     ----------
     table : str
-        Dotted key; without `layers.ALTERNATIVES` nothing is wrong.
+        Dotted key of the table in `layers.ALTERNATIVES`: rows of groups of keys, of each row one group may be given. A
+        table that is not there has no mistakes.
     given : collection of str
         The keys that are there.
     optional : bool
-        Whether a row of alternatives may be left out.
+        True if no group of a row need be given.
+
+    Returns
+    -------
+    list of (tuple, str)
+        Path inside the table, and message.
     """
     mistakes, given = [], set(given)
     for groups in ALTERNATIVES.get(table, ()):

@@ -24,7 +24,7 @@ class Comparison(NamedTuple):
 
 @lru_cache(maxsize=4096)
 def comparison(text):
-    """The `Comparison` of a limit, its column first.
+    """Parse a limit such as "clearance >= 6 m", or "6 m <= clearance", as a `Comparison` with the column first.
 
     Raises
     ------

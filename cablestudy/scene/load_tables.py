@@ -158,15 +158,20 @@ class CommonLoadCase(KeyTable):
         return diameter + 2 * ice.thickness
 
     def needs_of(self, cable, path, name):
-        """Relations that a cable has the diameter and expansion that this case needs: a list, see `KeyTable.relations`.
+        """Check that a cable has the diameter and the thermal expansion that this load case needs.
 
         Parameters
         ----------
         cable : CableProperties
         path : tuple
-            Of the cable in the scene.
+            Path of the cable in the scene.
         name : str
-            Of this case.
+            Name of this load case.
+
+        Returns
+        -------
+        list of (tuple, bool, callable)
+            Path, True if the cable has the key, and the message if not: a list as of `KeyTable.relations`.
         """
         needs_diameter = self.wind is not None or (self.ice is not None and self.ice.thickness is not None)
         has_diameter = cable.section_diameter is not None

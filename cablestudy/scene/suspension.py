@@ -313,7 +313,7 @@ def is_suspension(document):
 
 
 def read_suspension(document):
-    """Scene of a document that describes several cables.
+    """Check a document that describes several cables, and convert it to a `SuspensionScene` in SI.
 
     Parameters
     ----------

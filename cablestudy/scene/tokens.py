@@ -27,13 +27,18 @@ class Token(NamedTuple):
 
 
 def tokens_of(text, refuse):
-    """List of the tokens of a condition, the last one of the kind `end`.
+    """Split the text of a condition, such as "sag > 2 m and clearance >= 6 m", into tokens.
 
     Parameters
     ----------
     text : str
     refuse : callable
-        Column, message: raises the error of what is no token.
+        Called with a column and a message where the text is no token; must raise an error.
+
+    Returns
+    -------
+    list of Token
+        The last one is of the kind `end`.
     """
     tokens, position, end = [], 0, len(text.rstrip())
     while position < end:
