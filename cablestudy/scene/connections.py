@@ -100,15 +100,8 @@ def _end_mistakes(kind, name, pair, points, bodies, suggest):
 def _wrong_end(kind, end, points, bodies, suggest):
     """Message on one end of a cable or link that refers to no point or attachment; empty where it is right.
 
-    Parameters
-    ----------
-    kind : {"cable", "link"}
-    end : str
-        As written: a point, or BODY.ATTACHMENT.
-    points, bodies
-        As for `connection_mistakes`.
-    suggest : bool
-        True if the message shall suggest a similar name, which takes long in large files.
+    The end is as written, a point or BODY.ATTACHMENT; `kind` is cable or link; with `suggest` the message suggests a
+    similar name, which takes long in large files.
     """
     if end in points:
         return ""

@@ -81,7 +81,7 @@ class Document:
             Every key that cannot be set.
         """
         contents, overrides, mistakes = self.value, [], []
-        for key, new_value, _ in items:
+        for key, new_value, _ in items:  # before any is set: two of them that exclude each other are both kept
             contents = remove_alternatives(contents, key) if new_value is not None else contents
         for key, new_value, where in items:
             try:

@@ -99,8 +99,8 @@ def entries_of(table, source, cases):
     if table.sample:
         groups.append((("sample", "over"), table.sample.over, partial(_sampled, table.sample)))
     for path, mapping, read_values in groups:
-        columns, alternatives, wrong = _columns_of(mapping, path, read_values, source, varied)
-        mistakes += wrong
+        columns, alternatives, mistakes_of_entry = _columns_of(mapping, path, read_values, source, varied)
+        mistakes += mistakes_of_entry
         try:
             entries += [Entry(columns, alternatives)] if columns or not mapping else []
         except ValueError as error:
@@ -140,10 +140,10 @@ def _columns_of(mapping, path, read_values, source, varied):
             _check_unvaried(key, varied)
             varied.add(key)
             if key == ALTERNATIVE and path[0] == "vary":
-                alternatives, wrong = _alternatives(source, (*path, key), written, varied)
+                alternatives, wrong_alternatives = _alternatives(source, (*path, key), written, varied)
                 varied |= {other for settings in alternatives.values() for other, _, _ in settings}
-                if wrong:
-                    mistakes += wrong
+                if wrong_alternatives:
+                    mistakes += wrong_alternatives
                     continue
                 written = list(alternatives)
             columns.append((key, read_values(key, written), partial(_value_place, source, (*path, key))))

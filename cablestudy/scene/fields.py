@@ -256,7 +256,7 @@ def group_mistakes(table, given, optional=False):
             mistakes += [((key,), message) for key in used_keys if key not in used_groups[0]]
         elif used_groups and used_groups[0][0] not in given:
             mistakes.append(((), f"missing key: {used_groups[0][0]} ({used_keys[0]} goes with it)"))
-        elif not (used_groups or optional or groups in OF_SECTION + OF_CABLE):
+        elif not (used_groups or optional or groups in OF_SECTION + OF_CABLE):  # those a material may give
             mistakes.append(((), f"missing key: one of {_first_keys(groups)}"))
     return mistakes
 

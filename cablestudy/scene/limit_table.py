@@ -33,6 +33,7 @@ def comparison(text):
     """
 
     def refuse(column, message):
+        """Raise the error for text that is no token."""
         raise wrong(f"{message.partition(' (')[0]} at character {column}: {EXPECTED}")
 
     tokens = tokens_of(text, refuse)[:-1]

@@ -177,10 +177,11 @@ class CommonLoadCase(KeyTable):
         has_diameter = cable.section_diameter is not None
         has_expansion = cable.expansion is not None or cable.stress_strain is not None
         message = "missing key: {} (case {} has {})".format
-        around = partial(message, "diameter", name, "wind or ice around the cable")
+        no_diameter = partial(message, "diameter", name, "wind or ice around the cable")
+        no_expansion = partial(message, "expansion", name, "a temperature")
         return [
-            (path, not needs_diameter or has_diameter, around),
-            (path, self.temperature is None or has_expansion, partial(message, "expansion", name, "a temperature")),
+            (path, not needs_diameter or has_diameter, no_diameter),
+            (path, self.temperature is None or has_expansion, no_expansion),
         ]
 
 

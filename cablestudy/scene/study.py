@@ -294,23 +294,9 @@ def read_study(path, sets=(), vary=()):
 
 
 def study_of(source, sets=(), vary=()):
-    """Check a study file as read, and read the base scene that it names.
+    """Make the `StudyFile` of a study as read, a `Document` whose `base:` is unread: check it, and read its base scene.
 
-    Parameters
-    ----------
-    source : Document
-        The study file, its `base:` still unread.
-    sets, vary : sequence of str
-        As for `read_study`.
-
-    Returns
-    -------
-    StudyFile
-
-    Raises
-    ------
-    SceneError
-        As `read_study`.
+    Other parameters and errors are those of `read_study`.
     """
     _refuse_scene(source)
     try:

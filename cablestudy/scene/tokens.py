@@ -44,8 +44,8 @@ def tokens_of(text, refuse):
     while position < end:
         match = _TOKEN.match(text, position)
         if match is None:
-            wrong = end - len(text[position:end].lstrip())  # position of the first character that is no blank
-            refuse(wrong + 1, f"unexpected {text[wrong]!r}")
+            wrong_index = end - len(text[position:end].lstrip())  # of the first character that is no blank
+            refuse(wrong_index + 1, f"unexpected {text[wrong_index]!r}")
         kind = match.lastgroup
         token = Token(kind, match[kind].strip(), match.start(kind) + 1)
         if token.text in INSTEAD:

@@ -104,7 +104,7 @@ class MeshGroup:
         return list(zip(positions, displacements, strict=True))
 
     def coordinates(self, kept, vectors):
-        """Choose the coordinates of the cables of the group: kept modes, and residual vectors for those left out.
+        """Make `GroupCoordinates` of the cables of the group: kept modes, and residual vectors for those left out.
 
         Parameters
         ----------
@@ -112,10 +112,6 @@ class MeshGroup:
             True for modes that are coordinates.
         vectors : ndarray of bool, shape (g,)
             True for cables that get residual vectors.
-
-        Returns
-        -------
-        GroupCoordinates
         """
         omega, coupling = self.ends.omega, self.ends.coupling
         shapes = residual_vectors(omega, coupling, ~kept & vectors[:, None])
@@ -301,11 +297,11 @@ def residual_vectors(omega, coupling, omitted):
     if not omitted.any():
         return np.zeros((*omega.shape, min(coupling.shape[-1], omega.shape[-1])))
     stiffness = np.where(omitted, omega**2, 0.0)[..., None]
-    response = np.where(omitted[..., None], coupling / omega[..., None] ** 2, 0.0)
-    vectors, size, _ = np.linalg.svd(response, full_matrices=False)
-    independent = size > SYSTEM.dependent_residual * size.max(axis=-1, keepdims=True, initial=0.0)
+    response = np.where(omitted[..., None], coupling / omega[..., None] ** 2, 0.0)  # V, amplitudes of the modes
+    vectors, singular, _ = np.linalg.svd(response, full_matrices=False)
+    independent = singular > SYSTEM.dependent_residual * singular.max(axis=-1, keepdims=True, initial=0.0)
     vectors = vectors * independent[..., None, :]
-    rotation = np.linalg.eigh(vectors.swapaxes(-1, -2) @ (stiffness * vectors))[1]
+    rotation = np.linalg.eigh(vectors.swapaxes(-1, -2) @ (stiffness * vectors))[1]  # to vectors with a frequency each
     by_frequency = vectors @ rotation
     is_unit = (by_frequency**2).sum(axis=-2, keepdims=True) > 0.5  # else one of the zeros, but for rounding
     return np.where(is_unit, by_frequency, 0.0)

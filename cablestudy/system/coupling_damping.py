@@ -44,7 +44,12 @@ class PoleSum:
             Coefficients by ascending power of x: K and M, or K, C and M, for the modes and then the ends; M is the
             identity for the modes.
         poles, left, right : ndarray, shapes (N,), (n, N), (N, n)
-            The inverse of the polynomial of the modes is the sum of left right/(x - pole) over the poles.
+            The inverse of the polynomial Q_nn of the modes is the sum of left right/(x - pole) over the poles.
+
+        Notes
+        -----
+        The forces are Q_ee - Q_en Q_nn^-1 Q_ne, Q being the polynomial of modes n and ends e. The product Q_en left
+        right Q_ne at each pole is over pole^n, as the sum of a `PoleSum` is times x^n.
         """
         n = len(left)
         static, *_, mass = matrices

@@ -47,7 +47,7 @@ def damped_poles(system, omega, shapes, coupled=SYSTEM.coupled_modes):
     damping, loss = basis.T @ (damping @ basis), basis.T @ (loss @ basis)
     poles, share = _oscillating_poles(omega, damping, loss)
     share = share[:count]
-    mode, pole = assigned(share)
+    mode, pole = assigned(share)  # indices of modes, and of the poles that belong to them
     ratio = (np.diagonal(damping) / (2 * omega) + np.diagonal(loss) / (2 * omega**2))[:count]
     oscillates = (share[mode, pole] >= SYSTEM.oscillating_share) | (ratio[mode] <= 1)
     mode, pole = mode[oscillates], pole[oscillates]

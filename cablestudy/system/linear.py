@@ -227,11 +227,6 @@ class LinearSystem:
             N: motion imposed by each further input v; these inputs come before those of the system.
         inputs : tuple of (str, str)
             Name and unit of each further input.
-
-        Returns
-        -------
-        LinearSystem
-            With r coordinates.
         """
         b, d = tuple(space.T @ matrix for matrix in self.b), self.d
         if imposed is not None:
@@ -344,17 +339,7 @@ class LinearSystem:
     def truncate(self, chosen):
         """The system reduced to some of its modes, the others left out with their static response: modal truncation.
 
-        It shows the error that `keep` avoids.
-
-        Parameters
-        ----------
-        chosen : ndarray of int
-            Modes to keep, from 0.
-
-        Returns
-        -------
-        LinearSystem
-            Its coordinates are modal amplitudes.
+        It shows the error that `keep` avoids, whose parameters and result it has.
 
         Notes
         -----
@@ -717,14 +702,8 @@ def assemble(cables, connection, bodies, imposed=None, stiffness=0.0):
 def _assemble_sparse(cables, matrices, connection, bodies, imposed, stiffness):
     """`assemble` for a sparse G: block-diagonal matrices A of all modes and cable ends, reduced to T^T A T.
 
-    T gives modes and ends by the coordinates of the system: the ends move with the bodies.
-
-    Parameters
-    ----------
-    cables, connection, bodies, imposed, stiffness
-        As for `assemble`.
-    matrices : list of (ndarray, ndarray, ndarray)
-        M, C and K of each cable, `Superelement.matrices`.
+    T gives modes and ends by the coordinates of the system: the ends move with the bodies. `matrices` has M, C and K of
+    each cable; the other arguments are those of `assemble`.
     """
     from scipy.sparse import block_array, csc_array, eye_array
 

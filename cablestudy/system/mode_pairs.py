@@ -28,8 +28,8 @@ def pair_modes(modes, others):
     The pairs have the largest sum of modal assurance criteria (phi^T M psi)^2, of mass-normalised shapes with the
     masses of the nodes of the other model. Allemang and Brown (1982).
     """
-    first, second = (model.layout.displaced(model.layout.bodies(model.shapes)) for model in (modes, others))
-    products = [_product(first, others.layout.mass @ second)]
+    motion, other_motion = (model.layout.displaced(model.layout.bodies(model.shapes)) for model in (modes, others))
+    products = [_product(motion, others.layout.mass @ other_motion)]  # phi^T M psi of the bodies, then of each cable
     models, meshes = others.solution.models, modes.solution.models.meshes
     for cable, (mesh, mass) in enumerate(zip(models.meshes, models.cables.mass.tolist(), strict=True)):
         if mesh is not None:

@@ -117,8 +117,8 @@ def _eigen_of_springs(a):
 def _separating_change(a, poles, right):
     """Random matrix, shape (N, N), a small multiple of which, added to A, takes poles apart that nearly coincide.
 
-    Poles whose eigenvectors are nearly parallel come apart by about their size times that multiple; no others change.
-    `poles` and `right` are the eigenvalues and eigenvectors computed for A as it is.
+    It acts in the space of poles whose eigenvectors are nearly parallel, with a norm of their size; other poles do not
+    change. `poles` and `right` are the eigenvalues and eigenvectors computed for A as it is.
     """
     random, total, is_real = np.random.default_rng(0), np.zeros_like(a), not np.iscomplexobj(a)
     remaining = np.arange(len(poles))

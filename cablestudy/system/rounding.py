@@ -40,7 +40,7 @@ class Bounds:
 
 
 def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None):
-    """Bounds on the rounding of the net force and moment on each body, by the terms of the module's docstring.
+    """`Bounds` on the rounding of the net force and moment on each body, by the terms of the module's docstring.
 
     A search for the equilibrium ends where the net forces are below `Bounds.least`, or can fall no further below
     `Bounds.most`.
@@ -60,11 +60,6 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
     tension : ndarray, shape (..., c)
         Largest one of each cable, or an upper bound of it. [N]
     links : Links, optional
-
-    Returns
-    -------
-    Bounds
-        Of shape (..., b, 6).
     """
     of_cables = _of_tensions(ends[..., suspension.of_cables, :, :], strain, cables, tension)
     of_links = (None, None) if links is None else of_springs(ends[..., len(suspension.cable_names) :, :, :], links)

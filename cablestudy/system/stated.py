@@ -67,6 +67,7 @@ def values(cables, given):
     """
     kinds = np.asarray(given, dtype=object)
     result, loaded = np.full(np.shape(cables.span.chord), np.nan), cables.span.load_positions.shape[-1] > 0
+    # without point loads an end has the horizontal and the largest tension of the whole cable
     quantities = {
         "unstretched_length": lambda: cables.span.unstretched_length,
         "preload": lambda: cables.mean_tension,

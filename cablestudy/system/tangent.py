@@ -367,14 +367,8 @@ def body_stiffness(blocks, suspension):
 def _condensed(blocks, suspension, count, following):
     """`body_stiffness` of one case by static condensation, shape (count, 6, 6).
 
-    Parameters
-    ----------
-    blocks : Blocks
-    suspension : SuspendedSystem
-    count : int
-        Number of bodies; the junctions come after them.
-    following : ndarray of bool, shape (b, 6)
-        True for the free degrees of freedom of the junctions, j of `body_stiffness`.
+    `count` is the number of bodies, which come before the junctions; `following`, bool of shape (b, 6), is True for the
+    free degrees of freedom of the junctions, j of `body_stiffness`.
     """
     from scipy.sparse.linalg import splu
 
