@@ -36,7 +36,7 @@ class Equilibria:
         """
         if len(suspension.shape) != 1:
             return statics.pose(suspension)
-        common, keys = suspension.identity
+        common, keys = suspension.identity  # data that all cases share, and what tells each case from the others
         rows, equilibrium = self._remembered(common, set(keys)) or self._solve(common, keys, suspension)
         row_of_case = [rows[key] for key in keys]
         return equilibrium if row_of_case == list(range(len(rows))) else equilibrium.take(np.array(row_of_case))

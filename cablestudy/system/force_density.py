@@ -38,7 +38,7 @@ def find_form(suspension):
         A cable at a free junction without a force density; a junction that the force densities do not hold.
     """
     owner, shape = suspension.owner[suspension.of_cables], suspension.shape
-    flat = suspension.broadcast((int(np.prod(shape)),))
+    flat = suspension.broadcast((int(np.prod(shape)),))  # cases along one axis
     density = flat.force_density
     if density is None:
         raise NoSolutionError("no cable has a force density")
@@ -49,15 +49,14 @@ def find_form(suspension):
     if missing.any():
         names = [flat.cable_names[i] for i in np.flatnonzero(missing)]
         raise NoSolutionError(f"no force density of {', '.join(names)}")
-    position = np.array(flat.position)
+    cables, position = np.flatnonzero(at_free), np.array(flat.position)
     ends = flat.ends(position, flat.rotation)
     for case in range(len(position)):
         for axis in range(3):
             moving = free[:, axis]
             load = flat.force[case, :, axis] - (axis == 2) * flat.gravity[case] * flat.mass[case]
-            position[case, moving, axis] = _coordinates(
-                flat, moving, np.flatnonzero(at_free), density[case], load, ends[case, :, :, axis]
-            )
+            coordinates = ends[case, :, :, axis]
+            position[case, moving, axis] = _coordinates(flat, moving, cables, density[case], load, coordinates)
     form = replace(flat, position=position)
     ends = form.ends(position, flat.rotation)[:, flat.of_cables]
     length = np.sqrt(((ends[..., 1, :] - ends[..., 0, :]) ** 2).sum(axis=-1))
@@ -83,8 +82,8 @@ def _coordinates(suspension, moving, cables, density, load, ends):
 
     if not moving.any():
         return np.zeros(0)
-    number = np.append(np.where(moving, np.cumsum(moving) - 1, -1), -1)  # the last one is the ground
-    node = number[suspension.owner[cables]]  # moving point at each end, shape (cables, 2); -1 where none is
+    row = np.append(np.where(moving, np.cumsum(moving) - 1, -1), -1)  # equation of each point; last of the ground: none
+    node = row[suspension.owner[cables]]  # equation of the point at each end, shape (cables, 2); -1 where none moves
     q, count, right = density[cables], int(moving.sum()), load[moving].copy()
     rows, columns, entries = [], [], []
     for end, other_end in ((0, 1), (1, 0)):

@@ -108,14 +108,15 @@ def _sampled(equilibrium):
     net, net_rounding, error, value_rounding = _residuals(equilibrium, kinds, length_known)
     free = suspension.free
     generator = np.random.default_rng(SYSTEM.seed)
-    on_bodies = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, *free.shape))
-    on_cables = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, len(kinds)))
-    value_changes = np.concatenate([on_cables * value_rounding[..., None, :], -error[..., None, :]], axis=-2)
+    body_signs = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, *free.shape))
+    cable_signs = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, len(kinds)))
+    value_changes = np.concatenate([cable_signs * value_rounding[..., None, :], -error[..., None, :]], axis=-2)
     end_forces = force_changes[..., None, :, :, :, 3] * value_changes[..., None, None]  # (..., samples + 1, c, 2, 3)
     stiffness = force_changes[..., :, :, :3]
     if suspension.link_names:
         stiffness, end_forces = _with_links(equilibrium, stiffness, end_forces, generator)
-    forces = np.concatenate([on_bodies * net_rounding[..., None, :, :], net[..., None, :, :]], axis=-3)
+    # net force on each body in each sample: its own rounding, or residual, and the changes of the end forces
+    forces = np.concatenate([body_signs * net_rounding[..., None, :, :], net[..., None, :, :]], axis=-3)
     cable, end = np.nonzero(suspension.owner != tangent.GROUND)
     body = suspension.owner[cable, end]
     arm = arms[..., None, cable, end, :]
