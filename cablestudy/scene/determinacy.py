@@ -30,7 +30,7 @@ def determinacy_mistakes(scene):
         return _mistakes_for_pose(scene, without_length)
     if not without_length:
         return [(("solve_for",), "lengths: every cable states one already, so that nothing is left to find")]
-    reference = scene.tensions.reference if scene.tensions else None
+    reference = scene.tensions.reference if scene.tensions else None  # if a mapping: a tension of each such cable
     without_tension = [name for name in without_length if name not in reference] if isinstance(reference, dict) else []
     if without_tension:
         message = f"missing key: one for each cable that states nothing: {first_of(without_tension, LISTED)}"

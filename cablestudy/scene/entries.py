@@ -112,7 +112,7 @@ def entries_of(table, source, cases):
 
 
 def _columns_of(mapping, path, read_values, source, varied):
-    """Read one entry of a study.
+    """Read one entry of a study, which becomes an `Entry`: its varied keys, their values, and the mistakes in them.
 
     Parameters
     ----------

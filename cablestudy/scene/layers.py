@@ -209,7 +209,7 @@ def unknown_name(lower, upper, path):
     -------
     tuple of (str, str, list of str) or None
         What the name should stand for, the name, and the names that there are: ("cable", "north", ["left", "right"]).
-        None where all names are known, or the layer adds a new table with the keys that it needs.
+        None where all names are known, or a new table was added with the keys that it needs.
     """
     for table, (kind, keys) in NAMED.items():
         depth = len(table)

@@ -339,7 +339,7 @@ class LinearSystem:
     def truncate(self, chosen):
         """The system reduced to some of its modes, the others left out with their static response: modal truncation.
 
-        It shows the error that `keep` avoids, whose parameters and result it has.
+        It shows the error that `keep` avoids. Parameters and result are those of `keep`.
 
         Notes
         -----

@@ -9,7 +9,7 @@ from cablestudy.system.damping import assigned
 
 
 def pair_modes(modes, others):
-    """Find for each mode of a model the mode of another model that has about its shape.
+    """Find for each mode of a model the mode of another model with about its shape, so that both can be compared.
 
     Parameters
     ----------
