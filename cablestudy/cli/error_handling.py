@@ -89,17 +89,8 @@ def echo_notes(lines, quiet=False):
 def finish(scene, answer, style, plot=None, explain=False, quiet=False):
     """Print the notes, failures and tables of an `Answer`, save its picture, and return the exit code of the command.
 
-    Parameters
-    ----------
-    scene : str
-        Name of the scene in messages.
-    answer : Answer
-    style : Style
-        Format of the tables, and which part of them is shown.
-    plot : str, optional
-        File of the picture.
-    explain, quiet : bool
-        True if explanations are printed too; if nothing but failures and tables is.
+    `scene` is the name of the scene in messages, `style` the format of the tables (`Style`), `plot` the file of the
+    picture. With `explain` explanations are printed too; with `quiet` nothing but failures and tables.
     """
     end_display()
     if style.top and answer.table is not None and answer.table.single:
