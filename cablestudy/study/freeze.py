@@ -12,18 +12,21 @@ OF_LENGTHS = ("solve_for", "tensions")  # keys of a suspension whose lengths are
 
 
 def freeze_cable(document, scene):
-    """Contents of the file of a scene of one cable with its length in the reference state, all of it resolved.
+    """File contents of a scene of one cable that states the unstretched length in place of preload, tension or sag.
+
+    The cable then keeps its length when other values of the scene are varied; values of base files are included.
 
     Parameters
     ----------
     document : Document
+        File of the scene.
     scene : CableScene
-        The same in SI.
+        The scene read from it.
 
     Returns
     -------
     dict
-        Plain values; lengths with as many digits as a double has.
+        Tables of the file in plain values; the length with as many digits as a double has.
 
     Raises
     ------

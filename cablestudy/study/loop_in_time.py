@@ -214,19 +214,23 @@ def step_words(step, time):
 
 
 def time_case(document, scene, closed_loop, options, names=None, wind_keys=("wind",)):
-    """`TimeCase` of a loop: one measured coordinate after a step of a winch or a reference, or in a gust.
+    """Response of one measured coordinate after a step of a winch or a reference, or in a gust: `TimeCase`.
+
+    The options name the input and the output; by default the first winch makes a step, and the first measured
+    coordinate is shown, or the one whose reference makes the step.
 
     Parameters
     ----------
     document : Document
-        Of the scene, for the places of mistakes.
+        File of the scene, for the positions of mistakes.
     scene : CableScene or SuspensionScene
         As the user wrote it.
     closed_loop : ClosedLoop
-        With a stable loop.
+        A stable loop.
     options : TimeOptions
+        Options of the command `loop`.
     names : dict, optional
-        Name in the plant -> name for the user, of winches, references and outputs where they differ.
+        Name in the plant -> name for the user, of winches, references and outputs whose names differ.
     wind_keys : sequence of str
         Keys of the scene without which no wind acts on it.
 
@@ -268,19 +272,21 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
 
 
 def in_time(closed_loop, output, input_, components, times):
-    """`TimeResponse` of a `ClosedLoop`, with its error by the modes that are left out.
+    """Response of a displacement over time to an input of a closed loop: `TimeResponse`.
+
+    It is computed with all coordinates, and in a smaller space of coordinates: the difference gives the estimated error
+    by the modes that any model leaves out.
 
     Parameters
     ----------
     closed_loop : ClosedLoop
-        With a loop, stable.
+        A stable loop; with a gain of zero its winches rest.
     output : str
-        A displacement, as of `ClosedLoop.outputs`.
+        Name of the displacement, of `ClosedLoop.outputs`.
     input_ : str
-        `winch.CABLE`, `reference.COORDINATE`, or WIND_INPUT: a gust along the mean wind, the same everywhere, per speed
-        of it.
+        `winch.CABLE`, `reference.COORDINATE`, or WIND_INPUT: speed of a gust along the mean wind, equal everywhere.
     components : list of time_response.Component
-        Of the input.
+        The input as a sum of functions of time.
     times : ndarray, shape (m,)
         Uniform, from zero. [s]
 
@@ -291,14 +297,14 @@ def in_time(closed_loop, output, input_, components, times):
     """
     plant = closed_loop.plant
     all_coordinates = plant.viscous_motion
-    results = [
+    full, coarse = (
         _response_in_space(closed_loop, motion, space, output, input_, components, times)
         for motion, space in ((all_coordinates, None), (all_coordinates.within(plant.coarse_space), plant.coarse_space))
-    ]
-    results = loop_response.compared(*results)
+    )
+    response = loop_response.compared(full, coarse)
     if closed_loop.loop.gain:
-        return results
-    return replace(results, winch=np.zeros_like(results.winch), winch_speed=np.zeros_like(results.winch_speed))
+        return response
+    return replace(response, winch=np.zeros_like(response.winch), winch_speed=np.zeros_like(response.winch_speed))
 
 
 def unit_of(coordinate):
@@ -312,26 +318,29 @@ def measured_by(closed_loop):
 
 
 def labelled(closed_loop, motion, names, forces, of_forces=None):
-    """A motion of a `ClosedLoop` with names and units, and with forces as inputs beside the winches: `LinearSystem`.
+    """Name the coordinates, inputs and outputs of a linear system, and add inputs for forces: `LinearSystem`.
+
+    Its inputs are then the winches, followed by the forces.
 
     Parameters
     ----------
     closed_loop : ClosedLoop
+        Its winches, markers and actuators give names and units.
     motion : LinearSystem
-        That of the closed loop, or in a space of its coordinates.
+        Equations of motion of the closed loop's plant, in m coordinates: all of them, or those of a subspace.
     names : list of str
-        Of its coordinates but the strokes of reaction masses.
+        Names of the coordinates, without the strokes of reaction masses, which come last.
     forces : ndarray, shape (m, j)
-        On each coordinate.
+        Force on each coordinate per unit of each of j inputs.
     of_forces : tuple of (str, str), optional
-        Name and unit of each; by default they are those on all free displacements of bodies.
+        Name and unit of each of these inputs; by default they are forces along all free displacements of bodies.
     """
-    winches = len(closed_loop.winches)
+    winch_count = len(closed_loop.winches)
     inputs, outputs = labels(closed_loop.layout, closed_loop.winches, closed_loop.markers)
-    strokes = [(f"{one.name}.stroke", "m") for one in closed_loop.actuators if not one.wheel]
+    strokes = [(f"{actuator.name}.stroke", "m") for actuator in closed_loop.actuators if not actuator.wheel]
     coordinates = (*((name, MODAL) for name in names), *strokes)
-    motion = replace(motion, coordinates=coordinates, inputs=inputs[:winches], outputs=outputs)
-    return motion.with_forces(forces, inputs[winches:] if of_forces is None else of_forces)
+    motion = replace(motion, coordinates=coordinates, inputs=inputs[:winch_count], outputs=outputs)
+    return motion.with_forces(forces, inputs[winch_count:] if of_forces is None else of_forces)
 
 
 def uniform_gust(gusts):
@@ -340,14 +349,21 @@ def uniform_gust(gusts):
 
 
 def _response_in_space(closed_loop, motion, space, output, input_, components, times):
-    """`TimeResponse` of a linear system, of all coordinates or of those in a subspace; others as of `in_time`.
+    """Response over time to an input of a closed loop, with its plant in all coordinates or in a subspace.
 
     Parameters
     ----------
     motion : LinearSystem
-        Of r coordinates.
+        Equations of motion of the plant, in r coordinates.
     space : ndarray, shape (n, r), or None
         Basis of the subspace; None where all n coordinates are kept.
+    closed_loop, output, input_, components, times
+        See `in_time`.
+
+    Returns
+    -------
+    TimeResponse
+        With the loop and without it.
     """
     loop = closed_loop.loop
     loads, allocation = np.zeros((len(closed_loop.motion), 1)), loop.allocation
@@ -362,16 +378,27 @@ def _response_in_space(closed_loop, motion, space, output, input_, components, t
     control = LinearControl(allocation, loop.gain, loop.notches, loop.law_space, loop.law_names)
     with_loop = state_space_of(system, None, control, measured_by(closed_loop), closed_loop.actuators, added=True)
     without_loop = state_space_of(system, actuators=closed_loop.actuators)
-    winch_outputs = [with_loop.output_names.index(name) for name, _ in system.inputs[: len(closed_loop.winches)]]
-    numbers = with_loop.output_names.index(output), winch_outputs, with_loop.input_names.index(input_)
-    return loop_response.responses(with_loop, without_loop, *numbers, components, times)
+    winch_indices = [with_loop.output_names.index(name) for name, _ in system.inputs[: len(closed_loop.winches)]]
+    indices = with_loop.output_names.index(output), winch_indices, with_loop.input_names.index(input_)
+    return loop_response.responses(with_loop, without_loop, *indices, components, times)
 
 
 def remarks_of(drive, right_up_to, response, dampings):
-    """Remarks on a `TimeResponse`: how damping and delay are approximated, and a winch too fast for its `Drive`.
+    """Remarks for the user on a response in time: how damping and delay are approximated, and winches too fast.
 
-    The phase of the delay is right up to a frequency [rad/s], zero where no delay is approximated. `dampings` are those
-    of all cables.
+    Parameters
+    ----------
+    drive : Drive
+        Of the winches; it may state their largest speed.
+    right_up_to : float
+        Frequency up to which the phase of an approximated delay is right; zero without one. [rad/s]
+    response : TimeResponse
+    dampings : list
+        Damping of each cable, as the scene states it.
+
+    Returns
+    -------
+    tuple of str
     """
     remarks, speed = [], np.abs(response.winch_speed).max()
     if has_loss_factor(dampings):
@@ -392,9 +419,9 @@ def remarks_of(drive, right_up_to, response, dampings):
 
 
 def time_table(solved):
-    """Table of a `TimeCase`: time, input, displacement with and without the loop, movement and speed of the winches.
+    """Table over time of a `TimeCase`: input, displacement with and without the loop, positions and speeds of winches.
 
-    Markdown has the winch that moves most.
+    A CSV file has all winches; Markdown has only the one that moves most, the others are hidden there.
     """
     response, unit, name = solved.response, solved.unit, solved.name
     of_wind = solved.input.unit == "m/s"
@@ -412,6 +439,7 @@ def time_table(solved):
             (Field(f"{winch}_mm", winch, "mm", hidden=hidden), MILLI * response.winch[:, index]),
             (Field(f"{winch}_speed_mm_per_s", "speed", "mm/s", hidden=hidden), MILLI * response.winch_speed[:, index]),
         ]
+    # the response has more points of time than the table has rows
     rows = np.stack([_without_rounding(value)[:: solved.options.every] for _, value in columns], axis=1)
     return Table.of([field for field, _ in columns], rows.tolist())
 

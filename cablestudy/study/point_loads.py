@@ -52,15 +52,21 @@ class LoadedCable:
         return [load_name(self.name, number) for number in range(1, len(self.loads) + 1)]
 
     def rows(self):
-        """Cells of each load by the headers of FIELDS: list of dict.
+        """Cells of a table with a row for each load: its position, and slopes and tensions of the cable on both sides.
 
-        `sag` is the vertical distance from the chord down to the load, `clearance` that from the load down to the
-        ground: None where the ground is not known there, and left out without any ground.
+        `sag` is the vertical distance from the chord down to the load, `clearance` the vertical distance from the load
+        down to the ground: None where the ground is not known there, and left out without any ground.
+
+        Returns
+        -------
+        list of dict
+            Of each load header of FIELDS -> number.
         """
         shares = np.array([load.at / self.length if load.fraction is None else load.fraction for load in self.loads])
         from_end_1 = places(self.form, shares)
         rounding = CABLE.distance_rounding * np.asarray(self.form.span.chord)
         from_end_1 = np.where(np.abs(from_end_1) > rounding, from_end_1, 0.0)
+        # tension: vectors on the sides of end 1 and end 2, shape (loads, 2, 3)
         positions, tension = from_end_1 + self.end_1, tensions_at_point_loads(self.form, shares)
         columns = dict(zip("xyz", positions.T, strict=True)) | {"sag": below_chord(self.form, shares, from_end_1)}
         if self.ground is not None:

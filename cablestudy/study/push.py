@@ -53,14 +53,16 @@ class Push:
 
 
 def pushed_ends(span_at, force):
-    """Displacements of end 2 along x by forces on it, in addition to the forces that held it at rest before.
+    """Displacements of n cable ends along x by forces F on them, from the positions at which they rest without F.
+
+    Solves g(u) = g(0) + F for u, with the force g(u) that holds end 2 at the displacement u (head of this file).
 
     Parameters
     ----------
     span_at : callable
         Displacements of end 2 along x, shape (n,) [m] -> `Span` of n cables with all other loads.
     force : ndarray, shape (n,)
-        Along x. [N]
+        F of each cable, along x. [N]
 
     Returns
     -------

@@ -98,20 +98,20 @@ def resolving(waves):
 
 
 def needs_of(case, required):
-    """Half-waves and frequency that the model of one case must at least resolve.
+    """Estimate, before any model is solved, which waves and frequencies the model of one case must resolve.
 
     Parameters
     ----------
     case : Case
     required : ColumnRequirements
-        With at least one of them.
+        Modes that the columns ask for; at least one.
 
     Returns
     -------
     waves : float
-        Estimated number of transverse half-waves along the cable, for the first level. [-]
+        Estimated number of transverse half-waves along the cable, by which the first level is chosen. [-]
     least : float
-        Lower bound of the axial frequency among them, known before they are computed; 0 without one. [Hz]
+        Lower bound of the highest axial frequency that is asked for; 0 if there is none. [Hz]
 
     Raises
     ------
@@ -247,9 +247,18 @@ class Refinement:
         return None
 
     def _judge(self, values, estimated_errors, failures, unresolved):
-        """Keep the values that are within the accuracy, and end the search where no others remain.
+        """Keep the values of this level that are within the accuracy, and end the search where no others remain.
 
-        Parameters are the results of `_values_where_resolved`.
+        It ends too where the error has stopped falling, so that rounding is all that remains of it.
+
+        Parameters
+        ----------
+        values, estimated_errors : dict
+            Header -> number, and its relative error by the shapes of modes. [-]
+        failures : dict
+            Header -> error of a column without a value.
+        unresolved : float
+            Relative error by transverse waves that this level does not resolve. [-]
         """
         self._refuse(failures)
         pending = failures.keys() - self.failures.keys()  # a finer level may have them
@@ -294,10 +303,10 @@ class Refinement:
 
 
 def refine(searches, prepare):
-    """Refine many cases until the values of each are within its accuracy, or cannot be had.
+    """Refine the models of many cases until the values of each are within its accuracy, or the finest model is reached.
 
-    Level by level, the coarsest first: the models of the cases at one level are solved at once, their values judged,
-    and the cases that are not finished go on.
+    Level by level, the coarsest first: the models of the cases at one level are solved together, their values judged,
+    and the cases that are not finished go on to their next level.
 
     Parameters
     ----------
