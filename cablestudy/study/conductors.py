@@ -215,7 +215,7 @@ class Conductors:
         sets, by_load : ndarray, shape (..., 2)
             Permanent sets after the load, and the sets that the load would leave in a new conductor. [-]
         heaviest : ndarray of str, shape (...)
-            Name of the heaviest case of each conductor; empty without one.
+            Name of the heaviest case; empty without one.
         """
         # all load cases of all scenes, but those in which cables are lost, are solved together
         rows_and_scenes = [(row, scene.model_copy(update={"case": name}))

@@ -64,7 +64,7 @@ class _KeyStudy:
 
 
 def solve(goal, document):
-    """Find all values of a key for which a column of a scene takes the value of the goal, in a range of the key.
+    """Find all values of a key for which a column of a scene takes the value of the goal: `Solutions`.
 
     The range is the one that the goal states; without one, growing ranges are searched until there is a solution.
 
@@ -74,10 +74,6 @@ def solve(goal, document):
         The column, its value, and the key that is varied.
     document : Document
         File of the scene; it may state another value of the key, or a key that excludes it.
-
-    Returns
-    -------
-    Solutions
 
     Raises
     ------
@@ -356,18 +352,8 @@ def column_named(study, name):
 def evaluate_found(study, tables, columns, explain=False, estimate=False):
     """Compute the columns of cases of a study that states a goal (`find`): in each case its key is solved for first.
 
-    A case without exactly one solution has empty cells, and the reason as its status.
-
-    Parameters
-    ----------
-    study : Study
-    tables, columns, explain, estimate
-        See `study_rows.evaluate_tables`, which computes the other columns.
-
-    Returns
-    -------
-    dict
-        Case -> row, as `study_rows.evaluate_tables` returns it.
+    A case without exactly one solution has empty cells, and the reason as its status. Other columns are computed by
+    `study_rows.evaluate_tables`, which describes the other parameters and the result, a dict of case -> row.
     """
     goal = goal_of_study(study)
     others = [column for column in columns if column.needs != "find"]

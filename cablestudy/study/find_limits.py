@@ -64,14 +64,8 @@ def _range_ends(zeros_found, statuses):
     """The two ends of each range of a key in which all limits hold, rising.
 
     A range is a run of neighbouring values of the key whose least margin is not negative. It ends at a zero or a jump
-    of the margin, before a value without an answer, or where the search ended.
-
-    Parameters
-    ----------
-    zeros_found : roots.Zeros
-        Zeros and jumps of the least margin, and all values of the key with a margin.
-    statuses : dict
-        Each value of the key that was tried -> status of its row.
+    of the margin, before a value without an answer, or where the search ended. `zeros_found` has the zeros and jumps of
+    the least margin, and all values with a margin; `statuses` is each value that was tried -> status of its row.
 
     Returns
     -------

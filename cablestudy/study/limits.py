@@ -121,21 +121,10 @@ def limits_by_case(scene):
 def _limit(scene, name, table):
     """Read one entry of the table `limits` of a scene: `SceneLimit`.
 
-    Its terms are the load cases that it names, by default all and the reference state, each with all cables that the
-    column can be of. A term is left out if the scene cannot have the column there, or the cable is lost in the case.
-
-    Parameters
-    ----------
-    scene : CableScene or SuspensionScene
-    name : str
-        Name of the limit.
-    table : Limit
-        The comparison as text, `table.that`, and names of load cases, `table.cases`.
-
-    Raises
-    ------
-    ValueError
-        The limit cannot be checked: its column is no result, its number is zero, or there is no term.
+    Its terms are the load cases that the table names, by default all and the reference state, each with all cables that
+    the column can be of. A term is left out if the scene cannot have the column there, or the cable is lost in the
+    case. ValueError for a limit that cannot be checked: its column is no result, its number is zero, or there is no
+    term.
     """
     stated = comparison(table.that)
     # (cable, column of this cable); of a column that belongs to no cable one pair, with "" for the cable

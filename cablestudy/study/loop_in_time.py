@@ -384,21 +384,11 @@ def _response_in_space(closed_loop, motion, space, output, input_, components, t
 
 
 def remarks_of(drive, right_up_to, response, dampings):
-    """Remarks for the user on a response in time: how damping and delay are approximated, and winches too fast.
+    """Remarks for the user on a `TimeResponse`: how damping and delay are approximated, and a winch that is too fast.
 
-    Parameters
-    ----------
-    drive : Drive
-        Of the winches; it may state their largest speed.
-    right_up_to : float
-        Frequency up to which the phase of an approximated delay is right; zero without one. [rad/s]
-    response : TimeResponse
-    dampings : list
-        Damping of each cable, as the scene states it.
-
-    Returns
-    -------
-    tuple of str
+    `drive` may state the largest speed of the winches. `right_up_to` is the frequency up to which the phase of an
+    approximated delay is right, zero without one [rad/s]. `dampings` has the damping that each cable states. Returns a
+    tuple of str.
     """
     remarks, speed = [], np.abs(response.winch_speed).max()
     if has_loss_factor(dampings):
@@ -421,7 +411,7 @@ def remarks_of(drive, right_up_to, response, dampings):
 def time_table(solved):
     """Table over time of a `TimeCase`: input, displacement with and without the loop, positions and speeds of winches.
 
-    A CSV file has all winches; Markdown has only the one that moves most, the others are hidden there.
+    A CSV file has all winches; in Markdown all but the one that moves most are hidden.
     """
     response, unit, name = solved.response, solved.unit, solved.name
     of_wind = solved.input.unit == "m/s"

@@ -107,7 +107,7 @@ class InCableWind:
 
 
 def in_wind_of(case, damping=0.0, kind=DynamicAnalysis):
-    """Linear motion of gondola and cable with the winch loop, in wind that blows on the gondola alone.
+    """Motion of gondola and cable with the winch loop, in wind that blows on the gondola alone: `DynamicAnalysis`.
 
     Parameters
     ----------
@@ -117,10 +117,6 @@ def in_wind_of(case, damping=0.0, kind=DynamicAnalysis):
         Viscous damping of the cable by the air, per length. [N s/m^2]
     kind : callable
         Returns the analysis: the class `DynamicAnalysis`, or a function with its arguments.
-
-    Returns
-    -------
-    DynamicAnalysis
 
     Raises
     ------
@@ -235,18 +231,9 @@ def _first_wind(case):
 def equilibria_of(cases):
     """Describe n cables in equilibrium as suspensions of one cable and, where there is a gondola, one body.
 
-    The cable hangs from a fixed point to the body, which is free along x, or to a second fixed point. Nothing is
-    searched for: the positions are those of the closed form.
-
-    Parameters
-    ----------
-    cases : sequence of Case
-        n cases of one batch, each with an equilibrium, all with a gondola or all without.
-
-    Returns
-    -------
-    Equilibrium
-        Arrays with a first axis of n cases.
+    The cable hangs from a fixed point to the body, which is free along x, or to a second fixed point, at the positions
+    of the closed form. The cases are of one batch, each with an equilibrium, all with a gondola or all without. Returns
+    one `Equilibrium`, whose arrays have a first axis of n cases.
     """
     catenary = cases[0].results.catenary.take(np.array([[case.index] for case in cases]))
     span, end_1 = catenary.span, np.stack([case.end_1 for case in cases])[:, None]

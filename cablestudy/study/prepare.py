@@ -141,17 +141,9 @@ def tolerances_of(study):
 def _printed_values(study, columns):
     """Read the CSV file of a study's printed values: numbers of a publication that its results are compared with.
 
-    Returns
-    -------
-    headers : list of str
-        Its columns, each a column of the study; empty without such a file.
-    rows : list of dict
-        For each case header -> number, None where the cell is empty.
-
-    Raises
-    ------
-    SceneError
-        The file does not fit the study: other columns, another number of rows, or cells that are no numbers.
+    Returns its headers, each of a column of the study, and for each case a dict of header -> number, None where the
+    cell is empty; two empty lists without such a file. SceneError if the file does not fit the study: other columns,
+    another number of rows, or cells that are no numbers.
     """
     if study.reference_path is None:
         return [], []

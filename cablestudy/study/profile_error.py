@@ -72,16 +72,8 @@ def changes(drag, catenary):
 def _newton_step(slope_change, tension, tangent, weights, stiffness):
     """Step of Newton's method by which c takes back the displacement of end 2, shape (n, 1, 3). [N]
 
-    Parameters
-    ----------
-    slope_change : ndarray, shape (n, k, 3)
-        r' at k points less r' under the uniform drag; its integral is the displacement of end 2. [-]
-    tension, tangent : ndarray, shape (n, k, 1) and (n, k, 3)
-        Size [N] and direction of the tension vector.
-    weights : ndarray, shape (k,)
-        Gauss's weights.
-    stiffness : ndarray, shape (n, 1, 1)
-        EA. [N]
+    `slope_change`, shape (n, k, 3), is r' at k Gauss's points less r' under the uniform drag: its integral, by the
+    `weights`, is the displacement of end 2. Tension and tangent are size [N] and direction of the tension vector.
     """
     weight_over_tension, gap = weights[:, None] / tension, (weights[:, None] * slope_change).sum(axis=1)
     # derivative of the integral of r' with c

@@ -53,7 +53,7 @@ class Push:
 
 
 def pushed_ends(span_at, force):
-    """Displacements of n cable ends along x by forces F on them, from the positions at which they rest without F.
+    """Displacements of n cable ends along x by forces F on them, from the positions of rest without F: `Push`.
 
     Solves g(u) = g(0) + F for u, with the force g(u) that holds end 2 at the displacement u (head of this file).
 
@@ -63,10 +63,6 @@ def pushed_ends(span_at, force):
         Displacements of end 2 along x, shape (n,) [m] -> `Span` of n cables with all other loads.
     force : ndarray, shape (n,)
         F of each cable, along x. [N]
-
-    Returns
-    -------
-    Push
     """
     shift, done = np.zeros(len(force)), force == 0
     low, high = np.where(force > 0, 0.0, -np.inf), np.where(force > 0, np.inf, 0.0)

@@ -249,16 +249,9 @@ class Refinement:
     def _judge(self, values, estimated_errors, failures, unresolved):
         """Keep the values of this level that are within the accuracy, and end the search where no others remain.
 
-        It ends too where the error has stopped falling, so that rounding is all that remains of it.
-
-        Parameters
-        ----------
-        values, estimated_errors : dict
-            Header -> number, and its relative error by the shapes of modes. [-]
-        failures : dict
-            Header -> error of a column without a value.
-        unresolved : float
-            Relative error by transverse waves that this level does not resolve. [-]
+        It ends too where the error has stopped falling, so that rounding is all that remains of it. The parameters are
+        from `_values_where_resolved`; `unresolved` is the relative error by transverse waves that are too short for
+        this level. [-]
         """
         self._refuse(failures)
         pending = failures.keys() - self.failures.keys()  # a finer level may have them

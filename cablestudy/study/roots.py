@@ -305,14 +305,8 @@ class _Scan:
     def _minimise(self, low, high, sign):
         """Search between two points of equal sign for the extremum nearest to zero, until a point has the other sign.
 
-        All values are kept in `tried`: beside a point of the other sign `_roots_and_jumps` then finds two zeros.
-
-        Parameters
-        ----------
-        low, high : float
-            The two points.
-        sign : float
-            1 where the function is positive at both, -1 where it is negative.
+        All values are kept in `tried`: beside a point of the other sign `_roots_and_jumps` then finds two zeros. `sign`
+        is 1 where the function is positive at both points, -1 where it is negative.
         """
         from scipy.optimize import minimize_scalar
 

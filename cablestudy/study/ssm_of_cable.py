@@ -189,7 +189,7 @@ class CableChoice(Choice):
 
 
 def choose(document, scene, options):
-    """Choose the modes that the state space of a cable keeps, by number, frequency or error as the options say.
+    """Choose the modes that the state space of a cable keeps, by number, frequency or error: `CableChoice`.
 
     Where these ask for more modes than are accurate in the model, a finer one is solved, with twice as many.
 
@@ -200,10 +200,6 @@ def choose(document, scene, options):
     scene : CableScene
     options : StateSpaceOptions
         Options of the command `ssm`.
-
-    Returns
-    -------
-    CableChoice
 
     Raises
     ------

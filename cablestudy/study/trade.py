@@ -155,20 +155,11 @@ def _why_no_reference(scene, column):
 
 
 def _refined_value(levels, column, exact_value):
-    """Value of a column by finer and finer models, of the model that differs least from the one before it.
+    """Value of a column by the model, of finer and finer ones, whose value differs least from that of the one before.
 
-    Parameters
-    ----------
-    levels : iterable of (str, Case)
-        Name and case of each model, the coarsest first; it ends early once the value does not change any more.
-    column : Column
-    exact_value : callable
-        Column, case -> value, and its relative error from other sources than the elements.
-
-    Returns
-    -------
-    list of (float, float, str)
-        Estimated relative error [-], value, and name of the model.
+    `levels` yields name and case of each model, the coarsest first; once the value settles no more are asked for.
+    `exact_value` is a function of column and case for the value, and its relative error from other sources than the
+    elements. Returns estimated relative error [-], value and name of the model.
     """
     candidates, previous, failure = [], None, "no two models have a value"
     for note, case in levels:

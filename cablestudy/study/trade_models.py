@@ -339,21 +339,10 @@ class OfSystem(DynamicAnalysis):
         self._system, self._weights = system, OWN | seen_weights(self.scene.exposure, self.scene.correction)
 
     def rms(self, names, variance, open_loop):
-        """RMS of the gondola along x in the gusts of the analysis, by the other system; in place of its own `rms`.
+        """RMS of the gondola along x in the gusts of the analysis, by the other system, and NaN in place of its error.
 
-        Parameters
-        ----------
-        names : list of str
-            Not looked at: the gondola's position is the only output.
-        variance : str
-            `value` for the displacement, or `rate` for the velocity; see `DynamicAnalysis.rms`.
-        open_loop : bool
-            Whether the winches rest.
-
-        Returns
-        -------
-        tuple of float
-            RMS [m] or [m/s], and NaN in place of its error.
+        `variance` is `value` for the RMS displacement [m], `rate` for the RMS velocity [m/s]. The gondola's position is
+        the only output, so that `names` is not looked at. See `DynamicAnalysis.rms`.
 
         Raises
         ------

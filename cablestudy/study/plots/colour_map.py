@@ -108,13 +108,10 @@ def _heat(axes, sides, points, mappable, numbered, contoured):
 
     Parameters
     ----------
-    axes : matplotlib.axes.Axes
     sides : (ndarray, ndarray)
         Values of x and of y at which there are cells, ascending.
     points : (ndarray, ndarray, ndarray)
         x, y and colour of each row, shape (n,); pairs of x and y without a row are empty cells.
-    mappable : matplotlib.cm.ScalarMappable
-        Colours for values.
     numbered, contoured : bool
         Whether to write the numbers into the cells if they are few, and to draw lines of equal values if they are many.
     """

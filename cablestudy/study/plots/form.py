@@ -164,19 +164,10 @@ class _Picture:
         return [Window(*outline.T, RATIO, 1.0 if self.in_space else TALL) for outline in outlines]
 
     def _view(self, view, window, ground, hidden, figure, cell):
-        """Draw one view of the scene; of a single load case with names, loads, dimensions of sags, and clearance.
+        """Draw one view of the scene in a cell of a figure's grid.
 
-        Parameters
-        ----------
-        view : View or Perspective
-        window : Window
-            Part of the paper that is drawn.
-        ground : tuple of ndarray or None
-            Distances and levels of the ground, from `ground_in`.
-        hidden : bool
-            Whether sags are too small to be seen beside the slopes of the chords, and have no dimensions.
-        figure, cell
-            Figure, and cell of its grid.
+        A single load case is drawn with names, loads, dimensions of sags, and clearance. `window` limits the view,
+        `ground` is from `ground_in`; if sags are `hidden` by the slopes of the chords, they have no dimensions.
         """
         axes, first = figure.add_subplot(cell), self.first
         for drawing, look in zip(self.drawings, self.looks, strict=True):
@@ -279,21 +270,15 @@ class _Picture:
 
 
 def _looks(drawings, unnamed):
-    """Colours, dashes and labels of drawings, as keyword arguments of `marks.draw_parts`, and a scale of the colours.
+    """Colours, dashes and labels with which load cases are drawn, and a scale of the colours.
 
-    A single drawing has its cables in colours of their mean tension; of several each has a colour of its own.
-
-    Parameters
-    ----------
-    drawings : list of Drawing
-        One for each load case.
-    unnamed : bool
-        Whether the label of the only cable is its name alone, without sag or tension.
+    A single load case has its cables in colours of their mean tension; of several each has one colour. If `unnamed`,
+    the label of the only cable is its name alone, without sag or tension.
 
     Returns
     -------
     looks : list of dict
-        One for each drawing.
+        For each drawing keyword arguments of `marks.draw_parts`.
     scale : (ScalarMappable, str) or None
         Colours over tension and their label; None without such colours.
     """
