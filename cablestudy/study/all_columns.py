@@ -1,4 +1,4 @@
-"""Columns by name, of one cable and of suspensions, why a scene cannot have one, and the table of all."""
+"""Result columns by name, of one cable and of suspensions; reasons why a scene cannot have one; table of all."""
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import quantity_of

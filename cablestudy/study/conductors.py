@@ -208,7 +208,7 @@ class Conductors:
         Parameters
         ----------
         sets : ndarray, shape (..., 2)
-            Permanent sets before the load, of both parts of each conductor. [-]
+            Permanent sets before the load, of both parts of each conductor, outer strands and core. [-]
 
         Returns
         -------
@@ -231,6 +231,7 @@ class Conductors:
         beyond = condition.beyond(strain).any(axis=-1)
         for index, row in enumerate(rows.tolist()):
             heavier = tension[index] > largest[row]
+            # sets by this load alone: from the strain, on the curves of a new conductor
             without_sets = Condition(condition.curves.take(index), condition.temperature[index],
                                      np.full(sets[row].shape, NO_SET), condition.creeping[index])  # fmt: skip
             new_sets = without_sets.sets_after(strain[index])

@@ -85,6 +85,7 @@ def element_results(results):
     in_equilibrium[list(results.failures)] = False
     for case in np.flatnonzero(results.folded & in_equilibrium).tolist():
         failures[case] = NoSolutionError(LIMP if results.limp[case] else NO_MOTION)
+    # the others: a folded cable, with next to no tension somewhere, has no stiffness there
     cases = np.flatnonzero(in_equilibrium & ~results.folded)
     for group in _on_equal_meshes(results, cases):
         try:

@@ -1,4 +1,5 @@
-"""The value of a key for which a column takes a value: `cablestudy find`, and `find:` in a study."""
+"""Search for the value of a key of a scene, such as its preload, for which a result column, such as the sag, takes a
+given value: `cablestudy find`, and `find:` in a study."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -99,7 +100,7 @@ def search(goal, document, enclose=False):
     goal, document
         See `solve`.
     enclose : bool
-        See `roots.zeros`.
+        Whether to search on until the difference is negative, or has no value, at both ends of the range tried.
 
     Returns
     -------
@@ -321,7 +322,7 @@ def shown_columns(goal, document, names=None):
     Raises
     ------
     SceneError
-        A column is unknown, or the scene cannot have it, or not the goal (`check_goal`).
+        A column is unknown, the scene cannot have it, or the goal does not fit the scene (`check_goal`).
     """
     _, scene = check_goal(goal, document)
     if names is None:
@@ -359,7 +360,7 @@ def evaluate_found(study, tables, columns, explain=False, estimate=False):
     others = [column for column in columns if column.needs != "find"]
     index_of_key = next((k for k, column in enumerate(columns) if column.needs == "find"), None)
     empty = [None] * sum(column.name != "status" for column in columns)
-    values, solved, rows = {}, [], {}
+    values, solved, rows = {}, [], {}  # a row: cells, status, errors, notes
     for case in (case for table in tables for case in table.cases.tolist()):
         try:
             values[case], scene = _only_solution(goal, study.document_of(case))

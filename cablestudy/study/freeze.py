@@ -33,9 +33,9 @@ def freeze_cable(document, scene):
     NoSolutionError, ConvergenceError
         There is no reference state.
     """
-    contents, case, stated = document.given, Case(_without_case(scene)), scene.cable.unstretched_length
+    contents, case, length = document.given, Case(_without_case(scene)), scene.cable.unstretched_length
     case.results.check(case.index)
-    return {**contents, "cable": _with_length(contents["cable"], case.reference_length if stated is None else stated)}
+    return {**contents, "cable": _with_length(contents["cable"], case.reference_length if length is None else length)}
 
 
 def freeze_suspension(document, scene):

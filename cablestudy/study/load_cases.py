@@ -63,7 +63,7 @@ def placed_on_cable(positions, length):
 
     The arrays of a batch have as many entries for each cable as the cable with the most loads. Entries without a load,
     and those beyond the end of a cable, whose case is refused later, get positions at equal distances along the longest
-    part of the cable that has no load, where their zero force changes nothing.
+    part of the cable that has no load, so that all entries are distinct points of the cable.
 
     Parameters
     ----------
@@ -104,13 +104,13 @@ def with_loads(span, values, of_case, length_ratio=None):
     if not positions.shape[-1]:
         return span
     forces = (forces[..., None, :] * span.frame[..., None, :, :]).sum(axis=-1)
-    shares = np.isfinite(fractions).any()
+    has_fractions = np.isfinite(fractions).any()
     return replace(
         span,
         load_positions=positions,
         load_forces=forces,
         load_masses=masses if masses.any() else None,
-        load_fractions=fractions if shares else None,
+        load_fractions=fractions if has_fractions else None,
     )
 
 

@@ -240,7 +240,7 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
         An unknown input or output, or the scene has no wind for it.
     """
     names = names or {}
-    # name for the user -> name of the input in the plant
+    # name of an input for the user -> its name in the plant
     winches = {names.get(key := f"winch.{name}", key): key for name in closed_loop.scene.winches}
     references = {names.get(key := f"reference.{name}", key): key for name in closed_loop.measured}
     outputs = [names.get(key := f"{closed_loop.body_name}.{name}", key) for name in closed_loop.measured]
@@ -253,14 +253,8 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
         for key in wind_keys:
             if attribute(scene, key) is None:
                 raise missing(document, key, f"loop --input {kind}")
-        driving_input, input_name = options.gust(scene.wind, closed_loop.scene.wind.turbulence[0]), WIND_INPUT
-    elif kind in references:
-        coordinate = references[kind].removeprefix("reference.")
-        driving_input, input_name = options.step(f"the {kind} moves", unit_of(coordinate)), references[kind]
-    else:
-        input_name = winches[kind]
-        is_reel = closed_loop.scene.winches[input_name.removeprefix("winch.")].direction is None
-        driving_input = options.step(f"{kind} reels in" if is_reel else f"the {kind} moves")
+    input_name = (winches | references).get(kind, WIND_INPUT)
+    driving_input = _driving_input(closed_loop, options, scene, kind, input_name)
     output = closed_loop.measured_outputs[output_number]
     of_unit_input = in_time(closed_loop, output, input_name, driving_input.components, options.times)
     response = of_unit_input.times(driving_input.size)
@@ -269,6 +263,17 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
     remarks = remarks_of(closed_loop.scene.control, delayed_up_to, response, dampings)
     measured = outputs[output_number], f"m{unit_of(closed_loop.measured[output_number])}"
     return TimeCase(options, driving_input, response, closed_loop.loop.gain, *measured, tuple(winches), remarks)
+
+
+def _driving_input(closed_loop, options, scene, kind, input_name):
+    """The `Input` that --input names as `kind`: a gust, or a step of a winch or reference named so in the plant."""
+    if input_name == WIND_INPUT:
+        return options.gust(scene.wind, closed_loop.scene.wind.turbulence[0])
+    group, _, name = input_name.partition(".")
+    if group == "reference":
+        return options.step(f"the {kind} moves", unit_of(name))
+    is_reel = closed_loop.scene.winches[name].direction is None
+    return options.step(f"{kind} reels in" if is_reel else f"the {kind} moves")
 
 
 def in_time(closed_loop, output, input_, components, times):

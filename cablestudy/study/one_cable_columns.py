@@ -42,10 +42,10 @@ def own_name(name, bare):
 
 
 def column_of_one_cable(column, bare):
-    """Column that computes, for a scene of one cable, the number that a column of suspensions asks for: `Column`.
+    """Column by which a scene of one cable computes the quantity of any column, also of one of suspensions: `Column`.
 
     A column of one cable is returned as it is. For a column of suspensions it is the column of one cable with another
-    name for the same quantity, or a new column that treats gondola and cable as a suspension.
+    name for the same quantity, or else a new column, which treats gondola and cable as a suspension.
 
     Parameters
     ----------

@@ -131,7 +131,7 @@ def in_wind_of(case, damping=0.0, kind=DynamicAnalysis):
 def in_cable_wind_of(case, kind=DynamicAnalysis):
     """Motion of a case in wind that acts on its cable and damps it: `InCableWind`, for the RMS.
 
-    The direction of the wind is open: it blows once across and once along the vertical plane of the cable.
+    The scene states no direction of the wind: it blows once across and once along the vertical plane of the cable.
 
     Parameters
     ----------

@@ -60,8 +60,9 @@ class LoadedCable:
         Returns
         -------
         list of dict
-            Of each load header of FIELDS -> number.
+            For each load: header of FIELDS -> number.
         """
+        # arc lengths of the loads over the unstretched length
         shares = np.array([load.at / self.length if load.fraction is None else load.fraction for load in self.loads])
         from_end_1 = places(self.form, shares)
         rounding = CABLE.distance_rounding * np.asarray(self.form.span.chord)

@@ -1,4 +1,4 @@
-"""Rows of the cases of a study, of one cable or of a suspension."""
+"""Rows of the cases of a study, of one cable or of a suspension: the results of each case, and checks of its limits."""
 
 from dataclasses import replace
 

@@ -41,7 +41,7 @@ def models_of(scene, columns):
 
 
 def columns_to_compare(document, scene, names=None):
-    """Columns of whose values the command `trade` compares errors and times.
+    """Read the names of the result columns for which the command `trade` compares errors and times of models.
 
     Parameters
     ----------

@@ -357,7 +357,7 @@ class OfSystem(DynamicAnalysis):
         eigen = (loop or self._system).eigen
         if unstable_pole(eigen.poles) is not None:
             raise NoSolutionError("the loop is unstable with these modes")
-        # x = row z of the analysis: its forces on z by the gusts are row^T times the force on x
+        # the position is x = row z, by the coordinates z of the analysis: its forces on z are row^T times that on x
         row, by_gusts = closed_loop.motion.c[0][closed_loop.outputs[GONDOLA_X]].real, closed_loop.gusts.input_matrix
         forces = np.zeros((len(self._system), by_gusts.shape[1]))
         forces[-1] = row[: len(by_gusts)] @ by_gusts / (row @ row)

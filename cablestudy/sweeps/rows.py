@@ -74,6 +74,7 @@ class Rows(LazyRows):
         if self._texts:
             frame = frame.astype(dict.fromkeys(frame.columns.difference(self._texts), float))
         frame["status"] = [status for status, _ in stored]
+        # a study is a grid: each of its entries takes its steps, and each case is one combination of steps
         steps_of_entries = np.unravel_index(self._cases, [len(entry) for entry in self._study.entries] or [1])
         for entry, steps in zip(self._study.entries, steps_of_entries, strict=False):
             unique_steps, inverse = np.unique(steps, return_inverse=True)  # a cell is made once for each step

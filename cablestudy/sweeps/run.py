@@ -122,7 +122,7 @@ class Run:
         """
         store, options, done = self.store, self.options, self._reused
         headers = [column.header for column in self.columns]
-        work = [
+        work = [  # cases, and the columns to compute of them: of partial rows only those that are not known
             (store.select(self.cases, MISSING), headers),
             (store.select(self.cases, PARTIAL), [header for header in headers if header not in store.partial]),
         ]

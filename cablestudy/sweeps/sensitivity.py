@@ -122,7 +122,8 @@ class Sensitivity:
         """
         study, sample, frame = self.study, self.study.sample, table.rows.frame()
         cases = np.arange(study.count).reshape([len(entry) for entry in study.entries])
-        # the sample at each step of the other entries: groups of cases, shape (count, pages), see `Sample.coordinate`
+        # cases of the sample at each step of the other entries, shape (steps, count, pages); the pages are sample A,
+        # sample A with one key of B, for each key, and sample B
         groups = np.moveaxis(cases, study.sample_entry, -1).reshape(-1, sample.count, sample.pages)
         unsampled = {varied.key: varied for varied in varied_keys(study) if varied.key not in sample.over}
         rows, notes = [], []

@@ -83,6 +83,8 @@ class _Picture:
         self.places, self.plane = np.concatenate([drawing.places for drawing in drawings]), upright_plane(drawings)
         extent = np.ptp(self.places, axis=0)
         self.seen, (least, middle, most) = extent > FLAT * extent.max(), np.sort(extent)
+        # in_space: drawn in perspective and from three sides; upright: the only cable hangs between ends above each
+        # other; loaded: the deflection of the only cable by its point loads is drawn
         self.in_space = self.alone and self.plane is None and least > FLAT * most and middle >= LONG * most
         held = np.concatenate([drawing.held for drawing in drawings])
         self.upright = self.first.single and np.ptp(held[:, :2], axis=0).max() < FLAT * most

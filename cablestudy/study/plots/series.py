@@ -78,8 +78,8 @@ class Factor:
 def series_of(study, every, rows, *drawn):
     """Divide the rows of a study into the series of a picture: each is one line, or one kind of mark.
 
-    A study varies its keys by entries. Entries of the keys that are drawn vary along a series, and so do samples; the
-    others tell series apart. If only columns are drawn, the last entry varies along a series.
+    Each entry of a study varies one key, or several keys together. Entries of the keys that are drawn vary along a
+    series, and so do samples; the others tell series apart. If only columns are drawn, the last entry varies along it.
 
     Parameters
     ----------

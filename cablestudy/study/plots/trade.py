@@ -54,7 +54,7 @@ CAPTION = (
 def trade_plot(trade, title):
     """Figure of a `Trade`: error against time of all models of a scene, logarithmic, a panel for each column.
 
-    The user sees which model is the fastest for an accuracy: those on the Pareto front, a grey line.
+    The models on the grey line, the Pareto front, are the fastest for their accuracy.
     """
     count = len(trade.columns)
     side = 1 if count == 1 else 2

@@ -81,7 +81,7 @@ def wind_response(winds, at_rest=None, on=None):
     names = [f"{body}.{axis}" for axis in (*PLACES, *TURNS) if f"{body}.{axis}" in closed_loop.outputs]
     frequency = _grid([*winds, *(at_rest or ())], names)
     states = _states(winds, at_rest or winds, names, point, frequency)
-    kinds = _kinds(states, names)
+    kinds = _kinds(states, names)  # displacements, rotations, or both
     if not kinds:
         raise NoSolutionError(f"the wind does not move {body.removesuffix(MIDSPAN)}: there is nothing to draw")
     _check_range(states, kinds)
