@@ -42,9 +42,9 @@ class LinearCables:
         Length without tension of the conductor in its case over the unstretched length of the linear cable: ice and
         wind are stated per length of the former. [-]
     condition : Condition
-        Of the conductors.
+        State of the conductors.
     strain : ndarray, shape (...)
-        Of the conductors at their mean tension. [-]
+        Strain of the conductors at their mean tension. [-]
     labels : ndarray of str, shape (...)
         The state, of `final` the one that leaves the conductor longer, and the parts that are slack or stretched beyond
         what their curve is measured to.
@@ -122,9 +122,9 @@ class Conductors:
     Parameters
     ----------
     scenes : sequence of scenes
-        n of them, of one kind and alike, in no case.
+        n scenes of one kind with equal connections, in no load case.
     shape : tuple of int
-        Of arrays with a value for each cable: (n,), or (n, c).
+        Shape of arrays with a value for each cable: (n,), or (n, c).
     solve_reference : callable
         `stiffness`, `elongation` and `length_ratio` of `LinearCables`, of `shape` -> tuple whose first item is the mean
         tensions of these linear cables in the reference state [N]; the others are for `solve_cases`.

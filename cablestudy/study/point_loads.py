@@ -27,16 +27,17 @@ class LoadedCable:
     Attributes
     ----------
     name : str
-        Of a cable of a suspension; empty of one cable.
+        Name of the cable in a suspension; empty in a scene of one cable.
     form : Catenary or State
         The cable in equilibrium.
     end_1 : ndarray, shape (3,)
-        Position of end 1, of a suspension of the end `from`. [m]
+        Position of end 1; in a suspension of the end `from`. [m]
     length : float
         Unstretched length in the reference state. [m]
     loads : tuple of Load
+        Point loads, as the scene states them.
     ground : float, tuple or None
-        As the scene states it.
+        Ground below, as the scene states it.
     """
 
     name: str

@@ -144,7 +144,7 @@ def _half_waves(case, required):
 
 @dataclass
 class Refinement:
-    """The refinement of one case.
+    """Search for the coarsest model of one case whose values are within its accuracy.
 
     Each frequency has an error estimate of its own, by what the highest orders contribute to its shape. A model that
     does not resolve the transverse waves at a frequency ignores them: where the cable turns by an angle, the frequency
@@ -154,22 +154,22 @@ class Refinement:
     ----------
     case : Case
     sample : callable
-        Case, headers that are refused -> values, errors, failures; see `ColumnRequirements.sample`.
+        Function that computes the columns by the model of a case; see `ColumnRequirements.sample`.
     waves, least : float
-        As `needs_of` gives them. [-], [Hz]
+        Half-waves [-] and frequency [Hz] that the model must resolve, from `needs_of`.
 
     Attributes
     ----------
     finer : Case or None
-        At the next level to be examined; None when the search has ended.
+        The case at the next level to be examined; None when the search has ended.
     used : Case
-        At the level whose values are taken.
+        The case at the level whose values are taken.
     values, errors : dict
         Header -> number, and its estimated relative error: those within the accuracy.
     failures : dict
         Header -> CablestudyError of a column that reaches no accuracy.
     tried : int
-        Levels examined.
+        Number of levels examined.
     """
 
     case: object

@@ -11,12 +11,12 @@ from cablestudy.study.tolerances import STUDY
 
 @dataclass(frozen=True)
 class Effort:
-    """How much a function may cost.
+    """Effort of a search for zeros, by the cost and the error of the function.
 
     Attributes
     ----------
     points : int
-        On each side in a range of about a decade.
+        Number of points on each side, in a range of about a decade.
     steps : int
         Halvings of each gap between a point with a value and one without, and steps of each search for an extremum.
     rtol : float

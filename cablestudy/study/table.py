@@ -77,7 +77,7 @@ def celsius(kelvin):
 
 @dataclass(frozen=True)
 class Table:
-    """Fields and rows."""
+    """Table of results: its columns (`Field`) and rows, shown as Markdown or written as CSV or JSON."""
 
     fields: tuple  # of Field
     rows: list  # dicts of name -> number, text or None; if they have a method `csv_lines`, it writes the CSV

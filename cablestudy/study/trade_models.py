@@ -54,7 +54,7 @@ def one_line(text):
 
 @dataclass(frozen=True)
 class ComparedModel:
-    """A model that a user can choose; models of one family differ in one number."""
+    """A model that a user can choose, as `trade` compares it; models of one family differ in one number."""
 
     family: str
     name: str

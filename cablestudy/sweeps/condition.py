@@ -59,7 +59,7 @@ def _refuse(column, message):
 
 
 class _Translator:
-    """Syntax tree of a condition -> function of a pandas.DataFrame."""
+    """Translator of the syntax tree of a condition to a function of a pandas.DataFrame."""
 
     def __init__(self, tokens, study):
         self.tokens, self.study = tokens, study

@@ -34,7 +34,7 @@ class LazyRows(Sequence):
 
 
 class Rows(LazyRows):
-    """The rows of a study's table; `reference` is from `prepare`, the store has all of the cases (from 0)."""
+    """The rows of a study's table, read from a store; `reference` is from `prepare`, `cases` are numbers from 0."""
 
     def __init__(self, study, columns, reference, store, cases):
         super().__init__(cases, lambda case: self._row(store.row(case)))

@@ -15,7 +15,7 @@ from cablestudy.sweeps.variable import Variable, variable
 
 @dataclass(frozen=True)
 class Selection:
-    """Which rows of a table are shown, and in which order."""
+    """Selection of the rows of a study's table that are shown, and their order."""
 
     condition: object = None  # DataFrame -> Series of True, False or NA (unknown)
     bare: tuple = ()  # numbers of the condition without a unit, as "14 is 14 m"

@@ -36,16 +36,16 @@ MAX_LISTED = 5  # rows that are named in a message
 
 
 class RowStore:
-    """The rows of one run; `open_store` makes one, and says what its parameters are.
+    """Store of the rows of one run of a study, in an SQLite database; `open_store` opens it, with the same parameters.
 
     Attributes
     ----------
     identity : dict
-        What the rows that are there depend on, from `fingerprint.identity`.
+        All that the stored rows depend on, from `fingerprint.identity`.
     headers, partial : list of str
         Headers of the cells of a row (the columns but `status`), and of those that are known of partial rows.
     warnings : list of str
-        Lines about what was found damaged.
+        Lines about damage of the file.
     """
 
     def __init__(self, path, identity, count):

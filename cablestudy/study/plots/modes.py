@@ -53,18 +53,18 @@ TRUE = 1e-3  # height over width of a picture that is not enlarged
 
 @dataclass(frozen=True)
 class ModeDrawing:
-    """One mode: all that is drawn of it, without scale.
+    """Positions and displacements of all that is drawn of one mode, without scale.
 
     Attributes
     ----------
     view : callable
         Places, shape (..., 3) -> coordinates on the paper, shape (..., 2).
     colour : str
-        Of what moves.
+        Colour of the parts that move.
     words : str
-        What moves.
+        Words for the part that moves most.
     upwards : str
-        What a picture in a plane shows upwards.
+        Words for the coordinate that a picture in a plane shows upwards.
     cables : list of (ndarray, ndarray)
         Places along each cable and link and their displacements, shape (j, 3).
     bodies : dict

@@ -27,17 +27,18 @@ KINDS = (PLACES, MM, "displacement", "mm"), (TURNS, 1e6, "rotation", "µrad")  #
 
 @dataclass(frozen=True)
 class DrawnState:
-    """Curves that are drawn of one state of control.
+    """Curves that are drawn of one state of control, such as "winches at rest".
 
     Attributes
     ----------
     label, colour, dashes : str
+        Entry of the legend, colour and line style.
     spectra : dict
         Output -> spectrum, shape (f,). [m^2/Hz], [rad^2/Hz]
     rms : dict
         Output -> RMS. [m], [rad]
     covariance : ndarray, shape (3, 3)
-        Of the displacements of the point whose ellipses are drawn. [m^2]
+        Covariance of the displacements of the point whose ellipses are drawn. [m^2]
     parts : dict
         `spectra` by the last of several winds.
     """
