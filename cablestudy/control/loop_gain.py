@@ -49,9 +49,9 @@ class LoopGain:
     controller : callable
         s, shape (f,) -> C1 N, shape (f, k).
     near : LoopGain or None
-        Of cables that differ little: poles of modes that damping couples follow from those of it to first order.
+        Loop gain of cables that differ little: from its poles those of modes coupled by damping follow to first order.
     windows : bool
-        True if poles of many such modes may be found in windows, see `Superelement.windowed`.
+        True if poles of many modes coupled by damping may be found in windows, see `Superelement.windowed`.
     """
 
     bodies: LinearSystem
@@ -142,14 +142,14 @@ class LoopGain:
         element = self.elements[cable]
         omega, coupling = element.omega[modes], element.coupling[modes]
         decay = np.maximum(element.decay[modes], CONTROL.least_half_width * omega)
-        points_beside, rate = 1j * (omega + CONTROL.half_widths_aside * decay), 2 * decay
-        blocks = []
+        beside, rate = 1j * (omega + CONTROL.half_widths_aside * decay), 2 * decay  # s near i W, and c
+        blocks = []  # few modes at once: their matrices stay in the processor's cache
         for begin in range(0, len(modes), CONTROL.modes_at_once):
             block = slice(begin, begin + CONTROL.modes_at_once)
-            s, w = points_beside[block], coupling[block] @ self.moved[cable]
-            bodies, winch_forces = self._stiffness_and_forces(s)
+            s, w = beside[block], coupling[block] @ self.moved[cable]
+            stiffness, winch_forces = self._stiffness_and_forces(s)  # Z and F
             of_mode_alone = s**4 / (omega[block] ** 2 + s * (s + rate[block]))
-            without_mode = bodies + of_mode_alone[:, None, None] * w[:, :, None] * w[:, None, :]  # Z_r
+            without_mode = stiffness + of_mode_alone[:, None, None] * w[:, :, None] * w[:, None, :]  # Z_r
             displacements = np.linalg.solve(without_mode, w[..., None])[..., 0]  # Z_r^-1 w
             excitation = (displacements[:, None, :] @ winch_forces)[:, 0] + coupling[block] @ self.reeled[cable]
             winch_movement = (self.controller(s) * (displacements @ self.measured.T)) @ self.shares.T

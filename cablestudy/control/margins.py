@@ -91,6 +91,7 @@ class Margins:
         large = gain == CONTROL.small_gain
         value[large] = size(self._sensitivity[large])
         highest_known = value.max(initial=size_of_identity)
+        # neither the value nor a peak beside it may be the highest where even this bound is lower
         reach = PEAKS * deviation + CONTROL.flat_peak * highest_known
         may_be_highest = ~large & (reach >= highest_known - size_of_identity)
         value[may_be_highest] = size(self._sensitivity[may_be_highest])
@@ -242,9 +243,9 @@ def gain_of_peak(unit_gain, omega, peak, most):
     unit_gain : callable
         s, shape (f,) -> L over the gain, shape (f, k, k).
     omega : ndarray, shape (f,)
-        Frequencies to begin with, as close as L turns. [rad/s]
+        Frequencies to begin with, as dense as L changes. [rad/s]
     peak : float
-        Above 1. [-]
+        Largest singular value that is allowed, above 1. [-]
     most : float
         Upper bound, with which the search begins. [rad/s]
 

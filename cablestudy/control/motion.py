@@ -123,7 +123,7 @@ def motion(layout, whole: LinearSystem, omega, shapes, winches, actuators=(), da
     """
     strokes, count = sum(not actuator.wheel for actuator in actuators), len(omega)
     stiffness = np.diag(omega**2).astype(whole.stiffness.dtype)  # the shapes are orthogonal for mass and stiffness
-    if np.iscomplexobj(stiffness):
+    if np.iscomplexobj(stiffness):  # hysteretic damping
         stiffness.imag[:] = shapes.T @ whole.stiffness.imag @ shapes
     matrices = np.eye(count), shapes.T @ whole.damping @ shapes + damping, stiffness
     *matrices, feedback = actuated(layout, shapes, *matrices, actuators)
@@ -169,7 +169,7 @@ def actuated(layout, shapes, mass, damping, stiffness, actuators):
     feedback, stroke = [], count
     for actuator in actuators:
         movements = _movements(layout, actuator, shapes)
-        # rows over the coordinates: movement of the body along the axis, about it, and moment arm of the weight
+        # by the coordinates: movement of the body along the axis a, about it, and g (theta x a)_z for the weight
         along, about, weight = (np.append(row, np.zeros(strokes)) for row in movements)
         velocity_gain, inertia, corner = actuator.velocity_gain, actuator.inertia, actuator.corner
         if actuator.wheel:

@@ -28,10 +28,10 @@ def channels(system, inputs=(), outputs=()):
 def proper(system):
     """`StateSpace` without D1 and D2, for programs that know A, B, C, D alone; its response is exactly the same.
 
-    An input whose acceleration acts on an output is replaced by this acceleration, with its displacement and velocity
-    as two more states; one whose velocity alone does by its velocity, with one more state. So y = C x + D u + D1 u' +
-    D2 u'' is a sum of states and inputs. The other inputs are as they were. These states are integrators: the system
-    drifts where its input is not that of a movement which ends.
+    An input u whose acceleration acts on an output is replaced by u'', and u and u' become states; an input of which
+    u' acts, and u'' does not, is replaced by u', and u becomes a state. So y = C x + D u + D1 u' + D2 u'' is a sum of
+    states and inputs. Other inputs are as they were. The added states are integrators: the system drifts unless the
+    new input is the velocity or acceleration of a movement that ends.
     """
     first, second = system.derivatives
     # of each input the order of its highest derivative that acts on an output

@@ -24,7 +24,7 @@ def frequencies(low, high, count, others=()):
     for begin in range(0, count, CONTROL.frequency_block):
         block = 10.0 ** (np.arange(begin, min(begin + CONTROL.frequency_block, count)) * step + first)
         if not begin:
-            block[0] = low
+            block[0] = low  # exactly
         if begin + CONTROL.frequency_block >= count:
             block[-1] = high
         others = np.asarray(others, dtype=float)

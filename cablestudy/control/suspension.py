@@ -176,7 +176,7 @@ def outputs(layout, kept, end_movements, lifted, markers, midspans=()):
     layout, kept, markers, midspans
         As for `second_order`.
     end_movements, lifted : ndarray, shape (6 c, i)
-        By winches, see `reeled` and `load_off_ends`.
+        Displacements of all ends by the winches, and the loads that these take off, see `reeled` and `load_off_ends`.
 
     Returns
     -------
@@ -227,9 +227,10 @@ def _midspans(layout, kept, imposed, midspans, modal):
 
 
 def _tensions(layout, kept, end_movements, lifted, modal):
-    """Output matrices of the tensions at both ends of all cables: list of three pairs C_j, D_j, of z and v and rates.
+    """Output matrices of the tensions at both ends of all c cables: list of pairs (C_j, D_j) for j = 0, 1, 2.
 
-    With c cables C_j has the shape (2 c, n) and D_j (2 c, i); parameters as of `outputs`, `modal` modal amplitudes.
+    C_j, shape (2 c, n), multiplies the j-th derivative of the coordinates z, and D_j, shape (2 c, i), that of the
+    lengths v reeled in. Parameters as of `outputs`; `modal` is the number of modal amplitudes.
     """
     direction, _ = outward(layout.equilibrium)
     ends = dense(layout.connection)

@@ -48,7 +48,7 @@ def body_damping(wind, area, drag_coefficient):
     wind : Wind
         Has speed, air_density and aerodynamic_damping.
     area, drag_coefficient : float
-        [m^2], [-].
+        Of the body across the wind. [m^2], [-]
 
     Returns
     -------

@@ -90,8 +90,8 @@ class Integrals:
         ndarray, complex, shape (o,)
             Pole [rad/s]; 0 for an output that no excited undamped motion moves.
         """
-        modal, _ = response.split(TURN * self.panels.highest)
-        undamped = modal.take(~damped(modal, self.least) & (modal.poles != 0))
+        sum_over_poles, _ = response.split(TURN * self.panels.highest)
+        undamped = sum_over_poles.take(~damped(sum_over_poles, self.least) & (sum_over_poles.poles != 0))
         if not len(undamped.poles):
             return np.zeros(len(variance), dtype=complex)
         omega, inputs = np.abs(undamped.poles), undamped.inputs

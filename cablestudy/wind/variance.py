@@ -168,7 +168,7 @@ def variances(residues, panels, noise, weights):
     """
     upper = (residues.poles.imag >= 0) | residues.one_sided
     poles, inputs, outputs = residues.poles[upper], residues.inputs[upper], residues.outputs[:, upper]
-    if not residues.one_sided:
+    if not residues.one_sided:  # the real part of a pair of poles is twice that of one
         outputs = outputs * np.where(poles.imag > 0, 2.0, 1.0)
     by_pole, spectra = _spectral_integrals(inputs, panels, noise, weights, panels.resolvents(poles, residues.one_sided))
     # Lyapunov's equation of the module's docstring
@@ -219,19 +219,19 @@ def mixed_variances(residues, smooth, noise_times, panels, noise, weights):
 
 
 def _spectral_integrals(inputs, panels, noise, weights, resolvents):
-    """Integrals over frequency of r_a b_a S, shape (w, N, i), and of S, shape (w, i, i), times each of w weights.
+    """Integrals of the noise for `variances`: of r_a b_a S, shape (w, N, i), and of S, shape (w, i, i).
 
-    Symbols of the module's docstring: `inputs` are the b_a of N poles, shape (N, i), and `resolvents` the r_a times the
-    weights of the quadrature, shape (N, n). The sums are over pairs of groups of inputs of the `Noise`.
+    They are integrals over frequency, times each of w weights, with the symbols of the module's docstring: `inputs` are
+    the b_a of N poles, shape (N, i), `resolvents` the r_a times the weights of the quadrature, shape (N, n).
     """
     poles, size = inputs.shape
     real_resolvents = np.concatenate([resolvents.real, resolvents.imag])
     by_pole = np.zeros((len(weights), poles, size), dtype=complex)
     spectra = np.zeros((len(weights), size, size))
-    for row, functions in zip(noise.groups, noise.functions, strict=True):
-        real_inputs = np.concatenate([inputs[:, row].real, inputs[:, row].imag])
-        for column, function in zip(noise.groups, functions, strict=True):
-            matrices = noise.matrices[:, row, column]
+    for row_group, functions in zip(noise.groups, noise.functions, strict=True):
+        real_inputs = np.concatenate([inputs[:, row_group].real, inputs[:, row_group].imag])
+        for column_group, function in zip(noise.groups, functions, strict=True):
+            matrices = noise.matrices[:, row_group, column_group]
             b_s = np.tensordot(real_inputs, matrices, axes=(1, 1)).reshape(2, poles, *matrices.shape[::2])
             weighted = weights[:, None] * function
             integrals = real_resolvents @ weighted.reshape(-1, len(panels.weights)).T
@@ -239,6 +239,6 @@ def _spectral_integrals(inputs, panels, noise, weights, resolvents):
             # (a + i b)(c + i d), matrix products of real numbers for each pole
             straight, crossed = integrals @ b_s, integrals @ b_s[::-1]
             product = straight[0] - straight[1] + 1j * (crossed[0] + crossed[1])
-            by_pole[..., column] += np.swapaxes(product, 0, 1)
-            spectra[:, row, column] += np.tensordot(weighted @ panels.weights, matrices, axes=1)
+            by_pole[..., column_group] += np.swapaxes(product, 0, 1)
+            spectra[:, row_group, column_group] += np.tensordot(weighted @ panels.weights, matrices, axes=1)
     return by_pole, spectra

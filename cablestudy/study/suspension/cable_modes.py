@@ -104,6 +104,7 @@ class CableModes:
         case, required = self._case(name), ColumnRequirements([column])
         if self._scene.model.elements is not None:
             return case.frequency(*column.mode), np.nan
+        # finer models are made until the frequency is known to the accuracy
         search = Refinement(case, required.sample, *needs_of(case, required))
         refine([search], solve_models)
         if column.header not in search.values:

@@ -253,9 +253,10 @@ class ClosedLoop:
         return outcome_of(self._search_driven_cables)
 
     def _search_driven_cables(self):
-        """Find `DrivenCables` that hold for the largest stable gain: their gain is raised until that gain is below it.
+        """Find `DrivenCables` with all modes of cables that decide on the largest stable gain.
 
-        Only then do they have all modes of cables that decide on stability. Raises as `driven`.
+        They have the modes that their own gain could drive: it is raised until the largest stable gain is below it.
+        Raises as `driven`.
         """
         _, driven_cables, first_gains = self._shared_by_gains
         self.check_open()

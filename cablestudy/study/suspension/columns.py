@@ -373,7 +373,7 @@ def find(name):
     ValueError
         No such column; the message suggests one.
     """
-    if match := MODE.fullmatch(name):
+    if match := MODE.fullmatch(name):  # frequency_K, or BODY.frequency_K
         owner, number = match[1][:-1], int(match[2])
         if 0 < number <= STUDY.highest_mode_number:
             return _body_frequency(owner, number) if owner else _frequency(number)

@@ -278,6 +278,7 @@ class DrivenCables:
             return plant
         if not STUDY.nearly_largest_gain * limit.factor < gain < limit.factor:
             return plant
+        # modes of each cable that the gain could drive, and whose frequencies are near that of the limit
         critical = [np.zeros(len(in_loop), dtype=bool) for in_loop in self._in_loop]
         drivable = [np.ones(kept.modes, dtype=bool) for kept in self.kept] if self._spoilt else self._needed_modes()
         for cable, (in_loop, kept) in enumerate(zip(self._in_loop, self.kept, strict=True)):
@@ -322,7 +323,7 @@ class DrivenCables:
         square = element.omega**2
 
         def error(amplitudes, square):
-            """Relative error of frequencies by the mesh: half of that of twice the strain energy, W^2."""
+            """Relative error of frequencies W by the mesh: half that of W^2, twice the strain energy."""
             energy = ends.highest_energy(amplitudes[None], np.zeros((1, 6, len(square))))[0]
             return np.minimum(energy / square / 2, 0.5)
 

@@ -201,6 +201,7 @@ class Effects:
         shortest = np.diff(part_ends).min()
         time = shortest * self.travel_time[:, cable]
         across, along = np.sqrt(2 * np.sqrt(np.array([tension, stiffness]) * mass) / time)[:, None] / omega
+        # waves across stretch the cable where it sags, see the module's docstring
         by_sag = stiffness * mass * gravity / tension * np.sqrt(2 / (mass * length)) * 2 / time[ACROSS] / omega**3
         # forces on both ends, in phase or opposite: two waves along, four across in two normal directions
         signs, tangents = np.repeat([[1.0, 1.0], [1.0, -1.0]], 3, axis=1), direction.reshape(6)
@@ -246,15 +247,17 @@ class Effects:
         of_cables = []
         for cable, element in enumerate(loop_gain.elements):
             omega, decay = element.omega, self._decay(cable, element)
+            # number of the frequency of the bound next above each mode
             index = np.clip(np.searchsorted(self.omega, omega), 0, len(self.omega) - 1)
             bound = gain * self.shift_per_gain(cable, index, element.coupling)
-            driven = bound > np.maximum(STUDY.driven_decay * decay, UNDAMPED * omega)
-            if driven.any():
-                poles, shift = loop_gain.poles_of(cable, np.flatnonzero(driven))
-                pole_decay = (decay - element.decay)[driven] - poles.real
-                harmless = np.maximum(STUDY.driven_decay * pole_decay, UNDAMPED * omega[driven])
-                driven[driven] = gain * np.abs(shift) > harmless
-            of_cables.append(driven)
+            is_driven = bound > np.maximum(STUDY.driven_decay * decay, UNDAMPED * omega)
+            if is_driven.any():
+                poles, shift = loop_gain.poles_of(cable, np.flatnonzero(is_driven))
+                by_air = (decay - element.decay)[is_driven]  # lower bound, see `air`
+                pole_decay = by_air - poles.real
+                harmless = np.maximum(STUDY.driven_decay * pole_decay, UNDAMPED * omega[is_driven])
+                is_driven[is_driven] = gain * np.abs(shift) > harmless
+            of_cables.append(is_driven)
         return of_cables
 
 

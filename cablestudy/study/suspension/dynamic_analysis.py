@@ -456,6 +456,7 @@ class DynamicAnalysis:
         (rms_rate, rate_error), duration = self.rms(names, "rate", open_loop=False), self.scene.wind.duration
         crossing_rate = rms_rate / (2 * np.pi * rms)
         factor = peak_factor(crossing_rate, duration)
+        # what the error of the rate of crossings does to g
         larger_factor = peak_factor(crossing_rate * (1 + max(rate_error + error, crossings)), duration)
         return abs(mean) + factor * rms, error + larger_factor / factor - 1
 
@@ -523,5 +524,6 @@ def solve_modes(analyses, equilibrium):
             model = replace(elements, drag=concatenate([analysis._model.drag for analysis in group]))
         arguments = equilibrium.take(np.array(indices)), count, accuracy, damping, planes, True, model
         for analysis, modes in zip(group, coupled_modes_of_cases(*arguments), strict=True):
+            # the modes with damping, or the error that says why there are none
             result = modes if isinstance(modes, Exception) else outcome_of(lambda modes=modes: modes.damped)
             analysis._modes[count] = result

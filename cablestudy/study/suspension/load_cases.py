@@ -127,7 +127,7 @@ def drag_change(equilibrium, drag):
 
 
 def _movement_of_bodies(equilibrium, row, forces):
-    """Move the bodies of one case by changes of the forces of its cables: changes of tension, and movement.
+    """Compute the movement of the bodies of one case by changed forces of its cables, and the changes of tension.
 
     The bodies move by u = K^-1 f, with the tangent stiffness K and the changes f of the forces on them. A cable of
     stiffness k whose ends move apart by e pulls with k e more: that is (k e) . t/|t|^2 of its end force t.
@@ -149,7 +149,7 @@ def _movement_of_bodies(equilibrium, row, forces):
         Displacements [m] and rotations [rad].
     """
     suspension, arms = equilibrium.suspension.take(row), equilibrium.arms[row, equilibrium.suspension.of_cables]
-    owner = suspension.owner[suspension.of_cables]
+    owner = suspension.owner[suspension.of_cables]  # body that holds each end, shape (c, 2)
     cables, movement = np.arange(len(forces)), np.zeros((len(suspension.body_names), 6))
     factors = None
     if suspension.free.any():
@@ -361,6 +361,7 @@ def _case_loads(values, names, lengths, length_ratio):
         One text for each case, empty where no load is beyond an end.
     """
     positions, fractions, forces, masses = point_loads(values, of_case=True)
+    # from end 1 along the cable at the temperature of the case; stated as a length in the reference state or a share
     arc_lengths = np.where(np.isnan(fractions), positions * length_ratio[..., None], fractions * lengths[..., None])
     beyond, problems = arc_lengths >= lengths[..., None], [""] * len(lengths)
     for case, cable, load in np.argwhere(beyond).tolist():

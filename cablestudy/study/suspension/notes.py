@@ -87,6 +87,7 @@ def moved_note(case):
         return ()
     catenary, index = reference.catenary, case.index
     stretch = np.asarray(catenary.stretched_length - catenary.span.unstretched_length)[index]
+    # tables of the scene, which state `at`
     holders = {**scene.bodies, **{name: point for name, point in scene.points.items() if point.free}}
     moved_bodies = []
     for body, name in enumerate(suspension.body_names):

@@ -56,7 +56,7 @@ def static_tables(case, only=None, failures=None):
         names = case.with_all_cables.cables
         return _with_state(case, listed(case, names, columns_of_cable, cable_columns(""), failures))
 
-    makers = {
+    makers = {  # of bodies without the last column, the mass; of points the coordinates alone
         "bodies": lambda: listed(case, bodies, lambda name: body_columns(name)[:-1], body_columns("")[:-1]),
         "points": lambda: listed(case, points, lambda name: point_columns(name)[:3], point_columns("")[:3]),
         "cables": lambda: _with_secondary_columns(of_cables()),
@@ -206,6 +206,7 @@ def form_tables(scene):
               Field("length_m", "length", "m"))  # fmt: skip
     positions = zip(form.body_names[form.bodies :], form.position[0, form.bodies :].tolist(), strict=True)
     has_density = np.isfinite(density)
+    # tension over force density is the distance of the ends
     numbers = np.stack([density, tension[0], tension[0] / density], axis=-1)[has_density].tolist()
     names = np.array(form.cable_names, dtype=object)[has_density].tolist()
     return {

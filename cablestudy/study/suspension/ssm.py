@@ -207,7 +207,7 @@ def _fewest(case, options, highest):
             too_few = f"{lacking}; of more, "
             size = min(2 * size, STUDY.most_body_modes)
             continue
-        for first, last in found.coincident:
+        for first, last in found.coincident:  # counted from 1
             run = np.arange(first - 1, last)
             if np.isin(run, chosen).any():
                 chosen = np.union1d(chosen, run)
@@ -260,14 +260,15 @@ def with_node_forces(system, layout, models, kept):
     first_mode = np.cumsum([0, *sizes])  # coordinate of the first mode of each cable, then of the bodies
     first_tension = len(system.outputs) - 2 * len(kept)  # output
     force_parts, direct_parts, labels = [], [], []
+    # shapes: displacements of the nodes of a cable by its modes, then by its ends, shape (p, 3, k)
     for cable, _, _, shapes in nodal_shapes(models, kept, np.flatnonzero(models.cables.heavy)):
-        displacements, size = shapes[1:-1].reshape(-1, shapes.shape[-1]), sizes[cable]
+        displacements, modes = shapes[1:-1].reshape(-1, shapes.shape[-1]), sizes[cable]
         count = len(displacements)
         on_coordinates, on_outputs = np.zeros((len(system), count)), np.zeros((len(system.outputs), count))
-        on_coordinates[first_mode[cable] : first_mode[cable + 1]] = displacements[:, :size].T
-        on_coordinates[first_mode[-1] :] = ends[6 * cable : 6 * cable + 6].T @ displacements[:, size:].T
+        on_coordinates[first_mode[cable] : first_mode[cable + 1]] = displacements[:, :modes].T
+        on_coordinates[first_mode[-1] :] = ends[6 * cable : 6 * cable + 6].T @ displacements[:, modes:].T
         # tensions are less by the share of each force that reaches the ends statically
-        at_ends = displacements[:, size:].reshape(-1, 2, 3)
+        at_ends = displacements[:, modes:].reshape(-1, 2, 3)
         rows = slice(first_tension + 2 * cable, first_tension + 2 * cable + 2)
         on_outputs[rows] = -np.einsum("ea,fea->ef", direction[cable], at_ends)
         force_parts.append(on_coordinates)

@@ -92,6 +92,6 @@ def _first_waves(plant):
         omega = lowest * np.maximum(np.ceil(plant.modes.solution.omega[-1] / lowest), 1.0)  # above those of the model
         damping = ratio + strain_share * (loss + time * omega) / 2 + rate / (2 * mass * omega)
         damping = np.clip(damping, STUDY.least_wave_damping, STUDY.most_wave_damping)
-        poles.append(np.repeat(omega * (-damping + 1j * np.sqrt(1 - damping**2)), 2))
+        poles.append(np.repeat(omega * (-damping + 1j * np.sqrt(1 - damping**2)), 2))  # for the tensions at both ends
     rows = len(plant.outputs) - 2 * len(cables) + 2 * heavy
     return ((rows[:, None] + np.arange(2)).ravel(), *poles)

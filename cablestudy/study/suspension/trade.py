@@ -82,13 +82,14 @@ def models_of(scene, columns):
         There is no stable equilibrium.
     """
     models = [
-        ComparedModel(
-            "closed form", "catenary", _case, ("statics", "stiffness"), _static_value, lambda _: 0, _stated_error
-        ),
-        ComparedModel("closed form", "static stiffness", _case, ("modes",), _static_frequency, _free_displacements),
-    ]
+        ComparedModel("closed form", "catenary", _case, needs=("statics", "stiffness"), compute=_static_value,
+                      count_dof=lambda _: 0, stated_error=_stated_error),
+        ComparedModel("closed form", "static stiffness", _case, needs=("modes",), compute=_static_frequency,
+                      count_dof=_free_displacements),
+    ]  # fmt: skip
 
     def add(family, name, change):
+        """Add the model of a scene that the function `change` makes of the scene."""
         build = partial(_case, change=change)
         options = DISCRETE, _number, lambda case: case.size, _stated_error, most_modes_first
         models.append(ComparedModel(family, name, build, *options))
