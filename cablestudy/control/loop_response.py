@@ -44,9 +44,9 @@ def responses(closed, alone, output, winches, input_, components, time):
     closed, alone : StateSpace
         Suspension with the loop and without it: `alone` has the last inputs of `closed`, all but the references.
     output, input_ : int
-        Numbers, in `closed`, of the displacement that is returned and of the input.
+        Indices, in `closed`, of the displacement that is returned and of the input.
     winches : list of int
-        Numbers of the outputs of `closed` that are movements of winches by the loop.
+        Indices of the outputs of `closed` that are movements of winches by the loop.
     components : list of time_response.Component
         Parts whose sum is the input over time.
     time : ndarray, shape (m,)
@@ -58,7 +58,7 @@ def responses(closed, alone, output, winches, input_, components, time):
     displacement_and_winches = respond(closed.a, b, c, d, components, time)
     # static gain D - C A^-1 B
     final = closed.d[output, input_] - closed.c[output] @ _solved(closed.a, b)
-    # number of the input in `alone`; negative for a reference, which only the loop has
+    # index of the input in `alone`; negative for a reference, which only the loop has
     open_input, open_loop = input_ - (len(closed.inputs) - len(alone.inputs)), None
     if open_input >= 0:
         system = alone.a, alone.b[:, open_input], alone.c[[output]], alone.d[[output], open_input]

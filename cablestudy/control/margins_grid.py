@@ -241,13 +241,16 @@ def maxima(function, low, top, high, *which):
     which : ndarray, shape (p,)
         Further arguments of the function, one value for each maximum, such as the number of one of several functions.
     """
-    # in steps of the distance of the frequencies: a peak may be a billionth of its frequency wide
     width = high - low
-    offset, value = minima_between(
-        lambda step, index: -function(top[index] + step * width[index], *(argument[index] for argument in which)),
-        (low - top) / width, np.zeros(len(top)), (high - top) / width, np.arange(len(top)),
-        CONTROL.extremum_place, 0.0, CONTROL.extremum_value,
-    )  # fmt: skip
+
+    def negative(offset, index):
+        """Negative of the function beside the tops of some maxima, at offsets over their widths."""
+        return -function(top[index] + offset * width[index], *(argument[index] for argument in which))
+
+    # offsets from the top in place of frequencies: a peak may be a billionth of its frequency wide
+    brackets = (low - top) / width, np.zeros(len(top)), (high - top) / width
+    tolerances = {"width": CONTROL.extremum_place, "rtol": 0.0, "settled": CONTROL.extremum_value}
+    offset, value = minima_between(negative, *brackets, np.arange(len(top)), **tolerances)
     return top + offset * width, np.nan_to_num(-value, nan=-np.inf)
 
 
@@ -287,6 +290,7 @@ def passages(function, omega, value):
     """
 
     def single(omega, which):
+        """Value of one function, its number in `which`, at each frequency."""
         return np.take_along_axis(function(omega), which[:, None], axis=1)[:, 0]
 
     extrema = _extrema_beyond_zero(single, omega, value)

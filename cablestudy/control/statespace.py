@@ -210,7 +210,7 @@ def state_space_of(system, second_order=None, loop=None, measured=(), actuators=
         raise NoSolutionError(MASSLESS_MOTION) from None
     states, inputs, outputs = _states(system, actuators), list(system.inputs), [*system.outputs]
     if loop:  # the forces act on outputs at once, and the lengths reeled in come after the outputs of the system
-        end = len(state_rate) + len(measured) + len(inputs)
+        end = len(state_rate) + len(measured) + len(inputs)  # of the columns of x and u
         output_rows[:count, end - forces.shape[1] : end] += direct
         output_rows = np.insert(output_rows, count, reeled, axis=0)
         outputs += inputs[:winches]

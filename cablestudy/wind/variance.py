@@ -170,13 +170,14 @@ def variances(residues, panels, noise, weights):
     poles, inputs, outputs = residues.poles[upper], residues.inputs[upper], residues.outputs[:, upper]
     if not residues.one_sided:  # the real part of a pair of poles is twice that of one
         outputs = outputs * np.where(poles.imag > 0, 2.0, 1.0)
+    # integrals of r_a b_a S and of S
     by_pole, spectra = _spectral_integrals(inputs, panels, noise, weights, panels.resolvents(poles, residues.one_sided))
     # Lyapunov's equation of the module's docstring
     pole_sums = poles[:, None] + residues.poles.conj()  # l_a + conj(l_b)
     covariance = by_pole @ residues.inputs.conj().T / -pole_sums  # X is this plus its conjugate transpose
-    with_outputs = covariance @ residues.outputs.conj().T + by_pole @ residues.direct.conj().T
+    pole_output_covariance = covariance @ residues.outputs.conj().T + by_pole @ residues.direct.conj().T
     by_direct = ((residues.direct @ spectra) * residues.direct.conj()).sum(axis=-1).real
-    variance = (outputs.T * with_outputs).sum(axis=1).real + by_direct
+    variance = (outputs.T * pole_output_covariance).sum(axis=1).real + by_direct
     # by Schwarz's inequality no sum over the poles is larger than that of the sizes of its terms
     pole_variances = np.maximum(2 * covariance[:, np.arange(len(poles)), np.flatnonzero(upper)].real, 0.0)
     largest = (np.sqrt(pole_variances) @ np.abs(outputs.T)) ** 2

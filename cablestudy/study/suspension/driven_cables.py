@@ -323,7 +323,7 @@ class DrivenCables:
         square = element.omega**2
 
         def error(amplitudes, square):
-            """Relative error of frequencies W by the mesh: half that of W^2, twice the strain energy."""
+            """Relative error of frequencies W by the mesh: half that of W^2, twice the strain energy of a mode."""
             energy = ends.highest_energy(amplitudes[None], np.zeros((1, 6, len(square))))[0]
             return np.minimum(energy / square / 2, 0.5)
 

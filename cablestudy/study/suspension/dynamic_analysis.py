@@ -423,7 +423,7 @@ class DynamicAnalysis:
         if not total > 0:
             return np.sqrt(total), 0.0 if self._model is None else np.nan
         error, accuracy = variances.error_of(variance, names) / (2 * total), self._accuracy
-        # no error is stated below a share of the accuracy, found on random scenes
+        # no error is stated below a share of the accuracy, found on random scenes: larger for the smallest model
         modes = len(response.closed_loop.modes)
         fewest = modes == self._model_sizes[0] < self._computed_modes(modes)
         least = STUDY.resolved_by_fewest if fewest else STUDY.resolved

@@ -71,6 +71,7 @@ def drag_on_cables(drag, equilibrium):
     drag_of_cables = SteadyDrag(normal_drag, np.broadcast_to(direction[:, None], (*mass.shape, 3)))
     if drag.profile is None:
         return drag_of_cables
+    # a wind that grows with the height: the mean of its pressure along each cable
     profile, end_1 = drag.profile.over(mass.shape[1]), equilibrium.ends[:, equilibrium.suspension.of_cables, 0]
     mean = profile.mean_pressure(equilibrium.catenary, end_1)
     return replace(drag_of_cables, profile=profile, end_1=end_1, mean=mean)
