@@ -93,6 +93,8 @@ class Effects:
 
     def _decay(self, cable, element):
         """Lower bound of the rate at which the modes of a cable between fixed ends decay, shape (n,). [1/s]"""
+        if element.air is not None:  # its own decay has the damping by the air
+            return element.decay
         return element.decay + np.where(self.along(cable, element), 0.0, self.air[cable])
 
     @cached_property
