@@ -180,12 +180,12 @@ def _alternatives(source, path, written, varied):
     written : object
         Should be a mapping: name -> {key: value, ...}.
     varied : set of str
-        Keys that vary otherwise, which no alternative may change.
+        Keys that vary in this entry or an earlier one, which no alternative may change.
 
     Returns
     -------
     alternatives : dict
-        See `Entry`.
+        As `Entry.alternatives`.
     mistakes : list of (tuple, str)
         Path and message of each mistake.
 
@@ -255,19 +255,19 @@ def entries_of_options(texts, entries, cases):
     texts : sequence of str
         Arguments of `--vary`, for example "cable.sag=1 m:3 m:5".
     entries : tuple of Entry
-        Of the study file; their keys cannot be varied again.
+        Entries of the study file; their keys cannot be varied again.
     cases : callable
-        As for `entries_of`.
+        Returns the names of the load cases of the scene, which `case=all` stands for.
 
     Returns
     -------
     tuple of Entry
-        Of the options alone.
+        Entries of the options alone.
 
     Raises
     ------
     SceneError
-        An option that cannot be read, or whose key the study or an option before it varies already.
+        All options that cannot be read, or whose key varies already; or more than MAX_COUNT cases in all.
     """
     added = []
     with Mistakes() as mistakes:

@@ -294,9 +294,10 @@ def read_study(path, sets=(), vary=()):
 
 
 def study_of(source, sets=(), vary=()):
-    """Make the `StudyFile` of a study as read, a `Document` whose `base:` is unread: check it, and read its base scene.
+    """Make the `StudyFile` of a study: check it, and read the base scene that it names.
 
-    Other parameters and errors are those of `read_study`.
+    `source` is the study file as read, a `Document` whose `base:` is unread. Other parameters and errors are those of
+    `read_study`.
     """
     _refuse_scene(source)
     try:
@@ -314,6 +315,7 @@ def study_of(source, sets=(), vary=()):
         return apply_sets(read_base(source).with_sets(items), sets)
 
     def case_names():
+        """Names of the load cases of the base scene."""
         cases = base().value.get("cases")
         return list(cases) if isinstance(cases, dict) else []
 

@@ -136,6 +136,10 @@ class Conductors:
 
     Attributes
     ----------
+    curves : Curves
+        Curves of tension over strain of all conductors, of `shape`.
+    states : ndarray of str, of `shape`
+        State that the scene asks for: `initial`, `after_creep`, `after_load` or `final`.
     reference : tuple
         Result of `solve_reference` with the new conductors.
     """
@@ -215,7 +219,7 @@ class Conductors:
         sets, by_load : ndarray, shape (..., 2)
             Permanent sets after the load, and the sets that the load would leave in a new conductor. [-]
         heaviest : ndarray of str, shape (...)
-            Name of the heaviest case; empty without one.
+            Name of the heaviest case, followed by BEYOND where the strain is beyond the curve; empty without a case.
         """
         # all load cases of all scenes, but those in which cables are lost, are solved together
         rows_and_scenes = [(row, scene.model_copy(update={"case": name}))
@@ -269,7 +273,7 @@ class Conductors:
         linear = self._linear((strain, tension, slope), condition, rows)
         labels = np.array(states, dtype=object)
         if with_load.any():
-            # the one of creep and load governs that alone leaves the conductor longer, with less tension at a strain
+            # creep or load governs, whichever alone leaves the conductor longer: with less tension at the same strain
             by_creep_alone, by_load_alone = (
                 Condition(condition.curves, condition.temperature, part_sets, condition.creeping).pull(strain)[0]
                 for part_sets in (by_creep, by_load)

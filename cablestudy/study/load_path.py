@@ -57,7 +57,7 @@ def load_path(document, scene, option):
     Raises
     ------
     SceneError
-        There is no such load, or no such number.
+        There is no such load, or the number of positions is wrong.
     NoSolutionError, ConvergenceError
         There is no reference state.
     """

@@ -78,14 +78,14 @@ class InCableWind:
     sides : list of DynamicAnalysis
         One for each direction of the wind.
     moved : list of str
-        Outputs whose RMS decides which of the winds displaces it more.
+        Outputs whose largest RMS decides which of the winds `side` returns.
     """
 
     def __init__(self, sides, moved):
         self.sides, self._moved = sides, moved
 
     def rms(self, names, variance, open_loop):
-        """`DynamicAnalysis.rms` of the output, and in the wind, in which it is largest; raises as that."""
+        """Largest `DynamicAnalysis.rms` among some outputs and the winds, and its error; raises as that method."""
         return self._largest(self.sides, names, variance, open_loop)[0]
 
     def rms_to(self, accuracy, names):
@@ -102,7 +102,7 @@ class InCableWind:
         return max(largest, key=lambda rms_and_wind: rms_and_wind[0][0])
 
     def side(self, open_loop=False):
-        """`DynamicAnalysis` in the wind that displaces it more; raises as `DynamicAnalysis.rms`."""
+        """`DynamicAnalysis` in the wind that displaces gondola or bare cable more; raises as `DynamicAnalysis.rms`."""
         return self._largest(self.sides, self._moved, "value", open_loop)[1]
 
 
@@ -114,9 +114,9 @@ def in_wind_of(case, damping=0.0, kind=DynamicAnalysis):
     case : Case
         A case with a gondola.
     damping : float
-        Viscous damping of the cable by the air, per length. [N s/m^2]
+        Viscous damping of the cable by the air, per length, added to its own damping. [N s/m^2]
     kind : callable
-        Returns the analysis: the class `DynamicAnalysis`, or a function with its arguments.
+        Returns the analysis: the class `DynamicAnalysis`, or a function with the arguments of this class.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def in_wind_of(case, damping=0.0, kind=DynamicAnalysis):
 
 
 def in_cable_wind_of(case, kind=DynamicAnalysis):
-    """Motion of a case in wind that acts on its cable and damps it: `InCableWind`, for the RMS.
+    """Motion of a case in wind that acts on its cable, whose drag damps the motion: `InCableWind`, for the RMS.
 
     The scene states no direction of the wind: it blows once across and once along the vertical plane of the cable.
 

@@ -1,4 +1,4 @@
-"""Description of what the pictures of a case show: places of cables, points, bodies, loads, ground; views of them."""
+"""Places of all that the pictures of a case show, cables, points, bodies, loads, ground; and views of these places."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,7 +15,7 @@ from cablestudy.system.suspension import GROUND
 
 FINE, COARSE, FEW = 401, 61, 12  # points along a cable of a few, and of more cables than these
 FLAT = 1e-3  # extent over that of the scene below which it is none
-STATED = 5e-4  # relative difference from which a number is another one than the scene states, in four digits
+STATED = 5e-4  # relative difference from which a number and the one that the scene states differ in four digits
 AZIMUTH, ELEVATION, DISTANCE = np.radians(-58), np.radians(18), 3.0  # of the eye; distance over the size of the scene
 
 
@@ -138,12 +138,12 @@ class Drawing:
 
     @cached_property
     def places(self):
-        """All of them, with those along cables, shape (n, 3). [m]"""
+        """Places of `held`, and those along cables and lost cables, shape (n, 3). [m]"""
         return np.concatenate([*(part.reshape(-1, 3) for part in (self.cables, self.lost)), self.held])
 
     @cached_property
     def size(self):
-        """Diagonal of the box that holds them. [m]"""
+        """Diagonal of the box that holds all `places`. [m]"""
         return float(np.linalg.norm(np.ptp(self.places, axis=0)))
 
     @property
@@ -341,9 +341,10 @@ def _lost(case):
 
 
 def upright_plane(drawings):
-    """Side view of the one vertical plane in which all cables end: `View`; None where there is no such plane.
+    """Side view of the vertical plane that holds all ends, bodies and markers: `View`; None without such a plane.
 
-    The horizontal axis is the distance from end 1 of the only cable, x, y, or the distance from the first end.
+    The horizontal axis is x or y in a plane along one of these; else the distance from the first place in the plane.
+    For a scene of one cable it is the distance from end 1.
 
     Parameters
     ----------
@@ -355,7 +356,7 @@ def upright_plane(drawings):
     offsets = held[:, :2] - held[0, :2]
     farthest = offsets[np.argmax(np.hypot(*offsets.T))]
     level = direction(farthest, size)
-    if np.abs(offsets @ [-level[1], level[0]]).max() > FLAT * size:  # some end is out of the plane
+    if np.abs(offsets @ [-level[1], level[0]]).max() > FLAT * size:  # some place is out of the plane
         return None
     if first.single:
         return view_from_end_1(held[0], level, first.ground)

@@ -68,7 +68,7 @@ def case_forms(cases):
 
 
 class _Picture:
-    """Figure of the static form of a scene in one load case, or in several, with the panels that show something.
+    """Figure of the static form of a scene in one load case or in several, with those panels that show something.
 
     Parameters
     ----------
@@ -103,8 +103,8 @@ class _Picture:
         entries = {
             label: artist for axes in marked for artist, label in zip(*axes.get_legend_handles_labels(), strict=True)
         }
-        marks_first = sorted(entries.items(), key=lambda entry: entry[0] in ("chord", "ground", "winch"))
-        legend_below(figure, [(artist, label) for label, artist in marks_first])
+        cables_first = sorted(entries.items(), key=lambda entry: entry[0] in ("chord", "ground", "winch"))
+        legend_below(figure, [(artist, label) for label, artist in cables_first])
         title_of_several = f"Load cases: {max(self.drawings, key=lambda drawing: len(drawing.cables)).contents}"
         heading(figure, self.first.title(not (self.upright and self.loaded)) if self.alone else title_of_several)
         full_width = [axes for axes in figure.axes if axes.get_subplotspec().get_gridspec() is grid]
@@ -274,8 +274,8 @@ class _Picture:
 def _looks(drawings, unnamed):
     """Colours, dashes and labels with which load cases are drawn, and a scale of the colours.
 
-    A single load case has its cables in colours of their mean tension; of several each has one colour. If `unnamed`,
-    the label of the only cable is its name alone, without sag or tension.
+    A single load case has its cables in colours of their mean tensions, if these differ; each of several load cases has
+    one colour. If `unnamed`, the label of an only cable is its name alone, without sag or tension.
 
     Returns
     -------
