@@ -40,7 +40,7 @@ class Entry:
 
     @property
     def keys(self):
-        """Tuple of its dotted keys, of which ALTERNATIVE is none of a scene: each is a column of the table."""
+        """Tuple of its dotted keys, each a column of the table; ALTERNATIVE among them is no key of the scene."""
         return tuple(key for key, _, _ in self.columns)
 
     @property

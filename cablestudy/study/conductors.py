@@ -1,17 +1,18 @@
-"""Conductors with permanent elongation: the linear cables that hang as they do, in the state that each scene asks for.
+"""Linear cables that hang as conductors with permanent elongation do, in the state that each scene asks for.
 
-A stated tension or sag is that of the new conductor in the reference state; its length without tension there is the one
-that all states share. The load that stretches a conductor is the case in which its mean tension is largest; creep is
-that of the conductor without a case, for 10 years. In the state `final` it creeps first and is loaded then.
+A tension or sag that a scene states is that of the new conductor in the reference state; the length without tension of
+this conductor holds for all states. The load that stretches a conductor is the load case in which its mean tension is
+largest; creep is that of 10 years without a load case. In the state `final` the load follows the creep.
 
-Motion and stiffness are those about the equilibrium with the final moduli of the parts that are tight: what falls below
-the tension of a day, and comes back, follows these. The end that the force of a load case pushes goes along the curve.
+Motion and stiffness about the equilibrium follow the final moduli of the parts that are tight, as does a tension that
+falls and comes back. An end that the force of a load case has moved followed the curve.
 
 The permanent sets by creep and load do not depend on the case that a scene is in: scenes that differ in nothing else
 share them.
 
-The catenary is that of a linear cable. At a strain e of the conductor its tangent gives one (`cable.stress_strain`),
-whose mean tension in turn gives the next strain: Newton's method, to the strain at which both have one tension.
+The catenary is that of a linear cable. At a strain of the conductor, the tangent of its curve gives a linear cable
+(`cable.stress_strain`), whose mean tension in turn gives the next strain: Newton's method, to the strain at which
+conductor and linear cable have the same tension.
 """
 
 from dataclasses import dataclass, fields
@@ -40,7 +41,7 @@ class LinearCables:
         Unstretched length over that of the new conductor in the reference state, less one. [-]
     length_ratio : ndarray, shape (...)
         Length without tension of the conductor in its case over the unstretched length of the linear cable: ice and
-        wind are stated per length of the former. [-]
+        wind are stated per length of the conductor. [-]
     condition : Condition
         State of the conductors.
     strain : ndarray, shape (...)

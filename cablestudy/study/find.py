@@ -59,7 +59,7 @@ class _KeyStudy:
         self.entries = (Entry(((self._key, self._values, lambda _: self._location),)),)
 
     def case(self, index):
-        """Overrides and CableScene of one case."""
+        """Overrides (key -> value), and the scene of one case."""
         value = self._values[index]
         return {self._key: value}, read_scene(self._document.with_sets([(self._key, value, self._location)]))
 

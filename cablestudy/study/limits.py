@@ -31,7 +31,7 @@ class SceneLimit:
     bound : float
         In the unit of its columns.
     terms : tuple of (str, str, Column)
-        Load case, cable or "", and what is compared there.
+        Load case, cable or "", and the column that is compared there.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Check:
     case, cable : str
         The load case that governs, and of a column of several cables the cable, else "".
     value, error : float or None
-        Of the column there, and its estimated relative error; None where there is none.
+        Value of the column there, and its estimated relative error; None where there is none.
     failures : dict
         Load case -> why there is no value in it.
     """
@@ -69,7 +69,7 @@ class Check:
 
     @property
     def margin(self):
-        """Relative, None without a value. [-]"""
+        """Margin relative to the limit; None without a value. [-]"""
         return None if self.value is None else self.limit.margin(self.value)
 
     @property

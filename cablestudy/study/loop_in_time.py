@@ -115,9 +115,9 @@ class Input:
     unit : str
         For tables and pictures: mm, mrad or m/s.
     size : float
-        [m], [rad] or [m/s]
+        Size of the step or gust. [m], [rad] or [m/s]
     components : list of time_response.Component
-        For a size of one.
+        The input with a size of one, as a sum of functions of time.
     values : ndarray, shape (m,)
         The input at the points of time. [m], [rad] or [m/s]
     """

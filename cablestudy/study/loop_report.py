@@ -1,4 +1,4 @@
-"""The loop of winches over frequency, and the table of its margins of one cable, for the command `loop`."""
+"""The loop of winches over frequency; for one cable the table of stability margins too. For the command `loop`."""
 
 from dataclasses import replace
 

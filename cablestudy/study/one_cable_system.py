@@ -30,7 +30,7 @@ ALONG_X = np.array([[True, False, False, False, False, False]])
 
 @dataclass(frozen=True)
 class Held:
-    """Record of convergence of poses that are not searched: end 2 of the cable does not move.
+    """Record of convergence of poses that need no search, since the scene states where the ends of the cable are.
 
     Attributes
     ----------
@@ -47,11 +47,11 @@ class CableAirflow(Airflow):
     ----------
     scene : SuspensionScene
     drag : Drag
-        By which the air damps the motion: of the gondola along x, or of the bare cable.
+        Drag by which the air damps the motion: of the gondola along x, or of the bare cable.
     wind : Wind
-        Of the scene of one cable.
+        Wind of the scene of one cable.
     on_cable : Drag
-        Of the cable, in the direction of the mean wind.
+        Drag of the cable, in the direction of the mean wind.
     side : str
         Name of the direction of the wind.
     """

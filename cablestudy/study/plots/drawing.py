@@ -89,12 +89,12 @@ class Drawing:
     cables : ndarray, shape (c, j, 3)
         Points along each cable. [m]
     shares : ndarray, shape (c, j)
-        Arc length there over the unstretched length. [-]
+        Arc length at these points over the unstretched length. [-]
     ends : ndarray, shape (c, 2, 3)
-        [m]
+        Ends 1 and 2 of each cable. [m]
     form : Catenary of shape (c,), or State of the only cable
     statics : ClosedStatics or ElementStatics
-        Of the same.
+        Statics of the same cables.
     stated : tuple
         Preload [N] and sag [m] that the scene states of its only cable.
     links : ndarray, shape (l, 2, 3)
@@ -104,7 +104,7 @@ class Drawing:
     junctions, bodies : dict
         Name -> place; name -> places of its attachments and its reference point, shape (k, 3). [m]
     markers, winches : ndarray, shape (k, 3)
-        [m]
+        Places of markers, and of the ends of cables that winches reel or move. [m]
     loads : list of (ndarray, ndarray, float)
         Of each point load its place [m] and force [N], shape (3,), and arc length along the unstretched cable [m].
     ground : float, sequence of (float, float) or None
