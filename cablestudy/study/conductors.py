@@ -218,7 +218,8 @@ class Conductors:
         Returns
         -------
         sets, by_load : ndarray, shape (..., 2)
-            Permanent sets after the load, and the sets that the load would leave in a new conductor. [-]
+            Permanent sets after the load; and the sets that the strain under the load leaves by itself, without earlier
+            ones. [-]
         heaviest : ndarray of str, shape (...)
             Name of the heaviest case, followed by BEYOND where the strain is beyond the curve; empty without a case.
         """
@@ -236,7 +237,7 @@ class Conductors:
         beyond = condition.beyond(strain).any(axis=-1)
         for index, row in enumerate(rows.tolist()):
             heavier = tension[index] > largest[row]
-            # sets by this load alone: from the strain, on the curves of a new conductor
+            # sets by this load alone: from the strain, on the curves of a conductor without earlier sets
             without_sets = Condition(condition.curves.take(index), condition.temperature[index],
                                      np.full(sets[row].shape, NO_SET), condition.creeping[index])  # fmt: skip
             new_sets = without_sets.sets_after(strain[index])

@@ -245,7 +245,7 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
     references = {names.get(key := f"reference.{name}", key): key for name in closed_loop.measured}
     outputs = [names.get(key := f"{closed_loop.body_name}.{name}", key) for name in closed_loop.measured]
     kind = options.input or next(iter(winches))
-    number_of("--input", kind, [*winches, *references, *OF_WIND])
+    number_of("--input", kind, [*winches, *references, *OF_WIND])  # SceneError for an unknown input
     output_number = number_of("--output", options.output, outputs) if options.output else 0
     if kind in references and not options.output:
         output_number = list(references).index(kind)

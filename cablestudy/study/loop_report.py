@@ -185,7 +185,7 @@ def response_table(closed_loop, span):
         magnitudes = decibels(singular_values(value)).T
         if len(magnitudes) == 1:
             columns[Field(f"{name}_dB", title, "dB")] = magnitudes[0]
-            columns[Field(f"{name}_phase_deg", f"{title} phase", "deg")] = Phase()(value[:, 0, 0])
+            columns[Field(f"{name}_phase_deg", f"{title} phase", "deg")] = Phase()(value[:, 0, 0])  # unwrapped
         else:
             columns[Field(f"{name}_largest_dB", f"{title} largest", "dB")] = magnitudes[0]
             columns[Field(f"{name}_smallest_dB", f"{title} smallest", "dB")] = magnitudes[-1]

@@ -59,7 +59,8 @@ def column_of_one_cable(column, bare):
         return column
     if name := own_name(column.name, bare):
         return find_of_one(name)
-    # stage of a suspension -> of one cable: coupled modes are those of the gondola, and all needs an equilibrium
+    # stage of a suspension -> stage of one cable, where coupled modes are those of the gondola, and each suspension is
+    # made about an equilibrium
     needs = {"modes": "gondola", "scene": "statics"}.get(column.needs, column.needs)
     closed_loop = column.needs == "wind" and "_open_loop" not in column.name
 

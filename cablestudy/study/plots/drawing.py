@@ -262,7 +262,7 @@ def drawing_of(case):
                for name, winch in scene.winches.items()]  # fmt: skip
     attachments, markers = _places_of_bodies(scene, equilibrium)
     along_cables, shares = _curves(case)
-    first_cable = next(iter(case.scene.cables.values()), None)  # what it states is shown of an only cable
+    first_cable = next(iter(case.scene.cables.values()), None)  # if it is the only one, stated values are shown
     return Drawing(
         case=case.scene.case,
         cables=along_cables,

@@ -30,7 +30,7 @@ def sensitivity_plot(study, table):
         sample, the indices, and the ends of their confidence intervals.
     """
     fixed = ("column", "parameter", *(f"{kind}{end}" for kind in KINDS for end in ("", "_low", "_high")))
-    others = [field for field in table.fields if field.name not in fixed]
+    others = [field for field in table.fields if field.name not in fixed]  # keys that vary beside the sample
     groups = _groups(table.rows, others)
     count = min(len(groups), PANELS)
     columns = 1 if count == 1 else 2

@@ -290,7 +290,8 @@ def loop_in_time(solved):
 def _displacement(axes, solved):
     """Draw the measured displacement over time, with and without the loop, its overshoot and its settling time.
 
-    `solved` is a `TimeCase`; only the response to a step has an overshoot and settles.
+    `solved` is a `TimeCase`. Only the response to a step settles; it has an overshoot unless it ends near zero
+    (`StepResponse.taken_back`).
     """
     time, response, unit, step = solved.time, solved.response, solved.unit, solved.step
     if response.open_loop is not None:
