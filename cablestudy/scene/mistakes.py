@@ -24,7 +24,7 @@ def collect(error, document, tables):
     Parameters
     ----------
     error : pydantic.ValidationError
-        Of the model of the whole file.
+        Error of the model that reads the whole file.
     document : Document
         What was read.
     tables : list of (tuple, type)

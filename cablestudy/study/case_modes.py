@@ -54,7 +54,7 @@ def solved_modes(case, count=None, upto=None):
     Parameters
     ----------
     case, count, upto
-        As for `modes`, as well as the errors.
+        As for `modes`, which describes the errors too.
 
     Returns
     -------

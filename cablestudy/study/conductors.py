@@ -198,7 +198,7 @@ class Conductors:
     def _sets(self):
         """Permanent sets of both parts of each conductor in its state, shape (..., 2) [-], and the heaviest load case.
 
-        By creep; by creep and the heaviest case; by this case alone. Then the names of these cases, shape (...).
+        Four arrays: sets by creep; by creep and the heaviest case; by this case alone; names of these cases (...).
         """
         unset, with_creep, with_load = self.curves.unset, np.isin(self.states, CREPT), np.isin(self.states, LOADED)
         by_creep = np.where(with_creep[..., None], self._sets_by_creep, unset) if with_creep.any() else unset

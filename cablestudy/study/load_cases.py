@@ -303,7 +303,7 @@ def wind_direction(angle):
     Parameters
     ----------
     angle : ndarray, shape (...)
-        From x towards y. [rad]
+        Direction in which the wind blows, from x towards y. [rad]
     """
     level = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
     return np.where(np.abs(level) < STUDY.rounded_direction, 0.0, level)

@@ -170,7 +170,8 @@ def decibels(value):
 def response_table(closed_loop, span):
     """Table over frequency of the loop gain L, the sensitivity S and the complementary sensitivity T of a loop.
 
-    Of one measured coordinate magnitude [dB] and phase [deg]; of several the largest and smallest singular value [dB].
+    For one measured coordinate it has magnitude [dB] and phase [deg] of each; for several coordinates the largest and
+    smallest singular value [dB].
 
     Parameters
     ----------

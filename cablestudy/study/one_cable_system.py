@@ -160,7 +160,7 @@ def in_wind_from(case, direction, side, kind=DynamicAnalysis):
     case, kind
         As for `in_cable_wind_of`.
     direction : ndarray, shape (3,)
-        Of the mean wind: a horizontal unit vector. [-]
+        Direction of the mean wind, a horizontal unit vector. [-]
     side : str
         Name of the direction.
     """

@@ -29,9 +29,9 @@ class View:
     axes : ndarray, shape (3, 2)
         Directions to the right and upwards on the paper, unit vectors.
     labels : tuple of str
-        Of the axes.
+        Labels of the axes on the paper.
     origin : ndarray, shape (3,)
-        [m]
+        Place at the origin of the paper. [m]
     """
 
     title: str
