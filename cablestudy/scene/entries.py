@@ -219,7 +219,7 @@ def _alternatives(source, path, written, varied):
 
 def _value_place(source, path, index, of_key=False):
     """Place of one varied value, or of its key; all values of a range have the same."""
-    return source.place(path, True) if of_key else source.place((*path, index))
+    return source.place(path, of_key=True) if of_key else source.place((*path, index))
 
 
 def _values(cases, key, written):

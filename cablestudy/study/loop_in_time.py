@@ -226,7 +226,7 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
     scene : CableScene or SuspensionScene
         As the user wrote it.
     closed_loop : ClosedLoop
-        A stable loop.
+        A suspension with a stable loop.
     options : TimeOptions
         Options of the command `loop`.
     names : dict, optional
@@ -381,8 +381,10 @@ def _response_in_space(closed_loop, motion, space, output, input_, components, t
     names = [f"coordinate_{k + 1}" for k in range(coordinate_count)]
     system = labelled(closed_loop, motion, names, loads, ((WIND_INPUT, "m/s"),))
     control = LinearControl(allocation, loop.gain, loop.notches, loop.law_space, loop.law_names)
-    with_loop = state_space_of(system, None, control, measured_by(closed_loop), closed_loop.actuators, added=True)
-    without_loop = state_space_of(system, actuators=closed_loop.actuators)
+    actuators, measured = closed_loop.actuators, measured_by(closed_loop)
+    # `added`: inputs are references, and lengths that winches reel in beyond those of the loop: either may make a step
+    with_loop = state_space_of(system, loop=control, measured=measured, actuators=actuators, added=True)
+    without_loop = state_space_of(system, actuators=actuators)
     winch_indices = [with_loop.output_names.index(name) for name, _ in system.inputs[: len(closed_loop.winches)]]
     indices = with_loop.output_names.index(output), winch_indices, with_loop.input_names.index(input_)
     return loop_response.responses(with_loop, without_loop, *indices, components, times)

@@ -78,10 +78,12 @@ def equivalent_cables(values, results_class):
     values_without_case = SceneValues(different)
 
     def solve_reference(stiffness, elongation, _):
+        """Mean tensions and chord strains in the reference state, as `Conductors` asks for them."""
         return _reference_state(values_without_case, stiffness, elongation)
 
     def solve_cases(chosen, cases, reference, *linear):
-        cables, chord_strains = LinearCables(*linear, None, None, None), reference[1]
+        """Mean tensions in load cases, as `Conductors` asks for them; not a number without an equilibrium."""
+        cables, chord_strains = LinearCables(*linear, condition=None, strain=None, labels=None), reference[1]
         equivalent = EquivalentCables(np.arange(len(chosen)), cables, chord_strains[chosen], {})
         loaded = results_class(SceneValues(cases), equivalent)
         tension = np.array(loaded.catenary.mean_tension)

@@ -90,9 +90,9 @@ class InCableWind:
 
     def rms_to(self, accuracy, names):
         """`rms` of displacements or tensions of a bare cable, with more modes until its error is an accuracy."""
-        (rms, error), side = self._largest(self.sides, names, "value", True)
+        (rms, error), side = self._largest(self.sides, names, "value", open_loop=True)
         while error > accuracy and side.finer is not None:
-            (rms, error), side = self._largest([side.finer], names, "value", True)
+            (rms, error), side = self._largest([side.finer], names, "value", open_loop=True)
         return rms, error
 
     @staticmethod
