@@ -1,4 +1,4 @@
-"""The cable of a scene as a state space: which modes are kept, and what is attached."""
+"""The cable of a scene as a state space: which modes are kept, and the gondola or winch loop that is attached."""
 
 from dataclasses import dataclass
 from functools import cached_property, partial

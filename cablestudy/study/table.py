@@ -96,7 +96,8 @@ class Table:
     def chosen(self, names=(), top=None):
         """Table with only the columns that a user asks for, and only the first rows: `Table`.
 
-        Columns that name the rows, and those that a study varies, are kept in front, since rows mean little without.
+        Columns that name the rows, and those that a study varies, are kept in front, since rows mean little without
+        them; fields marked `kept` follow at the end.
 
         Parameters
         ----------

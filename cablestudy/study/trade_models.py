@@ -278,7 +278,7 @@ def _with_end_model(case, model):
     if gondola is not None and gondola.mass is not None:
         system = _gondola_system(model, case)
         case.gondola_mode = ModeOfSystem(system)
-        case.in_wind = in_wind_of(case, kind=partial(OfSystem, system))
+        case.in_wind = in_wind_of(case, kind=partial(AnalysisOfSystem, system))
     return case
 
 
@@ -323,7 +323,7 @@ class ModeOfSystem:
         return min(ratio[self.number], 1.0), None
 
 
-class OfSystem(DynamicAnalysis):
+class AnalysisOfSystem(DynamicAnalysis):
     """`DynamicAnalysis` whose RMS are those of another linear system of gondola and cable in the same gusts.
 
     Parameters

@@ -85,7 +85,7 @@ def _read_tolerance(text):
 
 
 def compare(table, path, tolerance):
-    """Compare a computed table with a stored CSV file, cell by cell, for `sweep --check`.
+    """Compare a computed table with a stored CSV file, cell by cell, for `sweep --check`; times are not compared.
 
     Parameters
     ----------

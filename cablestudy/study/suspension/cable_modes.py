@@ -63,8 +63,11 @@ class CableModes:
 
     Parameters
     ----------
-    scene, catenary, drag
-        As of `CablesAtRest`.
+    scene : SuspensionScene
+    catenary : Catenary
+        All c cables in equilibrium, shape (c,).
+    drag : SteadyDrag or None
+        Drag that fixed elements follow, as of `FixedModel`.
     """
 
     def __init__(self, scene, catenary, drag):
