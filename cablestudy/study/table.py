@@ -1,4 +1,4 @@
-"""Tables as Markdown, CSV, JSON and JSON lines; their files, written atomically; stored tables read."""
+"""Tables: shown as Markdown, CSV, JSON or JSON lines, written to files atomically, and read from stored files."""
 
 import csv
 import glob

@@ -36,7 +36,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Relative difference up to which numbers agree: as usual, and of columns (by header) where it is another."""
+    """Relative difference up to which numbers agree: the usual one, and those of some columns, by header."""
 
     usual: float = RTOL
     columns: dict = None

@@ -1,4 +1,4 @@
-"""Common look of all pictures: colours, sizes, scales, ticks; and their files."""
+"""Common look of all pictures (colours, sizes, scales, ticks), and the writing of their files."""
 
 import io
 import logging

@@ -272,9 +272,10 @@ class DrivenCables:
     def with_critical_modes(self, plant, gain):
         """Copy of a `Plant` with further modes, near the one that would grow first as the gain is raised.
 
-        With a gain just below the largest stable one, this mode is hardly damped, and gusts excite it. Added are the
-        modes near its frequency that the gain could drive, or all there where rounding spoils the response of a cable.
-        The plant itself is returned where `gain` [rad/s] is lower or unstable, or where its modes reach up that far.
+        With a gain near the largest stable one this mode is hardly damped, and gusts excite it. Added are the modes
+        near its frequency that the gain could drive, or all modes there where rounding spoils the response of a cable.
+        The plant itself is returned where `gain` [rad/s] is unstable or below `nearly_largest_gain` of the largest
+        stable one, or where the modes of the plant reach up to that frequency.
         """
         limit, base = self.gains.limit, self._base
         if limit is None or limit.omega <= base.omega[-1]:

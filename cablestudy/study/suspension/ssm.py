@@ -31,7 +31,7 @@ class SuspensionChoice(CoupledChoice):
     found : CoupledModes
         The lowest modes.
     whole : LinearSystem
-        In the coordinates of cables and bodies.
+        Linear model in the coordinates of cables and bodies.
     chosen : ndarray of int
         Modes to keep, from 0.
     highest : float or None

@@ -86,7 +86,7 @@ def _first_waves(plant):
         for name in ("ratio", "loss_factor", "time", "viscous")
     )
     air = wind.air_density * wind.speed * drag_width / 2 if plant.braked else 0.0  # across wind and cable
-    poles = []
+    poles = []  # a wave across strains the cable by a share of its energy alone, and loses less by strain
     for force, strain_share, rate in ((stiffness, 1.0, viscous), (tension, STUDY.strained_share, viscous + air)):
         lowest = np.pi / length * np.sqrt(force / mass)
         omega = lowest * np.maximum(np.ceil(plant.modes.solution.omega[-1] / lowest), 1.0)  # above those of the model
