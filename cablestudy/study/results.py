@@ -30,6 +30,7 @@ class Results:
     Parameters
     ----------
     values : SceneValues or CaseTable
+        Values of the n scenes.
     equivalent_cables : EquivalentCables, optional
         Equivalent cables of all cases, where the caller has them; else they are computed.
     """

@@ -1,4 +1,4 @@
-"""A body, or a cable at mid-span, in the wind: spectra, cumulative variance and ellipses of its motion."""
+"""Picture of a body, or of a cable at mid-span, in the wind: spectra, cumulative variance, ellipses of its motion."""
 
 from contextlib import suppress
 from dataclasses import dataclass
