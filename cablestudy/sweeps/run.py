@@ -65,6 +65,13 @@ class SweepOptions:
 class Run:
     """One run of a study: its stored rows, the computation of those that are missing, its table. A context manager.
 
+    Parameters
+    ----------
+    study : StudyFile
+    files : TableFiles
+        Paths of the files that the run writes.
+    options : SweepOptions
+
     Raises
     ------
     SceneError
@@ -111,7 +118,8 @@ class Run:
     def compute(self):
         """Compute the rows that are missing, and store each chunk of them as soon as it is done.
 
-        Whatever ends the run, the rows that are done stay stored, and a later run goes on with them.
+        Whatever ends the run, the rows that are done stay stored, and a later run goes on with them. With `fail_fast`
+        it ends after the first chunk in which a row has no answer.
 
         Raises
         ------
@@ -141,7 +149,7 @@ class Run:
             raise NoSolutionError(f"{error}{self._resumable()}") from None
 
     def _results(self, chunks):
-        """Iterator of the chunks that are done."""
+        """Iterator of the results of the chunks: `Done`, in any order."""
         if self.options.scheduler is None:
             return compute_here(chunks, self.options.jobs)
         from cablestudy.sweeps.cluster import compute_on_cluster
