@@ -3,8 +3,8 @@
     x' = (A0 + gain sum A_j) x + B0 u + B1 u' + B2 u''
 
 The entries of each matrix row are coefficients of the states x and, where there are inputs, of u, u' and u''. States:
-h z (z the coordinates, h the `unit` of each), z', the low-passed movement of each actuator with a high-pass filter, two
-states of each notch filter, the states of the control law of each independent movement of the winches, and these
+z times `LinearSystem.unit` (z the coordinates), z', the low-passed movement of each actuator with a high-pass filter,
+two states of each notch filter, the states of the control law of each independent movement of the winches, and these
 movements themselves. Inputs: with the loop the references r of the measured coordinates; the lengths that the winches
 reel in, beyond those that the loop commands; forces.
 """

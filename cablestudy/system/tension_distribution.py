@@ -26,11 +26,11 @@ class Distribution:
     Attributes
     ----------
     tension : ndarray, shape (m,)
-        Where no tensions are within the bounds, those that are outside by the least sum. [N]
+        Where none that balance the loads are within the bounds, those that exceed the bounds by the least sum. [N]
     unbounded : ndarray, shape (f,)
         The unknowns y.
     left : ndarray, shape (e,)
-        Net forces that no tensions balance: zero where the loads can be held. [N]
+        Net forces left over, which no tensions balance: zero where the loads can be held. [N]
     held, within : bool
         True if any tensions hold the loads, and if tensions within the bounds do.
     """
@@ -122,7 +122,7 @@ def _least_distance(particular, null_space, count, objective, objective_value, l
         t_0 and Z; the first m = `count` unknowns are tensions.
     count : int
     objective, objective_value : ndarray, shapes (p, m + f), (p,)
-        S, and its value f at the target.
+        S, and its product d with the target.
     low, high : ndarray, shape (m,)
         Bounds of the tensions. [N]
     unit : float
@@ -130,8 +130,8 @@ def _least_distance(particular, null_space, count, objective, objective_value, l
 
     Notes
     -----
-    The objective is |S (t_0 + Z z) - f|^2. By the singular value decomposition S Z = U s V^T the solution is
-    z = V (w + U^T (f - S t_0))/s with the w of least size within the bounds: a least-distance problem.
+    The objective is |S (t_0 + Z z) - d|^2. By the singular value decomposition S Z = U s V^T the solution is
+    z = V (w + U^T (d - S t_0))/s with the w of least size within the bounds: a least-distance problem.
     """
     left_vectors, values, right_vectors = np.linalg.svd(objective @ null_space, full_matrices=False)
     kept = values > SYSTEM.rank * values.max(initial=0.0)  # motions that change no tension are left out
