@@ -138,12 +138,12 @@ class Run:
         progress = Progress(len(self.cases), self._reused, options.quiet)
         try:
             with Interrupts() as interrupts, closing(self._results(chunks)) as results, closing(progress):
-                for chunk in results:
+                for result in results:
                     with interrupts.deferred():
-                        store.add(chunk.headers, chunk.records)
-                    done += len(chunk.records)
-                    progress(done, chunk.seconds)
-                    if options.fail_fast and chunk.failed:
+                        store.add(result.headers, result.records)
+                    done += len(result.records)
+                    progress(done, result.seconds)
+                    if options.fail_fast and result.failed:
                         return
         except NoSolutionError as error:
             raise NoSolutionError(f"{error}{self._resumable()}") from None

@@ -213,7 +213,7 @@ class RowStore:
     def resume(self):
         """Take over the rows that an earlier run has left in the file, to go on with them; or begin without rows.
 
-        The store begins without rows if the file has none or cannot be read. If the study was edited since, `identity`
+        The store begins without rows if the file is empty or cannot be read. If the study was edited since, `identity`
         becomes that of the stored rows, of which `row_reuse.reuse_rows` then keeps those that the edited study has too.
 
         Raises

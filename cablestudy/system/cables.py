@@ -37,7 +37,7 @@ class FixedModel:
     elements, order : int
     mass : {"lumped", "consistent", "blended"}
     drag : SteadyDrag, optional
-        Of a steady wind, of shape (c,). The elements follow it.
+        Drag by a steady wind, of shape (c,), under which the elements are in equilibrium.
     """
 
     elements: int
@@ -60,11 +60,11 @@ class Cables:
     damping : Damping or sequence of Damping
         Of all cables, or of each: model, and ratio [-], loss_factor [-] or time [s]; viscous [N s/m^2].
     static : ndarray, shape (c, 3, 3), optional
-        Their `Catenary.global_end_stiffness`, where it is known. [N/m]
+        `Catenary.global_end_stiffness` of the cables, where it is known. [N/m]
     drag : SteadyDrag, optional
-        As of `FixedModel`.
+        As for `FixedModel`.
     planes : tuple, optional
-        Of `Dynamics`: directions in which they move; without it all.
+        As for `Dynamics`: directions in which the cables move; by default all.
     """
 
     def __init__(self, catenary, damping, static=None, drag=None, planes=None):
@@ -386,8 +386,8 @@ class Models:
 
         Notes
         -----
-        A mode left out, with momentum m per velocity of the ends u and frequency W, adds the mass |m u|^2 w^2/(W^2 -
-        w^2): over that of the motion, which is 1, this is the relative error of w^2.
+        A mode left out, with the frequency W and the momentum m per velocity of the ends, whose displacements are u,
+        adds the mass |m u|^2 w^2/(W^2 - w^2): over that of the motion, which is 1, this is the relative error of w^2.
         """
         error = np.zeros(square.shape)
         for of_group in coordinates.of_groups:

@@ -49,8 +49,8 @@ class Search:
     def solve(self):
         """`CoupledModes` of each row, or why it has none: list of (CoupledModes or Exception).
 
-        NoSolutionError: there is no equilibrium, or it is not stable; a cable with mass hangs folded, or slack without
-        weight. ConvergenceError: the accuracy cannot be had.
+        NoSolutionError: the equilibrium is not stable; a cable with mass hangs folded, or slack without weight.
+        ConvergenceError: the search for the equilibrium found none; the accuracy cannot be had.
         """
         outcomes = self.refused
         rows = np.array([row for row, refused in enumerate(outcomes) if refused is None], dtype=int)

@@ -73,7 +73,7 @@ def any_grows_with_modes(cables):
 
 @dataclass(frozen=True)
 class Superelement:
-    """The cable between its two ends. Ends are ordered end 1 x, y, z, end 2 x, y, z.
+    """A cable as seen from its two ends, in the form of the module's docstring: end 1 x, y, z, then end 2 x, y, z.
 
     Attributes
     ----------
@@ -100,8 +100,8 @@ class Superelement:
     air : ndarray, shape (n + 6, n + 6), or None
         Damping by the wind, of modes and ends. [1/s], [N s/m]
     near : Superelement or None
-        Of the same modes and ends and nearly the same numbers: where damping couples modes, the poles follow from its
-        poles to first order.
+        Similar cable, with the same modes and ends and nearly the same numbers: where damping couples modes, the poles
+        follow from those of `near` to first order.
     windowed : bool
         True if the poles of many modes that damping couples may be found in windows, which leaves a small error.
     """

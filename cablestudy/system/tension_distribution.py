@@ -60,7 +60,7 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
         Weight, beside the objective, of the forces of the unknowns y and of the changes of tensions, for steps of an
         iteration; the changes of small tensions, whose forces are the least linear, weigh more. [-]
     current : ndarray, shape (m,), optional
-        Tensions from which they change, where they are damped. [N]
+        Present tensions, changes from which are damped; needed with `damping`. [N]
 
     Returns
     -------

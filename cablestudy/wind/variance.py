@@ -159,7 +159,7 @@ def variances(residues, panels, noise, weights):
     Parameters
     ----------
     residues : Residues
-        Response of a stable system of o outputs; of complex poles both of each pair.
+        Response of a stable system of o outputs, with both poles of each complex pair.
     panels : Panels
     noise : Noise
         Spectral matrix of the inputs.
@@ -198,7 +198,7 @@ def variances_with_remainder(residues, remainder, noise_times, panels, noise, we
     Parameters
     ----------
     residues : Residues
-        P: stable poles, without a direct part; of complex ones both of each pair.
+        P: stable poles, both of each complex pair, without a direct part.
     remainder : callable
         G: s = i w, shape (f,) [rad/s] -> complex, shape (f, o, i).
     noise_times : callable
