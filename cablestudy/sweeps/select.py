@@ -18,7 +18,7 @@ class Selection:
     """Selection of the rows of a study's table that are shown, and their order."""
 
     condition: object = None  # DataFrame -> Series of True, False or NA (unknown)
-    bare: tuple = ()  # numbers of the condition without a unit, as "14 is 14 m"
+    bare: tuple = ()  # texts such as "14 is 14 m" on numbers of the condition without a unit
     objectives: tuple = ()  # (Variable, whether it is to be large): only rows on their Pareto front are shown
     key: Variable | None = None  # by which the rows are ordered
     descending: bool = False

@@ -65,7 +65,7 @@ class CableRecord:
 
 
 class Trial:
-    """The lowest modes of n rows with one choice of the coordinates of their cables, c of each row.
+    """The lowest modes of n rows (suspensions, see `Search`) with one choice of the coordinates of their c cables each.
 
     Parameters
     ----------

@@ -79,12 +79,12 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
     unit = max(np.abs(values).max(initial=1e-300) for values in tensions)  # tensions are solved for in this unit
     objective, target = _objective(method, count, len(particular)), np.zeros(len(particular))
     target[:count] = reference if method == "closest" else 0.0
-    objective_value = objective @ target
+    target_value = objective @ target
     if damping:
         weights = damping * np.append(np.sqrt(current.max() / current), norms[count:])
         objective = np.vstack([objective, np.diag(weights)])
-        objective_value = np.concatenate([objective_value, weights[:count] * current, np.zeros(len(norms) - count)])
-    coordinates = _least_distance(particular, null_space, count, objective, objective_value, low, high, unit)
+        target_value = np.concatenate([target_value, weights[:count] * current, np.zeros(len(norms) - count)])
+    coordinates = _least_distance(particular, null_space, count, objective, target_value, low, high, unit)
     within = coordinates is not None
     if not within:
         coordinates = _least_excess(particular, null_space, count, low, high, unit)
@@ -113,7 +113,7 @@ def _objective(method, count, unknowns):
     return np.vstack([deviations, SYSTEM.tensions_themselves * tensions])
 
 
-def _least_distance(particular, null_space, count, objective, objective_value, low, high, unit):
+def _least_distance(particular, null_space, count, objective, target_value, low, high, unit):
     """Coordinates z of the solution t_0 + Z z of the equations with the least objective, or None if none is in bounds.
 
     Parameters
@@ -121,7 +121,7 @@ def _least_distance(particular, null_space, count, objective, objective_value, l
     particular, null_space : ndarray, shapes (m + f,), (m + f, q)
         t_0 and Z; the first m = `count` unknowns are tensions.
     count : int
-    objective, objective_value : ndarray, shapes (p, m + f), (p,)
+    objective, target_value : ndarray, shapes (p, m + f), (p,)
         S, and its product d with the target.
     low, high : ndarray, shape (m,)
         Bounds of the tensions. [N]
@@ -136,7 +136,7 @@ def _least_distance(particular, null_space, count, objective, objective_value, l
     left_vectors, values, right_vectors = np.linalg.svd(objective @ null_space, full_matrices=False)
     kept = values > SYSTEM.rank * values.max(initial=0.0)  # motions that change no tension are left out
     basis = right_vectors[kept].T / values[kept]
-    optimum = basis @ (left_vectors[:, kept].T @ (objective_value - objective @ particular))
+    optimum = basis @ (left_vectors[:, kept].T @ (target_value - objective @ particular))
     tension, slopes = particular[:count] + null_space[:count] @ optimum, null_space[:count] @ basis
     lower, upper = np.isfinite(low), np.isfinite(high)
     rows = np.vstack([slopes[lower], -slopes[upper]])  # rows @ w >= bounds

@@ -87,7 +87,7 @@ def smooth_on(edges, functions):
 
 
 class Panels:
-    """Gauss points on panels in log frequency, and all below the lowest one by its value there.
+    """Gauss points on panels in log frequency; below the lowest panel an integrand counts with its value at that edge.
 
     Parameters
     ----------
