@@ -58,7 +58,8 @@ def admittance(frequency, speed, area, kind="vickery"):
 
     Notes
     -----
-    chi = 1/(1 + (f/f_c)^(4/3)), f_c = v/(2 sqrt(A)): equation (7) of that paper, to the first power or squared.
+    chi = 1/(1 + (f/f_c)^(4/3)), f_c = v/(2 sqrt(A)): equation (7) of the paper that this program follows, to the first
+    power or squared.
     """
     if kind == "none":
         return np.ones_like(frequency)

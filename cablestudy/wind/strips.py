@@ -187,7 +187,7 @@ def strips(models, kept, equilibrium, drag):
     kept : list of Kept
         Coordinates of each cable.
     equilibrium : Equilibrium
-        Of one case, in the mean wind.
+        Of one case.
     drag : Drag
         Of this case.
     """
@@ -308,7 +308,7 @@ def _direction_and_stretch(mesh, state, frame, mean_stretch, wind_direction):
     ----------
     mesh : Mesh
     state : State or None
-        Static state of the cable; None of a straight cable without mass.
+        Static state of the cable; None without mass: the cable then counts as straight.
     frame : ndarray, shape (3, 3)
         Chord frame of the cable.
     mean_stretch : float

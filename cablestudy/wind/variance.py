@@ -111,7 +111,9 @@ class Panels:
         self.weights = np.append((self._half[:, None] * WEIGHTS * on_panels).ravel(), edges[0])
 
     def resolvents(self, poles, one_sided=False):
-        """r_j of the module's docstring times the weights, shape (N, n), so that sums of products are integrals.
+        """r_j of the module's docstring times the weights, shape (N, n).
+
+        Sums over the n points of their products with a smooth function are integrals over frequency.
 
         Parameters
         ----------
