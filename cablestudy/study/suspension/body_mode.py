@@ -1,4 +1,4 @@
-"""The coupled mode of a body along one of its coordinates: that with the largest share in its static compliance."""
+"""The coupled mode of a body along a coordinate: the mode with the largest share in the static compliance there."""
 
 from dataclasses import dataclass
 
@@ -17,11 +17,12 @@ from cablestudy.system.tolerances import SYSTEM
 
 @dataclass(frozen=True)
 class BodyMode:
-    """The coupled mode of a body along one of its coordinates, one of several modes.
+    """The mode with the largest share in the static compliance of a body along one of its coordinates.
 
     Attributes
     ----------
     modes : CoupledModes
+        The lowest modes of the suspension.
     number : int
         Number of the mode among them, from 0.
     body, axis : int
@@ -35,7 +36,7 @@ class BodyMode:
 
     @classmethod
     def search(cls, modes_of, name, body, axis):
-        """The mode with the largest share: modes are computed from the lowest until all others have less together.
+        """Find the mode: more of the lowest modes are computed until those left out together have less than its share.
 
         Parameters
         ----------
@@ -90,14 +91,15 @@ class BodyMode:
     def damping_ratio(self, airflow=None):
         """Damping ratio of the pole of this mode, and its estimated relative error. [-]
 
-        All modes of the cables are in the model of the pole. A mode that does not oscillate has the ratio 1, and a
-        ratio of no more than rounding is zero. The error is the change from coarser meshes. It is not a number where
-        the scene fixes the elements, for modal damping, which grows with the number of modes, and without oscillation.
+        All modes of the cables are in the model of the pole; with an exact choice of elements, those of the coupled
+        modes. A mode that does not oscillate has the ratio 1, and a ratio of no more than rounding is zero. The error
+        is the change from coarser meshes; it is not a number for an exact choice of elements, for modal damping, which
+        grows with the number of modes, and without oscillation.
 
         Parameters
         ----------
         airflow : Airflow, optional
-            Adds its aerodynamic damping.
+            Its aerodynamic damping is added.
 
         Returns
         -------
@@ -106,7 +108,7 @@ class BodyMode:
         Raises
         ------
         ConvergenceError
-            Its pole is not found.
+            The pole is not found.
         """
         fine, exact = self.modes.damped, np.isnan(self.modes.error[self.number])
         models, search = fine.solution.models, _PoleSearch(fine, self._number_in(fine), airflow)
@@ -164,14 +166,16 @@ def _ratio(pole):
 
 @dataclass(frozen=True)
 class _PoleSearch:
-    """The search for the damped pole of a coupled mode, one of several.
+    """The search for the damped pole of one coupled mode.
 
     Attributes
     ----------
     modes : CoupledModes
+        Modes of the suspension, with damping.
     number : int
-        From 0.
+        Number of the mode among them, from 0.
     airflow : Airflow or None
+        Its aerodynamic damping is added.
     """
 
     modes: CoupledModes
@@ -179,10 +183,10 @@ class _PoleSearch:
     airflow: object
 
     def pole(self, models, kept):
-        """The pole with the `kept` modes of the cables of some `Models`; -w where the mode does not oscillate. [rad/s]
+        """The pole, with the modes of the cables that are `kept` (a `Kept` of each cable) of `Models`. [rad/s]
 
-        The search begins, with light damping, at the pole by the losses of the undamped shape, else at that of the
-        model of the coupled modes.
+        The search begins, with light damping, at the pole by the losses of the undamped shape, else at the pole of the
+        model of the coupled modes. The result is -w, w the undamped frequency, where the mode does not oscillate.
         """
         omega, shapes = self.modes.solution.omega[: self.number + 1], self.modes.shapes[:, : self.number + 1]
         system = self.modes.system if self.airflow is None else self.airflow.damped_system(self.modes)
