@@ -184,7 +184,7 @@ class Gusts:
 
         None and one covariance where it does not depend on the frequency.
         """
-        least, extent = self.coherence.least, self._extent
+        least, extent = self.coherence.least_kappa, self._extent
         if self.coherence.constant or not extent:
             return None, self._computed_covariance(np.array([least]))
         linear = WIND.linear_covariance / extent
