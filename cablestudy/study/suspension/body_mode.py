@@ -81,12 +81,16 @@ class BodyMode:
     def share(self):
         """Share in the static compliance, by a finer model, and its estimated relative error. [-]
 
-        The error is the change to the finer model; not a number for an exact choice of elements.
+        The error is the change to the finer model, or what the errors of the frequencies of that allow
+        (`_error_by_mixing`) where this is larger; not a number for an exact choice of elements.
         """
         fine = self.modes.damped
-        share = fine.compliance_shares(self.body, self.axis)[self._number_in(fine)]
-        error = max(STUDY.rounding, abs(share - self.shares[self.number]) / share)
-        return float(share), np.nan if np.isnan(self.modes.error[self.number]) else float(error)
+        number, shares = self._number_in(fine), fine.compliance_shares(self.body, self.axis)
+        share = shares[number]
+        if np.isnan(self.modes.error[self.number]):
+            return float(share), np.nan
+        by_mixing = _error_by_mixing(number, shares, fine.frequency, fine.error)
+        return float(share), float(max(STUDY.rounding, abs(share - self.shares[self.number]) / share, by_mixing))
 
     def damping_ratio(self, airflow=None):
         """Damping ratio of the pole of this mode, and its estimated relative error. [-]
@@ -156,6 +160,30 @@ def to_accuracy(number_of, modes, accuracy):
 def largest_share(share):
     """Number of the mode with the largest share, shape (m,), the lowest of equal ones."""
     return int(np.argmax(share >= share.max() * (1 - STUDY.equal_shares)))
+
+
+def _error_by_mixing(number, shares, frequency, error):
+    """Relative error of the share of one mode by those of the frequencies of all modes, of a model too stiff. [-]
+
+    With eigenvalues l and relative errors e of frequencies the model adds to the stiffness a positive semidefinite
+    matrix with 2 e l on the diagonal, whose other entries are at most the geometric means of these. To first order it
+    adds to a mode k the modes j with the factors of at most 2 sqrt(e_j l_j e_k l_k)/|l_j - l_k|. The eigenvalue itself
+    changes by 2 e_k, and inertia that modes left out would add changes a share by at most as much again.
+
+    Parameters
+    ----------
+    number : int
+        Of the mode, from 0.
+    shares, frequency, error : ndarray, shape (m,)
+        Of the modes.
+    """
+    eigenvalues = frequency**2
+    amplitudes, added = np.sqrt(shares * eigenvalues), np.sqrt(error * eigenvalues)
+    gap = np.abs(eigenvalues - eigenvalues[number])
+    apart = gap > STUDY.equal_shares * eigenvalues[number]  # modes that coincide are one pair, whose sum counts
+    factors = 2 * added[number] * added[apart] / gap[apart]
+    by_modes = (amplitudes[apart] * factors).sum() / amplitudes[number]
+    return float(2 * by_modes + 4 * error[number])
 
 
 def _ratio(pole):
