@@ -3,7 +3,7 @@
 import numpy as np
 
 from cablestudy.system import stated, tangent
-from cablestudy.system.descent import REASONS, UNMET
+from cablestudy.system.descent import DISAGREED, REASONS, UNMET
 from cablestudy.system.rigid import size
 from cablestudy.system.tolerances import SYSTEM
 
@@ -24,6 +24,8 @@ def explain(equilibrium):
         As "no convergence in the largest number of steps (100 steps): 4600 N m about z are left on disk".
     """
     record = equilibrium.record
+    if record.reason == DISAGREED:  # the last search, under forces of the wind that are fixed, leaves but rounding
+        return REASONS[DISAGREED]
     text = f"{REASONS[int(record.reason)]} ({int(record.steps)} steps)"
     detail = _describe_unmet(equilibrium) if record.reason == UNMET else _describe_net_force(equilibrium)
     return f"{text}: {detail}" if detail else text
