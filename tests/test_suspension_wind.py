@@ -103,7 +103,7 @@ def test_a_pendulum_in_the_mean_wind():
 def test_a_mean_wind_whose_forces_do_not_settle_is_refused_without_a_force_that_is_left(monkeypatch):
     """The last search, under forces of the wind that are fixed, leaves but rounding, which says nothing."""
     monkeypatch.setattr(type(TOLERANCES), "mean_wind_equilibria", 1)
-    with pytest.raises(ConvergenceError, match="forces of the mean wind and the attitude .* do not agree$"):
+    with pytest.raises(ConvergenceError, match=r"forces of the mean wind and the attitude .* do not agree$"):
         _ = case_of(everything(wind=STRONG)).in_wind
 
 
