@@ -12,7 +12,6 @@ from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.results import along
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.ends import Ends
 
 
 class BatchElements:
@@ -43,6 +42,8 @@ class BatchElements:
 
     def ends(self, planes):
         """`Ends` of all cables, with up to `modes_at_ends` modes."""
+        from cablestudy.system.ends import Ends
+
         if planes not in self._ends:
             dynamics = self.dynamics(planes)
             self._ends[planes] = Ends(dynamics, self.span.frame, min(dynamics.dof, STUDY.modes_at_ends))

@@ -26,7 +26,6 @@ from cablestudy.study.scene_values import SceneValues, load_count
 from cablestudy.study.status import MODAL, OVER_STRENGTH, SLACK, has_answer, status_of
 from cablestudy.study.table import Table
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.superelement import grows_with_modes
 
 
 @dataclass(frozen=True)
@@ -297,6 +296,8 @@ def _prepare_systems(answers, required):
 
 def _modal_gondola(scene):
     """True if the damping of a gondola grows with the number of modes."""
+    from cablestudy.system.superelement import grows_with_modes
+
     return scene.gondola is not None and grows_with_modes(scene.cable.damping)
 
 
