@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cablestudy.scene.determinacy import found_rotations
-from cablestudy.scene.suspension_tables import MOTIONS, Tensions
+from cablestudy.scene.determinacy import MOTIONS, found_rotations
+from cablestudy.scene.suspension_tables import Tensions
 from cablestudy.study.columns import attribute
 from cablestudy.study.scene_values import load_arrays, places_of
 from cablestudy.system import rigid
