@@ -247,25 +247,11 @@ def _lines_of(row, widths):
 
 def rendered(grid, padding=0):
     """A grid as Markdown, without line breaks in its cells; columns are at least `padding` wider than their heads."""
+    import tabulate
+
+    tabulate.MIN_PADDING = padding
     heads, *body = ([" ".join(cell.splitlines()).strip() for cell in row] for row in (grid.heads, *grid.body))
-    padded_heads = [text_width(head) + padding for head in heads]
-    widths = [max(pair) for pair in zip(padded_heads, TextGrid(heads, [], body).widths(), strict=True)]
-    sides = grid.sides if body else [""] * len(heads)
-    rule = "|".join(_rule(width + 2, side) for width, side in zip(widths, sides, strict=True))
-    lines = [" | ".join(map(_aligned, row, widths, sides)) for row in (heads, *body)]
-    return "\n".join([f"| {lines[0]} |", f"|{rule}|", *(f"| {line} |" for line in lines[1:])]) + "\n"
-
-
-def _rule(width, side):
-    """The line below the head of a column, whose colon says on which side its cells are."""
-    dashes = "-" * (width - 1)
-    return {"left": f":{dashes}", "right": f"{dashes}:"}.get(side, f"-{dashes}")
-
-
-def _aligned(text, width, side):
-    """A text with blanks before it if its side is `right`, else behind it."""
-    blanks = " " * (width - text_width(text))
-    return blanks + text if side == "right" else text + blanks
+    return tabulate.tabulate(body, heads, "pipe", disable_numparse=True, colalign=grid.sides if body else None) + "\n"
 
 
 def text_width(text):
