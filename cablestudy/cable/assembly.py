@@ -6,16 +6,19 @@ by the local compliance
 
     A = |r'|/T (I - t t^T) + 1/EA t t^T,
 
-the inverse of K_G + K_E at that point. Fixed ends determine c: sum of w A (c - S f) = 0 with the weights w of the
-points. By virtual work S^T sums gradients to displacements, so that
+t being the unit tangent and T the tension: the inverse of the geometric and elastic stiffness K_G + K_E at that point.
+Fixed ends determine c: sum of w A (c - S f) = 0 with the weights w of the points. By virtual work S^T sums gradients
+to displacements, so that
 
     K^-1 = (S - m)^T w A (S - m),    m = (sum of w A)^-1 (sum of w A S),    end stiffness = (sum of w A)^-1.
 
 These are sums of positive terms in which EA appears only as 1/EA: an almost inextensible cable is as well conditioned
-as an elastic one, and no matrix of the size of the cable is factorised. Lengths are in unstretched lengths, forces in a
-reference force. Source: Przemieniecki (1968), Theory of Matrix Structural Analysis, chapter 8 (force method).
+as an elastic one, and no matrix of the size of the cable is factorised. The unit of lengths is the unstretched length,
+that of forces a reference force (`State.force`). Source: Przemieniecki (1968), Theory of Matrix Structural Analysis,
+chapter 8 (force method).
 
-Arrays may have leading axes, one entry for each cable of a batch on one mesh. No sum runs over cables.
+Shapes: n elements with q Gauss points each, d components of motion, dof = (nodes - 2) d free displacements. Arrays may
+have leading axes, one entry for each cable of a batch on one mesh. No sum runs over cables.
 """
 
 from dataclasses import dataclass
@@ -104,8 +107,9 @@ class System:
     Attributes
     ----------
     state : State
+        Equilibrium of the elements.
     axes : tuple of int
-        Components of the chord frame, d of them: IN_PLANE, OUT_OF_PLANE or SPATIAL.
+        Components of the chord frame that move, d of them: IN_PLANE, OUT_OF_PLANE or SPATIAL.
     """
 
     state: State
@@ -343,13 +347,14 @@ def add_elements(mesh, axes, blocks):
     mesh : Mesh
         Of n elements.
     axes : int
-        Components d of a node.
+        Number of components at a node, d.
     blocks : ndarray, shape (n, (order + 1) d, (order + 1) d)
         Matrix of each element; rows node by node, the components of one node together.
 
     Returns
     -------
     scipy.sparse.csr_array, shape (nodes d, nodes d)
+        Without entries that are zero; rows and columns ordered as those of `blocks`, the nodes of the ends included.
     """
     from scipy.sparse import coo_array
 

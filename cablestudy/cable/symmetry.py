@@ -1,4 +1,4 @@
-"""Splits the motion of a mirror-symmetric cable into its symmetric and antisymmetric subspaces.
+"""Division of the motion of a mirror-symmetric cable into symmetric and antisymmetric motion, a subspace for each.
 
 Reflection at mid-length, across the chord, leaves a symmetric motion unchanged and reverses an antisymmetric one. The
 two are uncoupled, and half of the cable determines each.
@@ -15,7 +15,10 @@ from cablestudy.cable.tolerances import CABLE
 
 @dataclass(frozen=True)
 class SymmetrySubspace:
-    """Basis of the motion of a system, all of it or that of one symmetry; orthonormal by the mass of a unit cable."""
+    """Basis of all motion of a cable, or of its symmetric or antisymmetric motion.
+
+    Its k shapes are orthonormal by the mass matrix M of a cable of mass 1. Symbols and other sizes: `cable.assembly`.
+    """
 
     sign: int  # 1 for symmetric motion, -1 for antisymmetric motion, 0 for all motion
     points: slice  # Gauss points that determine the energy: those up to mid-length, or all

@@ -34,16 +34,16 @@ __all__ = ["Scene", "Suspension", "find", "load", "sweep", "trade"]
 
 @checked
 def load(path: Source, set: Changes = (), case: Text | None = None) -> Scene:
-    """Read a scene file.
+    """Read a scene, of one cable or of a suspension, from a file or a mapping, and check it.
 
     Parameters
     ----------
     path : str, path-like or mapping
-        Of the file, `-` for standard input; or what the file would say, as a mapping.
+        Path of the file, `-` for standard input; or the contents of a scene file as a mapping.
     set : mapping or list of str, optional
-        What changes the file: dotted key -> number in SI, or text with a unit; or texts "KEY=VALUE".
+        Changes to the file: dotted key -> number in SI, or text with a unit; or texts "KEY=VALUE".
     case : str, optional
-        One of the load cases of the scene.
+        Name of the load case in which the scene is computed.
 
     Returns
     -------
@@ -52,7 +52,7 @@ def load(path: Source, set: Changes = (), case: Text | None = None) -> Scene:
     Raises
     ------
     SceneError
-        All that is wrong with it.
+        With all mistakes of the file and of the changes.
 
     Examples
     --------

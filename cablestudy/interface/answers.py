@@ -98,7 +98,17 @@ def loop(
     output: Text | None = None,
     estimate: bool = False,
 ):
-    """The loop, or its `response` over a range of frequencies, or what it does in `time`; see `Scene.loop_in_time`."""
+    """Answer of the command loop: margins of the winch control loop, or its response over frequency or in time.
+
+    Parameters
+    ----------
+    scene : Scene
+    response, time, input, size, length, output : optional
+        Frequencies of a response; duration of a response in time, with its options: see `Scene.loop_response` and
+        `Scene.loop_in_time`.
+    table, estimate
+        See `one_cable.solve_loop`.
+    """
     span = time_options = None
     if response:
         from cablestudy.study.ssm import read_span
@@ -112,7 +122,7 @@ def loop(
 
 
 def with_loop(answer, scene, in_wind, span, time_options, **named):
-    """Complete the answer of the command loop by its picture, and by a response over frequency or in time if asked for.
+    """Add to the margins of a control loop their picture, or replace them by a response in time, or over frequency.
 
     Parameters
     ----------
@@ -121,15 +131,17 @@ def with_loop(answer, scene, in_wind, span, time_options, **named):
     scene : Scene
     in_wind : DynamicAnalysis
         Of the scene, with its closed loop.
-    span, time_options
-        As of `one_cable.solve_loop`: range of frequencies, options of the response in time, or None.
+    span : (float, float, int) or None
+        Lowest and highest frequency [Hz] and number of frequencies, if the response over frequency is asked for.
+    time_options : TimeOptions or None
+        Options of the response in time, if it is asked for.
     **named
         Further arguments of `loop_in_time.time_case`.
 
     Returns
     -------
     Answer
-        Its table is the response, where there is one, in place of the margins.
+        With the table of the response if one is asked for, else that of the margins.
     """
     if time_options:
         from cablestudy.study.loop_in_time import time_case, time_table
@@ -143,7 +155,7 @@ def with_loop(answer, scene, in_wind, span, time_options, **named):
         return answer
     from cablestudy.study.loop_report import response_table
 
-    return replace(answer, tables=only(response_table(closed_loop, span)))  # an unstable loop too has one
+    return replace(answer, tables=only(response_table(closed_loop, span)))  # of an unstable loop too
 
 
 def ssm(scene, out: File | None = None, response: Frequencies | None = None, **options):
@@ -157,7 +169,17 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
     response : str, optional
         Range and number of frequencies: the table is then the frequency response of the model, else a list of modes.
     **options
-        Those of `ssm.StateSpaceOptions`.
+        Attributes of `ssm.StateSpaceOptions`.
+
+    Returns
+    -------
+    Answer
+        Without a table where a file is written and no response is asked for.
+
+    Raises
+    ------
+    SceneError
+        Options that exclude each other; a file that cannot be written; no gondola or loop to attach.
     """
     from cablestudy.study.notes import reference_without_loads
     from cablestudy.study.ssm import (
@@ -227,7 +249,7 @@ def compare_models(
     out : str, optional
         Folder to write the tables to.
     shown : bool
-        True if the table is shown as Markdown.
+        True if the table will be shown as Markdown.
     """
     from cablestudy.study import trade
     from cablestudy.study.table import TableFiles
@@ -262,7 +284,7 @@ def find_value(document, goal, by, between=None, columns=None):
     Parameters
     ----------
     document : Document
-        Of the scene, which may lack the key.
+        File of the scene, which may lack the key.
     goal, by, between, columns : str
         Such as "sag = 2 m", "cable.preload", "100 N:10 kN" and "max_tension"; see `Scene.find`.
     """

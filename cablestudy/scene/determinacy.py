@@ -1,4 +1,4 @@
-"""Check that the equilibrium of a suspension is determined: as many unknowns as equations, by what its cables state.
+"""Check that the equilibrium of a suspension is determined: no fewer unknowns than equations, counted by its cables.
 
 A cable may state its unstretched length or what fixes it (preload, sag, tension); a length not stated is an unknown.
 """
@@ -14,8 +14,9 @@ LISTED = 8  # names in a message
 def determinacy_mistakes(scene):
     """Find mistakes in the number of cables that state their length, compared with the equations of equilibrium.
 
-    With `solve_for: pose` each cable must state its length; with `solve_for: lengths` there must be at least as many
-    unknowns (lengths that are not stated, and rotations) as equations of equilibrium.
+    With `solve_for: pose` each cable must state its length. With `solve_for: lengths` there must be at least as many
+    unknowns (lengths that are not stated, and rotations to be found) as equations of equilibrium of the bodies, one for
+    each free motion; and a mapping `tensions.reference` must have each cable that does not state its length.
 
     Parameters
     ----------
@@ -24,14 +25,14 @@ def determinacy_mistakes(scene):
     Returns
     -------
     list of (tuple, str)
-        Path and message.
+        Path and message of each mistake.
     """
     without_length = silent_cables(scene)
     if scene.solve_for == "pose":
         return _mistakes_for_pose(scene, without_length)
     if not without_length:
         return [(("solve_for",), "lengths: every cable states one already, so that nothing is left to find")]
-    reference = scene.tensions.reference if scene.tensions else None  # if a mapping: a tension of each such cable
+    reference = scene.tensions.reference if scene.tensions else None  # one force, or cable -> force
     without_tension = [name for name in without_length if name not in reference] if isinstance(reference, dict) else []
     if without_tension:
         message = f"missing key: one for each cable that states nothing: {first_of(without_tension, LISTED)}"

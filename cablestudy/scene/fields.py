@@ -68,7 +68,7 @@ def each_once(value):
 
 
 class _Type:
-    """Hooks of pydantic: validate by `read`, describe by `schema`."""
+    """Base of types of keys: pydantic converts a value by their method `read`, and describes it by `schema`."""
 
     def __get_pydantic_core_schema__(self, source, handler):
         return core_schema.no_info_plain_validator_function(self.read)
@@ -118,7 +118,7 @@ class Quantity(_Type):
             return number
         if not math.isfinite(number):
             raise wrong(f"expected {expected(self.unit)}, got {show(value)}, which is not finite")
-        if "bare number" in self.limits and not isinstance(value, str):
+        if "bare number" in self.limits and not isinstance(value, str):  # tell the user its unit
             raise wrong(f"must be {self.limits}, got {show(value)}")
         if number <= 0 < self.low:
             raise wrong(f"must be positive, got {show(value)}")
@@ -248,8 +248,8 @@ def group_mistakes(table, given, optional=False):
     Parameters
     ----------
     table : str
-        Dotted key of the table in `layers.ALTERNATIVES`: rows of groups of keys, of each row one group may be given. A
-        table that is not there has no mistakes.
+        Dotted key of the table in `layers.ALTERNATIVES`, whose entry is rows of groups of keys: of each row one group
+        may be given. A table without an entry there has no mistakes.
     given : collection of str
         The keys that are there.
     optional : bool
@@ -269,7 +269,7 @@ def group_mistakes(table, given, optional=False):
             mistakes += [((key,), message) for key in used_keys if key not in used_groups[0]]
         elif used_groups and used_groups[0][0] not in given:
             mistakes.append(((), f"missing key: {used_groups[0][0]} ({used_keys[0]} goes with it)"))
-        elif not (used_groups or optional or groups in OF_SECTION + OF_CABLE):  # those a material may give
+        elif not (used_groups or optional or groups in OF_SECTION + OF_CABLE):  # a material may give these
             mistakes.append(((), f"missing key: one of {_first_keys(groups)}"))
     return mistakes
 
@@ -280,7 +280,7 @@ def _first_keys(groups):
 
 
 class KeyTable(BaseModel):
-    """A mapping of the file. Subclasses say in `relations` what its keys must be to each other.
+    """A mapping of the file. Subclasses state in `relations` the conditions that several of its keys must meet.
 
     The validators of pydantic are built when the first one is read: building all of them would take an eighth of the
     start of a command. A default that is a table of plain defaults is written `model_construct()`, which builds none.
@@ -288,9 +288,9 @@ class KeyTable(BaseModel):
     Attributes
     ----------
     table : str
-        Its dotted key in the file, where it has exclusive groups.
+        Its key in `layers.ALTERNATIVES`; empty where no keys of it exclude each other.
     optional_groups : bool
-        Whether none of a group may be given.
+        Whether all groups of alternatives may be missing.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", revalidate_instances="never", defer_build=True)

@@ -158,7 +158,10 @@ class CommonLoadCase(KeyTable):
         return diameter + 2 * ice.thickness
 
     def needs_of(self, cable, path, name):
-        """Check that a cable has the diameter and the thermal expansion that this load case needs.
+        """Conditions on a cable: it has the diameter and the thermal expansion that this load case needs.
+
+        Wind, and ice of a thickness, need the diameter; a temperature needs the coefficient of expansion, or the
+        stress-strain curves of a conductor.
 
         Parameters
         ----------
@@ -171,7 +174,8 @@ class CommonLoadCase(KeyTable):
         Returns
         -------
         list of (tuple, bool, callable)
-            Path, True if the cable has the key, and the message if not: a list as of `KeyTable.relations`.
+            Path, True if the cable has the key or need not have it, and function that gives the message if it lacks it:
+            a list as of `KeyTable.relations`.
         """
         needs_diameter = self.wind is not None or (self.ice is not None and self.ice.thickness is not None)
         has_diameter = cable.section_diameter is not None

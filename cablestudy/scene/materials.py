@@ -166,7 +166,7 @@ class Material(Properties):
         yield self.size_relations()
 
     def properties_besides(self, given):
-        """Properties that a cable takes from this material, since its own table does not give them.
+        """Properties that a cable takes from this material because its own table does not give them.
 
         Parameters
         ----------
@@ -192,7 +192,7 @@ class Material(Properties):
             properties["fill_factor"] = self.section_fill_factor
         properties["expansion"] = self.expansion
         stiffness_keys = {key for group in OF_SECTION[0] for key in group}
-        if "state" in given and self.stress_strain and given.isdisjoint(stiffness_keys):  # else its cable is linear
+        if "state" in given and self.stress_strain and given.isdisjoint(stiffness_keys):  # else the cable is linear
             properties = {key: value for key, value in properties.items() if key not in stiffness_keys}
             properties["stress_strain"] = self.stress_strain
         return {key: value for key, value in properties.items() if value is not None and key not in given}

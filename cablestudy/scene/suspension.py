@@ -325,7 +325,7 @@ def read_suspension(document):
     """
     actuators = document.value.get("actuators")
     wheels = [name for name, value in actuators.items() if is_wheel(value)] if isinstance(actuators, dict) else ()
-    # an actuator may have the keys of a reaction mass, unless it is found in this list as a wheel before
+    # the first entry of the list that fits a path decides: reaction wheels before actuators, else reaction masses
     tables = [(("actuators", name), ReactionWheel) for name in wheels] + SUSPENSION_TABLES
     mistakes = [(path, _explain(path, message)) for path, message in empty_keys(document, tables)]
     try:

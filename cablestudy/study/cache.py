@@ -38,13 +38,18 @@ class Cache:
 def shared(*keys):
     """Decorator that makes a method of `Case` a property which is computed once, also for several cases.
 
-    The result is kept in the case (`Case.computed`), and in the cache, from which every case takes it that has the same
-    cable, refinement level and values of the keys. It may be set, too, where it is computed for many cases at once.
+    The result is kept in the case (`Case.computed`) and in its cache (`Cache`), from which all cases with equal cable,
+    refinement level and values of the keys take it. Where it is computed for many cases at once, the property is set.
 
     Parameters
     ----------
     keys : str
         Dotted keys of the scene on which the result depends, beside the cable and the refinement level.
+
+    Returns
+    -------
+    callable
+        Decorator: method without arguments -> property with a setter.
     """
 
     def as_property(function):

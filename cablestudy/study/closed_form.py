@@ -1,4 +1,8 @@
-"""Stages that columns need, and the columns of statics of many cases at once: in closed form, and by elements."""
+"""Columns of a table by the computation that they need, and those of statics for many cases at once.
+
+Statics are in closed form; where a scene states the number of elements, they are by these elements, with their errors
+against the closed form.
+"""
 
 from dataclasses import dataclass, field
 
@@ -18,16 +22,33 @@ DISCRETE = ("modes", *SYSTEM)
 
 
 class ColumnRequirements:
-    """Columns by what they need, found once for all rows of a table.
+    """Columns of a table by the computation that they need, found once for all rows.
 
     Attributes
     ----------
     physical : list of Column
-        All but those that describe the computation; the following are parts of it.
+        All but those that describe the computation, such as its time; the next four lists are parts of it.
     closed, single : list of Column
         Closed forms of many cases at once, and closed forms computed case by case.
     system, modes : list of Column
         Those of gondola and cable as one system, and the frequencies of the cable's own modes.
+    of_equilibrium : list of str
+        Headers of the physical columns that need more than the keys of the scene.
+    scene_only : bool
+        True if there are none of these.
+    gondola, damped, in_wind, driven : bool
+        True if any column is of the gondola's mode; its damping ratio; of the wind; of the loop or the wind.
+    least_errors : dict
+        Header -> relative error of a closed form, by rounding. [-]
+    empty : dict
+        Header of every column -> None.
+    estimate, clock, run : bool
+        True if a column is the estimated error; the time; anything that describes the computation but the status.
+    waves, sagging_waves : int
+        Most half-waves of the modes along a taut cable; of those in the plane of a sagging cable, where a mode has up
+        to two more; 0 without modes.
+    axial : int
+        Largest number of an axial mode; 0 without one.
     """
 
     def __init__(self, columns):
@@ -37,22 +58,16 @@ class ColumnRequirements:
         self.single = [column for column in closed if column.each]
         self.system = _columns_needing(self.physical, *SYSTEM)
         self.modes = _columns_needing(self.physical, "modes")
-        # headers of the physical ones that need more than the scene; whether there are none
         self.of_equilibrium = [column.header for column in self.physical if column.needs != "scene"]
         self.scene_only = not self.of_equilibrium
-        # whether any is of the gondola's mode, and its damping ratio; of the loop or the wind; of the wind
         self.gondola = bool(_columns_needing(self.system, "gondola"))
         self.damped = any(column.name == DAMPING_RATIO for column in self.system)
         self.in_wind = bool(_columns_needing(self.system, "wind"))
         self.driven = self.in_wind or bool(_columns_needing(self.system, "loop"))
-        # header -> relative error of a closed form, by rounding; header of every column -> None
         self.least_errors = {c.header: c.least_error for c in self.physical if c.least_error is not None}
         self.empty = {column.header: None for column in columns}
-        # whether errors, the time, or anything else that describes the computation are columns
         names = {column.name for column in columns if column.needs == "run"}
         self.estimate, self.clock, self.run = "error_estimate" in names, "solve_time" in names, bool(names - {"status"})
-        # most half-waves that the modes have along a taut cable, and those in the plane of a sagging one, where a mode
-        # has up to two more; largest number of an axial mode; 0 without modes
         self._planes = _by_plane(self.modes)
         self.waves = max(map(_half_waves, self.modes), default=0)
         self.sagging_waves = max((_half_waves(c) + (2 if c.mode[2] else 1) for c in self._planes[0]), default=0)
@@ -167,12 +182,20 @@ def closed_form(results, required):
 
 
 def by_elements(results, required, closed):
-    """Statics by the fixed elements of each case, with errors against the closed form `closed` of these cases.
+    """Statics by the elements whose number each scene states, with their errors against the closed form.
+
+    Parameters
+    ----------
+    results : Results
+        Of n cases.
+    required : ColumnRequirements
+    closed : ClosedForm
+        The columns of these cases in closed form, from `closed_form`.
 
     Returns
     -------
     ClosedForm
-        With numbers of the elements.
+        Its numbers are those of the elements; columns that need no more than the scene keep theirs.
     list of (ndarray of int, ElementResults)
         Cases on equal meshes, and their elements.
     """
@@ -276,12 +299,19 @@ def _coarse_errors(results, required):
 def evaluate_table(table, columns):
     """Columns of statics of the cases of a `CaseTable`, without an object for each case.
 
+    Parameters
+    ----------
+    table : CaseTable
+        Of n cases.
+    columns : sequence of Column
+
     Returns
     -------
     list of (list, str, dict), or None
         Of each case: numbers in the order of the columns but `status`, None where there is none; status; header ->
         estimated relative error where it exceeds `STUDY.rounding`, or None where it is not known. None in place of all
-        where a column is computed case by case.
+        where that is not possible: a column is computed case by case, is one of suspensions, or describes the
+        computation; or the cable is a conductor with stress-strain curves.
     """
     if not all(map(is_own, columns)) or table.scene.cable.stress_strain is not None:
         return None

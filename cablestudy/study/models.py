@@ -1,4 +1,4 @@
-"""Elements of many cables on one mesh, in equilibrium, and their motion; and the mesh of a case."""
+"""Finite elements of one cable, or of many on one mesh, in equilibrium, with their motion; and the mesh of a case."""
 
 from functools import cached_property
 
@@ -22,11 +22,11 @@ class BatchElements:
     state : State
         With a leading axis of cables.
     record : Record or None
-        Of the iteration to equilibrium; None where the elements lie on the closed form.
+        Of the iteration to equilibrium; None where the nodes lie on the catenary in closed form.
     span : Span
         Fields of shape (cables,).
     elements : int
-        Into how many the smooth piece with the most waves is divided.
+        Number of elements of the smooth piece with the most waves.
     """
 
     def __init__(self, state, record, span, elements):
@@ -160,7 +160,7 @@ def mesh_of(case):
 
 
 def fixed_mesh(results, case, carried=()):
-    """Mesh of one cable whose scene states the number of elements (`model.elements`): `Mesh`.
+    """Mesh of one cable whose scene states the number of elements (`model.elements`).
 
     Parameters
     ----------
@@ -170,6 +170,10 @@ def fixed_mesh(results, case, carried=()):
         Row of the case in the batch.
     carried : tuple
         Point masses on the cable, see `Mesh`.
+
+    Returns
+    -------
+    Mesh
 
     Raises
     ------
@@ -240,13 +244,13 @@ def _set_model(case, elements):
 def solve_models(cases):
     """Solve the finite elements of many cases, those on equal meshes in one call, and store them in the cases.
 
-    Only a saving of time: a case that is left out, or whose elements have no equilibrium, solves its own elements, or
-    raises the error, when it is asked for them.
+    That saves time, and changes no result: a case that is left out here (large, alone on its mesh, or without an
+    equilibrium) solves its own elements, or raises the error, when its `model` is asked for.
 
     Parameters
     ----------
     cases : list of Case
-        Cases of one batch.
+        Cases of one batch, with the same `results`.
     """
     groups, seen = {}, set()
     for case in cases:

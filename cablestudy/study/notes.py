@@ -203,7 +203,7 @@ def reference_without_loads(scene):
 
 
 def long_cables(names, length, chord, stated):
-    """Note on cables that are much longer than the distance of their ends by the sag or tension that the scene states.
+    """Note on cables whose stated sag or tension makes them much longer than the distance of their ends.
 
     A sag above two spans, or so little tension, is an equilibrium as any other, but mostly a mistaken unit.
 
@@ -240,7 +240,7 @@ def long_cable(case):
 
 
 def share_hint(document, scene, failure):
-    """Hint after the message on a tension that is too small: the user may mean a share of the breaking force.
+    """Hint after the message on a stated tension that is too small: a share of the breaking force may be meant.
 
     A number without a unit is in newtons: 0.2 or 20 is hardly a tension, but a usual share, to be written as "20 %".
 

@@ -1,4 +1,8 @@
-"""The cheapest model whose error is below an accuracy: elements about the closed form, refined level by level."""
+"""Search for the coarsest finite-element model of a cable whose results have an asked accuracy, level by level.
+
+The elements are linearised about the equilibrium in closed form (`cable.catenary`); each level has more of them on the
+piece with most waves, or a higher order. A piece is a part along which the cable bends little (`element.pieces`).
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -28,7 +32,7 @@ class Settings:
     many_waves : float
         Half-waves beyond which the size is checked before the first model already.
     growth : float
-        Of the order from one triple of levels to the next: the error falls by about a power of ten.
+        Factor of the sum of orders from one triple of levels to the next: the error falls by about a power of ten.
     per_wave, beside_waves : float
         Orders for each half-wave, and besides, from which the error falls exponentially; pi/2 and a little more.
     per_digit, beside_digits : float
@@ -39,9 +43,10 @@ class Settings:
         Levels in a row whose error does not fall, after which the search ends; where errors are below the latter, so
         that rounding is what remains.
     unresolved : float
-        Error over the angle by which the cable turns, where its transverse waves are not resolved.
+        Relative error of a frequency over the largest angle [rad] between the tangents at end 1 and elsewhere, where
+        the elements do not resolve the transverse waves at this frequency.
     numbers : int
-        In the models that are solved at once: 2.4 MB, what a processor's cache holds.
+        Numbers in the models that are solved at once: 2.4 MB, about the size of a processor's cache.
     """
 
     lowest: int = 3
@@ -147,8 +152,8 @@ class Refinement:
     """Search for the coarsest model of one case whose values are within its accuracy.
 
     Each frequency has an error estimate of its own, by what the highest orders contribute to its shape. A model that
-    does not resolve the transverse waves at a frequency ignores them: where the cable turns by an angle, the frequency
-    may be wrong by `Settings.unresolved` times as much.
+    does not resolve the transverse waves at a frequency ignores them: where the direction of the cable changes along it
+    by an angle [rad], the relative error of this frequency is estimated as `Settings.unresolved` times the angle.
 
     Parameters
     ----------
@@ -211,7 +216,7 @@ class Refinement:
         try:
             sampled = self._values_where_resolved()
         except CablestudyError as error:
-            sampled = {}, {}, {None: error}, 0.0  # of all columns
+            sampled = {}, {}, {None: error}, 0.0  # None: of all columns
         if sampled is not None:
             self._judge(*sampled)
         if self.finer is not None:
@@ -224,7 +229,7 @@ class Refinement:
         return (self._values_of_level or many_waves) and self.finer.in_plane.dof > limit
 
     def _unresolved(self, frequency):
-        """Error by transverse waves that are not resolved, 0 where they are; and the number of half-waves. [-]"""
+        """Relative error at a frequency [Hz] by unresolved transverse waves, else 0; number of half-waves. [-]"""
         if not frequency:
             return 0.0, 0.0
         waves, turn = self.finer.waves(frequency)
@@ -232,7 +237,11 @@ class Refinement:
         return 0.0 if resolved else SETTINGS.unresolved * turn, waves
 
     def _values_where_resolved(self):
-        """Values, errors and failures of a sample, and the error by unresolved waves; None where this is too large."""
+        """Values, errors and failures by this level, and the error by unresolved waves: arguments of `_judge`.
+
+        None where the error by unresolved waves is above the accuracy: a finer level is then needed, or, if the finest
+        one does not resolve the waves either and their number has settled, the search ends.
+        """
         sampled, (unresolved, waves) = None, self._unresolved(self.least)
         if unresolved <= self._accuracy:
             sampled = self.sample(self.finer, self.failures)
@@ -249,12 +258,19 @@ class Refinement:
     def _judge(self, values, estimated_errors, failures, unresolved):
         """Keep the values of this level that are within the accuracy, and end the search where no others remain.
 
-        It ends too where the error has stopped falling, so that rounding is all that remains of it. The parameters are
-        from `_values_where_resolved`; `unresolved` is the relative error by transverse waves that are too short for
-        this level. [-]
+        It ends too where the error has stopped falling, so that rounding is all that remains of it.
+
+        Parameters
+        ----------
+        values, estimated_errors : dict
+            Header of a column -> its number by this level; header -> relative error of this number. [-]
+        failures : dict
+            Header -> CablestudyError of a column without a number at this level; None -> that of all columns.
+        unresolved : float
+            Relative error by transverse waves that are too short for the elements of this level. [-]
         """
         self._refuse(failures)
-        pending = failures.keys() - self.failures.keys()  # a finer level may have them
+        pending = failures.keys() - self.failures.keys()  # columns to which a finer level may give a number
         if not values:
             if not pending:
                 self.used, self.finer = self.finer, None

@@ -30,7 +30,7 @@ from cablestudy.study.tolerances import STUDY
 
 @dataclass(frozen=True)
 class Row:
-    """Values of one case.
+    """Row of a table: the values of the columns for one case.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Row:
     errors : dict
         Header -> estimated relative error against the continuous cable; None where it is not known.
     warnings : tuple of str
-        For users who ask for no notes too.
+        Shown to all users; notes are shown only if asked for.
     """
 
     cells: dict
@@ -70,20 +70,17 @@ class Row:
 
 @dataclass
 class _Answer:
-    """A row while it is computed; attributes as of `Row`, values as its cells, failures by header.
-
-    `over_strength`: whether the stress is above the strength; `slack`: whether the tension in the wind is below zero.
-    """
+    """A `Row` while it is computed; `case`, `notes`, `errors` and `warnings` are those of the row."""
 
     case: Case
-    values: dict
-    failures: dict
+    values: dict  # header -> number
+    failures: dict  # header -> CablestudyError of a column without a number
     errors: dict
     notes: tuple
-    over_strength: bool
-    dof: int = 0
+    over_strength: bool  # whether the stress is above the strength
+    dof: int = 0  # number of unknowns of the model
     warnings: tuple = ()
-    slack: bool = False
+    slack: bool = False  # whether the tension in the wind falls below zero
 
     def fail(self, columns, error):
         """Record an error as the failure of those columns that have no value yet."""
@@ -130,18 +127,23 @@ def evaluate(scene, columns, estimate=False):
 
 
 def evaluate_named(document, scene, names, command, estimate=False):
-    """The columns of some names, and the `Row` of a scene.
+    """Find the columns that a command needs by their names, and compute them for one scene.
 
     Parameters
     ----------
     document : Document
-        Of the scene, for the places of mistakes.
+        File of the scene, for the places of mistakes.
     scene : CableScene
     names : sequence of str
+        Names of columns.
     command : str
-        That needs them, for messages.
+        Command that needs them, for messages.
     estimate : bool
-        Whether the errors of fixed elements are to be estimated.
+        Whether the errors of a stated number of elements are to be estimated.
+
+    Returns
+    -------
+    (list of Column, Row)
 
     Raises
     ------
@@ -163,8 +165,8 @@ def evaluate_cases(scenes, columns, estimate=False):
     scenes : sequence of CableScene
     columns : sequence of Column
     estimate : bool
-        Whether to estimate the errors of fixed elements though they are no column, and to write notes: a scene alone
-        has notes anyway.
+        Whether to estimate the errors of a stated number of elements although no column shows them, and to write
+        notes; a scene alone always has notes.
 
     Returns
     -------
@@ -176,10 +178,10 @@ def evaluate_cases(scenes, columns, estimate=False):
     for index, scene in enumerate(scenes):
         groups.setdefault((load_count(scene), scene.model.elements is None), []).append(index)
     rows, cache, required = [None] * len(scenes), Cache(), ColumnRequirements(columns)
-    for (_, exact), indices in groups.items():
-        rows_at_once = len(indices) if exact else _fixed_rows_at_once([scenes[index] for index in indices])
+    for (_, to_accuracy), indices in groups.items():
+        rows_at_once = len(indices) if to_accuracy else _fixed_rows_at_once([scenes[index] for index in indices])
         for piece in batched(indices, rows_at_once):
-            rows_of_piece = _rows_of_batch([scenes[index] for index in piece], required, exact, cache, estimate)
+            rows_of_piece = _rows_of_batch([scenes[index] for index in piece], required, to_accuracy, cache, estimate)
             for index, row in zip(piece, rows_of_piece, strict=True):
                 rows[index] = row
     return rows
@@ -196,20 +198,23 @@ def _fixed_rows_at_once(scenes):
     return max(1, min(STUDY.rows_at_once, SETTINGS.numbers // max(models.numbers_of(scene.model) for scene in scenes)))
 
 
-def _rows_of_batch(scenes, required, exact, cache, estimate):
-    """Yield the rows of scenes whose cables carry equally many loads, all with fixed elements or none (`exact`)."""
+def _rows_of_batch(scenes, required, to_accuracy, cache, estimate):
+    """Yield the rows of a batch of scenes whose cables carry equally many point loads.
+
+    `to_accuracy`: no scene states the number of elements, so that models are refined to an accuracy; else all do.
+    """
     start_time = time.perf_counter()
     results = Results(SceneValues(scenes))
     closed, elements = closed_form(results, required), ()
-    if not (exact or required.scene_only):
+    if not (to_accuracy or required.scene_only):
         closed, elements = by_elements(results, required, closed)
-    solve = _solving_function(required, exact)
+    solve = _solving_function(required, to_accuracy)
     if not (solve or required.run):
         yield from _closed_rows(results, closed, required, cache)
         return
     cells = closed.cells(closed.numbers)
     closed_time = (time.perf_counter() - start_time) / len(scenes)
-    rows_at_once = 1 if required.clock else STUDY.rows_at_once  # a time is that of a row alone
+    rows_at_once = 1 if required.clock else STUDY.rows_at_once  # the time of each row is measured alone
     for start in range(0, len(scenes), rows_at_once):
         start_time, indices = time.perf_counter(), range(start, min(start + rows_at_once, len(scenes)))
         answers = [_answer(Case(scenes[index], results, index, cache=cache), closed, cells[index], required)
@@ -220,16 +225,16 @@ def _rows_of_batch(scenes, required, exact, cache, estimate):
             solve(answers, required, estimate or required.estimate)
         seconds = closed_time + time.perf_counter() - start_time
         for index, answer in zip(indices, answers, strict=True):
-            if (required.modes or required.system) and len(scenes) > 1:  # of many rows none keeps its modes
+            if (required.modes or required.system) and len(scenes) > 1:  # many rows drop their modes
                 answer.case = Case(scenes[index], results, index)
             yield answer.row(required, seconds)
 
 
-def _solving_function(required, exact):
-    """Function for the columns that are no closed form of many cases; None where there are none."""
-    if required.scene_only or (exact and not required.of_models):
+def _solving_function(required, to_accuracy):
+    """Function that computes the columns without a closed form of many cases; None where there are none."""
+    if required.scene_only or (to_accuracy and not required.of_models):
         return None
-    return _solve_to_accuracy if exact else _solve_fixed_elements
+    return _solve_to_accuracy if to_accuracy else _solve_fixed_elements
 
 
 def _closed_rows(results, closed, required, cache):
@@ -260,7 +265,10 @@ def _answer(case, closed, cells, required):
 
 
 def _solve_to_accuracy(answers, required, _):
-    """Compute the columns without a closed form, with models refined to the accuracy of each case."""
+    """Compute the columns that no closed form of many cases gives, by models refined to the accuracy of each case.
+
+    Values, errors, failures and notes are added to the answers (list of _Answer).
+    """
     searches = []
     for index, answer in enumerate(answers):
         if required.system and index % STUDY.coupled_rows_at_once == 0:
@@ -302,9 +310,12 @@ def _modal_gondola(scene):
 
 
 def _solve_system(answer, required):
-    """Compute the columns of gondola and cable as one linear system, which states its own errors."""
+    """Compute the columns of gondola and cable as one linear system, which estimates the error of each of them.
+
+    A column of one cable whose error is above the accuracy fails.
+    """
     case, columns = answer.case, required.system
-    drag, accuracy = case.results.model_error[case.index], case.scene.model.accuracy
+    model_error, accuracy = case.results.model_error[case.index], case.scene.model.accuracy
     if _modal_gondola(case.scene):
         answer.fail([c for c in columns if c.needs != "gondola" or c.name == DAMPING_RATIO], NoSolutionError(MODAL))
     answer.compute(columns)
@@ -316,7 +327,7 @@ def _solve_system(answer, required):
             text = f"{name}: estimated error {answer.errors[name]:.1e}, asked for {accuracy:g}"
             answer.failures[name] = ConvergenceError(text)
             del answer.values[name]
-        answer.errors[name] += float(drag)  # of any model, however fine
+        answer.errors[name] += float(model_error)  # which a finer model has too
     answer.dof = case.system_size
     answer.slack = required.in_wind and case.moves and goes_slack(case)
     gondola = any(column.needs == "gondola" and column.header in answer.values for column in columns)
@@ -345,12 +356,12 @@ def _add_found(answer, required, search):
     solved = {name: wind for name, wind in answer.case.__dict__.items() if name in ("in_wind", "in_cable_wind")}
     answer.case, answer.dof = search.used, max(search.used.dof, answer.dof)
     answer.case.__dict__.update(solved)
-    drag = float(search.used.results.model_error[search.used.index])
+    model_error = float(search.used.results.model_error[search.used.index])
     for column in required.modes:
         name = column.header
         if name in search.values:
             answer.values[name] = search.values[name]
-            answer.errors[name] = search.errors[name] + drag
+            answer.errors[name] = search.errors[name] + model_error
         else:
             answer.failures[name] = search.failures.get(name, search.failures.get(None))
     if search.values:
@@ -378,7 +389,10 @@ def _solve_fixed_elements(answers, required, estimate):
 
 
 def _compute_motion(answer, required, noted):
-    """Compute the columns of one case of fixed elements that its statics do not give; `noted`: with notes."""
+    """Add the columns beyond statics to the `_Answer` of a case whose scene states the number of elements.
+
+    `noted`: whether to write notes.
+    """
     case, answer.notes = answer.case, ()
     if not (required.of_models or required.run or noted):
         return

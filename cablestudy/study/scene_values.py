@@ -23,7 +23,7 @@ NO_LOAD = np.nan, np.nan, (0.0, 0.0, 0.0), 0.0  # an entry of `merged_loads` whe
 
 
 class SceneValues:
-    """Values of scenes whose cables carry loads at equally many places."""
+    """Values of n scenes of one cable as arrays; their cables carry point loads at equally many places."""
 
     def __init__(self, scenes):
         self.scenes, self._numbers = scenes, {}
@@ -105,16 +105,20 @@ class SceneValues:
 
 
 def load_arrays(loads_of_cables):
-    """Point loads of n cables as arrays, those at one position added, k for each as for the cable with the most.
+    """Point loads of n cables as arrays; loads of a cable at one position are added.
+
+    k is the largest number of positions on a cable; the other cables have empty entries at the end.
 
     Parameters
     ----------
     loads_of_cables : list of tuple of Load
+        Loads of each cable.
 
     Returns
     -------
     positions, fractions : ndarray, shape (n, k)
-        Arc length on the unstretched cable [m], or share of it [-]; the other one is NaN, both where there is no load.
+        Arc length on the unstretched cable [m], or share of its length [-]: as stated, the other one is NaN. Both are
+        NaN in empty entries.
     forces : ndarray, shape (n, k, 3)
         Global, without the weight of masses. [N]
     masses : ndarray, shape (n, k)
@@ -157,9 +161,9 @@ def places_of(loads):
 
 @dataclass(frozen=True)
 class CaseTable:
-    """Cases of a study that differ in plain numbers only; their values as of `SceneValues`."""
+    """Cases of a study that differ in plain numbers only, with the same properties and methods as `SceneValues`."""
 
-    cases: np.ndarray  # their numbers, from 0, shape (n,)
+    cases: np.ndarray  # number of each case in the study, from 0, shape (n,)
     scene: CableScene  # one for all; each varied number is an array, shape (n,), in SI, and so are its properties
     values: dict  # dotted key that is varied -> that array
 

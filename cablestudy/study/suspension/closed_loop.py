@@ -1,4 +1,4 @@
-"""One suspension in the mean wind with the loop of its winches."""
+"""One suspension in the mean wind with the control loop of its winches."""
 
 from dataclasses import replace
 from functools import cached_property
@@ -89,12 +89,12 @@ class ClosedLoop:
             Each measured coordinate by the m coordinates of `motion`.
         lengths : ndarray, shape (k,)
             Length by which a rotation is multiplied to compare it with a displacement, the RMS distance of the
-            attachments of cables from the reference point; 1 for displacements. [m]
+            attachments of cables from the reference point, 1 m where this is zero; 1 for displacements. [m], [-]
 
         Raises
         ------
         NoSolutionError
-            A coordinate is measured that no winch moves.
+            No winch moves one of the stated coordinates; or, where none is stated, any free one.
         """
         control = self.scene.control
         names = list(control.measured or self.free)
@@ -255,8 +255,9 @@ class ClosedLoop:
     def _search_driven_cables(self):
         """Find `DrivenCables` with all modes of cables that decide on the largest stable gain.
 
-        They have the modes that their own gain could drive: it is raised until the largest stable gain is below it.
-        Raises as `driven`.
+        Trials: `DrivenCables` with all modes that a trial gain could drive have a largest stable gain; where this is
+        above the trial gain, it is the next trial gain. Where every gain is stable, `STUDY.unlimited_gain` times the
+        lowest frequency stands for the largest stable one. Raises as `driven`.
         """
         _, driven_cables, first_gains = self._shared_by_gains
         self.check_open()

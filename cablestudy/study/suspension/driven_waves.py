@@ -1,21 +1,25 @@
-"""Bound on what a gain of the winches does to the modes of single cables.
+"""Upper bound on the shift of the poles of single cables' modes by a gain of the winches: which modes it could drive.
 
-A mode of a cable with fixed ends, of frequency W, moves the bodies by u = Z(W)^-1 W^2 G^T m per unit amplitude, and a
-length v that the winches reel in pushes it by b = W^2 H^T m + F^T u, F being the forces on the bodies. Near i W the
-winches make v = -gain C1 A N P u of what is measured, P u, so that its pole moves by at most
+A mode of a cable with fixed ends, of frequency W and unit amplitude, is coupled by m (`system.superelement`) to the
+displacements of the ends: G u by displacements u of the bodies, H v by lengths v that the winches reel in. The mode
+moves the bodies by u = Z(W)^-1 W^2 G^T m, and v pushes the mode by b^T v, b = W^2 H^T m + F^T u, F v being the forces
+on the bodies. Near i W the loop makes v = -gain A C1 N P u: P u is what is measured, C1 the control law of unit gain,
+N its notches, A the allocation to the winches. The pole of the mode thus moves by at most
 
     gain |C1 N| |b| |A| |P u|/(2 W).
 
-Where that is below `driven_decay` of the rate at which the mode decays, no gain up to this one makes it grow, nor do
-as many modes together as nearly coincide. Z is the stiffness of the bodies on cables whose waves do not return,
+Where that is below `driven_decay` times the rate of decay of the mode, no gain up to this one makes it grow, alone or
+with as many modes as nearly coincide. Z is the stiffness of the bodies on cables whose waves do not return,
 
-    Z(W) = K + i W (sum of G^T z G) - W^2 M,    z = sqrt(EA m) t t^T + sqrt(T m) (I - t t^T),
+    Z(W) = K + i W (sum of G^T z G) - W^2 M,    z = sqrt(EA mu) t t^T + sqrt(T mu) (I - t t^T),
 
-t the tangent, T the tension, m the mass per length of a cable: K is right where W is low, z where it is high.
+K the static stiffness with the cables, M the mass of the bodies, t the tangent at an end of a cable, T its tension, mu
+its mass per length: K is right where W is low, z where it is high.
 
-How high modes must be looked at follows from the same bound for waves. A wave that runs to and fro along a cable, of
-modal mass 1, has the force W sqrt(2 z/t) on both of its ends, t being its travel time. One across the cable stretches
-it too where it sags: by the tension EA (m g/T) sqrt(2/(m l)) 2/(W t).
+The highest modes that a gain could drive follow from the same bound for waves. A wave that runs to and fro along a
+cable, of modal mass 1, has the force W sqrt(2 z/tau) on both of its ends, tau being its travel time and z that of its
+direction. A wave across a cable of length l stretches it too where it sags: by the tension
+EA (mu g/T) sqrt(2/(mu l)) 2/(W tau).
 """
 
 from functools import cached_property
@@ -37,7 +41,7 @@ ACROSS, ALONG = 0, 1  # directions of waves, across a cable and along it: rows o
 
 
 class Effects:
-    """Shift of the poles of modes of single cables per gain: the bound of the module's docstring.
+    """Effects of the gain on the modes of single cables: the bound of the module's docstring, and what follows from it.
 
     Shapes: c cables, i winches, k measured coordinates, d free displacements of bodies, f frequencies.
 
@@ -84,7 +88,7 @@ class Effects:
     def along(self, cable, element):
         """Which modes of a cable between fixed ends are along it, array of bool, shape (n,); the air damps the others.
 
-        Those whose force on an end, along the cable, is a good part of W sqrt(2 z/t), that of a wave along it.
+        Those whose force on an end, along the cable, is a good part of W sqrt(2 z/tau), that of a wave along it.
         """
         span, tangent = self.cables.catenary.span, outward(self.equilibrium)[0][cable, 0]
         impedance = np.sqrt(span.axial_stiffness[cable] * span.mass[cable])
@@ -184,15 +188,15 @@ class Effects:
         return gain
 
     def _waves(self, cable):
-        """Waves across a cable, then waves along it, as if they were modes at each of the f frequencies.
+        """Coupling and decay of waves across and along a cable, taken as modes at each of the f frequencies.
 
-        Masses on the cable divide it: the shortest part has the largest forces on its ends.
+        Masses on the cable divide it: the shortest part has the largest forces on its ends, and is taken for all.
 
         Returns
         -------
         tuple of 2 (ndarray, ndarray)
-            Coupling m of w waves to the ends, shape (w, f, 6), the forces of the module's docstring over W^2
-            [sqrt(kg)], and their rate of decay, shape (f,) [1/s].
+            For the w = 4 waves across, then the w = 2 along: coupling m to the ends, shape (w, f, 6), the forces of
+            the module's docstring over W^2 [sqrt(kg)]; and their rate of decay, shape (f,) [1/s].
         """
         omega, span = self.omega, self.cables.catenary.span
         values = span.axial_stiffness, span.mass, span.unstretched_length, span.gravity
@@ -242,7 +246,7 @@ class Effects:
         Parameters
         ----------
         loop_gain : LoopGain
-            With the modes that are looked at.
+            Its `elements` have the n modes of each cable that are judged.
         gain : float
             [rad/s]
         """
