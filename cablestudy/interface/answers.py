@@ -15,7 +15,7 @@ DEFAULT_MODES = 12
 
 
 def loads(scene, estimate: bool = False):
-    """Position, slopes and tensions at each point load; notes, warnings and picture of the `Answer` are of static."""
+    """Answer of static --table loads: position, slopes and tensions at each point load; all else as of static."""
     from cablestudy.study.point_loads import loads_table
     from cablestudy.study.scene_kind import kind_of
 
@@ -30,7 +30,7 @@ def loads(scene, estimate: bool = False):
 
 
 def locus(scene, load: Text):
-    """The path of a `load` that travels along its cable, of one cable and of suspensions; see `Scene.locus`."""
+    """Answer of static --locus: the path of the point load `load` that travels along its cable; see `Scene.locus`."""
     from cablestudy.study.load_path import load_path
     from cablestudy.study.scene_kind import kind_of
 
@@ -58,7 +58,7 @@ def _failure_without_loads(scene, command):
 
 
 def limits(scene):
-    """Every limit of a scene, of one cable or a suspension, where its margin is least."""
+    """Answer of static --limits: every limit of a scene, where its margin is least."""
     from cablestudy.scene.scene import missing
     from cablestudy.study.limits import NOT_MET, limits_table, unanswered
     from cablestudy.study.study_rows import checks_of

@@ -171,10 +171,10 @@ class Material(Properties):
         Parameters
         ----------
         given : set of str
-            Keys in the table of the cable. If it gives a size, stiffness, mass and breaking force of the material are
-            taken per area where these are known, and the area and diameter of the material are not taken. A
-            `fill_factor` serves where area or diameter is missing. If the cable is a conductor with a `state`, the
-            stress-strain curves of the material take the place of the stiffness.
+            Keys in the table of the cable. With a size among them, stiffness, mass and breaking force of the material
+            are taken per area where these are known, and its area and diameter are not taken. Its fill factor is
+            taken where area or diameter is still missing. With `state` and without a stiffness among them, the cable
+            is a conductor: the stress-strain curves of the material, if any, take the place of the stiffness.
 
         Returns
         -------

@@ -45,11 +45,6 @@ def shared(*keys):
     ----------
     keys : str
         Dotted keys of the scene on which the result depends, beside the cable and the refinement level.
-
-    Returns
-    -------
-    callable
-        Decorator: method without arguments -> property with a setter.
     """
 
     def as_property(function):

@@ -1,4 +1,4 @@
-"""One case: its closed form, and its motion at one level of refinement; each result is computed when asked for."""
+"""One case of one cable: its closed form, and its motion at one level of refinement, each computed when asked for."""
 
 from functools import cached_property
 
@@ -25,7 +25,7 @@ CABLE_KEYS = ("ends", "chord", "inclination", "section_axial_stiffness", "sectio
 
 
 class Case:
-    """One case of `Results`, at one level of refinement.
+    """One cable in one load case: a row of `Results`, with a model of its motion at one level of refinement.
 
     Parameters
     ----------
@@ -35,8 +35,8 @@ class Case:
     index : int
         Row of the case in the batch.
     level : tuple of int, optional
-        (elements along the piece with most waves, order) of the motion about the closed form; without it the scene's
-        own `model.elements`.
+        (elements along the piece with most waves, order) of the motion about the closed form; without it the elements
+        are those that the scene states in `model.elements`.
     cache : Cache, optional
         Shared with other cases.
 

@@ -1,8 +1,4 @@
-"""Columns of a table by the computation that they need, and those of statics for many cases at once.
-
-Statics are in closed form; where a scene states the number of elements, they are by these elements, with their errors
-against the closed form.
-"""
+"""Columns of a table by the computation they need; those of statics, in closed form or by stated elements."""
 
 from dataclasses import dataclass, field
 

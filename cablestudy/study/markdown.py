@@ -47,9 +47,10 @@ def whole(table):
 def fitted(table, width):
     """Lay out a table as Markdown text that is no wider than a terminal.
 
-    A status that is ok in all rows is hidden, and long texts are wrapped. Up to four rows are shown as columns if the
-    table is too wide. Of more rows the heads are wrapped too, onto a line below the rule, and then columns are left out
-    from the right, printed values first, then secondary ones.
+    Of many rows only the first and the last are shown. A status that is ok in all rows is hidden, and long texts are
+    wrapped. Up to four rows are shown as columns if the table is too wide, and always in a table that is `single` or
+    `across`. Of more rows the heads are wrapped too, onto a line below the rule, and then columns are left out from the
+    right, values printed in a source first, then secondary ones.
 
     Parameters
     ----------

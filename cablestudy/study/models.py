@@ -160,7 +160,7 @@ def mesh_of(case):
 
 
 def fixed_mesh(results, case, carried=()):
-    """Mesh of one cable whose scene states the number of elements (`model.elements`).
+    """Mesh of one cable whose scene states the number of elements (`model.elements`): `Mesh`.
 
     Parameters
     ----------
@@ -170,10 +170,6 @@ def fixed_mesh(results, case, carried=()):
         Row of the case in the batch.
     carried : tuple
         Point masses on the cable, see `Mesh`.
-
-    Returns
-    -------
-    Mesh
 
     Raises
     ------
@@ -200,7 +196,7 @@ def model_of(case):
     Raises
     ------
     NoSolutionError, ConvergenceError
-        There are none.
+        No mesh (see `mesh_of`), or no equilibrium of the elements.
     """
     models = _solve_group(case.results, [case.index], mesh_of(case), case.level)
     if models.record is not None and not models.record.converged[0]:

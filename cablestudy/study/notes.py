@@ -70,9 +70,9 @@ def averaged_wind(load_case, error, remedy=""):
     ----------
     load_case : CommonLoadCase
     error : float
-        Estimated, of drag that is taken as uniform, relative. [-]
+        Estimated relative error by taking the drag as uniform along a cable. [-]
     remedy : str
-        What has none.
+        Text after the note: how the error is avoided.
     """
     if not load_case.grows_with_height or error <= STUDY.poor_statics:
         return ()
@@ -334,7 +334,7 @@ def gondola_notes(case):
     """Yield notes where no single mode dominates the motion of the gondola, whose frequency then means little.
 
     The columns of the gondola describe the mode with the largest share of its static compliance along x. Where this is
-    less than half, the notes list the other modes that move the gondola, and one with an equally large share.
+    less than half, the notes list up to six other modes that move the gondola, and one with an equally large share.
 
     Parameters
     ----------

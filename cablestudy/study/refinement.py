@@ -17,7 +17,7 @@ from cablestudy.study.tolerances import STUDY
 
 @dataclass(frozen=True)
 class Settings:
-    """Constants of the refinement. Those that scale errors are held against random scenes by tests/test_extremes.py.
+    """Constants of the refinement. Those that scale errors are tested with random scenes in tests/test_extremes.py.
 
     Attributes
     ----------

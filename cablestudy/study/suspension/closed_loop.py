@@ -256,8 +256,8 @@ class ClosedLoop:
         """Find `DrivenCables` with all modes of cables that decide on the largest stable gain.
 
         Trials: `DrivenCables` with all modes that a trial gain could drive have a largest stable gain; where this is
-        above the trial gain, it is the next trial gain. Where every gain is stable, `STUDY.unlimited_gain` times the
-        lowest frequency stands for the largest stable one. Raises as `driven`.
+        above the trial gain, it is the next trial gain. Where the loop is stable with every gain,
+        `STUDY.unlimited_gain` times the lowest frequency stands for the largest one. Raises as `driven`.
         """
         _, driven_cables, first_gains = self._shared_by_gains
         self.check_open()
