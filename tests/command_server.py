@@ -68,6 +68,7 @@ def listen(address):
         import_module(name)
     undrawn().__enter__()
     cablestudy.sweeps.driver.WORTHWHILE = math.inf  # the other cores have tests to run: no sweep starts processes
+    cablestudy.sweeps.chunks.SECONDS = cablestudy.sweeps.chunks.MAX_GROWTH = math.inf  # nor divides its rows by time
     with tempfile.TemporaryDirectory() as folder, chdir(folder), open(os.devnull, "w") as sink, redirect_stdout(sink):
         for command, file, *options in FIRST:
             main([command, str(ROOT / "configs" / file), *options, "--quiet"], standalone_mode=False)

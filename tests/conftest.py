@@ -19,11 +19,15 @@ settings.load_profile("any machine")
 
 @pytest.fixture(scope="session", autouse=True)
 def undivided_sweeps():
-    """A sweep starts processes where they are asked for alone: the other cores have tests to run."""
-    from cablestudy.sweeps import driver
+    """A sweep starts processes where they are asked for alone: the other cores have tests to run.
+
+    Its second chunk has all rows after the first, however busy the machine is: many small ones take far longer.
+    """
+    from cablestudy.sweeps import chunks, driver
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(driver, "WORTHWHILE", math.inf)
+        for module, name in ((driver, "WORTHWHILE"), (chunks, "SECONDS"), (chunks, "MAX_GROWTH")):
+            patch.setattr(module, name, math.inf)
         yield
 
 
