@@ -8,12 +8,15 @@ import gc
 import json
 import math
 import os
+import pickle
 import pkgutil
 import socket
 import subprocess
 import sys
 import tempfile
 from contextlib import chdir, contextmanager, redirect_stdout
+from functools import partial
+from hashlib import blake2b
 from importlib import import_module
 from pathlib import Path
 
@@ -60,6 +63,7 @@ def listen(address):
     """Import the program and run each of FIRST, then each command that comes in a process of its own."""
     import cablestudy
     from cablestudy.cli import main
+    from cablestudy.sweeps.chunks import evaluate_tables
 
     for module in pkgutil.walk_packages(cablestudy.__path__, "cablestudy."):
         if module.name != "cablestudy.__main__":
@@ -69,6 +73,7 @@ def listen(address):
     undrawn().__enter__()
     cablestudy.sweeps.driver.WORTHWHILE = math.inf  # the other cores have tests to run: no sweep starts processes
     cablestudy.sweeps.chunks.SECONDS = cablestudy.sweeps.chunks.MAX_GROWTH = math.inf  # nor divides its rows by time
+    cablestudy.sweeps.chunks.evaluate_tables = partial(_once, os.path.dirname(address), evaluate_tables)
     with tempfile.TemporaryDirectory() as folder, chdir(folder), open(os.devnull, "w") as sink, redirect_stdout(sink):
         for command, file, *options in FIRST:
             main([command, str(ROOT / "configs" / file), *options, "--quiet"], standalone_mode=False)
@@ -90,6 +95,17 @@ def listen(address):
             for stream in streams:
                 os.close(stream)
             _reap()
+
+
+def _once(folder, evaluate_tables, tables, columns, *how):
+    """Rows of a sweep, which are kept in a folder for all commands that compute the same columns of the same cases."""
+    from cablestudy.sweeps.chunks import keys_of
+
+    scenes = [(table.cases.tolist(), keys_of(table)) for table in tables]
+    known = Path(folder, blake2b(repr((scenes, [column.name for column in columns], how)).encode()).hexdigest())
+    if not known.exists():
+        known.write_bytes(pickle.dumps(evaluate_tables(tables, columns, *how)))
+    return pickle.loads(known.read_bytes())
 
 
 def _reap():
