@@ -36,7 +36,7 @@ pytestmark = pytest.mark.usefixtures("folder")
 ROWS = Path("results/study.rows.sqlite")
 TABLE = Path("results/study.csv")
 FEW = "vary: [{cable.unstretched_length: [186 m, 187 m, 188 m, 189 m]}]\ncolumns: [preload, sag]\n"
-LONG = "vary: [{cable.unstretched_length: {from: 186 m, to: 190 m, count: 900}}]\ncolumns: [sag, cable_frequency]\n"
+LONG = "vary: [{cable.unstretched_length: {from: 186 m, to: 190 m, count: 900}}]\ncolumns: [sag, preload]\n"
 
 
 @pytest.fixture

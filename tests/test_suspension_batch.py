@@ -1,5 +1,7 @@
 """Coupled modes of many cases together: each has the digits, or the reason, that it has alone."""
 
+import shutil
+
 import numpy as np
 import pytest
 import yaml
@@ -121,7 +123,7 @@ def test_rows_that_share_a_motion_have_the_digits_that_they_have_alone():
 
 
 FOLDER = CONFIGS / "suspensions"
-MAST = {"base": str(FOLDER / "mast-guys.yaml"), "vary": [{"cable.preload": [5e3, 2e4, 8e4]}]}
+MAST = {"base": str(FOLDER / "mast-guys.yaml"), "vary": [{"cable.preload": [5e3, 8e4]}]}
 WINDY = {"cases": {"w": {"wind": {"speed": 30, "direction": 0.35}}}, "cable.diameter": 0.016}
 LOADED = {"cables.guy1.loads": [{"at": 20, "force": [0, 0, -200]}]}
 IN_MEAN_WIND = {"base": str(FOLDER / "carlina-net-wind.yaml"), "vary": [{"wind.mean": [True, False]}]}
@@ -170,8 +172,8 @@ def test_rows_that_are_resumed_or_merged_are_those_of_one_run(tmp_path):
     """To the last byte of the table."""
     arguments = ("sweep", FOLDER / "gondola-preload.yaml", "--quiet", "--out")
     whole, resumed, merged = (tmp_path / name for name in ("whole", "resumed", "merged"))
-    for folder in (whole, resumed):
-        run(*arguments, folder)
+    run(*arguments, whole)
+    shutil.copytree(whole, resumed)
     unfinished = "UPDATE about SET value = '0' WHERE name = 'finished'"
     edit_rows(resumed / "gondola-preload.rows.sqlite", "DELETE FROM rows WHERE row IN (2, 4, 7)", unfinished)
     run(*arguments, resumed, "--resume")
