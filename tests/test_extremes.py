@@ -155,7 +155,7 @@ def test_every_end_is_right_or_refused(ends):
 def test_scenes_that_once_were_wrong_or_warned(seed):
     """Heavy damping where modes pass on their motion; poles at zero; no modes; stiff legs that hang from a load."""
     with lengths_found_once():
-        cells = examine(seed, every=True)
+        cells = examine(seed, every=campaign(ACCURACIES, ACCURACIES[1::2]))
     assert not [cell.note for cell in cells if cell.note.startswith("crash")]
     assert [(cell.column, cell.error, cell.estimate) for cell in cells if cell.excess > 1] == []
     assert sum(cell.error is not None for cell in cells) > 5

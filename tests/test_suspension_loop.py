@@ -533,14 +533,12 @@ def test_each_column_of_the_loop_states_its_own_error():
     path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
     case = SuspensionCase(load_scene(path, [*winches, "control.gain=2"])[1])
     found = {name: find(name).compute(case) for name in names}
-    truth, coarse = (
-        _numbers(gains_of_modes(case.in_wind.closed_loop_of(count)), margins)
-        for count in campaign((600, 400), (400, 300))
-    )
     assert found["gain"] == (2.0, 0.0)
-    for name in names[1:]:
-        value, error = found[name]
-        assert abs(value / truth[name] - 1) <= max(error, abs(coarse[name] / truth[name] - 1), 1e-9), name
+    for counts in campaign([(400, 300), (600, 400)], [(400, 300)]):
+        truth, coarse = (_numbers(gains_of_modes(case.in_wind.closed_loop_of(count)), margins) for count in counts)
+        for name in names[1:]:
+            value, error = found[name]
+            assert abs(value / truth[name] - 1) <= max(error, abs(coarse[name] / truth[name] - 1), 1e-9), name
     errors = {name: error for name, (_, error) in found.items()}
     assert errors["phase_margin"] < 0.1 * errors["largest_gain"]
     limit, margin = errors["largest_gain"], found["gain_margin"][0]
