@@ -214,7 +214,8 @@ def rows_for(seed, names, every=(), drowned=False):
     """Yield (columns, accuracy): the rows that a scene is asked for.
 
     What is static in one row; of the columns of motion each alone in half of all scenes, and in a quarter of them all
-    but the axial one together; each row at one accuracy. With `every` all of them in every scene, at each of these accuracies.
+    but the axial one together; each row at one accuracy. With `every` all of them in every scene, at each of these
+    accuracies.
     An axial mode that is `drowned` among transverse ones takes as long as all else: one in ten is asked for.
     """
     rng = np.random.default_rng([seed, 1])
