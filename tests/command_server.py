@@ -46,20 +46,23 @@ os._exit(int(server.recv(8) or b"70"))
 
 
 @contextmanager
-def served():
-    """A folder for PATH, in which `cablestudy` is a command that a server runs."""
+def served(rows):
+    """A folder for PATH, in which `cablestudy` is a command that a server runs.
+
+    `rows` is a folder, of several servers perhaps, that keeps rows of sweeps: none is computed twice.
+    """
     with tempfile.TemporaryDirectory(prefix="cablestudy-commands-") as folder:
         program, address = Path(folder, "bin", "cablestudy"), str(Path(folder, "socket"))
         program.parent.mkdir()
         program.write_text(CLIENT.format(python=sys.executable, address=address), encoding="utf-8")
         program.chmod(0o755)
-        with subprocess.Popen([sys.executable, __file__, address], stdout=subprocess.PIPE) as server:
+        with subprocess.Popen([sys.executable, __file__, address, str(rows)], stdout=subprocess.PIPE) as server:
             server.stdout.readline()  # it listens
             yield program.parent
             server.terminate()
 
 
-def listen(address):
+def listen(address, rows):
     """Import the program and run each of FIRST, then each command that comes in a process of its own."""
     import cablestudy
     from cablestudy.cli import main
@@ -73,7 +76,7 @@ def listen(address):
     undrawn().__enter__()
     cablestudy.sweeps.driver.WORTHWHILE = math.inf  # the other cores have tests to run: no sweep starts processes
     cablestudy.sweeps.chunks.SECONDS = cablestudy.sweeps.chunks.MAX_GROWTH = math.inf  # nor divides its rows by time
-    cablestudy.sweeps.chunks.evaluate_tables = partial(_once, os.path.dirname(address), evaluate_tables)
+    cablestudy.sweeps.chunks.evaluate_tables = partial(_once, Path(rows), evaluate_tables)
     with tempfile.TemporaryDirectory() as folder, chdir(folder), open(os.devnull, "w") as sink, redirect_stdout(sink):
         for command, file, *options in FIRST:
             main([command, str(ROOT / "configs" / file), *options, "--quiet"], standalone_mode=False)
@@ -98,13 +101,15 @@ def listen(address):
 
 
 def _once(folder, evaluate_tables, tables, columns, *how):
-    """Rows of a sweep, which are kept in a folder for all commands that compute the same columns of the same cases."""
+    """Rows of a sweep, from a folder if a command has computed the same columns of the same cases before."""
     from cablestudy.sweeps.chunks import keys_of
 
     scenes = [(table.cases.tolist(), keys_of(table)) for table in tables]
-    known = Path(folder, blake2b(repr((scenes, [column.name for column in columns], how)).encode()).hexdigest())
+    known = folder / blake2b(repr((scenes, [column.name for column in columns], how)).encode()).hexdigest()
     if not known.exists():
-        known.write_bytes(pickle.dumps(evaluate_tables(tables, columns, *how)))
+        unfinished = known.with_suffix(f".{os.getpid()}")
+        unfinished.write_bytes(pickle.dumps(evaluate_tables(tables, columns, *how)))
+        unfinished.rename(known)
     return pickle.loads(known.read_bytes())
 
 
@@ -156,4 +161,4 @@ def _run():
 
 
 if __name__ == "__main__":
-    listen(sys.argv[1])
+    listen(*sys.argv[1:])
