@@ -20,10 +20,13 @@ from hashlib import blake2b
 from importlib import import_module
 from pathlib import Path
 
+from found_once import lengths_found_once
 from picture import undrawn
 
 ROOT = Path(__file__).parent.parent
-FIRST = (  # so that no fork does again what is done once: validators of pydantic, imports inside functions, fonts
+FIRST = (  # so that no fork does again what is done once: validators of pydantic, imports, fonts, lengths of cables
+    *(("static", f"{name}.yaml") for name in ("carlina", "slack", "carlina-inclined", "zipline")),
+    ("static", "line.yaml", "--case", "all"),
     ("static", "guy.yaml", "--case", "all", "--plot", "guy.svg"),
     ("modes", "suspensions/fast.yaml"),
     ("windrms", "carlina.yaml"),
@@ -74,6 +77,7 @@ def listen(address, rows):
     for name in USED_LATER:
         import_module(name)
     undrawn().__enter__()
+    lengths_found_once().__enter__()
     cablestudy.sweeps.driver.WORTHWHILE = math.inf  # the other cores have tests to run: no sweep starts processes
     cablestudy.sweeps.chunks.SECONDS = cablestudy.sweeps.chunks.MAX_GROWTH = math.inf  # nor divides its rows by time
     cablestudy.sweeps.chunks.evaluate_tables = partial(_once, Path(rows), evaluate_tables)

@@ -3,9 +3,11 @@
 import gc
 import math
 import os
+from contextlib import nullcontext
 
 import pytest
 from campaign import deselected
+from found_once import lengths_found_once
 from hypothesis import HealthCheck, settings
 
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -15,6 +17,13 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each command in a process of 
 # by itself hypothesis fails what takes more than 0.2 s, and what is slow to draw
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("any machine")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def searches(request):
+    """Lengths of cables are searched once for all tests but those of the search itself."""
+    with nullcontext() if request.module.__name__ == "test_initial_length" else lengths_found_once():
+        yield
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -123,7 +123,7 @@ def test_rows_that_share_a_motion_have_the_digits_that_they_have_alone():
 
 
 FOLDER = CONFIGS / "suspensions"
-MAST = {"base": str(FOLDER / "mast-guys.yaml"), "vary": [{"cable.preload": [5e3, 8e4]}]}
+MAST = {"base": str(FOLDER / "mast-guys.yaml"), "vary": [{"cable.preload": [5e3, 2e4, 8e4]}]}
 WINDY = {"cases": {"w": {"wind": {"speed": 30, "direction": 0.35}}}, "cable.diameter": 0.016}
 LOADED = {"cables.guy1.loads": [{"at": 20, "force": [0, 0, -200]}]}
 IN_MEAN_WIND = {"base": str(FOLDER / "carlina-net-wind.yaml"), "vary": [{"wind.mean": [True, False]}]}
