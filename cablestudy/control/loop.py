@@ -37,7 +37,7 @@ def moved_by_winches(motion, measured, sizes):
     measured : ndarray, shape (k, m)
         Measured coordinates by the m coordinates of the motion.
     sizes : ndarray, shape (k,)
-        Length that makes a rotation comparable with a displacement; 1 for these. [m]
+        Length by which a rotation is multiplied to compare it with a displacement; 1 for displacements. [m]
     """
     gain = measured @ np.linalg.solve(motion.dynamic_stiffness(np.zeros(1))[0].real, motion.b[0].real)
     largest = np.abs(gain * sizes[:, None]).max(axis=1, initial=0.0)
@@ -45,7 +45,7 @@ def moved_by_winches(motion, measured, sizes):
 
 
 def allocate(motion, measured, sizes, weights):
-    """The `Allocation` of errors of the pose to winches.
+    """`Allocation` of errors of the measured pose to winches, by the weighted pseudo-inverse A of the static gain G.
 
     Parameters
     ----------
@@ -59,12 +59,13 @@ def allocate(motion, measured, sizes, weights):
     NoSolutionError
         No winch moves anything that is measured.
     """
-    moves, gain = moved_by_winches(motion, measured, sizes)
+    moves, gain = moved_by_winches(motion, measured, sizes)  # gain: G, shape (k, i)
     if not moves.all():
         raise NoSolutionError("no winch moves a coordinate that is measured")
-    root = 1 / np.sqrt(weights)
-    inverse = np.linalg.pinv(sizes[:, None] * gain * root, rcond=SYSTEM.uncorrected)
-    return Allocation(measured, root[:, None] * inverse * sizes, gain)
+    # A = W^-1/2 (D G W^-1/2)^+ D, D = diag(sizes): errors of rotations count as lengths
+    inverse_root = 1 / np.sqrt(weights)
+    pseudo_inverse = np.linalg.pinv(sizes[:, None] * gain * inverse_root, rcond=SYSTEM.uncorrected)
+    return Allocation(measured, inverse_root[:, None] * pseudo_inverse * sizes, gain)
 
 
 @dataclass(frozen=True)
@@ -218,6 +219,11 @@ class Loop:
         """Poles of the motion with the winches at rest. [rad/s]"""
         return self.motion.eigen.poles
 
+    def poles_with(self, gain):
+        """Poles of the closed loop with a gain [rad/s] in place of its own. [rad/s]"""
+        poles = np.linalg.eigvals(self.equations.fixed + gain * self.equations.scaled.sum(axis=0))
+        return poles[poles.imag >= 0] if np.iscomplexobj(self.equations.fixed) else poles  # as `Eigen.poles`
+
     @property
     def unstable_pole(self):
         """The pole that grows fastest; None where the loop is stable."""
@@ -233,3 +239,10 @@ def unstable_pole(poles):
 def growth_rates(poles):
     """Growth of each pole less what rounding may be. [1/s]"""
     return poles.real - CONTROL.growing * np.abs(poles) - CONTROL.pole_rounding * np.abs(poles).max(initial=0.0)
+
+
+def decay_beyond_doubt(poles):
+    """True if all poles decay, by more than rounding may be, and none is that of a mode as good as undamped."""
+    size = np.abs(poles)
+    doubt = CONTROL.undamped * size + CONTROL.pole_rounding * size.max(initial=0.0)
+    return bool((poles.real < -doubt).all())

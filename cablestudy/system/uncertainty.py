@@ -1,4 +1,6 @@
-"""How well an equilibrium is determined: what the rounding of forces, lengths and stated values moves it by.
+"""Uncertainty of an equilibrium: displacements and tension changes by rounding of forces, lengths and stated values.
+
+Where rounding alone moves a body far, nothing determines its place, and the equilibrium found is no answer.
 
 With K the stiffness on the free degrees of freedom of cables that keep what they state (a length, or a tension that
 their length follows), g the net forces that the search left, and b changes of them by rounding, the place is known to
@@ -88,34 +90,33 @@ def uncertainty_of(equilibrium):
 
 
 def _sampled(equilibrium):
-    """Changes of places, tensions and forces of links by rounding, as `_rms` of random samples of it.
+    """Changes of places, tensions and link forces by rounding: root mean square of random samples, see `_rms`.
+
+    Each sample gives every rounding error its full size and a random sign, and solves for the displacements of the
+    module's docstring, K^-1 b; the last sample has the residuals of the search instead, K^-1 g.
 
     Returns
     -------
     displacement : ndarray, shape (..., b, 6)
         [m], [rad]
     change : ndarray, shape (..., c + l)
-        Of each tension over the largest one of the cable [-], of each force [N].
+        Change of each tension over the largest tension of the cable [-], and of the force of each link [N].
     """
     suspension, cables, arms = equilibrium.suspension, equilibrium.catenary, equilibrium.arms
     kinds = tuple(kind or "unstretched_length" for kind in suspension.given)
-    length_stated = np.array([kind == "unstretched_length" for kind in kinds], dtype=bool)
-    length_known = _stayed(equilibrium)[..., None] | length_stated
-    force_changes = stated.end_forces_at_stated_values(cables, kinds)
-    if (length_known & ~length_stated).any():
-        at_given_lengths = stated.end_forces_at_stated_values(cables, ("unstretched_length",) * len(kinds))
-        force_changes = np.where(length_known[..., None, None, None], at_given_lengths, force_changes)
+    force_changes, length_known = _force_changes(equilibrium, kinds)
     net, net_rounding, error, value_rounding = _residuals(equilibrium, kinds, length_known)
     free = suspension.free
     generator = np.random.default_rng(SYSTEM.seed)
-    on_bodies = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, *free.shape))
-    on_cables = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, len(kinds)))
-    value_changes = np.concatenate([on_cables * value_rounding[..., None, :], -error[..., None, :]], axis=-2)
+    body_signs = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, *free.shape))
+    cable_signs = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, len(kinds)))
+    value_changes = np.concatenate([cable_signs * value_rounding[..., None, :], -error[..., None, :]], axis=-2)
     end_forces = force_changes[..., None, :, :, :, 3] * value_changes[..., None, None]  # (..., samples + 1, c, 2, 3)
     stiffness = force_changes[..., :, :, :3]
     if suspension.link_names:
         stiffness, end_forces = _with_links(equilibrium, stiffness, end_forces, generator)
-    forces = np.concatenate([on_bodies * net_rounding[..., None, :, :], net[..., None, :, :]], axis=-3)
+    # net force on each body in each sample: its own rounding, or residual, and the changes of the end forces
+    forces = np.concatenate([body_signs * net_rounding[..., None, :, :], net[..., None, :, :]], axis=-3)
     cable, end = np.nonzero(suspension.owner != tangent.GROUND)
     body = suspension.owner[cable, end]
     arm = arms[..., None, cable, end, :]
@@ -136,25 +137,44 @@ def _sampled(equilibrium):
     return _rms(displacement, -3), _rms(size(tension) / unit[..., None, :], -2)
 
 
+def _force_changes(equilibrium, kinds):
+    """Changes of the end forces of all cables by the place of end 2 and by length or stated value.
+
+    Returns
+    -------
+    force_changes : ndarray, shape (..., c, 2, 3, 4)
+        See `stated.end_forces_at_stated_values`; at fixed length where the length is known.
+    length_known : ndarray of bool, shape (..., c)
+        True where the length is stated, or bodies that have not moved show that it is known.
+    """
+    cables, length_stated = equilibrium.catenary, np.array([kind == "unstretched_length" for kind in kinds], dtype=bool)
+    length_known = _stayed(equilibrium)[..., None] | length_stated
+    force_changes = stated.end_forces_at_stated_values(cables, kinds)
+    if (length_known & ~length_stated).any():
+        at_given_lengths = stated.end_forces_at_stated_values(cables, ("unstretched_length",) * len(kinds))
+        force_changes = np.where(length_known[..., None, None, None], at_given_lengths, force_changes)
+    return force_changes, length_known
+
+
 def _with_links(equilibrium, stiffness, end_forces, generator):
-    """Stiffness by movements of end 2, and changes of the end forces by rounding in each sample, with links added.
+    """Append the links to the stiffness of the cables and to the sampled changes of their end forces by rounding.
 
     Parameters
     ----------
     equilibrium : Equilibrium
     stiffness : ndarray, shape (..., c, 2, 3, 3)
-        Of the force on each end of the cables by movements of end 2. [N/m]
+        Force on each end of the cables per movement of end 2. [N/m]
     end_forces : ndarray, shape (..., samples + 1, c, 2, 3)
-        Changes of those of the cables. [N]
+        Changes of the end forces of the cables by rounding, in each sample. [N]
     generator : numpy.random.Generator
-        Of the signs of rounding.
+        Draws the sign of the rounding of each link.
 
     Returns
     -------
     stiffness : ndarray, shape (..., c + l, 2, 3, 3)
-        [N/m]
+        Of the cables and then the links. [N/m]
     end_forces : ndarray, shape (..., samples + 1, c + l, 2, 3)
-        [N]
+        Of the cables and then the links. [N]
     """
     links, ends = equilibrium.links, equilibrium.ends[..., len(equilibrium.suspension.cable_names) :, :, :]
     least, most = rounding.of_springs(ends, links)

@@ -8,7 +8,7 @@ import numpy as np
 
 from cablestudy.control.gain_limits import undamped
 from cablestudy.control.law import law_from
-from cablestudy.control.loop import Loop, allocate, moved_by_winches, unstable_pole
+from cablestudy.control.loop import Loop, allocate, decay_beyond_doubt, moved_by_winches, unstable_pole
 from cablestudy.control.notch import Notch
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, result_of
@@ -79,16 +79,17 @@ class ClosedLoop:
 
     @cached_property
     def _measurable(self):
-        """The measured coordinates of the controlled body, without those that no winch moves.
+        """Coordinates of the controlled body that the loop measures: stated ones, or the free ones that a winch moves.
 
         Returns
         -------
         names : list of str
-            k of them, as x and yaw.
+            k names of displacements and rotations, such as x and yaw.
         rows : ndarray, shape (k, m)
-            Each measured coordinate by the coordinates of `motion`.
+            Each measured coordinate by the m coordinates of `motion`.
         lengths : ndarray, shape (k,)
-            By which a rotation is comparable with a displacement; 1 of displacements. [m]
+            Length by which a rotation is multiplied to compare it with a displacement, the RMS distance of the
+            attachments of cables from the reference point; 1 for displacements. [m]
 
         Raises
         ------
@@ -97,9 +98,9 @@ class ClosedLoop:
         """
         control = self.scene.control
         names = list(control.measured or self.free)
-        displacements = self._body_displacements(self.motion.shapes)
+        body_rows = self._body_displacements(self.motion.shapes)
         rows = np.zeros((6, len(self.motion)))
-        rows[:, : displacements.shape[1]] = displacements  # strokes of actuators, the last ones, do not move the body
+        rows[:, : body_rows.shape[1]] = body_rows  # strokes of actuators, the last ones, do not move the body
         cable, end = np.nonzero(self.equilibrium.suspension.owner == self.body)
         arms = self.equilibrium.arms[cable, end]
         radius = np.sqrt((arms**2).sum(axis=-1).mean()) if len(arms) else 1.0
@@ -252,27 +253,32 @@ class ClosedLoop:
         return outcome_of(self._search_driven_cables)
 
     def _search_driven_cables(self):
-        """`DrivenCables` of a gain that is raised until the largest stable gain is below it; raises as `driven`."""
+        """Find `DrivenCables` with all modes of cables that decide on the largest stable gain.
+
+        They have the modes that their own gain could drive: it is raised until the largest stable gain is below it.
+        Raises as `driven`.
+        """
         _, driven_cables, first_gains = self._shared_by_gains
         self.check_open()
         gain = self.untuned_loop.gain or STUDY.little_gain
         if gain not in first_gains:
             first_gains[gain] = self._first_gain(gain, driven_cables)
         gain = first_gains[gain]
-        tried, driven = [], None
+        # exponents of the gains tried, powers of two, and their `DrivenCables`
+        powers, driven_of_gain = [], None
         for _ in range(STUDY.gain_trials):
-            if tried and driven.models is not self.modes.solution.models:
-                driven_cables.pop(tried[-1])  # its models may be large
-                driven = None
-            tried.append(ceil(log2(gain)))
-            driven = self._driven_cables_of(gain, driven_cables)
-            limit = driven.gains.limit
+            if powers and driven_of_gain.models is not self.modes.solution.models:
+                driven_cables.pop(powers[-1])  # its models may be large
+                driven_of_gain = None
+            powers.append(ceil(log2(gain)))
+            driven_of_gain = self._driven_cables_of(gain, driven_cables)
+            limit = driven_of_gain.gains.limit
             needed_gain = limit.factor if limit else STUDY.unlimited_gain * self.modes.solution.omega[0]
-            if needed_gain <= 2.0 ** tried[-1]:
-                driven_cables.update(dict.fromkeys(tried, driven))
+            if needed_gain <= 2.0 ** powers[-1]:
+                driven_cables.update(dict.fromkeys(powers, driven_of_gain))
                 break
             gain = needed_gain
-        return driven
+        return driven_of_gain
 
     def _first_gain(self, gain, driven_cables):
         """Gain for the first `DrivenCables` of a loop with a `gain`. [rad/s]
@@ -344,6 +350,8 @@ class ClosedLoop:
     @cached_property
     def with_critical_modes(self):
         """Copy whose model has the modes that would grow first; itself unless its gain is nearly the largest one."""
+        if self._far_from_unstable:
+            return self
         plant = self.driven.with_critical_modes(self.plant, self.loop.gain)
         return self if plant is self.plant else ClosedLoop(self.scene, plant)
 
@@ -358,7 +366,41 @@ class ClosedLoop:
         """True if no motion grows, with the winches at rest and with the loop."""
         if unstable_pole(self.open_poles) is not None:
             return False
-        return self.loop is None or not self.gains.unstable(self.loop.gain)
+        return self.loop is None or self._far_from_unstable or not self.gains.unstable(self.loop.gain)
+
+    @cached_property
+    def _far_from_unstable(self):
+        """True if the poles of the model show that the loop is stable, and that its gain is not nearly the largest one.
+
+        With the gain, and with 1/`nearly_largest_gain` times the gain, all of them decay, and no mode of the cables
+        above those of the model could be driven by either (`Effects`). That spares the search for the largest gain. It
+        is left to that search where the gain follows from it, and where the law is more than an integrator.
+        """
+        law, gain = law_from(self.scene.control)
+        if not gain or law.delay or not law.integrates_only:
+            return False
+        higher_gain, loop = gain / STUDY.nearly_largest_gain, self.untuned_loop
+        if not self._drives_no_other_modes(higher_gain):
+            return False
+        return decay_beyond_doubt(loop.poles) and decay_beyond_doubt(loop.poles_with(higher_gain))
+
+    def _drives_no_other_modes(self, gain):
+        """True if a gain [rad/s] could drive no mode of the cables above the modes of the model, by a bound.
+
+        The lowest n - d modes of the cables with fixed ends lie below mode n of the whole, d being the number of free
+        displacements (interlacing of eigenvalues under constraints: Courant and Hilbert, I.4.3).
+        """
+        effects, solution, elements = self.effects, self.modes.solution, self.modes.solution.models.elements
+        have_all_modes = self.plant.model is not None and solution.models.complete
+        resolved = np.inf if have_all_modes else solution.with_all_modes.omega[-1]
+        if resolved < np.inf and effects.driven_up_to(gain).max(initial=0.0) > resolved:
+            return False
+        fixed = np.sort(np.concatenate([element.omega for element in elements]))
+        lowest = fixed[: max(len(self.modes) - len(self.layout.free), 0)].max(initial=0.0)
+        return not any(
+            (effects.may_drive(cable, element, gain) & (element.omega >= lowest)).any()
+            for cable, element in enumerate(elements)
+        )
 
     @property
     def open_poles(self):
