@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.cable import catenary
+from cablestudy.cable.vectors import largest, size
 from cablestudy.errors import NoSolutionError
 from cablestudy.system import descent, rounding, stated, tangent
 from cablestudy.system.descent import (
@@ -17,7 +18,6 @@ from cablestudy.system.descent import (
     assign_rows,
     copy_record,
     displaced,
-    size,
     spans,
     take_rows,
 )
@@ -390,7 +390,7 @@ def limited(suspension, state, iterates, solutions, moving):
     step = np.zeros((*state.position.shape[:-1], 6))
     step[:, moving] = [solution.unbounded for solution in solutions]
     step = step / body_units(suspension)
-    turn = np.abs(step[..., 3:]).max(axis=(-1, -2))
+    turn = largest(step[..., 3:]).max(axis=-1)
     share = allowed_share(suspension, state, step)
     tension = np.array([solution.tension for solution in solutions])
     tension = iterates.tension + share[:, None] * (tension - iterates.tension)
@@ -400,7 +400,7 @@ def limited(suspension, state, iterates, solutions, moving):
 def sizes_of(step, tension, iterates):
     """Sizes of steps of tensions, over the largest one, and bodies, about as if undamped, shape (k,). [-]"""
     change = np.abs(tension - iterates.tension).max(axis=-1) / iterates.tension.max(axis=-1)
-    return (change + np.abs(step).max(axis=(-1, -2))) * (1 + iterates.damping**2)
+    return (change + largest(step).max(axis=-1)) * (1 + iterates.damping**2)
 
 
 def with_infeasible(iterates, solutions, high, least_ratio):
@@ -500,8 +500,8 @@ def possible_tensions(suspension, state, which, low, tension, least_ratio):
 
 def allowed_share(suspension, state, step):
     """Share of a step of bodies that is no longer than a search allows, shape (n,). [-]"""
-    displacement = np.abs(step[..., :3]).max(axis=(-1, -2)) / (SYSTEM.farthest_step * descent.extent(state))
-    rotation = np.abs(step[..., 3:]).max(axis=(-1, -2)) / SYSTEM.widest_turn
+    displacement = largest(step[..., :3]).max(axis=-1) / (SYSTEM.farthest_step * descent.extent(state))
+    rotation = largest(step[..., 3:]).max(axis=-1) / SYSTEM.widest_turn
     return 1 / np.maximum(1.0, np.maximum(displacement, rotation))
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from cablestudy.cable import catenary, initial_length
 from cablestudy.cable.span import Span
-from cablestudy.system.rigid import size
+from cablestudy.cable.vectors import size
 from cablestudy.system.tolerances import SYSTEM
 
 EXACT = SYSTEM.sum_rounding * SYSTEM.rounding  # relative error of a stated value at which its length is found

@@ -14,9 +14,10 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.vectors import cross, largest, size
 from cablestudy.system import rounding, stated, tangent
 from cablestudy.system.links import joined
-from cablestudy.system.rigid import at_attachments, size
+from cablestudy.system.rigid import at_attachments
 from cablestudy.system.tolerances import SYSTEM
 
 LENGTH = 2 * SYSTEM.rounding  # rounding of a length, relative
@@ -56,7 +57,7 @@ class Uncertainty:
     @cached_property
     def determined(self):
         """True where the places are answers, shape (...)."""
-        return self.relative.max(axis=(-1, -2), initial=0.0) <= SYSTEM.undetermined
+        return largest(self.relative).max(axis=-1, initial=0.0) <= SYSTEM.undetermined
 
     def reason(self, case=()):
         """Why the place of one case is no answer; an empty string where it is one."""
@@ -110,42 +111,43 @@ def _sampled(equilibrium):
     generator = np.random.default_rng(SYSTEM.seed)
     on_bodies = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, *free.shape))
     on_cables = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, len(kinds)))
-    value_changes = np.concatenate([on_cables * value_rounding[..., None, :], -error[..., None, :]], axis=-2)
-    end_forces = force_changes[..., None, :, :, :, 3] * value_changes[..., None, None]  # (..., samples + 1, c, 2, 3)
-    stiffness = force_changes[..., :, :, :3]
+    # samples first: relative changes of stated values, and of the forces of links with their lengths
+    changes = np.concatenate([on_cables * value_rounding[..., None, :], -error[..., None, :]], axis=-2)
+    end_forces, stiffness = force_changes[..., 3], force_changes[..., :, :, :3]  # by such a change, and by end 2
     if suspension.link_names:
-        stiffness, end_forces = _with_links(equilibrium, stiffness, end_forces, generator)
+        stiffness, end_forces, changes = _with_links(equilibrium, stiffness, end_forces, changes, generator)
     forces = np.concatenate([on_bodies * net_rounding[..., None, :, :], net[..., None, :, :]], axis=-3)
-    cable, end = np.nonzero(suspension.owner != tangent.GROUND)
-    body = suspension.owner[cable, end]
-    arm = arms[..., None, cable, end, :]
+    cable, end, body = tangent.held_ends(suspension)
+    arm = arms[..., cable, end, :]
     wrench = tangent.wrenches(arm, end_forces[..., cable, end, :])
-    for held_end, owner in enumerate(body.tolist()):
-        forces[..., owner, :] += wrench[..., held_end, :]
-    displacement, tension = np.zeros(forces.shape), end_forces[..., 1, :]
+    forces += tangent.on_bodies(wrench[..., None, :, :] * changes[..., cable, None], body, len(free))
+    displacement, tension = np.zeros(forces.shape), end_forces[..., None, :, 1, :] * changes[..., None]
     if free.any():
         free_forces = tangent.free_values(suspension, forces)
         displacement[..., free] = _solved(suspension, _blocks(equilibrium, stiffness), free_forces)
-        end_displacement = np.zeros((*tension.shape[:-1], 2, 3))
-        by_rotation = np.cross(displacement[..., body, 3:], arm)
-        end_displacement[..., cable, end, :] = displacement[..., body, :3] + by_rotation
-        relative = (end_displacement[..., 1, :] - end_displacement[..., 0, :])[..., None]
-        tension = tension + (stiffness[..., None, :, 1, :, :] @ relative)[..., 0]
+        by_body = np.where(end == 1, 1.0, -1.0)[:, None, None] * stiffness[..., cable, 1, :, :]
+        by_body = np.concatenate([by_body, cross(arm[..., None, :], by_body)], axis=-1)  # K [I, -[r x]]
+        of_body = np.moveaxis(displacement, -3, -2)[..., body, :, :]  # (..., e, samples + 1, 6)
+        by_end = of_body @ np.swapaxes(by_body, -1, -2)
+        for place, of_cable in enumerate(cable.tolist()):
+            tension[..., of_cable, :] += by_end[..., place, :, :]
     unit = np.maximum(cables.max_tension, SYSTEM.tiny)
     unit = joined(unit, equilibrium.links and np.ones_like(equilibrium.links.extension), -1)
     return _rms(displacement, -3), _rms(size(tension) / unit[..., None, :], -2)
 
 
-def _with_links(equilibrium, stiffness, end_forces, generator):
-    """Stiffness by movements of end 2, and changes of the end forces by rounding in each sample, with links added.
+def _with_links(equilibrium, stiffness, end_forces, changes, generator):
+    """Stiffness by movements of end 2, changes of end forces, and rounding in each sample, with links added.
 
     Parameters
     ----------
     equilibrium : Equilibrium
     stiffness : ndarray, shape (..., c, 2, 3, 3)
         Of the force on each end of the cables by movements of end 2. [N/m]
-    end_forces : ndarray, shape (..., samples + 1, c, 2, 3)
-        Changes of those of the cables. [N]
+    end_forces : ndarray, shape (..., c, 2, 3)
+        Changes of those of the cables by a relative change of what they state. [N]
+    changes : ndarray, shape (..., samples + 1, c)
+        Relative changes of what cables state. [-]
     generator : numpy.random.Generator
         Of the signs of rounding.
 
@@ -153,19 +155,21 @@ def _with_links(equilibrium, stiffness, end_forces, generator):
     -------
     stiffness : ndarray, shape (..., c + l, 2, 3, 3)
         [N/m]
-    end_forces : ndarray, shape (..., samples + 1, c + l, 2, 3)
+    end_forces : ndarray, shape (..., c + l, 2, 3)
         [N]
+    changes : ndarray, shape (..., samples + 1, c + l)
+        [-]
     """
     links, ends = equilibrium.links, equilibrium.ends[..., len(equilibrium.suspension.cable_names) :, :, :]
     least, most = rounding.of_springs(ends, links)
     sign = generator.choice([-1.0, 1.0], size=(SYSTEM.samples + 1, least.shape[-1]))
-    by_length = (most - least)[..., None, :]  # force per relative rounding of lengths and places: stiffness times these
-    tension_change = LENGTH * sign * by_length
-    tension_change[..., -1, :] = 0.0  # the last sample is that of the residuals
-    force_change = tension_change[..., None] * links.direction[..., None, :, :]
+    sign[-1] = 0.0  # the last sample is that of the residuals
+    # force per relative rounding of lengths and places: stiffness times these
+    force = (most - least)[..., None] * links.direction
     link_stiffness = np.stack([links.end_stiffness, -links.end_stiffness], axis=-3)
-    of_links = np.stack([-force_change, force_change], axis=-2)
-    return joined(stiffness, link_stiffness, -4), joined(end_forces, of_links)
+    of_links = np.stack([-force, force], axis=-2)
+    changes_of_links = np.broadcast_to(LENGTH * sign, (*changes.shape[:-1], sign.shape[-1]))
+    return joined(stiffness, link_stiffness, -4), joined(end_forces, of_links), joined(changes, changes_of_links, -1)
 
 
 def _rms(samples, axis):
@@ -177,7 +181,7 @@ def _rms(samples, axis):
 def _stayed(equilibrium):
     """True where all bodies are where the search began, shape (...)."""
     suspension, longest = equilibrium.suspension, equilibrium.longest
-    distance = np.abs(equilibrium.position - suspension.position).max(axis=(-1, -2), initial=0.0) / longest
+    distance = largest(equilibrium.position - suspension.position).max(axis=-1, initial=0.0) / longest
     turn = np.abs(equilibrium.rotation - suspension.rotation).max(axis=(-1, -2, -3), initial=0.0)
     return np.maximum(distance, turn) <= SYSTEM.stayed
 
@@ -198,7 +202,7 @@ def _residuals(equilibrium, given, length_known):
     bounds = rounding.bounds(suspension, equilibrium.rotation, arms, ends, strain, cables, tension, equilibrium.links)
     ends = ends[..., suspension.of_cables, :, :]
     of_values = rounding.of_values(ends, strain, cables, given, suspension.value).least
-    of_lengths = LENGTH * (1 + np.abs(ends).max(axis=(-1, -2)) / cables.span.chord)
+    of_lengths = LENGTH * (1 + largest(largest(ends)) / cables.span.chord)
     error = np.where(length_known, 0.0, stated.values(cables, given) / suspension.value - 1)
     return net, bounds.least, error, np.where(length_known, of_lengths, of_values)
 
