@@ -146,6 +146,12 @@ class Catenary(SegmentedCable):
         """Stretched length of the cable, shape (...). [m]"""
         return self.span.unstretched_length * (1 + self.mean_tension / self.span.axial_stiffness)
 
+    @property
+    def middle_tension(self):
+        """Tension vector at mid-length, global axes, from which `solve` can begin again, shape (..., 3). [N]"""
+        forces = self.end_forces("global")
+        return (forces[..., 0, :] - forces[..., 1, :]) / 2
+
     @cached_property
     def flexibility(self):
         """Movement of end 2 per force there, chord frame, as (qq, nn, yy, qn, qy, ny), shape (...). [m/N]"""

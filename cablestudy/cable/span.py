@@ -234,9 +234,10 @@ class Span:
         """Copy of the batch with all fields in its full shape."""
         arrays = self._arrays
         batch_dimensions = {name: array.ndim - CORES[name] for name, array in arrays.items()}
-        shape = np.broadcast_shapes(*(array.shape[: batch_dimensions[name]] for name, array in arrays.items()))
-        if not shape:
+        shapes = {array.shape[: batch_dimensions[name]] for name, array in arrays.items()}
+        if len(shapes) == 1:
             return self
+        shape = np.broadcast_shapes(*shapes)
         core_shapes = {name: array.shape[batch_dimensions[name] :] for name, array in arrays.items()}
         full = {name: np.broadcast_to(array, shape + core_shapes[name]) for name, array in arrays.items()}
         return replace(self, **full)

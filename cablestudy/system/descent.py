@@ -256,14 +256,9 @@ def evaluate(suspension, state):
     solved = cables.record.reason != CABLE_STALLED
     return Evaluation(
         net, scale, rounding.least, rounding.most, energy.sum(axis=-1), EPSILON * size_of_terms.sum(axis=-1),
-        forces, stiffness, middle_tensions(forces[:, suspension.of_cables]),
+        forces, stiffness, cables.middle_tension,
         solved.all(axis=-1) & np.isfinite(net).all(axis=(-1, -2)),
     )  # fmt: skip
-
-
-def middle_tensions(end_forces):
-    """Tension vectors of cables at mid-length, shape (n, c, 3), from the forces on their ends. [N]"""
-    return (end_forces[..., 0, :] - end_forces[..., 1, :]) / 2
 
 
 def _with_foretold_tensions(trial, state, evaluation):

@@ -215,7 +215,7 @@ def linearised(suspension, state, which, moving):
     By a motion u the net forces change by -(K + (dF/dv) (dv/du)) u, with K the stiffness at given lengths and v what
     the cables state: their lengths follow so that v stays.
     """
-    cables, given = catenary.solve(spans(suspension, state)), suspension.given
+    cables, given = catenary.solve(spans(suspension, state), state.tension), suspension.given
     rates = stated.rates(cables, given)
     forces, stiffness, links = descent.at_ends(suspension, state, cables, rates.stiffness)
     net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, cables.max_tension)
@@ -480,7 +480,7 @@ def near_least(suspension, state, which, high):
 
     Only then the bounds of `possible_tensions` decide on an answer.
     """
-    cables = catenary.solve(spans(suspension, state))
+    cables = catenary.solve(spans(suspension, state), state.tension)
     less_than_weight = cables.mean_tension < cables.span.weight_per_length * cables.span.chord
     least = possible_tensions(suspension, state, which, 0.0, cables.mean_tension[:, which], 1.0)
     return less_than_weight[:, which].any(axis=-1) & (least <= high).all(axis=-1)
@@ -507,8 +507,8 @@ def allowed_share(suspension, state, step):
 
 def with_stated(suspension, state):
     """State with the lengths for which the cables have what they state, the bodies at rest."""
-    strain, _ = stated.fit(spans(suspension, state), suspension.given, suspension.value, state.strain)
-    return replace(state, strain=strain, length=size(state.chord) / (1 + strain))
+    strain, _, tension = stated.fit(spans(suspension, state), suspension.given, suspension.value, state.strain)
+    return replace(state, strain=strain, length=size(state.chord) / (1 + strain), tension=tension)
 
 
 def describe_failure(suspension, which, answer, converged, low, possible, high):
