@@ -171,7 +171,8 @@ class Catenary(SegmentedCable):
             folded = vertical & (self.min_tension < 1e-50 * self.max_tension)
             transverse = np.array([[0, 1, 1], [1, 1, 1], [1, 1, 1]], dtype=bool)
             stiffness = np.where(folded[..., None, None] & transverse, 0.0, stiffness)
-        return np.where(self.slack[..., None, None], 0.0, stiffness)
+        slack = self.slack
+        return np.where(slack[..., None, None], 0.0, stiffness) if slack.any() else stiffness
 
     @cached_property
     def global_end_stiffness(self):

@@ -247,7 +247,7 @@ def blocks(suspension, rotation, arms, end_forces, end_stiffness):
         leverage = leverage + np.sqrt((eccentricity**2).sum(axis=(-1, -2)))
     shape = np.broadcast_shapes(between.shape[:-3], outer.shape[:-3])
     matrices = np.zeros((*shape, len(cable) + len(bodies), 6, 6))
-    matrices[..., : len(cable), :, :] = sign * between
+    matrices[..., : len(cable), :, :] = between if (row == column).all() else sign * between
     matrices[..., len(cable) :, 3:, 3:] = np.trace(outer, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - outer
     return Blocks(
         np.concatenate([owner[cable, row], bodies]),

@@ -119,16 +119,18 @@ def _sampled(equilibrium):
     forces = np.concatenate([on_bodies * net_rounding[..., None, :, :], net[..., None, :, :]], axis=-3)
     cable, end, body = tangent.held_ends(suspension)
     arm = arms[..., cable, end, :]
-    wrench = tangent.wrenches(arm, end_forces[..., cable, end, :])
-    forces += tangent.on_bodies(wrench[..., None, :, :] * changes[..., cable, None], body, len(free))
+    wrench = np.ascontiguousarray(tangent.wrenches(arm, end_forces[..., cable, end, :]))
+    for owner in np.unique(body).tolist():
+        of_owner = slice(*np.searchsorted(body, [owner, owner + 1]).tolist())
+        forces[..., owner, :] += changes.take(cable[of_owner], axis=-1) @ wrench[..., of_owner, :]
     displacement, tension = np.zeros(forces.shape), end_forces[..., None, :, 1, :] * changes[..., None]
     if free.any():
         free_forces = tangent.free_values(suspension, forces)
         displacement[..., free] = _solved(suspension, _blocks(equilibrium, stiffness), free_forces)
         by_body = np.where(end == 1, 1.0, -1.0)[:, None, None] * stiffness[..., cable, 1, :, :]
         by_body = np.concatenate([by_body, cross(arm[..., None, :], by_body)], axis=-1)  # K [I, -[r x]]
-        of_body = np.moveaxis(displacement, -3, -2)[..., body, :, :]  # (..., e, samples + 1, 6)
-        by_end = of_body @ np.swapaxes(by_body, -1, -2)
+        of_body = np.ascontiguousarray(np.moveaxis(displacement, -3, -2)).take(body, axis=-3)
+        by_end = of_body @ np.swapaxes(np.ascontiguousarray(by_body), -1, -2)  # (..., e, samples + 1, 3)
         for place, of_cable in enumerate(cable.tolist()):
             tension[..., of_cable, :] += by_end[..., place, :, :]
     unit = np.maximum(cables.max_tension, SYSTEM.tiny)

@@ -171,7 +171,8 @@ def numbers_of(scenes):
     links = len(topology["link_names"])
 
     def of_lines(name, *shape):
-        return np.array([numbers[name] for numbers in numbers_of_lines], dtype=float).reshape(-1, *shape)[runs]
+        numbers = np.array([of_scene[name] for of_scene in numbers_of_lines], dtype=float)
+        return numbers.reshape(len(first_scenes), *shape)[runs]
 
     def of_bodies(name, *shape, of_points=True):
         """Numbers of bodies and free points, or zero in place of those of points."""
