@@ -18,6 +18,7 @@ from cablestudy.scene.scene import CableScene
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate
 from cablestudy.study.status import SLACK
+from cablestudy.study.tolerances import STUDY
 
 HYSTERETIC = "cable.damping={loss_factor: 0.02}"
 DIAMETERS = np.linspace(1.5, 6.0, 23).tolist()  # mm
@@ -241,6 +242,17 @@ def test_the_largest_gain_is_the_smallest_at_which_any_pole_crosses(diameter, da
         nearest = poles[np.argmin(np.abs(poles - crossing))]
         assert stable if factor < 1 else nearest.real > 0, factor
         assert loop.with_gain(factor * limit).stable == (factor < 1)
+
+
+@pytest.mark.parametrize("damping", ["{model: modal}", "{model: kelvin_voigt, time: 1 ms, viscous: 1.0e-4}"])
+def test_the_poles_of_the_model_alone_decide_only_well_below_the_largest_gain(damping):
+    """The largest gain is sought with all modes; half of it is where the model's poles no longer suffice."""
+    loop = OneLoop(scene(f"cable.damping={damping}", "cable.diameter=4.5 mm"))
+    largest = loop.closed_loop.largest_gain
+    shares = [share for share in (1e-3, 0.3, 0.49, 0.51, 0.9, 1.5)
+              if loop.with_gain(share * largest).closed_loop._far_from_unstable]  # fmt: skip
+    assert 1e-3 in shares
+    assert max(shares) < STUDY.nearly_largest_gain
 
 
 @pytest.mark.parametrize(("elements", "order"), [(2, 6), (4, 4), (10, 1)])

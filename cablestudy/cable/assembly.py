@@ -326,15 +326,20 @@ def masses(mesh, axes):
 
 
 def add_elements(mesh, axes, blocks):
-    """Sum of element matrices as a scipy.sparse.csr_array of all nodes, shape (nodes d, nodes d).
+    """Assemble the matrices of all elements, such as stiffness or mass, into a sparse matrix of all nodes.
 
     Parameters
     ----------
     mesh : Mesh
+        Of n elements.
     axes : int
         Components d of a node.
     blocks : ndarray, shape (n, (order + 1) d, (order + 1) d)
-        Node by node, the components of one node together.
+        Matrix of each element; rows node by node, the components of one node together.
+
+    Returns
+    -------
+    scipy.sparse.csr_array, shape (nodes d, nodes d)
     """
     from scipy.sparse import coo_array
 

@@ -21,26 +21,29 @@ TINY = np.finfo(float).tiny  # a value that is as good as zero; four times as wi
 
 
 def bracket(function, low, high, lower_limit, upper_limit, index, steps):
-    """Look for a change of sign below and above a first interval, halving the distance to a limit in each step.
+    """Bracket a zero of each of n functions: search down and up from a first interval for a change of sign.
+
+    In each step the distance to a limit is halved, in both directions.
 
     Parameters
     ----------
     function : callable
-        Arguments, shape (k,), and which of the functions they belong to, shape (k,) -> values, shape (k,).
+        Arguments, shape (k,), and indices of the functions they belong to, shape (k,) -> values, shape (k,).
     low, high : ndarray, shape (n,)
-        The first interval.
+        The first interval of each function.
     lower_limit, upper_limit : ndarray, shape (n,)
-        Limits, finite, which are not reached.
+        Limits of the search, finite, which are not reached.
     index : ndarray of int, shape (n,)
-        Which of the functions these are.
+        Indices of the n functions, which `function` is called with.
     steps : int
+        At most.
 
     Returns
     -------
     bracketed : ndarray of bool, shape (n,)
         True where a change of sign was found.
     low, high : ndarray, shape (n,)
-        Ends of the brackets there.
+        Ends of the interval with the change of sign; without meaning where none was found.
     """
     limit = np.array([lower_limit, upper_limit])
     position, previous = np.array([low, high]), np.array([high, low])  # rows: downwards, upwards
@@ -61,25 +64,31 @@ def bracket(function, low, high, lower_limit, upper_limit, index, steps):
         searching &= ~(changed | changed[::-1]) & (position != limit) & np.isfinite(value)
         if not searching.any():
             break
-    # the narrower one, where there is a bracket on either side
+    # the narrower bracket, where there is one below and one above
     below = bracketed[0] & ((previous[0] - position[0] <= position[1] - previous[1]) | ~bracketed[1])
     return bracketed.any(axis=0), np.where(below, position[0], previous[1]), np.where(below, previous[0], position[1])
 
 
 def zeros_between(function, low, high, index, rtol=ROUNDING, smallest=TINY, steps=2048):
-    """Zeros between arguments where functions have different signs, shape (n,); not a number where they have one sign.
+    """Zero of each of n functions in an interval at whose ends it has different signs, by Chandrupatla's method (1997).
 
     Parameters
     ----------
     function, index
         As of `bracket`.
     low, high : ndarray, shape (n,)
+        Ends of the intervals.
     rtol : float
-        Width of a bracket that is not divided further, over the zero.
+        Relative accuracy: width of an interval that is not divided further, over the zero.
     smallest : float
         Value of the function that counts as zero.
     steps : int
         At most.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Not a number where the signs at the ends are equal.
     """
     index = np.asarray(index)
     # the bracket is from x1, the newest point, to x2; x3 is the point left out last: names as in Chandrupatla (1997)
@@ -120,21 +129,26 @@ def _next_fraction(x1, x2, x3, f1, f2, f3, margin):
 
 
 def minima_between(function, low, middle, high, index, width=TINY, rtol=MINIMUM_ROUNDING, settled=TINY, steps=100):
-    """Local minima between ascending arguments, and the values there, each of shape (n,).
-
-    Not a number where the value at `middle` is not the least of the three, or one is not finite.
+    """Local minimum of each of n functions between three ascending arguments, by Chandrupatla's method (1998).
 
     Parameters
     ----------
     function, index
         As of `bracket`.
     low, middle, high : ndarray, shape (n,)
+        Arguments; the value at `middle` must be the least of the three.
     width, rtol : float
-        Half the width of intervals that are not divided again, as a number and over the argument.
+        Accuracy of the argument, absolute and relative: half the width of intervals that are not divided again.
     settled : float
         Relative difference of values that count as equal.
     steps : int
         At most.
+
+    Returns
+    -------
+    ndarray, shape (2, n)
+        Argument of each minimum, and the value there; not a number where the value at `middle` is not the least, or
+        one of the three is not finite.
     """
     index = np.asarray(index)
     x = np.array([low, middle, high], dtype=float)
@@ -158,8 +172,8 @@ def minima_between(function, low, middle, high, index, width=TINY, rtol=MINIMUM_
         swap = np.abs(far[0] - best[0]) < np.abs(best[0] - near[0])
         near, far = np.where(swap, far, near), np.where(swap, near, far)  # the interval to `far` is the larger one
         tolerance = np.abs(best[0]) * rtol + width
-        level = near[1] - 2 * best[1] + far[1] <= 2 * (np.abs(best[1]) * settled + TINY)
-        unfinished = ~(no_minimum | level | (np.abs(far[0] - best[0]) <= 2 * tolerance))
+        flat = near[1] - 2 * best[1] + far[1] <= 2 * (np.abs(best[1]) * settled + TINY)
+        unfinished = ~(no_minimum | flat | (np.abs(far[0] - best[0]) <= 2 * tolerance))
         if not unfinished.any():
             break
         active, near, best, far, parabola_minimum, tolerance = (

@@ -177,14 +177,16 @@ class Mesh:
 
 
 def mesh_segments(fractions, elements, order=1, mass="lumped", point_masses=()):
-    """`Mesh` with a node at each point load: elements distributed over the segments by length, at least one each.
+    """`Mesh` of a cable with a node at each of its k point loads, and elements of about equal length between them.
+
+    Each segment between two loads, or a load and an end, has one element at least.
 
     Parameters
     ----------
     fractions : ndarray, shape (k + 1,)
         Share of the unstretched length of each segment. [-]
     elements : int
-        Total number.
+        Total number of elements.
     point_masses : tuple
         See `Mesh`; each is put on the nearest edge.
 
@@ -198,35 +200,38 @@ def mesh_segments(fractions, elements, order=1, mass="lumped", point_masses=()):
     segments = len(lengths)
     if elements < segments:
         raise NoSolutionError(f"{segments - 1} point loads need at least {segments} elements, got {elements}")
-    quota = np.maximum(lengths * elements - 1, 0.0)  # beyond the first element of each segment
+    # elements beyond the first one of each segment: whole numbers by the method of the largest remainder
+    quota = np.maximum(lengths * elements - 1, 0.0)
     quota *= (elements - segments) / quota.sum() if quota.sum() > 0 else 0.0
     floor = np.floor(quota + 1e-9)
     counts = 1 + floor.astype(int)
-    counts[np.argsort(floor - quota, kind="stable")[: elements - counts.sum()]] += 1  # the largest remainders
+    counts[np.argsort(floor - quota, kind="stable")[: elements - counts.sum()]] += 1
     return mesh_pieces(tuple(edges), tuple(counts.tolist()), order, mass, point_masses)
 
 
 def pieces(fractions, singularities):
-    """Divide a cable into pieces no longer than the distance to the nearest singularity of T(s).
+    """Divide a cable into pieces, short where its tension T(s) changes sharply, so that one element suits each piece.
 
-    On each piece the polynomials of one element then converge geometrically in their order.
+    No piece is longer than the distance in the complex plane from its middle to the singularity of T(s) of its segment:
+    the polynomials of an element then converge geometrically in their order.
 
     Parameters
     ----------
     fractions : ndarray, shape (k + 1,)
-        Share of the unstretched length of each segment. [-]
+        Share of the unstretched length of each segment between point loads. [-]
     singularities : ndarray of complex, shape (k + 1,)
-        Where the tension of each segment would vanish (`Catenary.singularities`). [-]
+        Complex arc length over unstretched length at which T of each segment would vanish (`Catenary.singularities`).
+        [-]
 
     Returns
     -------
     tuple of float
-        Their edges, from 0 to 1.
+        Edges of the pieces over the unstretched length, from 0 to 1. [-]
     """
     edges = [0.0]
     segments = itertools.pairwise(_segment_edges(fractions))
     for segment, singularity in zip(segments, singularities.tolist(), strict=True):
-        undecided = [segment]  # intervals, the next one last
+        undecided = [segment]  # intervals (low, high) that may have to be halved, the next one last
         while undecided:
             low, high = undecided.pop()
             middle = (low + high) / 2

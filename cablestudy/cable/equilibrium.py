@@ -1,4 +1,4 @@
-"""The static form of the elements: Newton on one tension vector, from the catenary, with a guarded step.
+"""Equilibrium of a cable of finite elements: Newton's method for one tension vector, from the catenary as the start.
 
 With loads on its nodes the tension vectors at a cable's Gauss points are N = c - S f (see `assembly`), so that only c
 is unknown: the places of the ends determine it. It minimises the complementary energy, which is strictly convex. A c
@@ -133,21 +133,23 @@ class ElementResidual:
 
 
 def solve_many(catenary, mesh, uneven=None):
-    """Equilibria of one discrete cable or of many on one mesh, from their `Catenary` as the start.
+    """Equilibria of one discrete cable, or of many on one mesh, from their catenaries as the start.
 
     Parameters
     ----------
     catenary : Catenary
+        Exact equilibrium of the continuous cables under weight and point loads.
     mesh : Mesh
     uneven : callable, optional
-        `State` -> force per unstretched length at the Gauss points beside the uniform one, chord frame, shape
-        (..., n, q, 3) [N/m]. It depends on where the cable hangs, so the equilibrium is sought until both agree.
+        `State` -> force per unstretched length at the Gauss points beside the uniform one, such as the drag of a wind
+        that grows with height; chord frame, shape (..., n, q, 3) [N/m]. It depends on where the cable hangs, so that
+        force and equilibrium are computed in turn until they agree.
 
     Returns
     -------
     state : State
     record : Record
-        Whether each cable is in equilibrium.
+        Of the last Newton iteration; its `reason` tells whether each cable is in equilibrium.
     """
     if uneven is None:
         return _solve_loads(catenary, mesh)
@@ -181,7 +183,15 @@ def _nodal_forces(mesh, force_per_length):
 
 
 def _solve_loads(catenary, mesh, nodal=None):
-    """`State` and `Record` under weight, point loads and dead loads on the nodes, shape (..., nodes, 3) [N]."""
+    """Equilibrium of cables under weight, point loads and further dead loads on the nodes: `State` and `Record`.
+
+    Parameters
+    ----------
+    catenary, mesh
+        As for `solve_many`.
+    nodal : ndarray, shape (..., nodes, 3), optional
+        The further loads, chord frame. [N]
+    """
     span, reference = catenary.span, np.asarray(catenary.max_tension)
     problem = ElementResidual(span, mesh, reference, nodal)
     at_end_1 = catenary.at(np.zeros(1))[1][..., 0, : problem.axes]

@@ -103,9 +103,10 @@ class EquilibriumResidual:
         return near if known.all() else np.where(known, near, self.start(span))
 
     def kink(self, sizes):
-        """Nearest tension vector at mid-length with which a segment of a weightless cable has no tension.
+        """Decide whether the loosest segment of a weightless cable hangs slack.
 
-        The complementary energy has a kink there.
+        The complementary energy, whose minimum is the equilibrium, has a kink where a segment has no tension: Newton's
+        method cannot find a minimum there.
 
         Parameters
         ----------
@@ -115,10 +116,11 @@ class EquilibriumResidual:
         Returns
         -------
         minimum : ndarray of bool, shape (...)
-            Whether the energy is least at the kink: the segment is at least as long as the distance that it spans, and
+            True if the energy is least at the kink: the segment is at least as long as the distance that it spans, and
             slack.
         kink, lower : ndarray, shape (3, ...)
-            The kink, and a tension vector with less energy where it is no minimum. [N]
+            Tension vector at mid-length at the kink, and one with less energy, to go on from where the kink is no
+            minimum. [N]
         """
         loosest = sizes.argmin(axis=-1)[..., None]
         kink = np.stack([-np.take_along_axis(offset, loosest, axis=-1)[..., 0] for offset in self.segments.offset])
@@ -143,12 +145,15 @@ class EquilibriumResidual:
 
 
 def _first_tension(span):
-    """Approximate tension vector at mid-length, weight and loads distributed uniformly over the cable; 3 arrays. [N]"""
+    """Approximate tension vector at mid-length of a cable, where Newton's method begins; 3 arrays, chord frame. [N]
+
+    Weight and point loads are distributed uniformly over the cable: a parabola, or an inextensible catenary if slack.
+    """
     load_vector = span.load_forces.sum(axis=-2) - np.asarray(span.weight)[..., None] * span.up
     load = np.sqrt((load_vector**2).sum(axis=-1))
     largest = np.maximum(load, np.sqrt((span.load_forces**2).sum(axis=-1)).max(axis=-1, initial=0.0))
     up = -load_vector / np.maximum(load, CABLE.least_divisor)[..., None]  # unit vector against the load
-    along = up[..., 0]
+    along = up[..., 0]  # components of `up` along the chord and across it
     across = np.sqrt(up[..., 1] ** 2 + up[..., 2] ** 2)
     taut = _taut_tension(span, np.where(load > 0, across * load, largest))
     ratio = 1.0 / (1.0 + span.chord_strain)  # unstretched length over chord

@@ -51,17 +51,24 @@ def _extreme_candidates(cable, normal):
 
 
 def midspan(cable):
-    """Arc length at which a cable is halfway along the horizontal between its ends, over unstretched length, (...). [-]
+    """Arc length at mid-span, halfway along the horizontal between the ends of a cable, over the unstretched length.
 
-    1/2 where the chord is vertical. Of a `Catenary` whose uniform load is vertical,
-    `midspan.arc_length_at_midspan` gives it to more digits. By the method of Ridders (1979), IEEE Transactions on
-    Circuits and Systems 26, 979.
+    Returns
+    -------
+    ndarray, shape (...)
+        1/2 where the chord is vertical. [-]
+
+    Notes
+    -----
+    A zero by the method of Ridders (1979), IEEE Transactions on Circuits and Systems 26, 979. Of a `Catenary` whose
+    uniform load is vertical, `midspan.arc_length_at_midspan` gives more digits.
     """
     chord = cable.span.frame[..., 0, :2] * np.asarray(cable.span.chord)[..., None]
     run = np.hypot(chord[..., 0], chord[..., 1])  # horizontal distance of the ends
     level = chord / np.where(run > 0, run, 1.0)[..., None]
 
     def beyond_half(position):
+        """Horizontal distance from mid-span to the cable at an arc length, positive towards end 2, shape (...). [m]"""
         return (places(cable, position[..., None])[..., 0, :2] * level).sum(axis=-1) - run / 2
 
     upright = run <= 1e-9 * np.asarray(cable.span.chord)
@@ -75,7 +82,7 @@ def midspan(cable):
         at_trial = beyond_half(trial)
         updated = np.where(done, position, trial)  # no digit depends on the other cables
         done, position = done | (np.abs(updated - position) <= CABLE.chord_midspan_last_step), updated
-        for x, value in ((middle, at_middle), (trial, at_trial)):
+        for x, value in ((middle, at_middle), (trial, at_trial)):  # narrow the bracket from low to high
             raises_low, lowers_high = (value < 0) & (x > low), (value >= 0) & (x < high)
             low, at_low = np.where(raises_low, x, low), np.where(raises_low, value, at_low)
             high, at_high = np.where(lowers_high, x, high), np.where(lowers_high, value, at_high)
@@ -85,13 +92,13 @@ def midspan(cable):
 
 
 def sag_and_swing(cable, position):
-    """Sag of a cable at mid-span, from the middle of its chord, and swing out of its vertical plane there.
+    """Sag of a cable below the middle of its chord, and angle by which a side wind swings it out of the vertical plane.
 
     Parameters
     ----------
     cable : Catenary or State
     position : ndarray, shape (...)
-        Arc length at mid-span over unstretched length. [-]
+        Arc length at mid-span over unstretched length, see `midspan`. [-]
 
     Returns
     -------
@@ -166,13 +173,13 @@ def below_chord(cable, shares, points):
 
 
 def tensions_at_point_loads(cable, shares):
-    """Tension vectors of one cable on both sides of its point loads, each in the direction of end 2.
+    """Tension vectors of one cable just before and just after each of its point loads, each pointing towards end 2.
 
     Parameters
     ----------
     cable : Catenary or State
     shares : ndarray, shape (k,)
-        Places of point loads over the unstretched length. [-]
+        Arc lengths of the point loads over the unstretched length. [-]
 
     Returns
     -------

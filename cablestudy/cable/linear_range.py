@@ -1,4 +1,4 @@
-"""Range in which the restoring force of cables on a point that they hold is linear in its movement: statics alone."""
+"""Range in which the static restoring force of cables on a point that they hold is linear in the point's movement."""
 
 import numpy as np
 
@@ -8,21 +8,22 @@ from cablestudy.cable.tolerances import CABLE
 
 
 def forces(at_rest, moves, distances):
-    """Change of the restoring force of cables on a point that moves their ends, and the linear part of that change.
+    """Restoring force of cables on a point that moves their ends: exact by the catenaries, and by their stiffness.
 
     Parameters
     ----------
     at_rest : Catenary
         The cables at rest, of shape (c,).
     moves : ndarray, shape (c, 3)
-        Movement of end 2 against end 1 per movement of the point, global axes. [-]
+        Movement of end 2 relative to end 1 per movement of the point, global axes. [-]
     distances : ndarray, shape (...)
         Movements of the point, of either sign. [m]
 
     Returns
     -------
     force, linear : ndarray, shape (...)
-        Against the movement; not a number where a cable has no equilibrium. [N]
+        Change of the force against the movement, and its linear approximation, stiffness times distance. `force` is
+        not a number where a cable has no equilibrium. [N]
     """
     span = at_rest.span
     force_at_rest = -at_rest.end_forces("global")[..., 1, :]
@@ -48,9 +49,10 @@ def forces(at_rest, moves, distances):
 
 
 def linear_range(span, moves):
-    """Shortest movement, of either sign, at which the restoring force is not linear to `CABLE.linear_difference`.
+    """Shortest movement of a point at which the restoring force of the cables ceases to be linear.
 
-    A movement at which a cable has no equilibrium counts as one.
+    It is not linear where it differs from stiffness times distance by more than the share `CABLE.linear_difference`, or
+    where a cable has no equilibrium. Both signs of the movement are tried.
 
     Parameters
     ----------
@@ -73,7 +75,7 @@ def linear_range(span, moves):
     distances = np.geomspace(shortest, longest, 2 * CABLE.movements_at_once) * [[1.0], [-1.0]]
     limits = []
     for _ in range(CABLE.movement_divisions):
-        intervals = []  # of each sign, that in which the force ceases to be linear, divided
+        intervals = []  # for each sign the distances that divide the interval in which the force ceases to be linear
         for movements, force, linear in zip(distances, *forces(at_rest, moves, distances), strict=True):
             if not linear.all() or np.isnan(force[0]):
                 continue

@@ -1,4 +1,4 @@
-"""Arc length at mid-span of a catenary, at half of the horizontal distance between its ends."""
+"""Arc length of a catenary at mid-span, halfway along the horizontal between its ends: where its sag is measured."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ EPSILON = float(np.finfo(float).eps)
 
 
 def arc_length_at_midspan(catenary):
-    """Arc length at mid-span over unstretched length of a `Catenary`, shape (...). [-]
+    """Arc length at mid-span of each cable of a `Catenary`, over the unstretched length, shape (...). [-]
 
     1/2 for a vertical cable with horizontal loads, where mid-span has no meaning.
 
@@ -44,9 +44,15 @@ def arc_length_at_midspan(catenary):
 def _arc_length_at(target, rounding, length, *segment):
     """Arc length x on a segment, from 0 to its length, at which the horizontal distance from its end 1 is `target`.
 
-    By Newton steps kept in a bracket, until the distance is right to `rounding`. Lengths are shares of the cable's, and
-    distances over a scale of forces; `segment` is H over that scale, the cable's EA, weight, cosine and sine, and the
-    tension vector at the middle of the segment.
+    Newton steps, kept in a bracket, until the distance is right to `rounding`.
+
+    Parameters
+    ----------
+    target, rounding, length : ndarray, shape (..., 1)
+        Horizontal distances, over a scale of forces [1/N], and length of the segment over that of the cable [-].
+    *segment : ndarray
+        H over the scale of forces [-], EA [N], weight [N], cosine and sine [-] of the cable, and the 3 components of
+        the tension vector at the middle of the segment [N].
     """
     shape = length.shape
     arguments = [np.broadcast_to(values, shape).ravel() for values in (target, rounding, length, *segment)]

@@ -69,7 +69,7 @@ class Record:
 
 
 def newton(problem, unknown, active):
-    """Newton's method on a convex energy, with the step halved until the slope along it no longer grows.
+    """Solve the equilibrium of a batch of cables: Newton's method on the complementary energy, with halved steps.
 
     Parameters
     ----------
@@ -81,13 +81,15 @@ def newton(problem, unknown, active):
     unknown : ndarray, shape (d, ...)
         The start: components first, then the batch. [N] or in the problem's unit of force.
     active : ndarray of bool, shape (...)
-        Which cables to solve; the others are left as they are.
+        True for the cables to solve; the others are left as they are.
 
     Returns
     -------
-    unknown, point, record
-        The solution, no digit of which depends on other cables; what `residual` returned there beside the residual; and
-        the `Record`.
+    unknown : ndarray, shape (d, ...)
+        The solution; no digit of a cable depends on the other cables.
+    point : tuple
+        Second value of `problem.residual` at the solution.
+    record : Record
     """
     gap, point = problem.residual(unknown)
     change, settled = np.full(active.shape, np.inf), np.zeros(active.shape, dtype=bool)
@@ -108,6 +110,7 @@ def newton(problem, unknown, active):
             share = np.where(overshoots, share / 2, share)
         trace.append((gap, change, np.where(active, share, np.nan)))
         unknown, gap, point = trial, trial_gap, trial_point
+        # a cable is done where its step is small, or rounding keeps it from falling further
         stalled = (change < problem.stalled) & (change >= previous_change / 2)
         small = (change < problem.tolerance) | stalled
         settled |= active & small & (share == 1)

@@ -25,7 +25,7 @@ GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 @dataclass(frozen=True)
 class Kernel:
-    """Quantities that extension and flexibility share; all arrays have the shape of the tensions."""
+    """Terms of the module's equations that extension and flexibility of a segment share; all of one shape."""
 
     horizontal: np.ndarray  # horizontal component of P in the plane, signed [N]
     beta: np.ndarray  # W/S [-]
@@ -36,7 +36,7 @@ class Kernel:
 
 
 def evaluate(tension, weight, cosine, sine):
-    """The `Kernel` of segments.
+    """Terms S, beta, atanh(beta)/beta - 1, T0 and T1 of the module's equations for segments of cables: `Kernel`.
 
     Parameters
     ----------
@@ -114,15 +114,17 @@ def flexibility(tension, weight, axial_stiffness, cosine, sine, kernel):
 
 
 def _shallow(tension, weight, cosine, sine, kernel):
-    """`flexibility` without the axial part for small beta, by small deviations from the chord.
+    """Entries of `flexibility` by change of direction alone, without the axial part l/EA, of segments of small beta.
 
-    i0, i1 and i2 are the means over the segment of tau^k/T^3, with P = P_mid + W g tau; i2 is by quadrature.
+    The mean of (T^2 I - P P^T)/T^3, written with small deviations from the chord. Along the segment P = P_mid + w tau
+    with w = W (sine, cosine, 0), tau from -1/2 to 1/2, and the integrals i0, i1 and i2 are the means of tau^k/T^3, the
+    last one by quadrature. Arguments as for `flexibility`.
     """
     q, n, y = tension
     total, product = kernel.sum_of_tensions, np.maximum(kernel.product, CABLE.least_divisor)
     i0 = 2 * total / product
     i1 = -2 * (q * sine + n * cosine) * weight / np.maximum(total * product, CABLE.least_divisor)
-    wq, wn = weight * sine, weight * cosine
+    wq, wn = weight * sine, weight * cosine  # w
     tau, share = (column.reshape(-1, *[1] * np.ndim(i0)) / 2 for column in (GAUSS_POINTS, GAUSS_WEIGHTS))
     square = q**2 + n**2 + y**2 + tau * (2 * (q * wq + n * wn) + tau * (wq**2 + wn**2))  # T^2
     # summed point by point, so that the digits of a cable do not depend on its batch
@@ -141,10 +143,11 @@ def _shallow(tension, weight, cosine, sine, kernel):
 
 
 def _deep(tension, cosine, sine, kernel):
-    """`flexibility` without the axial part for large beta, in horizontal and vertical components h, y and v.
+    """Entries of `flexibility` by change of direction alone, without the axial part l/EA, of segments of large beta.
 
-    i0, i1 and i2 are the means over the segment of V^k/T^3; the entries hh, vv, hv, hy and vy (yy is the third one that
-    is returned) are rotated into the chord frame.
+    The mean of (T^2 I - P P^T)/T^3, written with horizontal and vertical components (h, v, y) and then rotated into the
+    chord frame (q, n, y). The integrals i0, i1 and i2 are the means of V^k/T^3 over the segment. Arguments as for
+    `flexibility`.
     """
     q, n, y = tension
     h, total, (t0, t1) = kernel.horizontal, kernel.sum_of_tensions, kernel.tensions

@@ -190,18 +190,18 @@ class Span:
         return np.stack([along, across, out], axis=-2)
 
     def in_frame(self, vectors, frame):
-        """Components of vectors in the axes of a frame, from those along e, n, y.
+        """Convert vectors from the chord frame to the axes of a named frame.
 
         Parameters
         ----------
         vectors : ndarray, shape (..., k, 3)
-            In the chord frame.
+            Components along e, n and y, the axes of the chord frame.
         frame : {"chord", "global"}
 
         Returns
         -------
         ndarray, shape (..., k, 3)
-            Along the axes of `frame`; the digits of a cable do not depend on its batch.
+            Components along the axes of `frame`; the digits of a cable do not depend on its batch.
 
         Raises
         ------
@@ -243,9 +243,14 @@ class Span:
         return replace(self, **full)
 
     def with_chord_strain(self, chord_strain):
-        """Copy of the cable with another unstretched length, that of a `chord_strain`.
+        """Copy of the cable with another unstretched length, chord/(1 + chord_strain).
 
-        Point loads stay at their arc lengths, those with a load fraction at that share of the new length.
+        Point loads stay at their arc lengths; those whose place is stated as a share of the length stay at that share.
+
+        Parameters
+        ----------
+        chord_strain : float or ndarray, shape (...)
+            [-]
         """
         span = replace(self, chord_strain=chord_strain)
         if self.load_fractions is None:

@@ -79,7 +79,7 @@ class State(SegmentedCable):
 
 
 def interpolate(state, positions):
-    """Displacement and tension of cables between the nodes.
+    """Displacement and tension at any positions along cables of elements, from the values at nodes and Gauss points.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def interpolate(state, positions):
         Size of the tension vector, which is linear along each element. [N]
     """
     positions = np.broadcast_to(positions, (*np.shape(state.force), np.shape(positions)[-1]))
-    element, local = state.mesh.located(positions)
+    element, local = state.mesh.located(positions)  # index of the element, and position in it from 0 to 1
     middle = np.take_along_axis(state.mid_forces, element[..., None], axis=-2)
     weight = np.take_along_axis(state.segment_weights, element, axis=-1)
     force = middle + ((local - 0.5) * weight)[..., None] * np.asarray(state.span.up)[..., None, :]
@@ -114,7 +114,7 @@ def _displacement(mesh, displacement, element, local):
 
 
 def sag(state, start):
-    """Vertical distance from the chord down to each cable at mid-span.
+    """Vertical distance from the chord down to each cable of elements at mid-span, halfway along the horizontal.
 
     Parameters
     ----------

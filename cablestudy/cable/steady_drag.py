@@ -19,7 +19,9 @@ ALONG_CHORD = np.array([1.0, 0.0, 0.0])  # chord frame
 
 @dataclass(frozen=True)
 class Profile:
-    """Power law of the wind over the height above the ground; `...` are the axes of rows, or of rows and cables.
+    """Power law by which the wind grows with the height above the ground.
+
+    Arrays have an entry for each load case (row), or for each row and cable: the axes `...`.
 
     Attributes
     ----------
@@ -28,7 +30,8 @@ class Profile:
     height : ndarray, shape (...)
         Height above the ground at which the pressure is the stated one. [m]
     ground : ndarray of float or object, shape (...)
-        Levels; if any ground is not level, for each row the x and the z of points between which it is straight. [m]
+        Height of level ground; if any ground is not level, tuples (x, z) of arrays: points between which the ground is
+        straight. [m]
     """
 
     exponent: np.ndarray
@@ -37,14 +40,14 @@ class Profile:
 
     @classmethod
     def of(cls, exponent, height, grounds):
-        """`Profile` of n rows, None if the wind of every row is the same at all heights.
+        """Collect the power laws of n load cases in one `Profile`; None if no wind of them grows with height.
 
         Parameters
         ----------
         exponent, height : ndarray, shape (n,)
-            Not a number where the wind is uniform.
+            Of the power law [-], and height at which the wind is stated [m]; not a number where the wind is uniform.
         grounds : sequence
-            Level, or tuple of (x, z), or None for the level 0. [m]
+            Of each case: height of level ground, tuple of points (x, z), or None for the height 0. [m]
         """
         exponent = np.nan_to_num(exponent)
         if not exponent.any():
@@ -177,7 +180,9 @@ def across(direction, tangent):
 
 
 def uneven_drag(drag):
-    """Function for the drag on cables made of elements, where they hang, less the uniform drag of their chords.
+    """Function that computes the uneven part of the drag: that on the curved cable less the uniform drag on its chord.
+
+    `equilibrium.solve_many` adds it to the uniform load.
 
     Parameters
     ----------
@@ -194,11 +199,12 @@ def uneven_drag(drag):
         return None
 
     def at_gauss_points(state):
+        """Drag of the tangent with the local pressure, less that of the chord with the mean pressure."""
         wind = (state.span.frame @ drag.direction[..., None])[:, None, None, :, 0]  # unit vector, chord frame
-        by_tangent = state.stretch[..., None] * across(wind, state.direction)
-        by_tangent = drag.times_local_pressure(by_tangent, lambda: gauss_point_coordinates(state))
-        by_chord = drag.times_mean_pressure(across(wind, ALONG_CHORD))
-        return drag.normal_drag[:, None, None, None] * (by_tangent - by_chord)
+        on_tangent = state.stretch[..., None] * across(wind, state.direction)  # over C_d q D, as the next
+        on_tangent = drag.times_local_pressure(on_tangent, lambda: gauss_point_coordinates(state))
+        on_chord = drag.times_mean_pressure(across(wind, ALONG_CHORD))
+        return drag.normal_drag[:, None, None, None] * (on_tangent - on_chord)
 
     return at_gauss_points
 

@@ -1,4 +1,4 @@
-"""Nodal forces and tangent stiffness of one cable by displacements: the paper's K_E + K_G, assembled sparse.
+"""Nodal forces and tangent stiffness K_E + K_G of one cable from the positions of its nodes, as sparse matrices.
 
 With the tangent t, the stretch |r'| and the tension T at the Gauss points, and B the derivative of the nodal functions
 with respect to the unstretched length s,
@@ -7,8 +7,9 @@ with respect to the unstretched length s,
     K_E = integral of B^T EA t t^T B ds
     K_G = integral of B^T T/|r'| (I - t t^T) B ds    K_E + K_G = df/dr
 
-An element of order 1 is the paper's bar: K_E = EA/L0e n n^T and K_G = F/|r| (I - n n^T), with its unstretched length
-L0e and its length |r|. Source: Bathe (1996), Finite Element Procedures, section 6.3.3 (total Lagrangian truss).
+An element of order 1 is the bar of the paper that this program follows: K_E = EA/L0e n n^T and
+K_G = F/|r| (I - n n^T), with its unstretched length L0e and its length |r|. Source: Bathe (1996), Finite Element
+Procedures, section 6.3.3 (total Lagrangian truss).
 
 The solvers of this package use the force method (`assembly`) instead, whose digits do not depend on EA. These matrices
 are for users, for networks of cables, and for integration in time.
@@ -22,7 +23,7 @@ from cablestudy.cable.state import State
 
 
 def state_at(span, mesh, positions):
-    """`State` of a cable by the positions of its nodes, in equilibrium or not: T = EA (|r'| - 1).
+    """Tensions and directions of a cable from the positions of its nodes, in equilibrium or not: T = EA (|r'| - 1).
 
     Parameters
     ----------

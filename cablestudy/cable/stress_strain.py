@@ -1,4 +1,4 @@
-"""Tension of a conductor of two parts by its strain: initial and creep curves, permanent stretch, and the knee.
+"""Stress-strain behaviour of power-line conductors of two parts: initial and creep curves, permanent set, and the knee.
 
 Both parts, outer strands and core, are as long as the cable, whose strain is e. A part that would be longer by
 a_p = alpha_p (T - T_c) without tension, with the temperature T_c of its curves, has the strain
@@ -148,29 +148,32 @@ class Condition:
         return self.settle(lambda strain, value, slope: tension, start)
 
     def settle(self, tension_at, start, alone=True, accuracy=CABLE.curve_tension):
-        """Strains at which the conductors have the tensions of another function of the strain, shape (...). [-]
-
-        By Newton's method.
+        """Strains at which the tension by the curves equals the tension that equilibrium demands, by Newton's method.
 
         Parameters
         ----------
         tension_at : callable
-            Strain [-], tension and its slope with the strain [N], each of shape (...) -> tension [N], which falls as
-            the strain grows, or stays; not a number where there is none.
+            Strain [-], tension by the curves and its slope with the strain [N], each of shape (...) -> tension in
+            equilibrium at that strain [N], which falls as the strain grows, or stays; not a number where there is none.
         start : ndarray, shape (...)
-            [-]
+            Strain at which the iteration begins. [-]
         alone : bool
-            Whether `tension_at` of a conductor depends on its own strain only, so that each step narrows a bracket.
+            True if `tension_at` of a conductor depends on its own strain only, so that each step narrows a bracket.
         accuracy : float
-            Largest difference of the tensions, relative.
+            Largest relative difference of the two tensions. [-]
+
+        Returns
+        -------
+        ndarray, shape (...)
+            [-]
         """
         low = self.slack_strain
         strain, high = np.maximum(start, low + CABLE.curve_rounding), np.full(np.shape(low), np.inf)
         done = np.zeros(np.shape(low), dtype=bool)
         for _ in range(CABLE.curve_steps):
-            own_tension, slope = self.pull(strain)
-            tension = tension_at(strain, own_tension, slope)
-            gap = tension - own_tension
+            tension_by_curves, slope = self.pull(strain)
+            tension = tension_at(strain, tension_by_curves, slope)
+            gap = tension - tension_by_curves
             done = done | ~(np.abs(gap) > accuracy * tension + CABLE.curve_rounding * np.abs(strain) * slope)
             if done.all():
                 break
@@ -240,9 +243,10 @@ def linear_cable(strain, tension, slope):
 
 
 def uneven_strain(condition, strain, tensions, weights):
-    """Mean strain along conductors of varying tension, less that by the tangent of their curve, shape (n,). [-]
+    """Correction to the mean strain of conductors whose tension varies along them, for their curved stress-strain law.
 
-    The tangent is that at the mean tension.
+    A `linear_cable` follows the tangent of the curve at the mean tension. The correction is the mean, along the cable,
+    of the strain by the curve less the strain by the tangent.
 
     Parameters
     ----------
@@ -251,9 +255,14 @@ def uneven_strain(condition, strain, tensions, weights):
     strain : ndarray, shape (n,)
         At the mean tension. [-]
     tensions : ndarray, shape (n, k)
-        At points along the cables. [N]
+        At k points along the cables. [N]
     weights : ndarray, shape (k,)
-        Of the points; their sum is 1.
+        Of the points in the mean; their sum is 1. [-]
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        [-]
     """
     mean_tension, slope = condition.pull(strain)
     excess = np.zeros(len(strain))

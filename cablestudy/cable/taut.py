@@ -58,13 +58,14 @@ def string_frequencies(count, length, tension, mass):
 
 
 def symmetric_roots(count, lambda_2):
-    """Symmetric in-plane frequencies of a taut cable, normalised: omega l / sqrt(F/m), shape (..., count). [-]
+    """Symmetric in-plane frequencies of a taut cable, normalised: Omega = omega l / sqrt(F/m), shape (..., count). [-]
 
     Parameters
     ----------
     count : int
+        Number of frequencies, from the lowest.
     lambda_2 : float or ndarray, shape (...)
-        lambda^2 >= 0. [-]
+        Irvine's parameter lambda^2 >= 0, see `lambda_squared`. [-]
 
     Notes
     -----

@@ -15,13 +15,14 @@ FAILED_CHECK, WRONG_USE, NO_ANSWER, INTERRUPTED = 1, 2, 3, 130
 
 
 def handle_errors(command):
-    """Print the errors of a command as lines on standard error; the command returns its exit code.
+    """Decorator of a command: prints the errors that the command raises as lines on standard error.
 
-    An option `scene` is named in messages that name no file themselves.
+    The decorated command returns an exit code. The value of an option `scene` is put before messages that name no file.
     """
 
     @wraps(command)
     def run(*arguments, **options):
+        """Call the command; return its exit code, or that of the error."""
         try:
             if sys.stdout is None:
                 raise SceneError("standard output: closed")
@@ -86,9 +87,10 @@ def echo_notes(lines, quiet=False):
 
 
 def finish(scene, answer, style, plot=None, explain=False, quiet=False):
-    """Print the notes, failures and tables of an `Answer`, save its picture, and return the exit code.
+    """Print the notes, failures and tables of an `Answer`, save its picture, and return the exit code of the command.
 
-    `scene`: its name in messages.
+    `scene` is the name of the scene in messages, `style` the format of the tables (`Style`), `plot` the file of the
+    picture. With `explain` explanations are printed too; with `quiet` nothing but failures and tables.
     """
     end_display()
     if style.top and answer.table is not None and answer.table.single:

@@ -89,7 +89,7 @@ def format_options(command):
 
 
 def show(table, style):
-    """Print a table on standard output; as Markdown on a terminal, so that its lines fit.
+    """Print a table on standard output in the format of a `Style`; Markdown on a terminal is fitted to its width.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def show(table, style):
     Raises
     ------
     NoSolutionError
-        A cell is not finite. Rows that are computed as they are printed are not looked at.
+        A cell is not finite. Rows that are computed only as they are printed are not checked.
     SceneError
         The table has no such column.
     """

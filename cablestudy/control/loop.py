@@ -218,6 +218,11 @@ class Loop:
         """Poles of the motion with the winches at rest. [rad/s]"""
         return self.motion.eigen.poles
 
+    def poles_with(self, gain):
+        """Poles of the closed loop with a gain [rad/s] in place of its own. [rad/s]"""
+        poles = np.linalg.eigvals(self.equations.fixed + gain * self.equations.scaled.sum(axis=0))
+        return poles[poles.imag >= 0] if np.iscomplexobj(self.equations.fixed) else poles  # as `Eigen.poles`
+
     @property
     def unstable_pole(self):
         """The pole that grows fastest; None where the loop is stable."""
@@ -233,3 +238,10 @@ def unstable_pole(poles):
 def growth_rates(poles):
     """Growth of each pole less what rounding may be. [1/s]"""
     return poles.real - CONTROL.growing * np.abs(poles) - CONTROL.pole_rounding * np.abs(poles).max(initial=0.0)
+
+
+def decay_beyond_doubt(poles):
+    """True if all poles decay, by more than rounding may be, and none is that of a mode as good as undamped."""
+    size = np.abs(poles)
+    doubt = CONTROL.undamped * size + CONTROL.pole_rounding * size.max(initial=0.0)
+    return bool((poles.real < -doubt).all())

@@ -1,4 +1,7 @@
-"""Commands of one cable and of suspensions alike: loads, locus, limits, loop, ssm, trade, find: an `Answer` each."""
+"""Functions behind the commands of one cable and of suspensions alike, each of which returns an `Answer`.
+
+They are loads, locus and limits (of static), loop, ssm, trade and find. The argument `scene` is an `interface.Scene`.
+"""
 
 import shlex
 from contextlib import suppress
@@ -105,25 +108,32 @@ def loop(
 
 
 def with_loop(answer, scene, in_wind, span, time_options, **named):
-    """An `Answer` on a loop with its picture; with its table over frequency, or with table and picture in time instead.
+    """Complete the answer of the command loop by its picture, and by a response over frequency or in time if asked for.
 
     Parameters
     ----------
     answer : Answer
+        With the table of margins.
     scene : Scene
     in_wind : DynamicAnalysis
+        Of the scene, with its closed loop.
     span, time_options
-        As of `solve_loop`.
+        As of `one_cable.solve_loop`: range of frequencies, options of the response in time, or None.
     **named
-        Of `loop_in_time.time_case`.
+        Further arguments of `loop_in_time.time_case`.
+
+    Returns
+    -------
+    Answer
+        Its table is the response, where there is one, in place of the margins.
     """
     from cablestudy.study.loop_in_time import time_case, time_table
     from cablestudy.study.loop_report import response_table
 
     if time_options:
-        solved = time_case(scene.document, scene.model, in_wind.closed_loop, time_options, **named)
-        lines, draw = (*answer.warnings, *solved.notes), lambda plots: plots.loop_in_time(solved)
-        return replace(answer, tables=only(time_table(solved)), warnings=lines, draw=draw)
+        response = time_case(scene.document, scene.model, in_wind.closed_loop, time_options, **named)
+        warnings, draw = (*answer.warnings, *response.notes), lambda plots: plots.loop_in_time(response)
+        return replace(answer, tables=only(time_table(response)), warnings=warnings, draw=draw)
     closed_loop = in_wind.controlled
     answer = replace(answer, draw=lambda plots: plots.loop_margins(closed_loop, span))
     # an unstable loop too has a response over frequency
@@ -131,9 +141,17 @@ def with_loop(answer, scene, in_wind, span, time_options, **named):
 
 
 def ssm(scene, out: File | None = None, response: Frequencies | None = None, **options):
-    """State space of a scene: its kept modes, or its `response` at a range and number of frequencies; its file `out`.
+    """Answer of the command ssm: a state-space model of a scene, reduced to some of its modes.
 
-    Other options are those of `ssm.StateSpaceOptions`.
+    Parameters
+    ----------
+    scene : Scene
+    out : str, optional
+        File to write the model to.
+    response : str, optional
+        Range and number of frequencies: the table is then the frequency response of the model, else a list of modes.
+    **options
+        Those of `ssm.StateSpaceOptions`.
     """
     from cablestudy.study.notes import reference_without_loads
     from cablestudy.study.ssm import (
@@ -193,7 +211,18 @@ def compare_models(
     out: File | None = None,
     shown: bool = False,
 ):
-    """Error against time of every model, see `Scene.trade`; `out`: a folder for its tables; `shown`: for Markdown."""
+    """Answer of the command trade: errors and computing times of all models of a scene, from coarse to fine.
+
+    Parameters
+    ----------
+    scene : Scene
+    columns, repeats
+        See `Scene.trade`.
+    out : str, optional
+        Folder to write the tables to.
+    shown : bool
+        True if the table is shown as Markdown.
+    """
     from cablestudy.study import trade
     from cablestudy.study.table import TableFiles
 
@@ -222,13 +251,14 @@ def find(scene, goal: Goal, by: Text, between: Between | None = None, columns: C
 
 
 def find_value(document, goal, by, between=None, columns=None):
-    """`Answer` of the values of a key for which a column takes a value.
+    """Answer of the command find: the values of a key of a scene for which a result takes a wanted value.
 
     Parameters
     ----------
     document : Document
+        Of the scene, which may lack the key.
     goal, by, between, columns : str
-        See `Scene.find`.
+        Such as "sag = 2 m", "cable.preload", "100 N:10 kN" and "max_tension"; see `Scene.find`.
     """
     from cablestudy.study import find, find_limits
     from cablestudy.study.goal import LIMITS, read_find, read_goal
@@ -238,16 +268,16 @@ def find_value(document, goal, by, between=None, columns=None):
     shown_columns = find.shown_columns(search, document, columns)
     if goal.strip() == LIMITS:
         solutions, table, rows = find_limits.ranges(search, document, shown_columns)
-        several = ()
+        several_values = ()
     else:
         solutions = find.solve(search, document)
         table, rows = find.find_table(search, solutions, shown_columns)
-        several = (f"{len(solutions.values)} values of {by}",) if len(solutions.values) > 1 else ()
+        several_values = (f"{len(solutions.values)} values of {by}",) if len(solutions.values) > 1 else ()
     notes = kind_of(solutions.scenes[0]).notes_on_found(rows[0].case)
     warnings = dict.fromkeys((*solutions.notes, *(warning for row in rows for warning in row.warnings), *notes))
     return Answer(
         tables=only(table),
-        warnings=(*warnings, *several),
+        warnings=(*warnings, *several_values),
         failures=tuple(dict.fromkeys(row.cells["status"] for row in rows if row.failed)),
     )
 

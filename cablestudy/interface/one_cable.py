@@ -1,4 +1,4 @@
-"""Commands static, modes, windrms and loop of a scene of one cable: an `Answer` each."""
+"""Functions behind the commands static, modes, windrms and loop of a scene of one cable, which return an `Answer`."""
 
 from dataclasses import replace
 
@@ -26,7 +26,18 @@ def shape(scene, estimate: bool = False):
 
 
 def modes(scene, count: Modes | None = None, upto: Frequency | None = None, estimate: bool = False):
-    """The modes with fixed ends: `count` of them, or all up to a frequency."""
+    """Answer of the command modes: natural frequencies and types of the modes of the cable between fixed ends.
+
+    Parameters
+    ----------
+    scene : Scene
+    count : int, optional
+        Number of modes, from the lowest.
+    upto : float or str, optional
+        Frequency up to which all modes are given instead, in Hz or with a unit.
+    estimate : bool
+        True if errors are estimated too.
+    """
     from cablestudy.study import case_modes
     from cablestudy.study.case import Case
     from cablestudy.study.notes import fixed_gondola, long_cable, reference_without_loads
@@ -35,8 +46,8 @@ def modes(scene, count: Modes | None = None, upto: Frequency | None = None, esti
 
     limit = frequency_limit(count, upto)
     asked = count or DEFAULT_MODES
-    case, found, notes, warnings = case_modes.modes(Case(scene.model), asked, limit, estimate=estimate)
-    table = mode_table(case, found)
+    case, cable_modes, notes, warnings = case_modes.modes(Case(scene.model), asked, limit, estimate=estimate)
+    table = mode_table(case, cable_modes)
     return Answer(
         tables=only(with_lock_in(table, diameters_of_modes(table, scene.model.wind_diameter))),
         explain=lambda: (*notes, *tension_notes(scene.model, case.results)),
@@ -46,9 +57,9 @@ def modes(scene, count: Modes | None = None, upto: Frequency | None = None, esti
             *long_cable(case),
             *warnings,
             *galloping_notes(scene.model.load_case),
-            *fewer_modes(found, asked, limit),
+            *fewer_modes(cable_modes, asked, limit),
         ),
-        draw=lambda plots, share=None: plots.mode_shapes(case, found, share),
+        draw=lambda plots, share=None: plots.mode_shapes(case, cable_modes, share),
         case=case,
     )
 
@@ -69,18 +80,19 @@ def windrms(scene, on: WindOn | None = None, estimate: bool = False):
 
 
 def solve_loop(scene, span, time_options, table, estimate):
-    """Margins of the loop, or its response over frequency or in time: an `Answer`.
+    """Answer of the command loop: stability margins of the winch control loop, or response over frequency or in time.
 
     Parameters
     ----------
     scene : Scene
     span : (float, float, int) or None
-        From `ssm.read_span`, of its response over frequency.
+        Lowest and highest frequency [Hz] and number of frequencies of the response, from `ssm.read_span`.
     time_options : TimeOptions or None
-        Of its response in time.
+        Options of the response in time.
     table : str or None
-        Of a suspension, the only one that is asked for.
+        Of a suspension, name of the only table that is asked for.
     estimate : bool
+        True if errors are estimated too.
     """
     from cablestudy.scene.one_cable import NAMES, WIND_KEYS
     from cablestudy.study import loop_report

@@ -74,18 +74,22 @@ def list_of(value: Any) -> list[Any] | None:
 
 
 def plain(value: Any, path: tuple[str, ...] = ()) -> Any:
-    """Convert a value of Python to what a file can hold: mappings, lists, text, numbers, truth values and None.
+    """Convert a value that Python code gives, such as a numpy array or Path, to a value that a YAML file can hold.
 
     Parameters
     ----------
     value : object
     path : tuple of str
-        Where it stands in what was given.
+        Keys that lead to the value in the argument of which it is a part, for messages.
+
+    Returns
+    -------
+    dict, list, str, int, float, bool or None
 
     Raises
     ------
     NotPlainError
-        It holds anything else, or is nested too deeply.
+        The value is, or contains, anything else, or is nested too deeply.
     """
     value = unwrapped(value)
     if isinstance(value, os.PathLike):

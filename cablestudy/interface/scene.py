@@ -177,7 +177,17 @@ class Scene:
         return share_hint(self.document, self.model, failure)
 
     def compute_cases(self, what: str, **options: Any) -> Answer:
-        """Answer for every load case: one table, or one of each kind, whose rows begin with the name of the case.
+        """Answer of a command for all load cases of the scene together.
+
+        Parameters
+        ----------
+        what, **options
+            As for `compute`.
+
+        Returns
+        -------
+        Answer
+            Its tables have the rows of all cases, each with the name of its case in front.
 
         Raises
         ------
@@ -280,21 +290,21 @@ class Scene:
         length: Duration | None = None,
         output: Text | None = None,
     ) -> pandas.DataFrame:
-        """Response of the loop in time: pandas.DataFrame.
+        """Response of the winch control loop in time to a step or gust: pandas.DataFrame.
 
         Parameters
         ----------
         time : float or str
-            How long, and how many rows: 60, "60 s", "60 s:2001".
+            Duration, and number of rows: 60, "60 s", "60 s:2001".
         input : str, optional
             A step of the winch (the default) or of the reference, a 1-cosine gust, a step of the wind speed: "winch",
             "reference", "gust" or "wind"; of a suspension "winch.CABLE" and "reference.x".
         size : float or str, optional
-            Of the input, in SI or with a unit; by default 1 mm, or 3 standard deviations of the turbulence.
+            Size of the input, in SI or with a unit; by default 1 mm, or 3 standard deviations of the turbulence.
         length : float or str, optional
             Time of a gust, in s or with a unit; by default length scale over wind speed.
         output : str, optional
-            Of a suspension, what of its pose, for example "gondola.x".
+            Of a suspension, the coordinate of a body that is shown, for example "gondola.x".
         """
         timed = {"input": input, "size": size, "length": length, "output": output}
         return self.compute("loop", time=time, **timed).frame()

@@ -1,4 +1,4 @@
-"""A study, as the commands sweep, merge and show take it."""
+"""Study of many cases as a Python function, `sweep`, and as a class that the commands sweep, merge and show use."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def sweep(
     jobs: Processes | None = 1,
     out: File | None = None,
 ) -> pandas.DataFrame:
-    """Compute a study.
+    """Compute all cases of a study: a base scene in which keys are varied.
 
     Parameters
     ----------
@@ -116,16 +116,23 @@ class Study:
     def selection(
         self, columns: Sequence[str] = (), sensitivity: bool = False, **options: str | None
     ) -> Callable[[Table], tuple[Table, list[str]]] | None:
-        """Part of the table that is shown: Table -> Table and notes; None for all of it.
+        """Function that selects the rows to show of the table of a study, by the options of a command.
+
+        Columns that the options name and the study does not list are added to the study.
 
         Parameters
         ----------
         columns : sequence of str
-            Those that are to be shown. Here and in `options`, what the study does not list is added to it.
+            Columns that are shown.
         sensitivity : bool
-            Whether Sobol's indices are shown instead of the rows.
+            True if Sobol's sensitivity indices are shown instead of the rows.
         **options
             `where`, `sort`, `best`, `pareto`, as of the command.
+
+        Returns
+        -------
+        callable or None
+            Table -> (Table, notes); None where all rows are shown.
         """
         if sensitivity:
             from cablestudy.sweeps.sensitivity import Sensitivity
@@ -154,14 +161,14 @@ class Study:
         return TableFiles(folder, self.request.name)
 
     def run(self, folder: str = "results", keep: bool = False, shard: str | None = None, **options: Any) -> Run:
-        """The computation of the study, a context manager.
+        """Set up the computation of the study: `Run`, a context manager, whose method `compute` does the work.
 
         Parameters
         ----------
         folder : str
-            Of its files.
+            Folder of the files of the study.
         keep : bool
-            Whether rows are kept there as they are done.
+            True if rows are kept there as they are done.
         shard : str, optional
             "K/N": only every Nth case from the Kth.
         **options
@@ -196,15 +203,23 @@ class Study:
         return stored_table(self.request, self.files(folder), command_text(self.words, *folders))
 
     def save_figure(self, path: str, table: Table, indices: bool = False, columns: Sequence[str] = ()) -> list[str]:
-        """Write the picture of its table, or of its indices, as .png, .svg or .pdf; notes on what it leaves out.
+        """Write the picture of the table of the study to a file.
 
         Parameters
         ----------
         path : str
+            A .png, .svg or .pdf file.
         table : Table
+            Rows of the study, or sensitivity indices.
         indices : bool
+            True if the table has sensitivity indices.
         columns : sequence of str
-            Those that are drawn of the table; empty for what `plot:` states, else for the first ones.
+            Columns that are drawn; if empty, those that the key `plot` of the study states, else the first ones.
+
+        Returns
+        -------
+        list of str
+            Notes on columns that the picture leaves out.
         """
         from cablestudy.study import plots
 

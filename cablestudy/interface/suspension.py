@@ -1,4 +1,4 @@
-"""A scene of several cables, bodies and points: its class, and what the commands compute of it, an `Answer` each."""
+"""A scene of several cables, bodies and points: its class, and the functions behind its commands, an `Answer` each."""
 
 from __future__ import annotations
 
@@ -50,22 +50,33 @@ def modes(
     cable: Text | None = None,
     estimate: bool = False,
 ):
-    """Coupled modes, or those of one `cable` between fixed ends; `estimate` changes nothing: the errors are known."""
+    """Answer of the command modes: coupled modes of the suspension, or modes of one cable between fixed ends.
+
+    Parameters
+    ----------
+    scene : Suspension
+    count, upto
+        See `one_cable.modes`.
+    cable : str, optional
+        Name of the cable.
+    estimate : bool
+        Without effect: errors are always known.
+    """
     from cablestudy.study.suspension.report import mode_notes, mode_table
     from cablestudy.study.vibration import diameters_of_coupled_modes, galloping_notes, tension_notes, with_lock_in
 
     limit, case, size = frequency_limit(count, upto), scene.case, count or DEFAULT_MODES
     if cable is not None:
         return _modes_of_cable(case, cable, size, limit)
-    found = case.modes(size) if limit is None else case.modes_up_to(limit)
-    asked = range(len(found)) if limit is None else found.up_to(limit)
-    table, group = mode_table(case, found, asked), case.group
+    coupled_modes = case.modes(size) if limit is None else case.modes_up_to(limit)
+    asked = range(len(coupled_modes)) if limit is None else coupled_modes.up_to(limit)  # indices of those to show
+    table, group = mode_table(case, coupled_modes, asked), case.group
     return _of_case(
         case,
-        warnings=(*galloping_notes(case.scene.load_case), *fewer_modes(found, size, limit)),
-        notes=lambda: (*mode_notes(case, found, len(asked)), *tension_notes(case.scene, group.cables)),
+        warnings=(*galloping_notes(case.scene.load_case), *fewer_modes(coupled_modes, size, limit)),
+        notes=lambda: (*mode_notes(case, coupled_modes, len(asked)), *tension_notes(case.scene, group.cables)),
         tables=only(with_lock_in(table, diameters_of_coupled_modes(table, case.scene))),
-        draw=lambda plots, share=None: plots.coupled_mode_shapes(case, found, len(asked), share),
+        draw=lambda plots, share=None: plots.coupled_mode_shapes(case, coupled_modes, len(asked), share),
     )
 
 

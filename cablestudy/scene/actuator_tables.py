@@ -92,7 +92,7 @@ Actuator = Annotated[
 
 
 def actuator_relations(scene):
-    """The mass and the inertia of each body are above those of its actuators.
+    """Check that each body has more mass and inertia than the actuators on it, which are a part of it.
 
     Parameters
     ----------
@@ -101,8 +101,9 @@ def actuator_relations(scene):
 
     Yields
     ------
-    tuple
-        Path, whether the relation holds, message: as in a list of `KeyTable.relations`.
+    tuple of (tuple, bool, callable)
+        Path of the actuator or body, True if the relation holds there, and a function that returns the message where it
+        does not: as in a list of `KeyTable.relations`.
     """
     bare_bodies = {name: _BodyWithoutActuators(body) for name, body in scene.bodies.items()}
     for name, actuator in scene.actuators.items():

@@ -32,20 +32,20 @@ def _mapping(value):
 
 
 def connection_mistakes(points, bodies, ends, winches, actuators, links):
-    """Mistakes: names that are not allowed, ends that refer to nothing, winches of unknown cables.
+    """Find the mistakes in the connections of a suspension: wrong names, ends at nothing, winches of unknown cables.
 
     Parameters
     ----------
     points : collection of str
-        Their names.
+        Names of the points.
     bodies : dict
-        Name -> its attachments, a mapping.
+        Name of a body -> mapping with the names of its attachments as keys.
     ends : dict
-        Name of a cable -> its two ends; only those that are text are looked at.
+        Name of a cable -> its two ends; only ends that are text are checked.
     winches : collection of str
-        Names of cables.
+        Names of the cables that have a winch.
     actuators : collection of str
-        Their names.
+        Names of the actuators.
     links : dict
         Name of a link -> its two ends, as of cables.
 
@@ -98,9 +98,10 @@ def _end_mistakes(kind, name, pair, points, bodies, suggest):
 
 
 def _wrong_end(kind, end, points, bodies, suggest):
-    """Message on an end that is text; empty where it is right.
+    """Message on one end of a cable or link that refers to no point or attachment; empty where it is right.
 
-    `kind` is cable or link; `suggest` says whether a similar name is searched for, which takes long in large files.
+    The end is as written, a point or BODY.ATTACHMENT; `kind` is cable or link; with `suggest` the message suggests a
+    similar name, which takes long in large files.
     """
     if end in points:
         return ""
@@ -135,7 +136,7 @@ def attachment_of(points, bodies, end):
 
 
 def unheld(movable, partly_held, owners):
-    """Bodies and free points that no chain of cables connects with the ground or a body that is held.
+    """Find bodies and free points that would fall: no chain of cables connects them with the ground or a held body.
 
     Parameters
     ----------
@@ -144,12 +145,13 @@ def unheld(movable, partly_held, owners):
     partly_held : collection of str
         Those of them of which some motion is held.
     owners : list of (str or None, str or None)
-        What holds the two ends of each cable, and of each link that carries in the reference state; None: the ground.
+        Body or point at each of the two ends of each cable, and of each link that carries in the reference state; None
+        is the ground.
 
     Returns
     -------
     list of (str, str)
-        Name and message.
+        Name of the body or point, and message.
     """
     neighbours = {name: set() for name in (None, *movable)}
     for pair in owners:
@@ -157,7 +159,7 @@ def unheld(movable, partly_held, owners):
             neighbours.setdefault(owner, set()).add(other)
     held = {None, *partly_held, *(neighbours.keys() - set(movable))}
     to_visit = list(held)
-    while to_visit:  # spread along cables what is held
+    while to_visit:  # what a cable connects with something that is held is held too
         newly_held = neighbours[to_visit.pop()] - held
         held |= newly_held
         to_visit += newly_held

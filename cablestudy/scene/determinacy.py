@@ -1,4 +1,7 @@
-"""Check that cables state as much as the statics of their suspension need: equations and unknowns are counted."""
+"""Check that the equilibrium of a suspension is determined: as many unknowns as equations, by what its cables state.
+
+A cable may state its unstretched length or what fixes it (preload, sag, tension); a length not stated is an unknown.
+"""
 
 from cablestudy.scene.words import counted, first_of
 
@@ -8,10 +11,10 @@ LISTED = 8  # names in a message
 
 
 def determinacy_mistakes(scene):
-    """Mistakes where cables state more or less than the statics of their suspension need.
+    """Find mistakes in the number of cables that state their length, compared with the equations of equilibrium.
 
-    `solve_for: pose` needs a length of each cable; `lengths` needs at least as many unknowns, lengths and rotations, as
-    there are equations of equilibrium.
+    With `solve_for: pose` each cable must state its length; with `solve_for: lengths` there must be at least as many
+    unknowns (lengths that are not stated, and rotations) as equations of equilibrium.
 
     Parameters
     ----------
@@ -27,7 +30,7 @@ def determinacy_mistakes(scene):
         return _mistakes_for_pose(scene, without_length)
     if not without_length:
         return [(("solve_for",), "lengths: every cable states one already, so that nothing is left to find")]
-    reference = scene.tensions.reference if scene.tensions else None
+    reference = scene.tensions.reference if scene.tensions else None  # if a mapping: a tension of each such cable
     without_tension = [name for name in without_length if name not in reference] if isinstance(reference, dict) else []
     if without_tension:
         message = f"missing key: one for each cable that states nothing: {first_of(without_tension, LISTED)}"

@@ -64,15 +64,16 @@ class Document:
         return list(dict.fromkeys([self.name, *(place.name for pair in self._places.values() for place in pair)]))
 
     def with_sets(self, items, varied=False):
-        """Document with one more layer on top; what the layer does not touch is shared.
+        """Copy of the document in which some keys have other values, as by `--set` or in one case of a study.
 
         Parameters
         ----------
         items : list of (str, object, str or Place or callable)
-            Dotted key, value (None removes the key; a mapping replaces the key whole) and the place to name when it is
-            wrong; a callable is called for the place only then, with `of_key`: whether the key itself is wrong.
+            Dotted key, new value (None removes the key; a mapping replaces the key whole), and the place that messages
+            name when key or value is wrong. A callable is called for that place only then, with the keyword `of_key`,
+            True if the key itself is wrong.
         varied : bool
-            Whether names of a suspension may be removed that it does not have, since other cases have them.
+            True if a name (of a cable, body, ...) may be removed that the suspension lacks, since other cases have it.
 
         Raises
         ------
@@ -80,7 +81,7 @@ class Document:
             Every key that cannot be set.
         """
         contents, overrides, mistakes = self.value, [], []
-        for key, new_value, _ in items:
+        for key, new_value, _ in items:  # before any is set: two of them that exclude each other are both kept
             contents = remove_alternatives(contents, key) if new_value is not None else contents
         for key, new_value, where in items:
             try:
@@ -204,25 +205,25 @@ def read_document(path):
 
 
 def resolve_base(document, chain=()):
-    """Merge a document upon its own `base:` files, to any depth; a file that `materials:` names is read in its place.
+    """Read the files that a document names, `base:` (to any depth) and `materials:`, and merge the document upon them.
 
     Parameters
     ----------
     document : Document
-        Of standard input: its base is relative to the working directory.
+        As read; file names in it are relative to it, or to the working directory if it is from standard input.
     chain : tuple of str
         Files from the one that the user named down to this one, each the base of the one before it; empty if it is the
         first.
-
-    Raises
-    ------
-    SceneError
-        A file of the chain cannot be read, or the chain is a circle.
 
     Returns
     -------
     Document
         Without keys that are null; `empty` lists those that had nothing to remove from a base.
+
+    Raises
+    ------
+    SceneError
+        A file of the chain cannot be read, or the chain is a circle.
     """
     contents = {key: value for key, value in document.value.items() if key != "base"}
     places = document._places
@@ -306,7 +307,7 @@ def _read_bytes(open_file, place, key="", prefix=""):
 
 
 def _parse(data, name):
-    """The Document of the bytes of a YAML file; SceneError where they are no YAML mapping."""
+    """Parse the bytes of a YAML file as a `Document`, its `base:` unread; SceneError where they are no YAML mapping."""
     if len(data) > MAX_BYTES:
         raise refuse(Place(name), f"larger than {MAX_BYTES // 1_000_000} MB")
     try:
@@ -329,12 +330,14 @@ def _parse(data, name):
 
 
 def read_option(option, text, usage, read):
-    """Read the argument `key=value` of an option.
+    """Read the argument `key=value` of a command-line option such as `--set`.
 
     Parameters
     ----------
-    option, text, usage : str
-        Its name, what the user wrote, and the message when that has no `=`.
+    option, text : str
+        Name of the option, and its argument as the user wrote it.
+    usage : str
+        Message for an argument without `=`.
     read : callable
         Text behind the `=` -> value; raises ValueError or SceneError.
 
@@ -376,7 +379,20 @@ def _read_value(written):
 
 
 def apply_sets(document, texts, case=None):
-    """Put all `--set` options (`key=value` each) upon a document, as one layer, and the name of `--case`.
+    """Change a document by the options `--set` and `--case` of a command.
+
+    Parameters
+    ----------
+    document : Document
+        With its base files merged.
+    texts : sequence of str
+        Arguments of `--set`, `key=value` each.
+    case : str, optional
+        Argument of `--case`, the name of a load case.
+
+    Returns
+    -------
+    Document
 
     Raises
     ------

@@ -1,4 +1,7 @@
-"""Variations of a study, as entries whose steps multiply: of `vary`, of `sample`, of the options `--vary`."""
+"""Variations of a study, from `vary`, `sample` and the options `--vary`: entries, whose combinations are the cases.
+
+An entry is one key with its values, or several keys that take their values together, step by step.
+"""
 
 import math
 from dataclasses import dataclass, field
@@ -74,12 +77,14 @@ class Entry:
 
 
 def entries_of(table, source, cases):
-    """The entries of a study file, the sample last, and what is wrong with them.
+    """Read the variations of a study file, `vary` and then `sample`, as entries; collect the mistakes in them.
 
     Parameters
     ----------
     table : StudyTable
+        The study file as typed model.
     source : Document
+        The study file as read, for the places of values.
     cases : callable
         Returns the names of the load cases of the scene, which `case: all` stands for.
 
@@ -94,8 +99,8 @@ def entries_of(table, source, cases):
     if table.sample:
         groups.append((("sample", "over"), table.sample.over, partial(_sampled, table.sample)))
     for path, mapping, read_values in groups:
-        columns, alternatives, wrong = _columns_of(mapping, path, read_values, source, varied)
-        mistakes += wrong
+        columns, alternatives, mistakes_of_entry = _columns_of(mapping, path, read_values, source, varied)
+        mistakes += mistakes_of_entry
         try:
             entries += [Entry(columns, alternatives)] if columns or not mapping else []
         except ValueError as error:
@@ -107,10 +112,27 @@ def entries_of(table, source, cases):
 
 
 def _columns_of(mapping, path, read_values, source, varied):
-    """The fields of one `Entry` from its mapping at a path of a study: columns, alternatives; and a list of mistakes.
+    """Read one entry of a study, which becomes an `Entry`: its varied keys, their values, and the mistakes in them.
 
-    `mapping` has what is written for the values of each key, `read_values` is a function of both -> the values;
-    `varied` is the set of keys that vary in entries before it, to which those of this one are added.
+    Parameters
+    ----------
+    mapping : dict
+        The entry as written: varied key -> its values.
+    path : tuple
+        Where it is in the study file.
+    read_values : callable
+        Key and what is written for it -> list of values; raises ValueError.
+    source : Document
+        The study file.
+    varied : set of str
+        Keys that vary in entries before this one; the keys of this one are added.
+
+    Returns
+    -------
+    columns, alternatives
+        Fields of `Entry`.
+    mistakes : list of (tuple, str)
+        Path and message of each mistake.
     """
     columns, alternatives, mistakes = [], {}, []
     for key, written in mapping.items():
@@ -118,10 +140,10 @@ def _columns_of(mapping, path, read_values, source, varied):
             _check_unvaried(key, varied)
             varied.add(key)
             if key == ALTERNATIVE and path[0] == "vary":
-                alternatives, wrong = _alternatives(source, (*path, key), written, varied)
+                alternatives, wrong_alternatives = _alternatives(source, (*path, key), written, varied)
                 varied |= {other for settings in alternatives.values() for other, _, _ in settings}
-                if wrong:
-                    mistakes += wrong
+                if wrong_alternatives:
+                    mistakes += wrong_alternatives
                     continue
                 written = list(alternatives)
             columns.append((key, read_values(key, written), partial(_value_place, source, (*path, key))))
@@ -147,9 +169,30 @@ def _one_begins_other(path, other):
 
 
 def _alternatives(source, path, written, varied):
-    """The `Entry.alternatives` of a mapping at a path, and path and message of mistakes.
+    """Read the alternatives of an entry: named groups of changes of the scene, one of which is made in each case.
 
-    `varied` are the keys that vary otherwise; ValueError where it is no mapping of names.
+    Parameters
+    ----------
+    source : Document
+        The study file.
+    path : tuple
+        Where the alternatives are in it.
+    written : object
+        Should be a mapping: name -> {key: value, ...}.
+    varied : set of str
+        Keys that vary otherwise, which no alternative may change.
+
+    Returns
+    -------
+    alternatives : dict
+        See `Entry`.
+    mistakes : list of (tuple, str)
+        Path and message of each mistake.
+
+    Raises
+    ------
+    ValueError
+        `written` is no mapping, or an empty one.
     """
     if not isinstance(written, dict):
         raise ValueError(f"expected name: {{key: value, ...}} for each alternative, got {show(written)}")
@@ -205,7 +248,21 @@ def _sampled(sample, key, written):
 
 
 def entries_of_options(texts, entries, cases):
-    """The entries of the options `--vary`, given as text, beside those of the study; `cases` as of `entries_of`.
+    """Read the options `--vary` of a command as further entries of a study.
+
+    Parameters
+    ----------
+    texts : sequence of str
+        Arguments of `--vary`, for example "cable.sag=1 m:3 m:5".
+    entries : tuple of Entry
+        Of the study file; their keys cannot be varied again.
+    cases : callable
+        As for `entries_of`.
+
+    Returns
+    -------
+    tuple of Entry
+        Of the options alone.
 
     Raises
     ------

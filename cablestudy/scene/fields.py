@@ -98,7 +98,7 @@ class Quantity(_Type):
     words: tuple[str, ...] = ()
 
     def read(self, value):
-        """Value -> float [unit], or one of `words`."""
+        """Convert a value of a file to a float in `unit`, or keep one of `words`; refuse it outside of the limits."""
         if self.words and isinstance(value, str) and value in self.words:
             return value
         try:
@@ -230,16 +230,22 @@ def table_at(tables, path):
 
 
 def group_mistakes(table, given, optional=False):
-    """Keys of a table that exclude each other, or of which one is missing, as (path inside the table, message) pairs.
+    """Find keys of a table that exclude each other, such as `at` and `fraction` of a load, and keys that are missing.
 
     Parameters
     ----------
     table : str
-        Dotted key; without `layers.ALTERNATIVES` nothing is wrong.
+        Dotted key of the table in `layers.ALTERNATIVES`: rows of groups of keys, of each row one group may be given. A
+        table that is not there has no mistakes.
     given : collection of str
         The keys that are there.
     optional : bool
-        Whether a row of alternatives may be left out.
+        True if no group of a row need be given.
+
+    Returns
+    -------
+    list of (tuple, str)
+        Path inside the table, and message.
     """
     mistakes, given = [], set(given)
     for groups in ALTERNATIVES.get(table, ()):
@@ -250,7 +256,7 @@ def group_mistakes(table, given, optional=False):
             mistakes += [((key,), message) for key in used_keys if key not in used_groups[0]]
         elif used_groups and used_groups[0][0] not in given:
             mistakes.append(((), f"missing key: {used_groups[0][0]} ({used_keys[0]} goes with it)"))
-        elif not (used_groups or optional or groups in OF_SECTION + OF_CABLE):
+        elif not (used_groups or optional or groups in OF_SECTION + OF_CABLE):  # those a material may give
             mistakes.append(((), f"missing key: one of {_first_keys(groups)}"))
     return mistakes
 

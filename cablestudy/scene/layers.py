@@ -150,7 +150,9 @@ def nulls(value, path=()):
 
 
 def assign(container, path, value, parent=()):
-    """Copy of a dict or list with one value set; what is not on the path is shared, and missing mappings are made.
+    """Copy of nested dicts and lists in which the value at one path is set; missing dicts on the path are made.
+
+    All that is not on the path is shared with the original.
 
     Parameters
     ----------
@@ -194,12 +196,12 @@ def _index(items, key, name):
 
 
 def unknown_name(lower, upper, path):
-    """Find a name of a cable, case, body, ... on a path that the lower layer does not have: probably a misprint.
+    """Find a name of a cable, case, body, ... in a path that was set though it did not exist: probably a misprint.
 
     Parameters
     ----------
     lower, upper : dict
-        Plain values before and after a layer has set the key at the path.
+        Plain values of the scene before and after the key at the path was set.
     path : tuple of str
         For example ("cables", "north", "sag").
 
@@ -207,7 +209,7 @@ def unknown_name(lower, upper, path):
     -------
     tuple of (str, str, list of str) or None
         What the name should stand for, the name, and the names that there are: ("cable", "north", ["left", "right"]).
-        None where all names are known, or the layer adds a new table with the keys that it needs.
+        None where all names are known, or a new table was added with the keys that it needs.
     """
     for table, (kind, keys) in NAMED.items():
         depth = len(table)

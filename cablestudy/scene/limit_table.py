@@ -24,7 +24,7 @@ class Comparison(NamedTuple):
 
 @lru_cache(maxsize=4096)
 def comparison(text):
-    """The `Comparison` of a limit, its column first.
+    """Parse a limit such as "clearance >= 6 m", or "6 m <= clearance", as a `Comparison` with the column first.
 
     Raises
     ------
@@ -33,6 +33,7 @@ def comparison(text):
     """
 
     def refuse(column, message):
+        """Raise the error for text that is no token."""
         raise wrong(f"{message.partition(' (')[0]} at character {column}: {EXPECTED}")
 
     tokens = tokens_of(text, refuse)[:-1]

@@ -158,24 +158,30 @@ class CommonLoadCase(KeyTable):
         return diameter + 2 * ice.thickness
 
     def needs_of(self, cable, path, name):
-        """Relations that a cable has the diameter and expansion that this case needs: a list, see `KeyTable.relations`.
+        """Check that a cable has the diameter and the thermal expansion that this load case needs.
 
         Parameters
         ----------
         cable : CableProperties
         path : tuple
-            Of the cable in the scene.
+            Path of the cable in the scene.
         name : str
-            Of this case.
+            Name of this load case.
+
+        Returns
+        -------
+        list of (tuple, bool, callable)
+            Path, True if the cable has the key, and the message if not: a list as of `KeyTable.relations`.
         """
         needs_diameter = self.wind is not None or (self.ice is not None and self.ice.thickness is not None)
         has_diameter = cable.section_diameter is not None
         has_expansion = cable.expansion is not None or cable.stress_strain is not None
         message = "missing key: {} (case {} has {})".format
-        around = partial(message, "diameter", name, "wind or ice around the cable")
+        no_diameter = partial(message, "diameter", name, "wind or ice around the cable")
+        no_expansion = partial(message, "expansion", name, "a temperature")
         return [
-            (path, not needs_diameter or has_diameter, around),
-            (path, self.temperature is None or has_expansion, partial(message, "expansion", name, "a temperature")),
+            (path, not needs_diameter or has_diameter, no_diameter),
+            (path, self.temperature is None or has_expansion, no_expansion),
         ]
 
 

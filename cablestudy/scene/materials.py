@@ -168,14 +168,15 @@ class Material(Properties):
         yield self.size_relations()
 
     def properties_besides(self, given):
-        """Properties that a cable of this material has beside the keys that it gives itself.
+        """Properties that a cable takes from this material, since its own table does not give them.
 
         Parameters
         ----------
         given : set of str
-            The keys of the cable. If it has a size of its own, stiffness, mass and breaking force of the material are
-            taken per area where these are known, and its area and diameter are not. A `fill_factor` serves where area
-            or diameter is missing. With a `state` of a conductor its curves take the place of the stiffness.
+            Keys in the table of the cable. If it gives a size, stiffness, mass and breaking force of the material are
+            taken per area where these are known, and the area and diameter of the material are not taken. A
+            `fill_factor` serves where area or diameter is missing. If the cable is a conductor with a `state`, the
+            stress-strain curves of the material take the place of the stiffness.
 
         Returns
         -------

@@ -79,7 +79,20 @@ _EXPECTED = {
 
 
 def _paths_and_messages(detail, tables):
-    """One error of pydantic as (path, message) pairs; `detail` is an item of `ValidationError.errors()`."""
+    """Translate one error of pydantic into messages for the user.
+
+    Parameters
+    ----------
+    detail : dict
+        Item of `ValidationError.errors()`.
+    tables : list of (tuple, type)
+        From `fields.tables_of`.
+
+    Returns
+    -------
+    list of (tuple, str)
+        Path and message.
+    """
     path, kind, context, value = detail["loc"], detail["type"], detail.get("ctx", {}), detail["input"]
     if path[-1:] == ("[key]",):  # a name that the user chose, for example of a cable
         path, value = path[:-1], path[-2]

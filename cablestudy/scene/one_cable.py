@@ -16,14 +16,14 @@ WIND_KEYS = ("gondola.area", "gondola.drag_coefficient", "wind")  # without whic
 
 
 def as_suspension(scene, damping=0.0):
-    """The suspension of a scene of one cable.
+    """Describe a scene of one cable as a suspension, so that one program computes modes, loop and wind of both kinds.
 
     Parameters
     ----------
     scene : CableScene
         Already checked, so that nothing is checked again.
     damping : float
-        Viscous damping of the cable by the air, per length. [N s/m^2]
+        Viscous damping by the air, per length, that is added to the damping of the cable. [N s/m^2]
 
     Returns
     -------

@@ -1,11 +1,13 @@
-"""References of control, actuators, correction and wind of a suspension: to what exists, and what they need of it."""
+"""Check the names by which control, actuators, correction, wind and load cases of a suspension refer to its parts."""
 
 from cablestudy.scene.fields import suggestion
 from cablestudy.scene.units import show
 
 
 def reference_mistakes(scene):
-    """Bodies, winches, motions and markers that do not exist or are held.
+    """Find references of control, actuators, correction and wind to bodies, winches or markers that do not exist.
+
+    A measured motion that is held, and a wind without any body to act on, are mistakes too.
 
     Parameters
     ----------
@@ -80,7 +82,9 @@ def _marker_names(bodies):
 
 
 def case_mistakes(scene):
-    """Forces, moves, ice and wind of load cases on what does not exist, move, stand or carry them; lost cables.
+    """Find mistakes in the load cases of a suspension: what their loads act on, and which cables they lose.
+
+    A force must act on something free, a move on something held, ice and wind on cables and bodies that exist.
 
     Parameters
     ----------
@@ -103,9 +107,15 @@ def case_mistakes(scene):
 
 
 def _list_mistakes(scene, case):
-    """Yield path in a load case and message of wrong names in its lists of cables and bodies."""
+    """Check the lists of names in a load case: the cables that are lost, and those that ice and wind act on.
+
+    Yields
+    ------
+    tuple of (tuple, str)
+        Path in the load case, and message.
+    """
     cables, wind_of_bodies = scene.cables, {name: body.wind for name, body in scene.bodies.items()}
-    known = {"lost": cables, "ice": cables, "wind": {**cables, **wind_of_bodies}}
+    known = {"lost": cables, "ice": cables, "wind": {**cables, **wind_of_bodies}}  # names that each list may have
     for key, names in {"lost": case.lost, **case.listed}.items():
         for index, name in enumerate(names):
             path = (key, index) if key == "lost" else (key, "on", index)

@@ -186,7 +186,17 @@ def is_study(document):
 
 
 def read_scene(document):
-    """Scene, or SuspensionScene, of a Document with its base files merged.
+    """Check a document, and convert it to the typed model of its kind of scene.
+
+    Parameters
+    ----------
+    document : Document
+        With its base files merged.
+
+    Returns
+    -------
+    CableScene or SuspensionScene
+        Values in SI.
 
     Raises
     ------
@@ -218,21 +228,23 @@ def _explain(path, message):
 
 
 def load_scene(path, sets=(), case=None):
-    """Read a scene file with its base files and `--set` options.
+    """Read a scene file with its base files, change it by the options of a command, and check it.
 
     Parameters
     ----------
     path : str or path-like
         `-` is standard input.
     sets : sequence of str
-        `key=value` each.
+        Arguments of `--set`, `key=value` each.
     case : str, optional
         One of its load cases.
 
     Returns
     -------
-    tuple of (Document, Scene or SuspensionScene)
-        What was written, with places; the same in SI.
+    document : Document
+        Values as written, with their places.
+    scene : CableScene or SuspensionScene
+        Values in SI.
 
     Raises
     ------

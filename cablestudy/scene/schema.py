@@ -72,15 +72,16 @@ def _allow_parts(model, table):
 
 
 def study_schema():
-    """JSON Schema (draft 2020-12) of a study file.
+    """JSON Schema (draft 2020-12) of a study file, by which editors check and complete it.
 
     Returns
     -------
     dict
+        Schema that pydantic makes of `StudyTable`, and what only the reader knows: values and ranges of varied keys.
     """
     schema = StudyTable.model_json_schema(schema_generator=_PlainSchema)
     definitions = schema.pop("$defs")
-    dotted = {"pattern": r"^[^.\s]+(\.[^.\s]+)*$"}
+    dotted = {"pattern": r"^[^.\s]+(\.[^.\s]+)*$"}  # a key such as cable.area
     definitions["Values"] = {
         "anyOf": [{"type": "array", "minItems": 1}, {"$ref": "#/$defs/Range"}],
         "description": "List of values, or a range",
@@ -109,7 +110,7 @@ def study_schema():
         },
     }
     properties["columns"]["uniqueItems"] = True
-    list_of_names = definitions["Plot"]["properties"]["y"]
+    list_of_names = definitions["Plot"]["properties"]["y"]  # one name may stand in its place
     description = {"description": list_of_names.pop("description")}
     one_name = {"type": "string", "minLength": 1}
     definitions["Plot"]["properties"]["y"] = {**description, "anyOf": [one_name, list_of_names]}

@@ -98,7 +98,7 @@ def resolve(text, tags=_TYPES):
 
 
 def compose(text, name):
-    """Read one YAML document.
+    """Parse the text of one YAML document into plain values, with the line and column of each.
 
     Parameters
     ----------

@@ -294,7 +294,10 @@ def read_study(path, sets=(), vary=()):
 
 
 def study_of(source, sets=(), vary=()):
-    """Study of a document whose `base:` is still unread; see `read_study`."""
+    """Make the `StudyFile` of a study as read, a `Document` whose `base:` is unread: check it, and read its base scene.
+
+    Other parameters and errors are those of `read_study`.
+    """
     _refuse_scene(source)
     try:
         known = StudyTable.model_fields  # unknown keys stay, so that they are refused; known ones may be null
@@ -306,6 +309,7 @@ def study_of(source, sets=(), vary=()):
 
     @cache
     def base():
+        """The base scene, changed by `set:` of the study and by the options; read when it is first needed."""
         items = [(key, value, partial(source.place, ("set", key))) for key, value in table.set.items()]
         return apply_sets(read_base(source).with_sets(items), sets)
 

@@ -313,7 +313,7 @@ def is_suspension(document):
 
 
 def read_suspension(document):
-    """Scene of a document that describes several cables.
+    """Check a document that describes several cables, and convert it to a `SuspensionScene` in SI.
 
     Parameters
     ----------
@@ -338,9 +338,9 @@ def read_suspension(document):
         context = {"materials": document.value.get("materials")}
         scene = SuspensionScene.model_validate(document.value, context=context)
     except ValidationError as error:
-        found = findings(error, _with_shared(document.value), tables)
-        found += connection_mistakes(*written_connections(document.value))
-        explained = dict.fromkeys((path, _explain(path, message)) for path, message in found)
+        paths_and_messages = findings(error, _with_shared(document.value), tables)
+        paths_and_messages += connection_mistakes(*written_connections(document.value))  # which pydantic did not reach
+        explained = dict.fromkeys((path, _explain(path, message)) for path, message in paths_and_messages)
         raise located([*mistakes, *_move_to_shared(explained, document.value)], document) from None
     if mistakes:
         raise located(mistakes, document)

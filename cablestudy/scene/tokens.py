@@ -27,20 +27,25 @@ class Token(NamedTuple):
 
 
 def tokens_of(text, refuse):
-    """List of the tokens of a condition, the last one of the kind `end`.
+    """Split the text of a condition, such as "sag > 2 m and clearance >= 6 m", into tokens.
 
     Parameters
     ----------
     text : str
     refuse : callable
-        Column, message: raises the error of what is no token.
+        Called with a column and a message where the text is no token; must raise an error.
+
+    Returns
+    -------
+    list of Token
+        The last one is of the kind `end`.
     """
     tokens, position, end = [], 0, len(text.rstrip())
     while position < end:
         match = _TOKEN.match(text, position)
         if match is None:
-            wrong = end - len(text[position:end].lstrip())  # position of the first character that is no blank
-            refuse(wrong + 1, f"unexpected {text[wrong]!r}")
+            wrong_index = end - len(text[position:end].lstrip())  # of the first character that is no blank
+            refuse(wrong_index + 1, f"unexpected {text[wrong_index]!r}")
         kind = match.lastgroup
         token = Token(kind, match[kind].strip(), match.start(kind) + 1)
         if token.text in INSTEAD:

@@ -189,9 +189,13 @@ class _NotAQuantityError(ValueError):
 
 
 def split(text):
-    """Number and unit of a text such as "1.85 mm" or "5/8 inch"; the unit may be empty.
+    """Split a text such as "1.85 mm" or "5/8 inch" into a number and the name of a unit, which may be empty.
 
-    The number is a Decimal: exactly as written, a fraction to 28 digits.
+    Returns
+    -------
+    number : Decimal
+        Exactly as written; a fraction to 28 digits.
+    name : str
 
     Raises
     ------
@@ -304,9 +308,13 @@ def _registry():
 
 @lru_cache(maxsize=4096)
 def _root(name):
-    """Factor (Decimal) and base units, as text, of a unit by pint.
+    """Express a unit in the base units of pint: "mm" is 0.001 "meter".
 
-    Base units are compared and not dimensions, since those would take rad/s for Hz.
+    Returns
+    -------
+    factor : Decimal
+    base_units : str
+        Two units fit each other if these are equal. Dimensions are not compared, since those of rad/s and Hz are equal.
     """
     if name == "":
         return Decimal(1), ""

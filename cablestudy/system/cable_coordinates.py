@@ -1,6 +1,6 @@
-"""Coordinates of the cables of a suspension: their lowest modes with fixed ends, and vectors that stand for the others.
+"""Coordinates of the cables of a suspension: their lowest modes with fixed ends, and residual vectors for the others.
 
-The modes left out are replaced by their response to the inertia forces of the static shapes,
+The residual vectors replace the modes left out by their response to the inertia forces of the static shapes,
 
     V = K^-1 M U,
 
@@ -44,32 +44,33 @@ class Kept:
 
 @dataclass(frozen=True)
 class MeshGroup:
-    """Cables on one mesh.
+    """Group of g cables that have the same mesh, so that arrays of them can be computed together.
 
     Attributes
     ----------
     cable_indices : ndarray of int, shape (g,)
-        Of these among all cables.
+        Index of each cable of the group among all cables.
     ends : Ends
+        Their modes with fixed ends, and matrices of their ends.
     """
 
     cable_indices: np.ndarray
     ends: Ends
 
     def rows(self, chosen):
-        """Find those of these cables that are among some chosen ones.
+        """Find the cables of this group that are in a list of chosen cables.
 
         Parameters
         ----------
         chosen : ndarray of int
-            Indices of cables, ascending.
+            Indices of cables among all cables, ascending.
 
         Returns
         -------
         rows : slice or ndarray of int
-            Of the cables in this group.
+            Indices of the cables found in the arrays of this group.
         positions : ndarray of int
-            Of the cables in `chosen`.
+            Indices of the cables found in `chosen`.
         """
         positions = np.searchsorted(chosen, self.cable_indices)
         rows = np.flatnonzero(chosen.take(positions, mode="clip") == self.cable_indices)
@@ -103,14 +104,14 @@ class MeshGroup:
         return list(zip(positions, displacements, strict=True))
 
     def coordinates(self, kept, vectors):
-        """Some modes of these cables, and residual vectors for the others, as coordinates: `GroupCoordinates`.
+        """Make `GroupCoordinates` of the cables of the group: kept modes, and residual vectors for those left out.
 
         Parameters
         ----------
         kept : ndarray of bool, shape (g, n)
             True for modes that are coordinates.
         vectors : ndarray of bool, shape (g,)
-            True for cables of which vectors stand for the other modes.
+            True for cables that get residual vectors.
         """
         omega, coupling = self.ends.omega, self.ends.coupling
         shapes = residual_vectors(omega, coupling, ~kept & vectors[:, None])
@@ -128,7 +129,9 @@ class MeshGroup:
 
 @dataclass(frozen=True)
 class GroupCoordinates:
-    """Coordinates of the cables of a group: of its n modes with fixed ends the lowest, and residual vectors.
+    """Coordinates of the g cables of a group: some of their n modes with fixed ends, and residual vectors.
+
+    Modes that are no coordinates stay in the arrays, with `used` False.
 
     Attributes
     ----------
@@ -155,26 +158,32 @@ class GroupCoordinates:
         return self.vectors.shape[-2]
 
     def omitted(self, square, ends):
-        """Mass that the coordinates leave out, shape (g, r); see `Models.omitted`.
+        """Dynamic mass that modes left out would add: the relative error of squared frequencies, see `Models.omitted`.
 
         Parameters
         ----------
         square : ndarray, shape (g, r)
-            w^2: squared frequencies. [rad^2/s^2]
+            w^2: squared frequencies of r modes of the suspension. [rad^2/s^2]
         ends : ndarray, shape (g, 6, r)
-            u: displacements of the ends.
+            u: displacements of the ends of each cable in these modes, mass-normalised. [1/sqrt(kg)]
+
+        Returns
+        -------
+        ndarray, shape (g, r)
+            Of each cable, over the modal mass. [-]
 
         Notes
         -----
-        Sum of |m u|^2 w^2/(W^2 - w^2) over the modes left out, less that of the residual vectors, which stand for a
+        Sum of |m u|^2 w^2/(W^2 - w^2) over the modes left out, less the sum over the residual vectors, which supply a
         part of it.
         """
-        sign = np.where(np.arange(self.used.shape[-1]) < self.modes, 1.0, -1.0)
-        sign = np.where(self.used == (sign < 0), sign, 0.0)
+        is_mode = np.arange(self.used.shape[-1]) < self.modes
+        sign = np.where(is_mode, 1.0, -1.0)
+        sign = np.where(self.used == ~is_mode, sign, 0.0)  # modes that are not used, and residual vectors that are
         momentum = self.coupling @ ends
         ratio = square[:, None] / self.omega[..., None] ** 2
-        ratio = np.where(ratio < 1 - 1e-9, ratio / np.maximum(1 - ratio, 1e-9), 1e9)
-        return (sign[..., None] * momentum**2 * ratio).sum(axis=-2)
+        amplification = np.where(ratio < 1 - 1e-9, ratio / np.maximum(1 - ratio, 1e-9), 1e9)  # w^2/(W^2 - w^2)
+        return (sign[..., None] * momentum**2 * amplification).sum(axis=-2)
 
     def amplitudes(self, coordinates):
         """Amplitudes of all modes, shape (g, n, r), from those of the coordinates, cable by cable, shape (N, r)."""
@@ -268,30 +277,31 @@ class Coordinates:
 
 
 def residual_vectors(omega, coupling, omitted):
-    """Vectors that stand for the modes left out: their response to the inertia of the static shapes.
+    """Residual vectors V = K^-1 M U of cables, which replace the modes left out; see the module's docstring.
 
     Parameters
     ----------
     omega : ndarray, shape (g, n)
-        Of the modes with fixed ends. [rad/s]
+        Angular frequencies of the modes with fixed ends of g cables. [rad/s]
     coupling : ndarray, shape (g, n, 6)
-        See `Superelement`. [sqrt(kg)]
+        Momentum of each mode per velocity of the ends, see `Superelement`. [sqrt(kg)]
     omitted : ndarray of bool, shape (g, n)
         True for modes that are left out.
 
     Returns
     -------
     ndarray, shape (g, n, k)
-        In terms of the modes, orthonormal, those with the lowest frequency first; k is 6 or n, and vectors that
-        rounding would determine are zero.
+        Columns: amplitudes of the modes in each vector, orthonormal, vectors of low frequency first; k = min(6, n).
+        Vectors that rounding would determine are zero.
     """
     if not omitted.any():
         return np.zeros((*omega.shape, min(coupling.shape[-1], omega.shape[-1])))
     stiffness = np.where(omitted, omega**2, 0.0)[..., None]
-    response = np.where(omitted[..., None], coupling / omega[..., None] ** 2, 0.0)
-    vectors, size, _ = np.linalg.svd(response, full_matrices=False)
-    independent = size > SYSTEM.dependent_residual * size.max(axis=-1, keepdims=True, initial=0.0)
+    response = np.where(omitted[..., None], coupling / omega[..., None] ** 2, 0.0)  # V, amplitudes of the modes
+    vectors, singular, _ = np.linalg.svd(response, full_matrices=False)
+    independent = singular > SYSTEM.dependent_residual * singular.max(axis=-1, keepdims=True, initial=0.0)
     vectors = vectors * independent[..., None, :]
-    rotation = np.linalg.eigh(vectors.swapaxes(-1, -2) @ (stiffness * vectors))[1]
+    rotation = np.linalg.eigh(vectors.swapaxes(-1, -2) @ (stiffness * vectors))[1]  # to vectors with a frequency each
     by_frequency = vectors @ rotation
-    return np.where((by_frequency**2).sum(axis=-2, keepdims=True) > 0.5, by_frequency, 0.0)
+    is_unit = (by_frequency**2).sum(axis=-2, keepdims=True) > 0.5  # else one of the zeros, but for rounding
+    return np.where(is_unit, by_frequency, 0.0)

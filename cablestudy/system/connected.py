@@ -83,7 +83,7 @@ def coupled_states(a):
 
 
 def observed(system):
-    """Mask of the coordinates of a `LinearSystem` that any output depends on, shape (n,).
+    """Mask of the coordinates of a `LinearSystem` that affect its outputs, directly or through others, shape (n,).
 
     Parameters
     ----------
@@ -96,7 +96,8 @@ def observed(system):
 
     Notes
     -----
-    An output counts by how much it changes for a motion z of each coordinate with the energy k z^2 of 1.
+    A coordinate is in an output if a motion z of it alone, with the energy k z^2 = 1, changes the output by more than
+    rounding of the largest change that any coordinate makes.
     """
     root_k, root_m = np.sqrt(np.diagonal(system.stiffness).real), np.sqrt(np.diagonal(system.mass))
     with np.errstate(divide="ignore", invalid="ignore"):  # coordinates without mass

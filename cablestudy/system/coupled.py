@@ -24,7 +24,9 @@ from cablestudy.system.tolerances import SYSTEM
 
 @dataclass(frozen=True)
 class Layout:
-    """Part of the linear model that does not depend on the cables' models: bodies, links, and where cables end.
+    """Matrices of the bodies and links of a suspension, and the matrix that connects cable ends to bodies.
+
+    They do not depend on how the cables are discretised, and are shared by all models of one equilibrium.
 
     Attributes
     ----------
@@ -68,9 +70,12 @@ class Layout:
 
     @cached_property
     def _all_connections(self):
-        """`connection` of all cables and then `link_connection`, sparse or not."""
+        """Displacements of the six ends of all cables, then links, per free displacement, shape (..., 6 (c + l), d).
+
+        An end on a body moves by [I, -[r x]] times the body's displacements, one on the ground by none.
+        """
         owner, arms = self.equilibrium.suspension.owner, self.equilibrium.arms
-        line, end = np.nonzero(owner != GROUND)  # cable or link
+        line, end = np.nonzero(owner != GROUND)  # index of the cable or link, and its end, of all ends on bodies
         by_rotation = -cross_matrix(arms[..., line, end, :])
         blocks = np.concatenate([np.broadcast_to(np.eye(3), by_rotation.shape), by_rotation], axis=-1)
         rows = (6 * line + 3 * end)[:, None, None] + np.arange(3)[:, None] + np.zeros(6, dtype=int)

@@ -1,7 +1,7 @@
-"""Damping that couples the modes of a cable with fixed ends: that of the strain, and viscous damping that is uneven.
+"""Dynamic stiffness at the ends of a cable whose modes are coupled by damping: of strain, or uneven viscous damping.
 
-What the modes take off the stiffness of the ends contains the inverse of a matrix for each s. It is a sum over the
-poles, unless rounding spoils that sum; then systems of equations are solved.
+The modes with fixed ends enter that stiffness by the inverse of a matrix that depends on the frequency s. The inverse
+is evaluated as a sum over its poles, unless rounding spoils that sum; then equations are solved for each s.
 """
 
 from dataclasses import dataclass
@@ -16,11 +16,12 @@ from cablestudy.system.tolerances import SYSTEM
 
 @dataclass(frozen=True)
 class PoleSum:
-    """Force at the ends per displacement of the ends, as a polynomial and a sum over poles of a variable x.
+    """Forces on the e end displacements of a cable per end displacement: a polynomial and a sum over N poles in x.
 
         P_0 + x P_1 + ... + x^n P_n - x^n sum of R/(x - pole)
 
-    It keeps the static stiffness and what follows it for slow movements to rounding.
+    The variable x is s, or s^2 + viscous s (`CouplingDamping`). The polynomial is that of the static shapes, so that
+    the stiffness against slow movements is exact to rounding, whatever the error of the poles.
 
     Attributes
     ----------
@@ -35,14 +36,20 @@ class PoleSum:
 
     @classmethod
     def of(cls, matrices, poles, left, right):
-        """The sum that condenses n modes, the first coordinates, out of a matrix polynomial in x.
+        """Condense the n modes out of the matrix polynomial of a cable: the end displacements are left, as a `PoleSum`.
 
         Parameters
         ----------
         matrices : sequence of 2 or 3 ndarray, shape (n + e, n + e)
-            By ascending power: K and M, or K, C and M; M is the identity for the modes.
+            Coefficients by ascending power of x: K and M, or K, C and M, for the modes and then the ends; M is the
+            identity for the modes.
         poles, left, right : ndarray, shapes (N,), (n, N), (N, n)
-            The inverse for the modes is the sum of left right over (x - pole).
+            The inverse of the polynomial Q_nn of the modes is the sum of left right/(x - pole) over the poles.
+
+        Notes
+        -----
+        The forces are Q_ee - Q_en Q_nn^-1 Q_ne, Q being the polynomial of modes n and ends e. The product Q_en left
+        right Q_ne at each pole is over pole^n, as the sum of a `PoleSum` is times x^n.
         """
         n = len(left)
         static, *_, mass = matrices
@@ -68,7 +75,7 @@ class PoleSum:
         return PoleSum(polynomial, poles, residues)
 
     def in_s(self, viscous):
-        """`PoleSum` in s, for x = s^2 + viscous s; None where two poles in s nearly coincide.
+        """`PoleSum` in s, from one in x = s^2 + viscous s; None where two poles in s nearly coincide.
 
         x/(x - X) = -viscous s/X - s^2 sum of q/(p (p - q))/(s - p), for both orders of the two poles p and q.
         """
@@ -132,10 +139,10 @@ class Strain:
 
 
 class CouplingDamping:
-    """The modes of a cable that damping couples, and the forces at its ends with them.
+    """Dynamic stiffness at the ends, and poles, of a cable whose modes are coupled by damping.
 
-    The equations are a polynomial in s, or in s^2 + viscous s where hysteretic damping alone couples the modes: that
-    has half as many poles.
+    The equations of motion are a matrix polynomial in x = s, or in x = s^2 + viscous s where hysteretic damping alone
+    couples the modes: that has half as many poles.
 
     Parameters
     ----------
@@ -175,11 +182,19 @@ class CouplingDamping:
     @cached_property
     @np.errstate(all="ignore")  # what is not finite is not trusted
     def _pole_sum_and_resolvent(self):
-        """`PoleSum`, and the inverse for the modes: (poles, left, right), the sum of left right over x - pole.
+        """`PoleSum` of the cable, and the resolvent of its modes, from the cheapest method that is accurate enough.
 
-        Where a similar element has such an inverse, that of this one follows from it to first order, unchecked: it
-        serves for small changes of a loop gain. Else the poles are found in windows, or of all modes at once, and the
-        first sum that passes the check is taken. None and None where rounding spoils all of them.
+        Returns
+        -------
+        pole_sum : PoleSum or None
+        resolvent : tuple of ndarray, shapes (N,), (n, N), (N, n), or None
+            Poles, left and right: the inverse of the polynomial of the n modes is the sum of left right/(x - pole).
+
+        Notes
+        -----
+        Where a similar element is known, its resolvent is corrected to first order, unchecked: it serves for small
+        changes of a loop gain. Else the poles are found in windows of frequency, or of all modes at once, and the first
+        sum that agrees with the equations (`_difference`) is taken. None and None where rounding spoils all of them.
         """
         similar = self._similar and self._similar.coupling_damping
         if similar and (resolvent_of_similar := similar._pole_sum_and_resolvent[1]):

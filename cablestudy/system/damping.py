@@ -11,17 +11,17 @@ def damping_ratios(system, omega, shapes, coupled=SYSTEM.coupled_modes):
 
 
 def damped_poles(system, omega, shapes, coupled=SYSTEM.coupled_modes):
-    """The pole that belongs to each mode, and its damping ratio -Re s/|s|.
+    """Pole of the damped system that belongs to each of some undamped modes, and its damping ratio -Re s/|s|.
 
     Parameters
     ----------
     system : LinearSystem
     omega : ndarray, shape (k,)
-        Of some of the lowest modes, in any order. [rad/s]
+        Angular frequencies of some of the lowest modes, in any order. [rad/s]
     shapes : ndarray, shape (n, k)
-        Mass-normalised.
+        Mass-normalised shapes of these modes.
     coupled : int
-        How many other modes are considered too.
+        Number of other modes that damping may couple to them: the pole is found in the space of all of them.
 
     Returns
     -------
@@ -37,21 +37,17 @@ def damped_poles(system, omega, shapes, coupled=SYSTEM.coupled_modes):
     part in its motion; a mode that does not oscillate has phi^T C phi/(2 w).
     """
     count, loss, damping = len(omega), system.stiffness.imag, system.damping
-    forces = loss @ shapes
-    forces = forces if np.any(forces) else damping @ shapes
-    if not np.any(forces):
+    damping_forces = loss @ shapes
+    damping_forces = damping_forces if np.any(damping_forces) else damping @ shapes
+    if not np.any(damping_forces):
         return 1j * omega, np.zeros(count)
     omega, basis = _with_coupled_modes(system, omega, shapes, coupled)
-    static_omega, static_shapes = ritz(system, basis, system.compliance(forces))
+    static_omega, static_shapes = ritz(system, basis, system.compliance(damping_forces))
     omega, basis = np.concatenate([omega, static_omega]), np.concatenate([basis, static_shapes], axis=1)
-    modes, damping, loss = len(omega), basis.T @ (damping @ basis), basis.T @ (loss @ basis)
-    # states w q and q', of like size
-    stiffness = np.diag(omega) + (1j * loss / omega if loss.any() else 0.0)
-    poles, vectors = np.linalg.eig(np.block([[np.zeros((modes, modes)), np.diag(omega)], [-stiffness, -damping]]))
-    oscillating = poles.imag > 0
-    poles, share = poles[oscillating], np.abs(vectors[:modes, oscillating]) ** 2
-    share = (share / share.sum(axis=0))[:count]
-    mode, pole = assigned(share)
+    damping, loss = basis.T @ (damping @ basis), basis.T @ (loss @ basis)
+    poles, share = _oscillating_poles(omega, damping, loss)
+    share = share[:count]
+    mode, pole = assigned(share)  # indices of modes, and of the poles that belong to them
     ratio = (np.diagonal(damping) / (2 * omega) + np.diagonal(loss) / (2 * omega**2))[:count]
     oscillates = (share[mode, pole] >= SYSTEM.oscillating_share) | (ratio[mode] <= 1)
     mode, pole = mode[oscillates], pole[oscillates]
@@ -59,6 +55,20 @@ def damped_poles(system, omega, shapes, coupled=SYSTEM.coupled_modes):
     pole_of_mode = np.full(count, complex(np.nan, np.nan))
     pole_of_mode[mode] = poles[pole]
     return pole_of_mode, ratio
+
+
+def _oscillating_poles(omega, damping, loss):
+    """Poles above the real axis, shape (p,), of q'' + C q' + (w^2 + i D) q = 0, and share of each q in them, (n, p).
+
+    C is `damping` and D `loss`, shape (n, n); the shares of all n coordinates in the motion of a pole add up to 1.
+    """
+    modes = len(omega)
+    # states w q and q', of like size
+    stiffness = np.diag(omega) + (1j * loss / omega if loss.any() else 0.0)
+    poles, vectors = np.linalg.eig(np.block([[np.zeros((modes, modes)), np.diag(omega)], [-stiffness, -damping]]))
+    oscillating = poles.imag > 0
+    share = np.abs(vectors[:modes, oscillating]) ** 2
+    return poles[oscillating], share / share.sum(axis=0)
 
 
 def _with_coupled_modes(system, omega, shapes, coupled):
@@ -73,23 +83,23 @@ def _with_coupled_modes(system, omega, shapes, coupled):
 
 
 def ritz(system, basis, vectors):
-    """Approximate modes, by Rayleigh and Ritz, in the space that vectors add to that of some modes.
+    """Approximate further modes of a system from vectors, by the Rayleigh-Ritz method, orthogonal to some known modes.
 
     Parameters
     ----------
     system : LinearSystem
         Of n coordinates.
     basis : ndarray, shape (n, k)
-        Mass-normalised shapes of the modes.
+        Mass-normalised shapes of the known modes.
     vectors : ndarray, shape (n, r)
-        They need not be independent.
+        Displacements whose space has the further modes, such as static responses; they need not be independent.
 
     Returns
     -------
     omega : ndarray, shape (q,)
-        At most r of them. [rad/s]
+        Angular frequencies, at most r. [rad/s]
     shapes : ndarray, shape (n, q)
-        Mass-normalised, orthogonal to the modes.
+        Mass-normalised shapes, orthogonal to the known modes.
     """
     size = np.sqrt((vectors * (system.stiffness.real @ vectors)).sum(axis=0))
     vectors = vectors / np.where(size > 0, size, 1.0)

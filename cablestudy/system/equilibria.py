@@ -1,4 +1,4 @@
-"""Equilibria that several load cases, or searches one after the other, share: each is found once."""
+"""Cache of equilibria: equal load cases, of one search or of searches one after the other, are solved once."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from cablestudy.system.tolerances import SYSTEM
 
 
 class Equilibria:
-    """Memory of the equilibria found last. No digit of a case depends on those that it was solved with."""
+    """Cache of the latest searches. It changes no digit: the result of a case does not depend on the others solved."""
 
     def __init__(self):
         self.forget()
@@ -18,12 +18,12 @@ class Equilibria:
         self._searches = []
 
     def pose(self, suspension):
-        """Equilibrium of each case, as of `statics.pose`; equal cases, and those that are remembered, are not repeated.
+        """Equilibrium of each load case by `statics.pose`, or from the cache; equal cases are solved once.
 
         Parameters
         ----------
         suspension : SuspendedSystem
-            With cases of shape (n,). Those of another shape are solved without a look at what is remembered.
+            With cases of shape (n,). Cases of any other shape are solved without the cache.
 
         Returns
         -------
@@ -36,7 +36,7 @@ class Equilibria:
         """
         if len(suspension.shape) != 1:
             return statics.pose(suspension)
-        common, keys = suspension.identity
+        common, keys = suspension.identity  # data that all cases share, and what tells each case from the others
         rows, equilibrium = self._remembered(common, set(keys)) or self._solve(common, keys, suspension)
         row_of_case = [rows[key] for key in keys]
         return equilibrium if row_of_case == list(range(len(rows))) else equilibrium.take(np.array(row_of_case))

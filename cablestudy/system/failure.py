@@ -30,9 +30,10 @@ def explain(equilibrium):
 
 
 def _describe_net_force(equilibrium):
-    """The largest force or moment that nothing balances, or the dead moment that turns a body on and on.
+    """Text that names the largest unbalanced force or moment on a body, or a dead moment that no cables can hold.
 
-    What such a moment leaves when the search is given up depends on the last digits of its beginning: it is not told.
+    A body under such a moment turns on and on: the moment left where the search was given up depends on the last digits
+    of its beginning, and is not told.
     """
     suspension, tension = equilibrium.suspension, equilibrium.catenary.max_tension
     net, scale = tangent.net_forces(suspension, equilibrium.rotation, equilibrium.arms, equilibrium.end_forces, tension)
@@ -41,10 +42,10 @@ def _describe_net_force(equilibrium):
     with np.errstate(over="ignore"):  # no other force at all, where every cable hangs loose without gravity
         unbalanced = np.where(suspension.free, np.abs(net / sizes), 0.0)
         relative = np.nan_to_num(unbalanced / np.maximum(scale, np.finfo(float).tiny)[..., None])
-    under_dead_moment = np.where(suspension.moment.any(axis=-1)[:, None], relative, 0.0)
-    under_dead_moment[:, :3] = 0.0
-    if under_dead_moment.max() > SYSTEM.wrong_value:
-        body = int(under_dead_moment.max(axis=-1).argmax())
+    relative_moment = np.where(suspension.moment.any(axis=-1)[:, None], relative, 0.0)  # on bodies with a dead moment
+    relative_moment[:, :3] = 0.0
+    if relative_moment.max() > SYSTEM.wrong_value:
+        body = int(relative_moment.max(axis=-1).argmax())
         moment = f"{size(suspension.moment[body]):.4g} N m on {suspension.body_names[body]}"
         return f"the dead moment of {moment} may be more than the cables can hold"
     body, motion = divmod(int(relative.argmax()), 6)
@@ -53,7 +54,7 @@ def _describe_net_force(equilibrium):
 
 
 def _describe_unmet(equilibrium):
-    """The cable whose stated value is the farthest from what it has, and the least tension that it can have."""
+    """Text that names the cable farthest from its stated value, such as its preload, and the least one it can have."""
     suspension, cables = equilibrium.suspension, equilibrium.catenary
     actual = stated.values(cables, suspension.given)
     error = np.nan_to_num(np.abs(actual / suspension.value - 1))

@@ -1,11 +1,12 @@
-"""A linear system with the loop of its winches, or without it, as equations of first order.
+"""First-order (state-space) equations of a linear system, with the control loop of its winches or without it.
 
     x' = (A0 + gain sum A_j) x + B0 u + B1 u' + B2 u''
 
-Rows of all matrices are over the states x and, where there are inputs, over u, u', u''. States: h z (h the `unit` of
-each coordinate), z', the low-passed movement of each actuator with a high-pass filter, two of each notch, those of the
-control law of each independent movement of the winches, and as many movements as the allocation makes. Inputs: with the
-loop the references r of what is measured; the lengths that the winches reel in, beyond those of the loop; forces.
+The entries of each matrix row are coefficients of the states x and, where there are inputs, of u, u' and u''. States:
+h z (z the coordinates, h the `unit` of each), z', the low-passed movement of each actuator with a high-pass filter, two
+states of each notch filter, the states of the control law of each independent movement of the winches, and these
+movements themselves. Inputs: with the loop the references r of the measured coordinates; the lengths that the winches
+reel in, beyond those that the loop commands; forces.
 """
 
 from dataclasses import dataclass
@@ -19,16 +20,16 @@ NOTHING = np.zeros((0, 0)), np.zeros(0), np.zeros(0), 1.0  # a law of no states 
 
 @dataclass(frozen=True)
 class Allocation:
-    """Measured coordinates, and how an error is shared among the winches.
+    """Measured coordinates of a control loop, and how their errors are shared among the winches.
 
     Attributes
     ----------
     measured : ndarray, shape (k, m)
-        What is measured, by the coordinates of the motion.
+        The k measured coordinates per unit of each of the m coordinates of the motion.
     shares : ndarray, shape (i, k)
-        A. [-], [m/rad]
+        A: length that each of the i winches reels in per error of each measured coordinate. [-], [m/rad]
     static_gain : ndarray, shape (k, i), optional
-        G. [-], [rad/m]
+        G: static movement of the measured coordinates per length reeled in. [-], [rad/m]
     """
 
     measured: np.ndarray
@@ -62,20 +63,20 @@ class LinearControl:
 
 @dataclass(frozen=True)
 class Equations:
-    """The equations of the module's docstring, N states, p inputs, w = N, or N + 3 p with inputs.
+    """The equations of the module's docstring, N states, p inputs; w = N columns, or N + 3 p with inputs.
 
     Attributes
     ----------
     fixed : ndarray, shape (N, w)
-        A0, B0, B1, B2; complex with a complex stiffness, as the next.
+        A0, B0, B1, B2: the part of the equations without the loop gain; complex with a complex stiffness, as the next.
     scaled : ndarray, shape (k, N, w)
-        A_j, and what belongs to the gain in the others, for each measured coordinate.
+        The part that the loop gain multiplies, such as A_j, for each measured coordinate j.
     places, speeds : ndarray, shape (m, w)
-        z and z'.
+        Rows that give the coordinates z and their rates z'.
     feedback : list of (ndarray, ndarray)
-        Movement that each actuator measures behind its filter, and its derivative, each of shape (w,).
+        Rows, shape (w,), of the movement that each actuator measures behind its filter, and of its rate.
     winches : ndarray, shape (i, r)
-        What the loop reels in by the last r states; r is zero without a loop.
+        Length that the loop reels in at each winch per unit of the last r states; r is zero without a loop.
     """
 
     fixed: np.ndarray
@@ -87,7 +88,7 @@ class Equations:
 
 
 def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
-    """The `Equations` of a motion.
+    """Assemble the first-order `Equations` of a linear system, its control loop closed if there is one.
 
     Parameters
     ----------
@@ -171,15 +172,18 @@ def _feedback(motion, z, z_rate, fixed):
 
 
 def _filter_by_notches(notches, error, error_rate, fixed, begin):
-    """Replace errors and their rates by those behind the notches, in place; fill the rows of `fixed` of the notches.
+    """Pass the control errors through the notch filters, in place, and write the equations of the filters' states.
 
     Parameters
     ----------
     notches : tuple of (Notch or None)
+        Filter of each measured coordinate; None leaves its error as it is.
     error, error_rate : ndarray, shape (k, w)
+        Rows that give the errors and their rates; on return those behind the filters.
     fixed : ndarray, shape (N, w)
+        `Equations.fixed`; on return with the rows of the filters' states, two for each filter.
     begin : int
-        Where the states of the notches begin.
+        Index of the first of these states.
     """
     for coordinate, notch in enumerate(notches):
         if notch is None:
@@ -207,7 +211,10 @@ def _independent(shares):
 
 
 def rows(system, forces=None, loop=None, actuators=()):
-    """State derivative, winches and outputs of a system with its loop, or without, as rows over x, u, u', u''.
+    """Rows that give the state derivative, the winch movements and the outputs of a system, with its loop or without.
+
+    The entries of a row multiply the N states x, then u, u' and u'': w columns in all. State-space models
+    (`control.statespace`, `control.loop_state_space`) are made of these rows.
 
     Parameters
     ----------
@@ -224,9 +231,9 @@ def rows(system, forces=None, loop=None, actuators=()):
     state_rate : ndarray, shape (N, w)
         x'.
     reeled : tuple of 2 ndarray, shape (i, w)
-        What the loop reels in, and its speed.
-    outputs : ndarray, shape (o + a, w)
-        Outputs of the system, then two of each actuator: stroke and force, or momentum and torque.
+        Length that the loop reels in at each winch, and its speed.
+    outputs : ndarray, shape (o + 2 a, w)
+        Outputs of the system, then those of the actuators, see `_actuator_outputs`.
     """
     if forces is None:
         first_order = (loop or system).equations
@@ -238,25 +245,31 @@ def rows(system, forces=None, loop=None, actuators=()):
     inputs = (state_rate.shape[1] - size) // 3
 
     def derivative(row):
-        """Derivative of rows over x, u, u', u'' that have no part of u''."""
-        shifted = np.zeros_like(row)
-        shifted[:, size + inputs :] = row[:, size : size + 2 * inputs]
-        return row[:, :size] @ state_rate + shifted
+        """Rows of the time derivatives of the quantities that some rows give, none of which depends on u''."""
+        of_inputs = np.zeros_like(row)  # coefficients of u and u' become those of u' and u''
+        of_inputs[:, size + inputs :] = row[:, size : size + 2 * inputs]
+        return row[:, :size] @ state_rate + of_inputs
 
     reeled = np.zeros((winches, state_rate.shape[1]))
     reeled[:, size - movements : size] = first_order.winches
     speed = derivative(reeled)
-    lengths = [reeled, speed, derivative(speed)] if loop else np.zeros((3, *reeled.shape))
+    lengths = [reeled, speed, derivative(speed)] if loop else np.zeros((3, *reeled.shape))  # l, l' and l''
     if inputs:
-        first_length = inputs - forces.shape[1] - winches  # after the references
-        for order, part in enumerate(lengths):
-            lengths[order] = part + np.eye(*part.shape, size + order * inputs + first_length)
-    motions = first_order.places, first_order.speeds, state_rate[m : 2 * m]
+        first_length = inputs - forces.shape[1] - winches  # index of the first input that is a length
+        for order, by_loop in enumerate(lengths):
+            lengths[order] = by_loop + np.eye(*by_loop.shape, size + order * inputs + first_length)
+    motions = first_order.places, first_order.speeds, state_rate[m : 2 * m]  # z, z' and z''
     of_system = sum(matrix @ motion for matrix, motion in zip(system.c, motions, strict=True))
     of_system += sum(matrix @ length for matrix, length in zip(system.d, lengths, strict=True))
-    outputs = [of_system]
-    strokes = iter(first_order.places[m - sum(not actuator.wheel for actuator in actuators) :])
+    outputs = np.concatenate([of_system, *_actuator_outputs(first_order, actuators)])
+    return first_order, state_rate, (reeled, speed), outputs
+
+
+def _actuator_outputs(first_order, actuators):
+    """Rows of each actuator: stroke and force of a reaction mass, or momentum and torque of a wheel; list of pairs."""
+    outputs, coordinates = [], first_order.places
+    strokes = iter(coordinates[len(coordinates) - sum(not actuator.wheel for actuator in actuators) :])  # the last ones
     for actuator, (movement, rate) in zip(actuators, first_order.feedback, strict=True):
         force = actuator.velocity_gain * rate + actuator.position_gain * movement
         outputs.append([actuator.velocity_gain * movement, force] if actuator.wheel else [next(strokes), force])
-    return first_order, state_rate, (reeled, speed), np.concatenate(outputs)
+    return outputs

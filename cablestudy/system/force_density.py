@@ -18,7 +18,7 @@ from cablestudy.system.tangent import GROUND
 
 
 def find_form(suspension):
-    """Places of the junctions in balance, the bodies at rest where they are.
+    """Find the places of the free junctions of a cable net where given force densities balance; bodies do not move.
 
     Parameters
     ----------
@@ -38,26 +38,25 @@ def find_form(suspension):
         A cable at a free junction without a force density; a junction that the force densities do not hold.
     """
     owner, shape = suspension.owner[suspension.of_cables], suspension.shape
-    flat = suspension.broadcast((int(np.prod(shape)),))
+    flat = suspension.broadcast((int(np.prod(shape)),))  # cases along one axis
     density = flat.force_density
     if density is None:
         raise NoSolutionError("no cable has a force density")
     free = flat.free[:, :3].copy()
     free[: flat.bodies] = False
-    at_free = np.where(owner == GROUND, False, free.any(axis=-1)[owner]).any(axis=-1)
+    at_free = np.where(owner == GROUND, False, free.any(axis=-1)[owner]).any(axis=-1)  # cables at a free junction
     missing = at_free & ~np.isfinite(density).all(axis=0)
     if missing.any():
         names = [flat.cable_names[i] for i in np.flatnonzero(missing)]
         raise NoSolutionError(f"no force density of {', '.join(names)}")
-    position = np.array(flat.position)
+    cables, position = np.flatnonzero(at_free), np.array(flat.position)
     ends = flat.ends(position, flat.rotation)
     for case in range(len(position)):
         for axis in range(3):
             moving = free[:, axis]
             load = flat.force[case, :, axis] - (axis == 2) * flat.gravity[case] * flat.mass[case]
-            position[case, moving, axis] = _coordinates(
-                flat, moving, np.flatnonzero(at_free), density[case], load, ends[case, :, :, axis]
-            )
+            coordinates = ends[case, :, :, axis]
+            position[case, moving, axis] = _coordinates(flat, moving, cables, density[case], load, coordinates)
     form = replace(flat, position=position)
     ends = form.ends(position, flat.rotation)[:, flat.of_cables]
     length = np.sqrt(((ends[..., 1, :] - ends[..., 0, :]) ** 2).sum(axis=-1))
@@ -65,13 +64,26 @@ def find_form(suspension):
 
 
 def _coordinates(suspension, moving, cables, density, load, ends):
-    """One coordinate of the moving points of one case, from that of all cable ends, shape (c, 2)."""
+    """Solve the equations of balance along one axis for the points that can move along it, in one case: shape (m,). [m]
+
+    Parameters
+    ----------
+    suspension : SuspendedSystem
+    moving : ndarray of bool, shape (b,)
+        True for the m points that can move.
+    cables : ndarray of int
+        Cables with an end at a free junction.
+    density, load : ndarray, shapes (c,), (b,)
+        Force density of each cable [N/m], and force on each point along the axis [N].
+    ends : ndarray, shape (c, 2)
+        Coordinate of each cable end along the axis. [m]
+    """
     from scipy.sparse import coo_array
 
     if not moving.any():
         return np.zeros(0)
-    number = np.append(np.where(moving, np.cumsum(moving) - 1, -1), -1)  # the last one is the ground
-    node = number[suspension.owner[cables]]  # moving point at each end, shape (cables, 2); -1 where none is
+    row = np.append(np.where(moving, np.cumsum(moving) - 1, -1), -1)  # equation of each point; last of the ground: none
+    node = row[suspension.owner[cables]]  # equation of the point at each end, shape (cables, 2); -1 where none moves
     q, count, right = density[cables], int(moving.sum()), load[moving].copy()
     rows, columns, entries = [], [], []
     for end, other_end in ((0, 1), (1, 0)):

@@ -71,7 +71,14 @@ class LinearSystem:
 
     @cached_property
     def strain_modes(self):
-        """Undamped modes: 1/W^2, descending, shape (n,), and shapes of unit strain energy v^T K v, shape (n, n).
+        """All undamped modes, winches at rest, scaled to unit strain energy v^T K v = 1.
+
+        Returns
+        -------
+        compliance : ndarray, shape (n,)
+            1/W^2 = v^T M v, W the angular frequency; descending. [s^2]
+        shapes : ndarray, shape (n, n)
+            The modes v are its columns.
 
         Raises
         ------
@@ -108,12 +115,12 @@ class LinearSystem:
         return omega, square / square.sum(axis=1, keepdims=True)
 
     def lowest(self, count):
-        """The lowest undamped modes, winches at rest.
+        """The lowest undamped modes, winches at rest; of a large system by Lanczos iteration.
 
         Parameters
         ----------
         count : int
-            How many; all if the system has fewer of finite frequency.
+            Number of modes; all if the system has fewer of finite frequency.
 
         Returns
         -------
@@ -211,23 +218,23 @@ class LinearSystem:
         return polynomial(self.b, s)
 
     def within(self, space, imposed=None, inputs=()):
-        """The system whose motions are limited to a space of its coordinates and to what inputs impose, z = S q + N u.
+        """The system with new coordinates q and with motions that inputs v impose: z = S q + N v.
 
         Parameters
         ----------
         space : ndarray, shape (n, r)
-            S: independent columns.
+            S: independent columns, the motions that stay free.
         imposed : ndarray, shape (n, j), optional
-            N, of further inputs, which are the first ones.
+            N: motion imposed by each further input v; these inputs come before those of the system.
         inputs : tuple of (str, str)
-            Name and unit of each of these.
+            Name and unit of each further input.
         """
         b, d = tuple(space.T @ matrix for matrix in self.b), self.d
         if imposed is not None:
             forces = (-space.T @ matrix @ imposed for matrix in (self.stiffness, self.damping, self.mass))
             b = tuple(np.concatenate(columns, axis=1) for columns in zip(forces, b, strict=True))
-            shown = (matrix @ imposed for matrix in self.c)
-            d = tuple(np.concatenate(columns, axis=1) for columns in zip(shown, d, strict=True))
+            imposed_outputs = (matrix @ imposed for matrix in self.c)
+            d = tuple(np.concatenate(columns, axis=1) for columns in zip(imposed_outputs, d, strict=True))
         return replace(
             self,
             mass=space.T @ self.mass @ space,
@@ -310,7 +317,7 @@ class LinearSystem:
         return shares(np.abs(observed * inertia) * square)
 
     def keep(self, chosen):
-        """The system in some of its modes, the static part of the others kept.
+        """The system reduced to some of its modes, with the static response of the others to the inputs.
 
         Parameters
         ----------
@@ -331,17 +338,17 @@ class LinearSystem:
         return self._of_modes(chosen, others @ (others.T @ self.b[0]), self.c, self.d)
 
     def truncate(self, chosen):
-        """The system in some of its modes, without the static part of the others: as the paper truncates them.
+        """The system reduced to some of its modes, the others left out with their static response: modal truncation.
 
-        Parameters and result are those of `keep`.
+        It shows the error that `keep` avoids. Parameters and result are those of `keep`.
 
         Notes
         -----
-        The displacements of the modes left out, winches and what they move statically included, are zero: z = Phi q +
-        P B2 u with P = M^-1 - Phi Phi^T, the sum of phi phi^T over these modes. They are held by forces that z'' of the
-        outputs would take for inertia: what they leave of the equation of motion, times C2 P, is no part of outputs.
-        Without damping each of these modes is missing with c g/(W^2 + s^2), c = (C0 - W^2 C2) phi and g = phi^T (B0 -
-        W^2 B2). Motions without mass are at rest.
+        The displacements of the modes left out are held at zero, relative to the movement P B2 u of the inputs itself:
+        z = Phi q + P B2 u with P = M^-1 - Phi Phi^T, the sum of phi phi^T over the modes left out. The forces that hold
+        them would appear in the outputs, as if they were inertia forces, by C2 z'': D0, D1 and C1 take them out again.
+        Without damping the response of each mode left out is missing, c g/(W^2 + s^2) with c = (C0 - W^2 C2) phi and
+        g = phi^T (B0 - W^2 B2). Motions without mass are at rest.
         """
         compliance, shapes = self.strain_modes
         others, square = _massive(np.delete(shapes, chosen, axis=1), np.delete(compliance, chosen))
@@ -352,15 +359,16 @@ class LinearSystem:
         return self._of_modes(chosen, static, c, d)
 
     def _of_modes(self, chosen, static, c, d):
-        """The system in some of its modes and static displacements by the inputs: z = Phi q + S u.
+        """The system in modal amplitudes q and static displacements by the inputs: z = Phi q + S u.
 
         Parameters
         ----------
         chosen : ndarray of int
+            Modes of the columns of Phi, from 0.
         static : ndarray, shape (n, i)
-            S.
+            S: displacement of each coordinate by a unit of each input.
         c, d : tuple of 3 ndarray, shapes (o, n) and (o, i)
-            Output matrices C0 to C2 and D0 to D2 for the whole z.
+            C0 to C2 and D0 to D2: outputs per z, z', z'' and per u, u', u''.
         """
         compliance, shapes = self.strain_modes
         omega = 1 / np.sqrt(compliance[chosen])
@@ -388,7 +396,7 @@ class LinearSystem:
         frequency : ndarray, shape (m,)
             [Hz]
         """
-        at_once = max(1, SYSTEM.response_entries // max(1, len(self.mass)) ** 2)
+        at_once = max(1, SYSTEM.response_entries // max(1, len(self.mass)) ** 2)  # frequencies whose matrices fit
         pieces = np.split(frequency, range(at_once, len(frequency), at_once))
         return np.concatenate([self._response(output, input_, 2j * np.pi * piece) for piece in pieces])
 
@@ -484,7 +492,9 @@ def _normalised(shapes, compliance):
 
 @dataclass(frozen=True)
 class ReducedSystem:
-    """Cables in Craig-Bampton coordinates and bodies, without damping: one system, or many of equal size.
+    """Undamped system of bodies and cables in Craig-Bampton coordinates: one, or a stack of many of equal size.
+
+    The structure of its matrices makes the modes cheaper and more accurate than those of a general `LinearSystem`.
 
     Attributes
     ----------
@@ -510,9 +520,13 @@ class ReducedSystem:
         return self.omega.shape[-1] + self.stiffness.shape[-1]
 
     def lowest(self, count):
-        """The lowest undamped modes, k of them: `count`, or all.
+        """The lowest undamped modes, winches at rest.
 
-        Of many systems equally many coordinates of the cables move bodies: see `coupled`.
+        Parameters
+        ----------
+        count : int
+            Number k of modes; all where there are fewer. In each system of a stack the number of cable coordinates
+            that move bodies (`coupled`) must be equal.
 
         Returns
         -------
@@ -538,7 +552,7 @@ class ReducedSystem:
         return self._lowest_of_small(min(count, len(self)))
 
     def _lowest_of_small(self, count):
-        """`lowest` by the eigenvectors of the matrix of the notes."""
+        """`lowest` of a small system: all eigenvectors of L^-1 M L^-T, see the notes of the class."""
         omega, modal = self.omega, self.omega.shape[-1]
         coupling, inertia, stiffness = dense(self.coupling), dense(self.inertia), dense(self.stiffness)
         lower = factors_of_each(stiffness)
@@ -556,25 +570,28 @@ class ReducedSystem:
         return np.where(stable, omega, np.nan), np.where(stable[..., None], shapes, 0.0)
 
     def _lowest_beside_uncoupled(self, count, moves_bodies):
-        """`lowest` where some coordinates of the cables are modes: these and the modes of the others.
+        """`lowest` where some cable coordinates move no body: each of those is a mode by itself.
+
+        The eigenvalue problem is solved for the other coordinates and the bodies alone; its modes and the modes by
+        themselves are then sorted by frequency.
 
         Parameters
         ----------
         count : int
         moves_bodies : ndarray of bool, shape (..., N)
-            See `coupled`; equally many in each system.
+            True for the coordinates of the cables that move bodies, equally many in each system; see `coupled`.
         """
         modal, size = self.omega.shape[-1], len(self)
         order = np.argsort(~moves_bodies, axis=-1, kind="stable")
         coupled_count = int(np.count_nonzero(moves_bodies.reshape(-1, modal)[0]))
-        together, alone = order[..., :coupled_count], order[..., coupled_count:]
-        coupled_omega = np.take_along_axis(self.omega, together, axis=-1)
-        coupling = np.take_along_axis(self.coupling, together[..., None], axis=-2)
+        with_bodies, alone = order[..., :coupled_count], order[..., coupled_count:]  # indices of cable coordinates
+        coupled_omega = np.take_along_axis(self.omega, with_bodies, axis=-1)
+        coupling = np.take_along_axis(self.coupling, with_bodies[..., None], axis=-2)
         coupled_omega, coupled_shapes = replace(self, omega=coupled_omega, coupling=coupling)._lowest_of_coupled(count)
         omega = np.concatenate([coupled_omega, np.take_along_axis(self.omega, alone, axis=-1)], axis=-1)
         shapes, modes = np.zeros((*omega.shape[:-1], size, omega.shape[-1])), coupled_omega.shape[-1]
-        bodies = np.broadcast_to(np.arange(modal, size), (*together.shape[:-1], size - modal))
-        rows = np.concatenate([together, bodies], axis=-1)
+        bodies = np.broadcast_to(np.arange(modal, size), (*with_bodies.shape[:-1], size - modal))
+        rows = np.concatenate([with_bodies, bodies], axis=-1)
         np.put_along_axis(shapes[..., :modes], rows[..., None], coupled_shapes, axis=-2)
         np.put_along_axis(shapes[..., modes:], alone[..., None, :], 1.0, axis=-2)
         lowest = np.argsort(omega, axis=-1, kind="stable")[..., :count]
@@ -589,7 +606,11 @@ class ReducedSystem:
         return float(_factors(self.stiffness).solve(force)[motion])
 
     def _lowest_of_large(self, count):
-        """`lowest` by Lanczos iteration: no large matrix is formed, only the stiffness of the bodies is factorised."""
+        """`lowest` of a large system, by Lanczos iteration: no large matrix is formed.
+
+        Only the stiffness of the bodies is factorised, as that of the cable coordinates is diagonal. Systems of a stack
+        are solved one by one.
+        """
         if self.omega.ndim > 1:
             systems = zip(self.omega, self.coupling, self.inertia, self.stiffness, strict=True)
             omega, shapes = zip(*(ReducedSystem(*system)._lowest_of_large(count) for system in systems), strict=True)
@@ -629,21 +650,24 @@ def coupled(coupling, inertia):
 
 
 def assemble(cables, connection, bodies, imposed=None, stiffness=0.0):
-    """Cables between bodies, winches and the ground as one system.
+    """Assemble the `LinearSystem` of cables between bodies, winches and the ground from their superelements.
+
+    Its coordinates are the modal amplitudes of one cable after the other, then the displacements of the bodies; its
+    inputs are the movements of the winches.
 
     Parameters
     ----------
     cables : sequence of Superelement
-        c cables.
+        One of each of the c cables.
     connection : ndarray or sparse array, shape (6 c, b)
         G: displacements of the six ends of one cable after the other, per displacement of the bodies. Where it is
         sparse, the matrices of the system are.
     bodies : ndarray or sparse array, shape (b, b)
-        Mass matrix of the bodies.
+        Mass matrix of the b displacements of the bodies.
     imposed : ndarray, shape (6 c, i), optional
         H: displacements of the ends per movement of the winches.
     stiffness : ndarray or sparse array, shape (b, b), optional
-        Of the bodies, that of the cables' end stiffness left out.
+        Of the bodies, without that of the cables.
 
     Returns
     -------
@@ -677,32 +701,20 @@ def assemble(cables, connection, bodies, imposed=None, stiffness=0.0):
 
 
 def _assemble_sparse(cables, matrices, connection, bodies, imposed, stiffness):
-    """`assemble` for a sparse G: block-diagonal matrices of the cables, whose ends then move with the bodies."""
-    from scipy.sparse import block_array, coo_array, csc_array, eye_array
+    """`assemble` for a sparse G: block-diagonal matrices A of all modes and cable ends, reduced to T^T A T.
 
-    sizes = np.array([len(cable.omega) for cable in cables])
-    modal, ends = int(sizes.sum()), 6 * len(cables)
-    first_mode = np.cumsum(sizes) - sizes
-    rows, columns, values = [], [], ([], [], [])  # of the entries of M, C and K of all cables
-    for size in np.unique(sizes):  # cables with equal numbers of modes together
-        alike = np.flatnonzero(sizes == size)
-        modes, ends_of_alike = first_mode[alike, None] + np.arange(size), modal + 6 * alike[:, None] + np.arange(6)
-        index = np.concatenate([modes, ends_of_alike], axis=1)  # of each cable among all modes, then all ends
-        rows.append(np.repeat(index, size + 6, axis=1).ravel())
-        columns.append(np.tile(index, (1, size + 6)).ravel())
-        for which, entries in enumerate(values):  # M, C or K
-            entries.append(np.stack([matrices[cable][which] for cable in alike.tolist()]).ravel())
-    rows, columns = np.concatenate(rows), np.concatenate(columns)
+    T gives modes and ends by the coordinates of the system: the ends move with the bodies. `matrices` has M, C and K of
+    each cable; the other arguments are those of `assemble`.
+    """
+    from scipy.sparse import block_array, csc_array, eye_array
+
+    modal = sum(len(cable.omega) for cable in cables)
     bodies, stiffness = csc_array(bodies), csc_array(stiffness) if np.ndim(stiffness) else 0 * csc_array(bodies)
-    # modes and ends by the coordinates of the system, and by the movements of the winches
     blocks = [[eye_array(modal), None], [None, connection]]
-    by_system = block_array(blocks, format="csr") if modal else csc_array(connection)
-    by_winches = np.concatenate([np.zeros((modal, imposed.shape[1])), imposed])
+    by_system = block_array(blocks, format="csr") if modal else csc_array(connection)  # T
+    by_winches = np.concatenate([np.zeros((modal, imposed.shape[1])), imposed])  # modes and ends by the winches
     systems, of_winches = [], []
-    for of_sizes, of_bodies in zip(values, (bodies, 0 * bodies, stiffness), strict=True):
-        entries = np.concatenate(of_sizes)
-        nonzero = entries != 0
-        matrix = coo_array((entries[nonzero], (rows[nonzero], columns[nonzero])), shape=(modal + ends,) * 2).tocsr()
+    for matrix, of_bodies in zip(_block_diagonal(cables, matrices), (bodies, 0 * bodies, stiffness), strict=True):
         if modal:
             of_bodies = block_array([[csc_array((modal, modal)), None], [None, of_bodies]], format="csc")
         systems.append((by_system.T @ matrix @ by_system + of_bodies).tocsc())
@@ -712,6 +724,32 @@ def _assemble_sparse(cables, matrices, connection, bodies, imposed, stiffness):
     mass, damping, total_stiffness = systems
     inputs = tuple(-matrix for matrix in of_winches[::-1])
     return LinearSystem(mass.real, damping.real, total_stiffness, inputs, bodies.shape[0])
+
+
+def _block_diagonal(cables, matrices):
+    """M, C and K of all cables, rows first of all modes and then of the six ends of each cable: list of sparse arrays.
+
+    Arguments are those of `_assemble_sparse`. Entries are collected for cables with equal numbers of modes together.
+    """
+    from scipy.sparse import coo_array
+
+    sizes = np.array([len(cable.omega) for cable in cables])
+    modal, first_mode = int(sizes.sum()), np.cumsum(sizes) - sizes
+    shape = (modal + 6 * len(cables),) * 2
+    rows, columns, values = [], [], ([], [], [])  # of the entries; values of M, C and K
+    for size in np.unique(sizes):
+        alike = np.flatnonzero(sizes == size)
+        modes, ends = first_mode[alike, None] + np.arange(size), modal + 6 * alike[:, None] + np.arange(6)
+        index = np.concatenate([modes, ends], axis=1)  # row in the whole matrix of each row of a cable's matrix
+        rows.append(np.repeat(index, size + 6, axis=1).ravel())
+        columns.append(np.tile(index, (1, size + 6)).ravel())
+        for kind, entries in enumerate(values):
+            entries.append(np.stack([matrices[cable][kind] for cable in alike.tolist()]).ravel())
+    rows, columns, sparse = np.concatenate(rows), np.concatenate(columns), []
+    for entries in map(np.concatenate, values):
+        nonzero = entries != 0
+        sparse.append(coo_array((entries[nonzero], (rows[nonzero], columns[nonzero])), shape=shape).tocsr())
+    return sparse
 
 
 def dense(matrix):

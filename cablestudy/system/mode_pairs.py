@@ -1,4 +1,4 @@
-"""Pairs of modes of two models of one suspension, by their shapes: close modes may come in another order."""
+"""Pairing of the modes of two models of one suspension by their shapes, since close modes may come in another order."""
 
 from functools import lru_cache
 
@@ -9,22 +9,27 @@ from cablestudy.system.damping import assigned
 
 
 def pair_modes(modes, others):
-    """Number (from 0) of the mode of another model that has the shape of each mode, shape (k,).
+    """Find for each mode of a model the mode of another model with about its shape, so that both can be compared.
 
     Parameters
     ----------
     modes : CoupledModes
-        k of them.
+        k modes.
     others : CoupledModes
-        Of the same suspension with other meshes or coordinates, no fewer.
+        No fewer modes of the same suspension, with other meshes or coordinates.
+
+    Returns
+    -------
+    ndarray of int, shape (k,)
+        Index in `others`; no index occurs twice.
 
     Notes
     -----
     The pairs have the largest sum of modal assurance criteria (phi^T M psi)^2, of mass-normalised shapes with the
     masses of the nodes of the other model. Allemang and Brown (1982).
     """
-    first, second = (model.layout.displaced(model.layout.bodies(model.shapes)) for model in (modes, others))
-    products = [_product(first, others.layout.mass @ second)]
+    motion, other_motion = (model.layout.displaced(model.layout.bodies(model.shapes)) for model in (modes, others))
+    products = [_product(motion, others.layout.mass @ other_motion)]  # phi^T M psi of the bodies, then of each cable
     models, meshes = others.solution.models, modes.solution.models.meshes
     for cable, (mesh, mass) in enumerate(zip(models.meshes, models.cables.mass.tolist(), strict=True)):
         if mesh is not None:

@@ -21,7 +21,9 @@ from cablestudy.system.tolerances import SYSTEM
 
 
 def poles_in_windows(matrices, omega):
-    """Poles x of a symmetric matrix polynomial Q(x) of the modes of a cable, and its inverse as a sum over them.
+    """Poles x of the symmetric matrix polynomial Q(x) of the modes of a cable, and Q(x)^-1 as a sum over these poles.
+
+    Found window by window, see the module's docstring: much cheaper for many modes than one eigenvalue problem.
 
     Parameters
     ----------
@@ -33,7 +35,7 @@ def poles_in_windows(matrices, omega):
     Returns
     -------
     poles, left, right : ndarray, shapes (N,), (n, N), (N, n)
-        The inverse is the sum of left right over (x - pole).
+        The inverse is the sum of left right/(x - pole).
 
     Raises
     ------
@@ -47,12 +49,13 @@ def poles_in_windows(matrices, omega):
     mode, size = mode[order], size[order]  # of the uncoupled poles, ascending
     static, *damping, _ = (matrix - np.diag(np.diagonal(matrix)) for matrix in matrices)
     coupling = [(0, 1j, static.imag)] * np.iscomplexobj(static) + [(1, 1.0, matrix) for matrix in damping]
-    windows, begin, low = [], 0, 0.0  # of a window: its first uncoupled pole, and sizes of poles at its edges
+    # a window has the uncoupled poles from index `begin` to `end`, and takes the poles of sizes from `low` to `high`
+    windows, begin, low = [], 0, 0.0
     while begin < len(size):
         factor = 1 if begin else SYSTEM.lowest_window
         is_last = begin + (factor + 0.5) * SYSTEM.window >= len(size)
         end = len(size) if is_last else begin + factor * SYSTEM.window
-        near = np.unique(mode[max(begin - SYSTEM.window_margin, 0) : end + factor * SYSTEM.window_margin])
+        near = np.unique(mode[max(begin - SYSTEM.window_margin, 0) : end + factor * SYSTEM.window_margin])  # N
         poles, vectors = eigen([matrix[np.ix_(near, near)] for matrix in matrices], omega[near])
         high = np.inf if is_last else _gap_near(np.abs(poles), size[end])
         inside = (np.abs(poles) >= low) & (np.abs(poles) < high)
@@ -66,25 +69,31 @@ def poles_in_windows(matrices, omega):
 
 
 def eigen(matrices, omega):
-    """All poles x of a polynomial as for `poles_in_windows`, and vectors of a linear eigenvalue problem.
+    """All poles x of the symmetric matrix polynomial of the modes of a cable, by one eigenvalue problem.
 
     Modes that damping does not couple are solved apart: of a level cable the symmetric and the antisymmetric ones.
+
+    Parameters
+    ----------
+    matrices, omega
+        As for `poles_in_windows`.
 
     Returns
     -------
     poles : ndarray, shape (N,)
     vectors : ndarray, shape (N, N)
-        See `shapes`.
+        Eigenvectors of the linear problem, from which `shapes` takes the amplitudes of the modes.
     """
     n, states = len(omega), len(matrices) - 1
     stiffness, *damping, mass = matrices
     poles, vectors = [np.zeros(0)], [np.zeros((states * n, 0))]
-    for part in coupled_groups(mass, damping[0] if damping else 0 * mass, stiffness):
-        of_part, part_vectors = _eigen_of_coupled([matrix[np.ix_(part, part)] for matrix in matrices], omega[part])
-        all_rows = np.zeros((states, n, len(of_part)), dtype=complex)
-        all_rows[:, part] = part_vectors.reshape(states, len(part), -1)
-        poles.append(of_part)
-        vectors.append(all_rows.reshape(-1, len(of_part)))
+    for group in coupled_groups(mass, damping[0] if damping else 0 * mass, stiffness):
+        matrices_of_group = [matrix[np.ix_(group, group)] for matrix in matrices]
+        group_poles, group_vectors = _eigen_of_coupled(matrices_of_group, omega[group])
+        all_rows = np.zeros((states, n, len(group_poles)), dtype=complex)  # zero for the modes of other groups
+        all_rows[:, group] = group_vectors.reshape(states, len(group), -1)
+        poles.append(group_poles)
+        vectors.append(all_rows.reshape(-1, len(group_poles)))
     return np.concatenate(poles), np.concatenate(vectors, axis=1)
 
 

@@ -1,7 +1,9 @@
-"""A linear system as a sum over its poles: after one eigenvalue problem each frequency costs one sum.
+"""Frequency response of a linear system as a sum over its poles: one eigenvalue problem, then a sum per frequency.
 
 x' = A x + B u,   y = C x + D u        A = V L V^-1,   L = diag(l_a)
 y = [D + sum c_a b_a/(s - l_a)] u      c_a the columns of C V, b_a the rows of V^-1 B
+
+Eigenvectors of poles that coincide, or nearly, need care, since V^-1 is then lost to rounding.
 """
 
 from collections.abc import Callable
@@ -41,32 +43,32 @@ class Eigen:
 
 
 def eigen(a):
-    """`Eigen` of a matrix, shape (N, N).
+    """Eigenvalues and eigenvectors, right and left, of the matrix A of a state space, shape (N, N): `Eigen`.
 
     Notes
     -----
-    States that do not depend on each other are solved apart. Rows are ordered by their size, the largest first: the
-    small eigenvalues of a graded matrix then keep more digits (Stewart, Matrix Algorithms II: Eigensystems, 2001,
-    section 2.3). A matrix without a full set of eigenvectors, as
-    that of a critically damped filter, is changed by little so that it has one (Davies, Approximate diagonalization,
-    SIAM Journal on Matrix Analysis and Applications 29, 2007): in the space of the poles that coincide alone. The share
-    of a state in a pole is its entry of V times that of V^-1; in whatever unit the state is, it is the same.
+    Groups of states that do not depend on each other are solved apart. Rows are ordered by their size, the largest
+    first: the small eigenvalues of a graded matrix then keep more digits (Stewart, Matrix Algorithms II: Eigensystems,
+    2001, section 2.3). A matrix without a full set of eigenvectors, such as that of a critically damped filter, is
+    changed by little, and only in the space of the poles that coincide, so that it has one (Davies, Approximate
+    diagonalization, SIAM Journal on Matrix Analysis and Applications 29, 2007). The need for that is judged by the
+    share of each state in each pole, its entry of V times its entry of V^-1, which does not depend on units.
     """
-    parts = coupled_states(a)
-    if len(parts) < 2:
-        return _eigen_of_one(a)
+    groups = coupled_states(a)
+    if len(groups) < 2:
+        return _eigen_of_group(a)
     poles, right, left = np.zeros(len(a), dtype=complex), *np.zeros((2, *a.shape), dtype=complex)
-    for part in parts:
-        block = np.ix_(part, part)
-        of_part = _eigen_of_one(a[block])
-        poles[part], right[block], left[block] = of_part.values, of_part.right, of_part.left
+    for states in groups:
+        block = np.ix_(states, states)
+        of_group = _eigen_of_group(a[block])
+        poles[states], right[block], left[block] = of_group.values, of_group.right, of_group.left
     return Eigen(poles, right, left, np.iscomplexobj(a))
 
 
-def _eigen_of_one(a):
+def _eigen_of_group(a):
     """`eigen` of a matrix whose states all depend on each other."""
-    if found := _eigen_of_springs(a):
-        return found
+    if eigen_of_springs := _eigen_of_springs(a):
+        return eigen_of_springs
     order = np.argsort(-np.abs(a).sum(axis=1), kind="stable")
     a, back = a[np.ix_(order, order)], np.argsort(order)
     poles, right = np.linalg.eig(a)
@@ -75,7 +77,7 @@ def _eigen_of_one(a):
     except np.linalg.LinAlgError:  # V is singular
         left = np.full_like(a, np.inf)
     if not _independent(right, left):
-        poles, right = np.linalg.eig(a + SYSTEM.moved_apart * _among_coinciding(a, poles, right))
+        poles, right = np.linalg.eig(a + SYSTEM.moved_apart * _separating_change(a, poles, right))
         left = np.linalg.inv(right)
     return Eigen(poles + 0j, right[back], left[:, back], np.iscomplexobj(a))
 
@@ -87,10 +89,11 @@ def _independent(right, left):
 
 
 def _eigen_of_springs(a):
-    """`eigen` of [0 U; B 0], U diagonal and B complex: springs with hysteretic damping alone; None of other matrices.
+    """`eigen` of a system damped by a complex stiffness alone, A = [0 U; B 0] with diagonal U and complex B.
 
-    An eigenvalue problem half as large: (U B)^-1 p = p/l^2, of the inverse since its largest eigenvalues are those of
-    the slow poles l.
+    The eigenvalue problem for the displacements p is half as large: (U B)^-1 p = p/l^2, l being a pole. It is written
+    with the inverse since the slow poles then are the largest eigenvalues, which rounding spares. None where A has
+    another form, or eigenvectors that are nearly dependent.
     """
     half = len(a) // 2
     if not np.iscomplexobj(a) or len(a) % 2 or a[:half, :half].any() or a[half:, half:].any():
@@ -111,12 +114,11 @@ def _eigen_of_springs(a):
     return Eigen(np.concatenate([poles, -poles]), right, left, True)
 
 
-def _among_coinciding(a, poles, right):
-    """Change of a matrix that takes poles apart which nearly coincide, of their size, shape (N, N).
+def _separating_change(a, poles, right):
+    """Random matrix, shape (N, N), a small multiple of which, added to A, takes poles apart that nearly coincide.
 
-    It changes those poles alone whose eigenvectors are next to parallel; `poles` and `right` are those that the matrix
-    seems to have. The change is random in their space: the projector P onto it is the integral of (s - A)^-1/(2 pi i)
-    around them (Kato, Perturbation Theory for Linear Operators, I.5.3), and P A = A P.
+    It acts in the space of poles whose eigenvectors are nearly parallel, with a norm of their size; other poles do not
+    change. `poles` and `right` are the eigenvalues and eigenvectors computed for A as it is.
     """
     random, total, is_real = np.random.default_rng(0), np.zeros_like(a), not np.iscomplexobj(a)
     remaining = np.arange(len(poles))
@@ -124,15 +126,12 @@ def _among_coinciding(a, poles, right):
         centre = poles[remaining[0]]
         near = np.abs(poles - centre) <= SYSTEM.coincident_poles * np.abs(centre)
         remaining = np.setdiff1d(remaining, np.append(np.flatnonzero(near), remaining[0]))
-        # the conjugate of a pole that is looked at too
+        # a pole in the lower half plane changes with its conjugate
         conjugate = is_real and centre.imag < -SYSTEM.coincident_poles * np.abs(centre)
         if conjugate or np.linalg.svd(right[:, near], compute_uv=False)[-1] > SYSTEM.parallel_vectors:
             continue
         centre = poles[near].mean()
-        radius = SYSTEM.circle_radius * np.abs(poles[~near] - centre).min(initial=np.abs(centre))
-        step = radius * CIRCLE
-        inverse = np.linalg.inv((centre + step)[:, None, None] * np.eye(len(a)) - a)
-        projector = (step[:, None, None] * inverse).mean(axis=0)
+        projector = _spectral_projector(a, centre, poles[~near])
         change = projector @ random.normal(size=a.shape) @ projector
         change *= np.abs(centre) / np.linalg.norm(change, 2)
         if is_real:
@@ -142,10 +141,22 @@ def _among_coinciding(a, poles, right):
     return total
 
 
-def eigen_apart(a):
-    """`Eigen` of a matrix, right for all eigenvalues but those that nearly coincide, as approximants of a delay have.
+def _spectral_projector(a, centre, other_poles):
+    """Projector P, P A = A P, onto the space of the eigenvectors of the poles of A near a centre, shape (N, N).
 
-    Each left eigenvector is computed by itself, and not as a row of V^-1.
+    P is the integral of (s - A)^-1/(2 pi i) along a circle around these poles, but no others (Kato, Perturbation Theory
+    for Linear Operators, I.5.3), here by the trapezoidal rule.
+    """
+    radius = SYSTEM.circle_radius * np.abs(other_poles - centre).min(initial=np.abs(centre))
+    step = radius * CIRCLE
+    inverse = np.linalg.inv((centre + step)[:, None, None] * np.eye(len(a)) - a)
+    return (step[:, None, None] * inverse).mean(axis=0)
+
+
+def eigen_apart(a):
+    """`Eigen` of the matrix A of a loop with a delay, whose rational approximation has poles that nearly coincide.
+
+    Each left eigenvector is computed by itself, and not as a row of V^-1: all but those of such poles are then right.
     """
     from scipy.linalg import eig
 
@@ -205,7 +216,9 @@ class Residues:
 
 @dataclass(frozen=True)
 class DelayedResponse:
-    """A system with a delay, by its response and those of its poles that make the response sharp over frequency.
+    """Frequency response of a system with a delay, and those of its poles that make sharp peaks in it.
+
+    Integrals over frequency treat the peaks by the poles and the smooth remainder by numbers, see `split`.
 
     Attributes
     ----------
@@ -229,25 +242,25 @@ class DelayedResponse:
 
 
 def delayed_response(response, slow, fast, highest):
-    """`DelayedResponse` of a response with the sharp poles of two systems, below and above a frequency.
+    """Combine the response of a system with a delay with sharp poles of two approximations: `DelayedResponse`.
 
-    The frequency is in the widest gap between poles of `fast` in a band below `highest`: a pole that both systems have
-    is then taken once.
+    Below a limit the poles are those of `slow`, above it those of `fast`. The limit is in the widest gap between poles
+    of `fast` in a band below `highest`, so that no pole which both systems have is taken twice, or lost.
 
     Parameters
     ----------
     response : callable
         As in `DelayedResponse`.
     slow, fast : Residues
-        Systems with about the same response up to that frequency, and from there on.
+        Approximations of the system, good below the limit and above it.
     highest : float
-        [rad/s]
+        Upper end of the band of the limit. [rad/s]
     """
     slow, fast = _sharp(slow), _sharp(fast)
-    size = np.unique(np.append(np.abs(fast.poles), [SYSTEM.gap * highest, highest]))
-    size = size[(size >= SYSTEM.gap * highest) & (size <= highest)]
-    widest = np.argmax(np.diff(size))
-    limit = size[widest : widest + 2].mean()
+    sizes = np.unique(np.append(np.abs(fast.poles), [SYSTEM.gap * highest, highest]))
+    sizes = sizes[(sizes >= SYSTEM.gap * highest) & (sizes <= highest)]
+    widest = np.argmax(np.diff(sizes))
+    limit = sizes[widest : widest + 2].mean()
     slow, fast = slow.take(np.abs(slow.poles) <= limit), fast.take(np.abs(fast.poles) > limit)
     poles, inputs = np.concatenate([slow.poles, fast.poles]), np.concatenate([slow.inputs, fast.inputs])
     outputs, direct = np.concatenate([slow.outputs, fast.outputs], axis=1), np.zeros_like(slow.direct)

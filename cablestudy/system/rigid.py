@@ -38,7 +38,8 @@ def from_angles(angles):
     ndarray, shape (..., 3, 3)
         Body axes to global axes.
     """
-    (cr, cp, cy), (sr, sp, sy) = (np.moveaxis(part, -1, 0) for part in (np.cos(angles), np.sin(angles)))
+    # cosines and sines of roll (r), pitch (p) and yaw (y)
+    (cr, cp, cy), (sr, sp, sy) = (np.moveaxis(values, -1, 0) for values in (np.cos(angles), np.sin(angles)))
     rows = (
         (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
         (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
@@ -93,18 +94,19 @@ def turn(vector):
 
 
 def at_attachments(stiffness, first, second):
-    """Stiffness at the reference points of two bodies, B_1^T K B_2, of a stiffness K between points of them.
+    """Transfer a stiffness between attachment points to the reference points of the bodies: B_1^T K B_2.
 
     Parameters
     ----------
     stiffness : ndarray, shape (..., 3, 3)
-        K. [N/m]
+        K, a 3x3 stiffness between the two points; its sign is left to the caller. [N/m]
     first, second : ndarray, shape (..., 3)
-        The points, r_1 and r_2 from the reference points in global axes. [m]
+        r_1 and r_2: vectors from the reference point of body 1 and 2 to its attachment point, global axes. [m]
 
     Returns
     -------
     ndarray, shape (..., 6, 6)
+        Rows force and moment on body 1, columns displacement and rotation of body 2. [N/m, N/rad; N, N m/rad]
     """
     left, right = cross_matrix(first), -cross_matrix(second)  # rotational parts of B_1^T and B_2: -[r x]^T = [r x]
     by_rotation = stiffness @ right

@@ -26,13 +26,13 @@ from cablestudy.system.tolerances import SYSTEM
 
 @dataclass(frozen=True)
 class Bounds:
-    """Rounding of net forces, or of stated values, which a search brings to zero.
+    """Bounds on the rounding of net forces, or of errors of stated values, which a search brings to zero.
 
     Attributes
     ----------
     least, most : ndarray
-        That of the sums alone, and with that of the lengths and places they are computed from. Of net forces and
-        moments shape (..., b, 6) [N], [N m]; of the relative errors of stated values shape (..., c) [-].
+        Rounding of the sums alone, and rounding of the lengths and places that enter the sums included. Of net forces
+        and moments shape (..., b, 6) [N], [N m]; of relative errors of stated values shape (..., c) [-].
     """
 
     least: np.ndarray
@@ -40,14 +40,19 @@ class Bounds:
 
 
 def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None):
-    """`Bounds` of the net forces of a suspension.
+    """`Bounds` on the rounding of the net force and moment on each body, by the terms of the module's docstring.
+
+    A search for the equilibrium ends where the net forces are below `Bounds.least`, or can fall no further below
+    `Bounds.most`.
 
     Parameters
     ----------
     suspension : SuspendedSystem
     rotation : ndarray, shape (..., b, 3, 3)
+        Rotation matrices of the bodies.
     arms, ends : ndarray, shape (..., c + l, 2, 3)
-        Of the ends of cables and links, from their owners and from the origin. [m]
+        Vectors to the ends of the cables and links, from the reference point of the body that holds the end, and from
+        the origin. [m]
     strain : ndarray, shape (..., c)
         Distance of the ends over the unstretched length less 1. [-]
     cables : Catenary

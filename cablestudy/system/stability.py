@@ -1,7 +1,8 @@
-"""Stability of an equilibrium: the least eigenvalue of its stiffness, and the motion that is not held.
+"""Stability of an equilibrium: sign of the least eigenvalue of its tangent stiffness, and the motion that is not held.
 
-Each degree of freedom is scaled by the terms whose sum its diagonal element is, so that an eigenvalue compares with
-their rounding. Where dead moments make the stiffness unsymmetric its symmetric part decides.
+Each degree of freedom is scaled by the size of the terms whose sum its diagonal element is, so that a scaled eigenvalue
+can be compared with the rounding of these terms. Where dead moments make the stiffness unsymmetric its symmetric part
+decides.
 """
 
 from dataclasses import dataclass
@@ -56,11 +57,12 @@ class Stability:
 
 
 def stability_of(equilibrium):
-    """Stability of a batch of equilibria.
+    """Decide whether equilibria are stable, by the least eigenvalue of the scaled tangent stiffness of each.
 
     Parameters
     ----------
     equilibrium : Equilibrium
+        Of one case or a batch.
 
     Returns
     -------
@@ -73,16 +75,7 @@ def stability_of(equilibrium):
         return Stability(np.full(shape, np.inf), np.full(shape, STABLE), motion, suspension.body_names)
     sizes = tangent.magnitudes(blocks, suspension)
     scales = np.sqrt(np.where(sizes > 0, sizes, 1.0))
-    if scales.shape[-1] <= SYSTEM.dense_freedoms:
-        matrix = tangent.scaled_dense(blocks, suspension, scales)
-        values, vectors = np.linalg.eigh((matrix + np.swapaxes(matrix, -1, -2)) / 2)
-        least, vector = values[..., 0], vectors[..., 0]
-    else:
-        shape = blocks.matrices.shape[:-3]
-        least, vector = np.empty(shape), np.empty(scales.shape)
-        for case in np.ndindex(shape):
-            matrix = tangent.scaled_sparse(blocks.of(case), suspension, scales[case])
-            least[case], vector[case] = _least_eigenvalue(matrix)
+    least, vector = _least_eigenvalues(blocks, suspension, scales)
     # forces that are balanced to the residual only leave the geometric stiffness uncertain by as much
     tolerance = np.maximum(SYSTEM.zero_eigenvalue, equilibrium.record.residual)
     verdict = np.where(least > tolerance, STABLE, np.where(least < -tolerance, UNSTABLE, MECHANISM))
@@ -92,6 +85,20 @@ def stability_of(equilibrium):
     motion[..., 3:] *= tangent.body_sizes(suspension)[..., None]
     motion /= largest(motion).max(axis=-1)[..., None, None]
     return Stability(least, verdict, motion, suspension.body_names)
+
+
+def _least_eigenvalues(blocks, suspension, scales):
+    """Least eigenvalue, shape (...), and its eigenvector, (..., d), of the stiffness scaled by `scales`, (..., d)."""
+    if scales.shape[-1] <= SYSTEM.dense_freedoms:
+        matrix = tangent.scaled_dense(blocks, suspension, scales)
+        values, vectors = np.linalg.eigh((matrix + np.swapaxes(matrix, -1, -2)) / 2)
+        return values[..., 0], vectors[..., 0]
+    shape = blocks.matrices.shape[:-3]
+    least, vector = np.empty(shape), np.empty(scales.shape)
+    for case in np.ndindex(shape):
+        matrix = tangent.scaled_sparse(blocks.of(case), suspension, scales[case])
+        least[case], vector[case] = _least_eigenvalue(matrix)
+    return least, vector
 
 
 def _blocks_without_loose_cables(equilibrium):

@@ -1,5 +1,6 @@
-"""Values that a cable may state instead of its unstretched length (tensions, sag), and how they depend on it.
+"""Stated values of cables: a tension or sag that the user prescribes instead of the unstretched length.
 
+The unstretched length L with which a cable has its stated value is found by iteration, from the derivatives given here.
 With N the tension vector at mid-length, P_1, P_2 the tension vectors at the ends, T_1, T_2 their sizes, d the vector
 from end 1 to end 2 and K the stiffness, at ends that do not move
 
@@ -29,18 +30,18 @@ LEVEL = np.array([1.0, 1.0, 0.0])
 
 @dataclass(frozen=True)
 class Rates:
-    """Derivatives of cables between ends, per relative change dL/L of their unstretched lengths.
+    """Derivatives of the end forces and stated values of c cables by unstretched length L and by the place of end 2.
 
     Attributes
     ----------
     end_forces : ndarray, shape (..., c, 2, 3)
-        Of the force on each end, global axes, by dL/L. [N]
+        Of the force on each end, global axes, by the relative change of length dL/L. [N]
     stiffness : ndarray, shape (..., c, 3, 3)
         dN/dd, global axes. [N/m]
     by_length : ndarray, shape (..., c)
-        Of the stated quantity by dL/L; not a number where nothing is stated. [N] or [m]
+        Of the stated value by dL/L; not a number where nothing is stated. [N] or [m]
     by_end : ndarray, shape (..., c, 3)
-        Of the stated quantity by the place of end 2, global axes; zero where nothing is stated. [N/m] or [-]
+        Of the stated value by the place of end 2, global axes; zero where nothing is stated. [N/m] or [-]
     """
 
     end_forces: np.ndarray
@@ -50,14 +51,14 @@ class Rates:
 
 
 def values(cables, given):
-    """Values of what each cable states, such as its sag or a tension.
+    """Value that each cable actually has of the quantity that is stated for it, such as its sag or a tension.
 
     Parameters
     ----------
     cables : Catenary
         Of shape (..., c).
     given : sequence of (str or None)
-        One of `suspension.GIVEN`, or None, for each cable.
+        Name of the stated quantity of each cable, one of `suspension.GIVEN`; None where nothing is stated.
 
     Returns
     -------
@@ -66,6 +67,7 @@ def values(cables, given):
     """
     kinds = np.asarray(given, dtype=object)
     result, loaded = np.full(np.shape(cables.span.chord), np.nan), cables.span.load_positions.shape[-1] > 0
+    # without point loads an end has the horizontal and the largest tension of the whole cable
     quantities = {
         "unstretched_length": lambda: cables.span.unstretched_length,
         "preload": lambda: cables.mean_tension,
@@ -84,7 +86,7 @@ def values(cables, given):
 
 
 def rates(cables, given):
-    """Derivatives of the end forces and of what is stated: `Rates`.
+    """Derivatives of the end forces and of the stated values of cables by length and end position: `Rates`.
 
     Parameters
     ----------
@@ -132,7 +134,7 @@ def _end_tensions(cables):
 
 
 def _end_movement_by_length(cables):
-    """Movement of end 2 from end 1 by dL/L at a given tension vector at mid-length, shape (..., c, 3). [m]"""
+    """Movement of end 2 away from end 1 per dL/L, the tension vector at mid-length fixed, shape (..., c, 3). [m]"""
     middle_tension, _, _, _, tangents = _end_tensions(cables)
     axial_stiffness = np.asarray(cables.span.axial_stiffness)[..., None]
     mean_tangent = (tangents[0] + tangents[1]) / 2
@@ -140,10 +142,21 @@ def _end_movement_by_length(cables):
 
 
 def _gradients(cables, kinds):
-    """Derivatives of each kind of tension that occurs, of cables without point loads: dict, kind -> two arrays.
+    """Derivatives of the tensions that may be stated, of cables without point loads.
 
-    By the tension vector N at mid-length, shape (..., c, 3) [-], and by dL/L at a given N, shape (..., c) [N]: for the
-    mean tension d/L - N/EA and (T_1 + T_2)/2 - T_m, as in the module's docstring.
+    Parameters
+    ----------
+    cables : Catenary
+        Of shape (..., c).
+    kinds : ndarray of object, shape (c,)
+        Name of the stated quantity of each cable.
+
+    Returns
+    -------
+    dict of str to (ndarray, ndarray)
+        For each kind of tension its derivative by the tension vector N at mid-length, shape (..., c, 3) [-], and by
+        dL/L at a fixed N, shape (..., c) [N]. Of the mean tension they are d/L - N/EA and (T_1 + T_2)/2 - T_m, as in
+        the module's docstring.
     """
     span, mean = cables.span, cables.mean_tension
     axial_stiffness = np.asarray(span.axial_stiffness)[..., None]
@@ -165,27 +178,30 @@ def _gradients(cables, kinds):
 
 
 def end_forces_at_stated_values(cables, given):
-    """Changes of the forces on the ends of cables that keep what they state, their lengths following.
+    """Derivatives of the end forces of cables whose lengths are adjusted so that they keep their stated values.
+
+    They tell how far rounding of the stated values, or of net forces, moves the equilibrium (`uncertainty`).
 
     Parameters
     ----------
     cables, given
-        As for `values`; each cable states something.
+        As for `values`; each cable has a stated value.
 
     Returns
     -------
     ndarray, shape (..., c, 2, 3, 4)
-        Change of the force on each end by a movement of end 2 along x, y, z [N/m], and by a relative change of what is
-        stated [N].
+        Change of the force on each end per movement of end 2 along x, y, z [N/m], and per relative change of the
+        stated value [N].
 
     Notes
     -----
-    Of a cable that keeps a tension the stiffness along it all but vanishes: a difference of its stiffness and what its
-    length takes back has no digits of that. [F, t; g, c] [dN; dL/L] = [d; dv] has them, with F the flexibility, t the
-    movement by dL/L at a given tension vector N, and g and c the derivatives of what is stated.
+    The stiffness along a cable that keeps a stated tension all but vanishes: computed as the stiffness of fixed length
+    less the effect of the length that follows, it would be rounding. The solution of [F, t; g, c] [dN; dL/L] = [d; dv]
+    has all digits, with F the flexibility, t the movement of end 2 per dL/L at a fixed tension vector N, and g and c
+    the derivatives of the stated value v by N and by dL/L.
     """
     derivatives, value = rates(cables, given), values(cables, given)
-    force_1, force_2 = (derivatives.end_forces[..., end, :] for end in (0, 1))  # by dL/L
+    force_1, force_2 = (derivatives.end_forces[..., end, :] for end in (0, 1))  # on each end, per dL/L
     by_length = derivatives.by_length
     by_length = np.where(np.abs(by_length) > SYSTEM.tiny, by_length, SYSTEM.tiny)
     # dL/L, and then dN, by the three movements of end 2 and by the stated value
@@ -198,14 +214,29 @@ def end_forces_at_stated_values(cables, given):
         changes = _changes_at_stated_tension(cables, given, value, exact)
         middle = np.where(exact[..., None, None], changes[..., :3, :], middle)
         lengthening = np.where(exact[..., None], changes[..., 3, :], lengthening)
-    half_weight = ((force_1 + force_2) / 2)[..., None] * lengthening[..., None, :]  # what is added on each end
+    half_weight = ((force_1 + force_2) / 2)[..., None] * lengthening[..., None, :]  # a longer cable is heavier
     return np.stack([half_weight + middle, half_weight - middle], axis=-3)
 
 
 def _changes_at_stated_tension(cables, given, value, chosen):
-    """Changes of tension vector and dL/L of the `chosen` cables, which keep a tension, shape (..., c, 4, 4).
+    """Changes dN of the tension vector at mid-length, and dL/L, of cables that keep a stated tension.
 
-    They solve the equations of `end_forces_at_stated_values`, with forces over the tension and lengths over L.
+    They solve [F, t; g, c] [dN; dL/L] = [d; dv], see `end_forces_at_stated_values`, with forces divided by the tension
+    and lengths by L so that all entries are of like size.
+
+    Parameters
+    ----------
+    cables, given
+        As for `values`.
+    value : ndarray, shape (..., c)
+        Stated values. [N]
+    chosen : ndarray of bool, shape (..., c)
+        True for the cables to solve; the results of the others have no meaning.
+
+    Returns
+    -------
+    ndarray, shape (..., c, 4, 4)
+        Rows dN [N] and dL/L, per movement of end 2 along x, y, z [m] and per relative change of the stated value.
     """
     span, kinds = cables.span, np.asarray(given, dtype=object)
     length, tension = span.unstretched_length[..., None], np.where(chosen, cables.max_tension, 1.0)[..., None]
@@ -252,15 +283,21 @@ def _slack_step(span):
 
 
 def _differences(span, function, step):
-    """Derivatives by dL/L and by the place of end 2, by central differences, shape (..., m, 4).
+    """Derivatives of any m quantities of cables by length and end position, by central differences.
 
     Parameters
     ----------
     span : Span
+        Of shape (...).
     function : callable
-        Catenary of shape (8, ...) -> ndarray, shape (8, ..., m).
+        Catenary of shape (8, ...), the varied cables -> their quantities, ndarray, shape (8, ..., m).
     step : ndarray, shape (...)
-        Relative change of the length. [-]
+        Relative change of the length, and change of the position of end 2 over the length. [-]
+
+    Returns
+    -------
+    ndarray, shape (..., m, 4)
+        By dL/L, and by the position of end 2 along x, y and z.
     """
     vector = span.frame[..., 0, :] * np.asarray(span.chord)[..., None]
     forces = span.in_frame(span.load_forces, "global")
@@ -310,10 +347,11 @@ def with_relative_length(strain, change):
 
 
 def least_preload(span):
-    """Least mean tension that cables between given ends can have, of all unstretched lengths.
+    """Least mean tension that cables between fixed ends can have, whatever their unstretched lengths.
 
-    A shorter cable is stretched, a longer one hangs deeper: either raises the tension. A horizontal cable that hardly
-    stretches has 0.508 of its weight per length times its chord at a length of 1.48 chords, a vertical one 0.5 at 1.
+    No smaller preload can be stated. A shorter cable is stretched, a longer one hangs deeper: either raises the
+    tension. The least tension of a horizontal cable that hardly stretches is 0.508 of its weight per length times its
+    chord, at a length of 1.48 chords; that of a vertical one is 0.5 of it, at a length of one chord.
 
     Parameters
     ----------
@@ -328,7 +366,7 @@ def least_preload(span):
     high = np.log1p(span.weight_per_length * span.chord / span.axial_stiffness)
     low = np.broadcast_to(-np.log(SYSTEM.slackest), high.shape)
     span, grid = span.without_loads(), np.linspace(0.0, 1.0, SYSTEM.slack_lengths).reshape(-1, *[1] * high.ndim)
-    for _ in range(2):  # the second time between the neighbours of the lowest point of the first grid
+    for _ in range(2):  # a coarse grid, then one between the neighbours of its lowest point
         trials = low + grid * (high - low)
         tension = catenary.solve(span.with_chord_strain(np.expm1(trials))).mean_tension
         lowest = tension.argmin(axis=0)[None]
@@ -338,19 +376,23 @@ def least_preload(span):
 
 
 def first_strains(span, given, value):
-    """Chord strains with which cables between given ends have what they state, or about so.
+    """Chord strains (chord over unstretched length, less 1) with which cables have about their stated values.
+
+    The search for the lengths begins there.
 
     Parameters
     ----------
     span : Span
         Of shape (n,).
     given : ndarray of object, shape (n,)
+        Name of the stated quantity of each cable, or None.
     value : ndarray, shape (n,)
+        Stated values. [m] or [N]
 
     Returns
     -------
     ndarray, shape (n,)
-        Of any tension as if it were the mean one; 0 where nothing is stated or no length was found. [-]
+        Any stated tension is taken as the mean one; 0 where nothing is stated or no length was found. [-]
     """
     strain = np.zeros(len(value))
     finders = dict.fromkeys(FORCES, initial_length.strains_for_tension) | {"sag": initial_length.strains_for_sag}
@@ -364,29 +406,30 @@ def first_strains(span, given, value):
 
 
 def fit(span, given, value, strain):
-    """Chord strains with which cables between given ends have what they state, by Newton's method.
+    """Chord strains (chord over unstretched length, less 1) with which cables have their stated values, by iteration.
 
     Parameters
     ----------
     span : Span
         Of shape (..., c).
     given : sequence of (str or None), one per cable
+        Name of the stated quantity, see `values`.
     value, strain : ndarray, shape (..., c)
-        Of what is stated, and where the iteration begins.
+        Stated values, and chord strains at which the iteration begins.
 
     Returns
     -------
     strain : ndarray, shape (..., c)
-        That of the beginning where nothing is stated.
+        Unchanged where nothing is stated. [-]
     error : ndarray, shape (..., c)
-        Relative, of what is stated; zero where nothing is.
+        Relative error of the stated values; zero where nothing is stated. [-]
     tension : ndarray, shape (..., c, 3)
         Tension vectors at mid-length in the last step, global axes. [N]
 
     Notes
     -----
-    The tension is a convex function of the length of a cable that is not very slack. From the strain of a weightless
-    cable with this tension, which is too large, Newton steps fall on the solution and never pass it.
+    Newton's method. The tension is a convex function of the length of a cable that is not very slack. From the strain
+    of a weightless cable with this tension, which is too large, Newton steps fall on the solution and never pass it.
     """
     kinds = np.asarray(given, dtype=object)
     stated, of_force = np.array([kind is not None for kind in given]), np.isin(kinds, FORCES)

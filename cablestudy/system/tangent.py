@@ -1,6 +1,7 @@
-"""Net forces on the bodies of a suspension, and their tangent stiffness, of a batch of cases.
+"""Net forces on the bodies of a suspension, and their tangent stiffness, for a batch of load cases.
 
-With r the arm of a cable end, F the force of the cable on it and K its end stiffness, a body's stiffness is
+With r the arm of a cable end (its vector from the reference point of the body that holds it), F the force of the cable
+on it and K its end stiffness, a body's stiffness is
 
     sum B^T K B + [0, 0; 0, -sum [F x][r x] - [W x][r_G x]],     B = [I, -[r x]],
 
@@ -23,7 +24,7 @@ GROUND = -1  # owner of a cable end that is fixed to the ground
 
 @dataclass(frozen=True)
 class Blocks:
-    """Stiffness as a sum of 6x6 blocks: block k stands in the rows of body `rows[k]` and the columns of `columns[k]`.
+    """Stiffness matrix as a sum of p 6x6 blocks: block k is in the rows of body `rows[k]`, the columns of `columns[k]`.
 
     Attributes
     ----------
@@ -137,23 +138,24 @@ def _solved_or_nearest(matrix, vector):
         return np.zeros(len(vector))
 
 
-def by_body(suspension, which, values):
-    """Values at the ends of some cables as values on the free degrees of freedom of the bodies that hold these ends.
+def by_body(suspension, cables, values):
+    """Forces of each of some cables on the free degrees of freedom of the bodies, from the forces at its two ends.
 
     Parameters
     ----------
     suspension : SuspendedSystem
-    which : ndarray of int, shape (s,)
-        The cables.
+    cables : ndarray of int, shape (s,)
+        Indices of the cables.
     values : ndarray, shape (n, s, 2, 6)
-        Of each end of them, such as forces and moments.
+        Force and moment at each end of each of them in n cases, about the reference point of the body that holds the
+        end; or their derivatives. Those at the ground are left out.
 
     Returns
     -------
     ndarray, shape (n, s, d)
-        The sum over both ends of each cable.
+        The sum over both ends of each cable, d being the number of free degrees of freedom.
     """
-    owner = suspension.owner[which]
+    owner = suspension.owner[cables]
     cable, end = np.nonzero(owner != GROUND)
     total = np.zeros((*values.shape[:2], *suspension.free.shape))
     np.add.at(total, (slice(None), cable, owner[cable, end]), values[:, cable, end])
@@ -180,23 +182,26 @@ def _moment_from_outer_product(outer):
 
 
 def net_forces(suspension, rotation, arms, end_forces, tension):
-    """Force and moment of all loads on each body, about its reference point, and their scale.
+    """Net force and moment on each body, which vanish in equilibrium, and the size of the loads they are the sum of.
+
+    The loads are weight, dead forces and moments, and the forces of the c cables and l links.
 
     Parameters
     ----------
     suspension : SuspendedSystem
     rotation : ndarray, shape (..., b, 3, 3)
+        Rotation matrix of each of the b bodies.
     arms, end_forces : ndarray, shape (..., c + l, 2, 3)
-        Of the ends of cables and links [m], forces of these on what holds them [N], global axes.
+        Arm of each end of the cables and links [m], and force of the cable or link on what holds it [N]; global axes.
     tension : ndarray, shape (..., c)
         Largest one of each cable, for the scale. [N]
 
     Returns
     -------
     net : ndarray, shape (..., b, 6)
-        [N], [N m]
+        Force [N] and moment about the reference point of the body [N m].
     scale : ndarray, shape (..., b)
-        Sum of the sizes of the loads and of the tensions of the cables. [N]
+        Sum of the sizes of the loads and of the tensions of the cables, beside which the net force is judged. [N]
     """
     center, weight = weights(suspension, rotation)
     moment = suspension.moment + cross(center, weight)
@@ -213,7 +218,7 @@ def net_forces(suspension, rotation, arms, end_forces, tension):
 
 
 def blocks(suspension, rotation, arms, end_forces, end_stiffness):
-    """Stiffness of all degrees of freedom, held ones too, by the equation of the module's docstring.
+    """Tangent stiffness of the bodies by the equation of the module's docstring, for held degrees of freedom too.
 
     Parameters
     ----------
@@ -230,6 +235,7 @@ def blocks(suspension, rotation, arms, end_forces, end_stiffness):
     cable, row, column = pairs(suspension)
     owner = suspension.owner
     sign = np.where(row == column, 1.0, -1.0)[:, None, None]
+    # B_1^T K B_2 of each pair of ends, and then the terms with the forces on each body
     between = at_attachments(end_stiffness[..., cable, :, :], arms[..., cable, row, :], arms[..., cable, column, :])
     center, weight = weights(suspension, rotation)
     bodies = np.arange(center.shape[-2])
@@ -286,7 +292,7 @@ def sparse(blocks, suspension, free=None):
         Of one case.
     suspension : SuspendedSystem
     free : ndarray of bool, shape (b, 6), optional
-        Other degrees of freedom than `suspension.free`.
+        True for the d degrees of freedom that the matrix shall have; by default `suspension.free`.
 
     Returns
     -------
@@ -295,9 +301,9 @@ def sparse(blocks, suspension, free=None):
     from scipy.sparse import coo_array
 
     free = suspension.free if free is None else free
-    number = np.where(free.ravel(), np.cumsum(free) - 1, -1).reshape(free.shape)
-    rows = np.broadcast_to(number[blocks.rows][:, :, None], blocks.matrices.shape)
-    columns = np.broadcast_to(number[blocks.columns][:, None, :], blocks.matrices.shape)
+    index = np.where(free.ravel(), np.cumsum(free) - 1, -1).reshape(free.shape)  # row of the matrix; -1 if not free
+    rows = np.broadcast_to(index[blocks.rows][:, :, None], blocks.matrices.shape)
+    columns = np.broadcast_to(index[blocks.columns][:, None, :], blocks.matrices.shape)
     is_free = (rows >= 0) & (columns >= 0)
     size = int(free.sum())
     return coo_array((blocks.matrices[is_free], (rows[is_free], columns[is_free])), shape=(size, size)).tocsc()
@@ -340,11 +346,12 @@ def scaled_sparse(blocks, suspension, scales):
 
 
 def factorised(matrix):
-    """L U factors of a symmetric matrix, or None where it is not positive definite.
+    """L U factors of a sparse symmetric matrix, or None where it is not positive definite.
 
     Parameters
     ----------
     matrix : scipy.sparse.csc_array
+        Such as a stiffness, which is positive definite where the equilibrium is stable.
 
     Returns
     -------
@@ -364,7 +371,7 @@ def factorised(matrix):
 
 
 def body_stiffness(blocks, suspension):
-    """Stiffness of each body with the junctions following and the other bodies at rest.
+    """Stiffness of each body on its cables: the other bodies at rest, the junctions of cables free to follow.
 
     Parameters
     ----------
@@ -395,12 +402,10 @@ def body_stiffness(blocks, suspension):
 
 
 def _condensed(blocks, suspension, count, following):
-    """`body_stiffness` of one case with `count` bodies.
+    """`body_stiffness` of one case by static condensation, shape (count, 6, 6).
 
-    Parameters
-    ----------
-    following : ndarray of bool, shape (b, 6)
-        j of `body_stiffness`.
+    `count` is the number of bodies, which come before the junctions; `following`, bool of shape (b, 6), is True for the
+    free degrees of freedom of the junctions, j of `body_stiffness`.
     """
     from scipy.sparse.linalg import splu
 

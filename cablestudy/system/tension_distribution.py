@@ -43,7 +43,7 @@ class Distribution:
 
 
 def distribute(by_tension, by_unbounded, right, method, reference, low, high, damping=0.0, current=None):
-    """Tensions within bounds that balance loads.
+    """Solve the problem of the module's docstring: tensions within bounds that balance loads, chosen by a method.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
         b. [N]
     method : {"balanced", "least", "closest"}
     reference : ndarray, shape (m,)
-        Of the method `closest`. [N]
+        Tensions that those of the method `closest` shall be close to. [N]
     low, high : ndarray, shape (m,)
         Bounds; infinite where there is none. [N]
     damping : float
@@ -71,15 +71,12 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
     norms = np.sqrt((matrix**2).sum(axis=0))
     column_scales = np.where(norms > 0, norms, 1.0)
     column_scales[:count] = column_scales[:count].max(initial=0.0) or 1.0  # the tensions stay comparable
-    left_vectors, values, right_vectors = np.linalg.svd(matrix / column_scales)
-    rank = int((values > SYSTEM.rank * values.max(initial=0.0)).sum())
-    particular = right_vectors[:rank].T @ ((left_vectors[:, :rank].T @ right) / values[:rank]) / column_scales
-    null_space = right_vectors[rank:].T / column_scales[:, None]
+    particular, null_space = _solutions(matrix, column_scales, right)
     left = right - matrix @ particular
     largest_load = np.abs(right).max(initial=0.0)
     held = bool(np.abs(left).max(initial=0.0) <= SYSTEM.unbalanced * max(largest_load, np.finfo(float).tiny))
     tensions = particular[:count], reference, low[np.isfinite(low)]
-    unit = max(np.abs(part).max(initial=1e-300) for part in tensions)
+    unit = max(np.abs(values).max(initial=1e-300) for values in tensions)  # tensions are solved for in this unit
     objective, target = _objective(method, count, len(particular)), np.zeros(len(particular))
     target[:count] = reference if method == "closest" else 0.0
     objective_value = objective @ target
@@ -95,6 +92,17 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
     return Distribution(solution[:count], solution[count:], left, held, within)
 
 
+def _solutions(matrix, column_scales, right):
+    """All solutions t_0 + Z z of the equations with a matrix, by singular value decomposition: t_0, and null space Z.
+
+    Where the equations contradict each other their error is least. Columns are divided by their scales, shape (m + f,).
+    """
+    left_vectors, values, right_vectors = np.linalg.svd(matrix / column_scales)
+    rank = int((values > SYSTEM.rank * values.max(initial=0.0)).sum())
+    particular = right_vectors[:rank].T @ ((left_vectors[:, :rank].T @ right) / values[:rank]) / column_scales
+    return particular, right_vectors[rank:].T / column_scales[:, None]
+
+
 def _objective(method, count, unknowns):
     """S of a method, shape (m or 2 m, m + f)."""
     tensions = np.eye(count, unknowns)
@@ -106,10 +114,23 @@ def _objective(method, count, unknowns):
 
 
 def _least_distance(particular, null_space, count, objective, objective_value, low, high, unit):
-    """Coordinates z of the best solution t_0 + Z z of the equations, or None where the bounds leave none.
+    """Coordinates z of the solution t_0 + Z z of the equations with the least objective, or None if none is in bounds.
 
-    t_0 is a `particular` solution and Z the null space. The best one has the least |S (t_0 + Z z) - f|^2, with S the
-    `objective` and f its value at the target. By the singular value decomposition S Z = U s V^T that is
+    Parameters
+    ----------
+    particular, null_space : ndarray, shapes (m + f,), (m + f, q)
+        t_0 and Z; the first m = `count` unknowns are tensions.
+    count : int
+    objective, objective_value : ndarray, shapes (p, m + f), (p,)
+        S, and its value f at the target.
+    low, high : ndarray, shape (m,)
+        Bounds of the tensions. [N]
+    unit : float
+        Tension of about the size of the solution. [N]
+
+    Notes
+    -----
+    The objective is |S (t_0 + Z z) - f|^2. By the singular value decomposition S Z = U s V^T the solution is
     z = V (w + U^T (f - S t_0))/s with the w of least size within the bounds: a least-distance problem.
     """
     left_vectors, values, right_vectors = np.linalg.svd(objective @ null_space, full_matrices=False)
@@ -127,6 +148,7 @@ def _least_distance(particular, null_space, count, objective, objective_value, l
         return None
     from scipy.optimize import nnls
 
+    # Lawson and Hanson, algorithm LDP: the residual of this problem is w up to a factor, or zero if none is in bounds
     matrix, right = np.vstack([rows.T, bounds]), np.append(np.zeros(rows.shape[1]), 1.0)
     multipliers, _ = nnls(matrix, right, maxiter=100 * count)
     residual = matrix @ multipliers - right

@@ -1,4 +1,6 @@
-"""How well an equilibrium is determined: what the rounding of forces, lengths and stated values moves it by.
+"""Uncertainty of an equilibrium: displacements and tension changes by rounding of forces, lengths and stated values.
+
+Where rounding alone moves a body far, nothing determines its place, and the equilibrium found is no answer.
 
 With K the stiffness on the free degrees of freedom of cables that keep what they state (a length, or a tension that
 their length follows), g the net forces that the search left, and b changes of them by rounding, the place is known to
@@ -89,34 +91,33 @@ def uncertainty_of(equilibrium):
 
 
 def _sampled(equilibrium):
-    """Changes of places, tensions and forces of links by rounding, as `_rms` of random samples of it.
+    """Changes of places, tensions and link forces by rounding: root mean square of random samples, see `_rms`.
+
+    Each sample gives every rounding error its full size and a random sign, and solves for the displacements of the
+    module's docstring, K^-1 b; the last sample has the residuals of the search instead, K^-1 g.
 
     Returns
     -------
     displacement : ndarray, shape (..., b, 6)
         [m], [rad]
     change : ndarray, shape (..., c + l)
-        Of each tension over the largest one of the cable [-], of each force [N].
+        Change of each tension over the largest tension of the cable [-], and of the force of each link [N].
     """
     suspension, cables, arms = equilibrium.suspension, equilibrium.catenary, equilibrium.arms
     kinds = tuple(kind or "unstretched_length" for kind in suspension.given)
-    length_stated = np.array([kind == "unstretched_length" for kind in kinds], dtype=bool)
-    length_known = _stayed(equilibrium)[..., None] | length_stated
-    force_changes = stated.end_forces_at_stated_values(cables, kinds)
-    if (length_known & ~length_stated).any():
-        at_given_lengths = stated.end_forces_at_stated_values(cables, ("unstretched_length",) * len(kinds))
-        force_changes = np.where(length_known[..., None, None, None], at_given_lengths, force_changes)
+    force_changes, length_known = _force_changes(equilibrium, kinds)
     net, net_rounding, error, value_rounding = _residuals(equilibrium, kinds, length_known)
     free = suspension.free
     generator = np.random.default_rng(SYSTEM.seed)
-    on_bodies = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, *free.shape))
-    on_cables = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, len(kinds)))
+    body_signs = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, *free.shape))
+    cable_signs = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, len(kinds)))
     # samples first: relative changes of stated values, and of the forces of links with their lengths
-    changes = np.concatenate([on_cables * value_rounding[..., None, :], -error[..., None, :]], axis=-2)
+    changes = np.concatenate([cable_signs * value_rounding[..., None, :], -error[..., None, :]], axis=-2)
     end_forces, stiffness = force_changes[..., 3], force_changes[..., :, :, :3]  # by such a change, and by end 2
     if suspension.link_names:
         stiffness, end_forces, changes = _with_links(equilibrium, stiffness, end_forces, changes, generator)
-    forces = np.concatenate([on_bodies * net_rounding[..., None, :, :], net[..., None, :, :]], axis=-3)
+    # net force on each body in each sample: its own rounding, or residual, and the changes of the end forces
+    forces = np.concatenate([body_signs * net_rounding[..., None, :, :], net[..., None, :, :]], axis=-3)
     cable, end, body = tangent.held_ends(suspension)
     arm = arms[..., cable, end, :]
     wrench = np.ascontiguousarray(tangent.wrenches(arm, end_forces[..., cable, end, :]))
@@ -138,29 +139,48 @@ def _sampled(equilibrium):
     return _rms(displacement, -3), _rms(size(tension) / unit[..., None, :], -2)
 
 
+def _force_changes(equilibrium, kinds):
+    """Changes of the end forces of all cables by the place of end 2 and by length or stated value.
+
+    Returns
+    -------
+    force_changes : ndarray, shape (..., c, 2, 3, 4)
+        See `stated.end_forces_at_stated_values`; at fixed length where the length is known.
+    length_known : ndarray of bool, shape (..., c)
+        True where the length is stated, or bodies that have not moved show that it is known.
+    """
+    cables, length_stated = equilibrium.catenary, np.array([kind == "unstretched_length" for kind in kinds], dtype=bool)
+    length_known = _stayed(equilibrium)[..., None] | length_stated
+    force_changes = stated.end_forces_at_stated_values(cables, kinds)
+    if (length_known & ~length_stated).any():
+        at_given_lengths = stated.end_forces_at_stated_values(cables, ("unstretched_length",) * len(kinds))
+        force_changes = np.where(length_known[..., None, None, None], at_given_lengths, force_changes)
+    return force_changes, length_known
+
+
 def _with_links(equilibrium, stiffness, end_forces, changes, generator):
-    """Stiffness by movements of end 2, changes of end forces, and rounding in each sample, with links added.
+    """Append the links to the stiffness of the cables, to the changes of their end forces, and to the samples of these.
 
     Parameters
     ----------
     equilibrium : Equilibrium
     stiffness : ndarray, shape (..., c, 2, 3, 3)
-        Of the force on each end of the cables by movements of end 2. [N/m]
+        Force on each end of the cables per movement of end 2. [N/m]
     end_forces : ndarray, shape (..., c, 2, 3)
-        Changes of those of the cables by a relative change of what they state. [N]
+        Changes of the end forces of the cables by a relative change of what they state. [N]
     changes : ndarray, shape (..., samples + 1, c)
-        Relative changes of what cables state. [-]
+        Relative changes of what the cables state by rounding, in each sample. [-]
     generator : numpy.random.Generator
-        Of the signs of rounding.
+        Draws the sign of the rounding of each link.
 
     Returns
     -------
     stiffness : ndarray, shape (..., c + l, 2, 3, 3)
-        [N/m]
+        Of the cables and then the links. [N/m]
     end_forces : ndarray, shape (..., c + l, 2, 3)
-        [N]
+        Of the cables and then the links. [N]
     changes : ndarray, shape (..., samples + 1, c + l)
-        [-]
+        Of the cables and then the links. [-]
     """
     links, ends = equilibrium.links, equilibrium.ends[..., len(equilibrium.suspension.cable_names) :, :, :]
     least, most = rounding.of_springs(ends, links)

@@ -34,6 +34,7 @@ SMALL = 0.03  # share of the height of the picture below which a sag has no dime
 SAGS = 6  # cables up to which sags have dimensions
 LONG = 0.25  # second largest extent over the largest below which a scene is long
 RATIO = 0.3  # height over width of a view with an enlarged vertical scale
+BAR = 1.2  # width of a scale of colours with its numbers [in]
 KILO = 1e4  # tension from which a scale is in kN [N]
 LENGTH = "length along the unstretched cable [m]"
 
@@ -127,7 +128,8 @@ class _Picture:
         below = np.concatenate([drawing.below.ravel() for drawing in self.drawings])
         height, sag = windows[0].ratio * windows[0].width, np.abs(below).max(initial=0.0) * windows[0].factor
         hidden = self.plane is not None and 0 < sag < HIDDEN * height
-        heights = [3.1 if self.in_space else 0.7 + window.ratio * (WIDTH - 0.8) for window in windows]
+        width = WIDTH - 0.8 - (BAR if self.scale is not None else 0.0)
+        heights = [3.1 if self.in_space else 0.7 + window.ratio * width for window in windows]
         paints = [partial(self._view, *about, hidden) for about in zip(views, windows, grounds, strict=True)]
         panels = list(zip(heights, paints, strict=True))
         if hidden:

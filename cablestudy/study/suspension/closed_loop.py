@@ -8,7 +8,7 @@ import numpy as np
 
 from cablestudy.control.gain_limits import undamped
 from cablestudy.control.law import law_from
-from cablestudy.control.loop import Loop, allocate, moved_by_winches, unstable_pole
+from cablestudy.control.loop import Loop, allocate, decay_beyond_doubt, moved_by_winches, unstable_pole
 from cablestudy.control.notch import Notch
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, result_of
@@ -344,6 +344,8 @@ class ClosedLoop:
     @cached_property
     def with_critical_modes(self):
         """Copy whose model has the modes that would grow first; itself unless its gain is nearly the largest one."""
+        if self._far_from_unstable:
+            return self
         plant = self.driven.with_critical_modes(self.plant, self.loop.gain)
         return self if plant is self.plant else ClosedLoop(self.scene, plant)
 
@@ -358,7 +360,41 @@ class ClosedLoop:
         """True if no motion grows, with the winches at rest and with the loop."""
         if unstable_pole(self.open_poles) is not None:
             return False
-        return self.loop is None or not self.gains.unstable(self.loop.gain)
+        return self.loop is None or self._far_from_unstable or not self.gains.unstable(self.loop.gain)
+
+    @cached_property
+    def _far_from_unstable(self):
+        """True if the poles of the model show that the loop is stable, and that its gain is not nearly the largest one.
+
+        With the gain, and with 1/`nearly_largest_gain` times the gain, all of them decay, and no mode of the cables
+        above those of the model could be driven by either (`Effects`). That spares the search for the largest gain. It
+        is left to that search where the gain follows from it, and where the law is more than an integrator.
+        """
+        law, gain = law_from(self.scene.control)
+        if not gain or law.delay or not law.integrates_only:
+            return False
+        higher_gain, loop = gain / STUDY.nearly_largest_gain, self.untuned_loop
+        if not self._drives_no_other_modes(higher_gain):
+            return False
+        return decay_beyond_doubt(loop.poles) and decay_beyond_doubt(loop.poles_with(higher_gain))
+
+    def _drives_no_other_modes(self, gain):
+        """True if a gain [rad/s] could drive no mode of the cables above the modes of the model, by a bound.
+
+        The lowest n - d modes of the cables with fixed ends lie below mode n of the whole, d being the number of free
+        displacements (interlacing of eigenvalues under constraints: Courant and Hilbert, I.4.3).
+        """
+        effects, solution, elements = self.effects, self.modes.solution, self.modes.solution.models.elements
+        have_all_modes = self.plant.model is not None and solution.models.complete
+        resolved = np.inf if have_all_modes else solution.with_all_modes.omega[-1]
+        if resolved < np.inf and effects.driven_up_to(gain).max(initial=0.0) > resolved:
+            return False
+        fixed = np.sort(np.concatenate([element.omega for element in elements]))
+        lowest = fixed[: max(len(self.modes) - len(self.layout.free), 0)].max(initial=0.0)
+        return not any(
+            (effects.may_drive(cable, element, gain) & (element.omega >= lowest)).any()
+            for cable, element in enumerate(elements)
+        )
 
     @property
     def open_poles(self):

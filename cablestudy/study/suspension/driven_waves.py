@@ -240,17 +240,33 @@ class Effects:
         """
         of_cables = []
         for cable, element in enumerate(loop_gain.elements):
-            omega, decay = element.omega, self._decay(cable, element)
-            index = np.clip(np.searchsorted(self.omega, omega), 0, len(self.omega) - 1)
-            bound = gain * self.shift_per_gain(cable, index, element.coupling)
-            driven = bound > np.maximum(STUDY.driven_decay * decay, UNDAMPED * omega)
+            driven = self.may_drive(cable, element, gain)
             if driven.any():
-                poles, shift = loop_gain.poles_of(cable, np.flatnonzero(driven))
-                pole_decay = (decay - element.decay)[driven] - poles.real
-                harmless = np.maximum(STUDY.driven_decay * pole_decay, UNDAMPED * omega[driven])
-                driven[driven] = gain * np.abs(shift) > harmless
+                omega, poles, shift = element.omega[driven], *loop_gain.poles_of(cable, np.flatnonzero(driven))
+                by_air = self._decay(cable, element)[driven] - element.decay[driven]
+                driven[driven] = gain * np.abs(shift) > self._harmless_shift(by_air - poles.real, omega)
             of_cables.append(driven)
         return of_cables
+
+    def may_drive(self, cable, element, gain):
+        """Which modes of a cable a gain could drive by the bound of the module's docstring: array of bool, shape (n,).
+
+        Parameters
+        ----------
+        cable : int
+        element : Superelement
+            Of this cable.
+        gain : float
+            [rad/s]
+        """
+        index = np.clip(np.searchsorted(self.omega, element.omega), 0, len(self.omega) - 1)
+        bound = gain * self.shift_per_gain(cable, index, element.coupling)
+        return bound > self._harmless_shift(self._decay(cable, element), element.omega)
+
+    @staticmethod
+    def _harmless_shift(decay, omega):
+        """Shift of poles by a gain up to which it drives no mode, of modes with a rate of decay [1/s], shape (n,)."""
+        return np.maximum(STUDY.driven_decay * decay, UNDAMPED * omega)
 
 
 def _normals(direction):
