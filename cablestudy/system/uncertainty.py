@@ -111,32 +111,36 @@ def _sampled(equilibrium):
     generator = np.random.default_rng(SYSTEM.seed)
     body_signs = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, *free.shape))
     cable_signs = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, len(kinds)))
-    # samples first: relative changes of stated values, and of the forces of links with their lengths
-    changes = np.concatenate([cable_signs * value_rounding[..., None, :], -error[..., None, :]], axis=-2)
+    # samples on the last axis: relative changes of stated values, and of the forces of links with their lengths
+    changes = np.concatenate([cable_signs.T * value_rounding[..., None], -error[..., None]], axis=-1)
     end_forces, stiffness = force_changes[..., 3], force_changes[..., :, :, :3]  # by such a change, and by end 2
     if suspension.link_names:
         stiffness, end_forces, changes = _with_links(equilibrium, stiffness, end_forces, changes, generator)
     # net force on each body in each sample: its own rounding, or residual, and the changes of the end forces
-    forces = np.concatenate([body_signs * net_rounding[..., None, :, :], net[..., None, :, :]], axis=-3)
+    signs = np.moveaxis(body_signs, 0, -1)
+    forces = np.concatenate([signs * net_rounding[..., None], net[..., None]], axis=-1)
     cable, end, body = tangent.held_ends(suspension)
     arm = arms[..., cable, end, :]
     wrench = np.ascontiguousarray(tangent.wrenches(arm, end_forces[..., cable, end, :]))
     for owner in np.unique(body).tolist():
         of_owner = slice(*np.searchsorted(body, [owner, owner + 1]).tolist())
-        forces[..., owner, :] += changes.take(cable[of_owner], axis=-1) @ wrench[..., of_owner, :]
-    displacement, tension = np.zeros(forces.shape), end_forces[..., None, :, 1, :] * changes[..., None]
+        by_ends = np.swapaxes(wrench[..., of_owner, :], -1, -2) @ changes.take(cable[of_owner], axis=-2)
+        forces[..., owner, :, :] += by_ends
+    tension = end_forces[..., 1, :, None] * changes[..., None, :]  # (..., c + l, 3, samples + 1)
+    displacement = np.zeros(forces.shape)
     if free.any():
-        free_forces = tangent.free_values(suspension, forces)
-        displacement[..., free] = _solved(suspension, _blocks(equilibrium, stiffness), free_forces)
+        every = displacement.reshape(*displacement.shape[:-3], -1, displacement.shape[-1])
+        which = np.flatnonzero(free)
+        free_forces = forces.reshape(every.shape).take(which, axis=-2)
+        every[..., which, :] = _solved(suspension, _blocks(equilibrium, stiffness), free_forces)
         by_body = np.where(end == 1, 1.0, -1.0)[:, None, None] * stiffness[..., cable, 1, :, :]
         by_body = np.concatenate([by_body, cross(arm[..., None, :], by_body)], axis=-1)  # K [I, -[r x]]
-        of_body = np.ascontiguousarray(np.moveaxis(displacement, -3, -2)).take(body, axis=-3)
-        by_end = of_body @ np.swapaxes(np.ascontiguousarray(by_body), -1, -2)  # (..., e, samples + 1, 3)
+        by_end = np.ascontiguousarray(by_body) @ displacement.take(body, axis=-3)
         for place, of_cable in enumerate(cable.tolist()):
-            tension[..., of_cable, :] += by_end[..., place, :, :]
+            tension[..., of_cable, :, :] += by_end[..., place, :, :]
     unit = np.maximum(cables.max_tension, SYSTEM.tiny)
     unit = joined(unit, equilibrium.links and np.ones_like(equilibrium.links.extension), -1)
-    return _rms(displacement, -3), _rms(size(tension) / unit[..., None, :], -2)
+    return _rms(displacement), _rms(size(np.swapaxes(tension, -1, -2)) / unit[..., None])
 
 
 def _force_changes(equilibrium, kinds):
@@ -168,7 +172,7 @@ def _with_links(equilibrium, stiffness, end_forces, changes, generator):
         Force on each end of the cables per movement of end 2. [N/m]
     end_forces : ndarray, shape (..., c, 2, 3)
         Changes of the end forces of the cables by a relative change of what they state. [N]
-    changes : ndarray, shape (..., samples + 1, c)
+    changes : ndarray, shape (..., c, samples + 1)
         Relative changes of what the cables state by rounding, in each sample. [-]
     generator : numpy.random.Generator
         Draws the sign of the rounding of each link.
@@ -179,7 +183,7 @@ def _with_links(equilibrium, stiffness, end_forces, changes, generator):
         Of the cables and then the links. [N/m]
     end_forces : ndarray, shape (..., c + l, 2, 3)
         Of the cables and then the links. [N]
-    changes : ndarray, shape (..., samples + 1, c + l)
+    changes : ndarray, shape (..., c + l, samples + 1)
         Of the cables and then the links. [-]
     """
     links, ends = equilibrium.links, equilibrium.ends[..., len(equilibrium.suspension.cable_names) :, :, :]
@@ -190,14 +194,13 @@ def _with_links(equilibrium, stiffness, end_forces, changes, generator):
     force = (most - least)[..., None] * links.direction
     link_stiffness = np.stack([links.end_stiffness, -links.end_stiffness], axis=-3)
     of_links = np.stack([-force, force], axis=-2)
-    changes_of_links = np.broadcast_to(LENGTH * sign, (*changes.shape[:-1], sign.shape[-1]))
-    return joined(stiffness, link_stiffness, -4), joined(end_forces, of_links), joined(changes, changes_of_links, -1)
+    changes_of_links = np.broadcast_to(LENGTH * sign.T, (*least.shape, len(sign)))
+    return joined(stiffness, link_stiffness, -4), joined(end_forces, of_links), joined(changes, changes_of_links, -2)
 
 
-def _rms(samples, axis):
-    """Root mean square of all samples but the last along an axis, and a multiple of the last: that of the residuals."""
-    samples = np.moveaxis(np.abs(samples), axis, 0)
-    return np.sqrt((samples[:-1] ** 2).mean(axis=0)) + SYSTEM.curved * samples[-1]
+def _rms(samples):
+    """Root mean square of all samples on the last axis but the last, and a multiple of this: that of the residuals."""
+    return np.sqrt((samples[..., :-1] ** 2).mean(axis=-1)) + SYSTEM.curved * np.abs(samples[..., -1])
 
 
 def _stayed(equilibrium):
@@ -241,9 +244,9 @@ def _blocks(equilibrium, end_stiffness):
 
 
 def _solved(suspension, blocks, forces):
-    """Displacements of the free degrees of freedom by forces on them, both of shape (..., samples, d)."""
+    """Displacements of the free degrees of freedom by forces on them, both of shape (..., d, samples)."""
     scales = np.sqrt(np.maximum(tangent.magnitudes(blocks, suspension), SYSTEM.tiny))
-    right = np.swapaxes(forces / scales[..., None, :], -1, -2)
+    right = forces / scales[..., None]
     solution = np.full(right.shape, np.inf)
     if scales.shape[-1] <= SYSTEM.dense_freedoms:
         matrices = tangent.scaled_dense(blocks, suspension, scales)
@@ -255,7 +258,7 @@ def _solved(suspension, blocks, forces):
         for case in np.ndindex(scales.shape[:-1]):
             matrix = tangent.scaled_sparse(blocks.of(case), suspension, scales[case])
             solution[case] = _solved_or_infinite(matrix, right[case], lambda m, r: splu(m).solve(r))
-    return np.swapaxes(solution, -1, -2) / scales[..., None, :]
+    return solution / scales[..., None]
 
 
 def _dense_solutions(matrices, right):
