@@ -45,8 +45,8 @@ def split(span):
     total = span.load_forces.sum(axis=-2)
     nearer_to_end_1 = np.concatenate([np.zeros_like(total)[..., None, :], span.load_forces], axis=-2)
     by_loads = total[..., None, :] / 2 - np.cumsum(nearer_to_end_1, axis=-2)
-    weight = np.asarray(span.weight)[..., None]
-    offset = tuple(weight * span.up[..., i, None] * from_midlength + by_loads[..., i] for i in range(3))
+    weight, up = np.asarray(span.weight)[..., None], span.up
+    offset = tuple(weight * up[..., i, None] * from_midlength + by_loads[..., i] for i in range(3))
     return Segments(fraction, offset, weight * fraction)
 
 

@@ -19,6 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.tolerances import CABLE
+from cablestudy.cable.vectors import largest
 
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
 
@@ -196,14 +197,15 @@ class SegmentedCable:
     @property
     def max_tension(self):
         """Largest tension, at an end or at a load, shape (...). [N]"""
-        return self.edge_tensions.max(axis=(-2, -1))
+        return largest(self.edge_tensions).max(axis=-1)
 
     @property
     def min_tension(self):
         """Smallest tension, at an end, at a load or at the lowest point, shape (...). [N]"""
         vertical, horizontal = self._vertical_and_horizontal
         sags = np.abs(vertical) < self.segment_weights / 2
-        return np.where(sags, horizontal, self.edge_tensions.min(axis=-1)).min(axis=-1)
+        least = np.minimum(self.edge_tensions[..., 0], self.edge_tensions[..., 1])
+        return np.where(sags, horizontal, least).min(axis=-1)
 
     @property
     def half_changes(self):
