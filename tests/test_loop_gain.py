@@ -147,7 +147,7 @@ def test_cables_in_the_air_are_summed_together(seed):
     """Against the matrices of each cable, its modes eliminated."""
     found, _ = both(seed, wind=WIND)
     omega = np.geomspace(0.1, 2 * max(element.omega.max() for element in found.elements), 31)
-    bodies, pulled = found._at(1j * omega)
+    bodies, pulled = found._stiffness_and_forces(1j * omega)
     for place, s in enumerate(1j * omega):
         expected, pushed, size = condensed_bodies(found, s)
         assert np.abs(bodies[place] - expected).max() < ROUNDING * size

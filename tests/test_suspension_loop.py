@@ -443,6 +443,17 @@ def test_the_loop_is_judged_with_the_modes_that_it_drives():
     assert_limit_of_modes(found.closed_loop_of(250), limit)
 
 
+def test_the_damping_of_modes_by_the_air_counts_once():
+    """Half of the diagonal of the damping matrix of each cable in the wind, which the loop gain has."""
+    path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
+    closed_loop = SuspensionCase(load_scene(path, [])[1]).in_wind.controlled
+    for cable, element in enumerate(closed_loop.driven.loop_gain.elements):
+        _, damping, _ = element.matrices()
+        modes = np.arange(len(element.omega))
+        decay = np.diagonal(damping)[modes] / 2 + element.damping_ratio * element.omega  # by the air, and by the strain
+        assert closed_loop.effects._decay(cable, element) == pytest.approx(decay)
+
+
 def assert_limit_of_modes(closed_loop, limit):
     """Near that of a model with many coupled modes, which lacks those of the cables not far above it."""
     truth = gains_of_modes(closed_loop).limit

@@ -221,56 +221,56 @@ class StableGains:
             raise undamped(pole, ratio, "no peak of the sensitivity: ")
 
     def gain_of_peak(self, peak, most):
-        """The largest stable gain with which the peak of the sensitivity is at most a value. [rad/s]
+        """Largest stable gain with which the sensitivity nowhere exceeds `peak`, for a gain set by a margin. [rad/s]
 
         Parameters
         ----------
         peak : float
-            Above 1. [-]
+            Largest size of the sensitivity (I + L)^-1 over frequency that is allowed, above 1. [-]
         most : float or None
             Gain up to which the loop is stable; None where it is stable with any gain. [rad/s]
 
         Returns
         -------
         float or None
-            None where every gain has a lower peak.
+            None where the peak is lower with every gain.
         """
         gain = most or CONTROL.highest_sensitive_gain * np.abs(self.poles).max()
-        omega, lowered = self.curve[0], False
-        for _ in range(2):  # on frequencies near the poles of the open loop, then also near those of the closed one
+        omega, bounded_by_peak = self.curve[0], False
+        for _ in range(2):  # at frequencies near the poles of the open loop, then also near those of the closed loop
             gain, peak_omega = gain_of_peak(self.loop_gain, omega, peak, gain)
             omega = distinct(np.append(omega, self.frequencies(gain)))
-            lowered = lowered or peak_omega is not None  # the gain, to that with this peak
-        return gain if most or lowered else None
+            bounded_by_peak = bounded_by_peak or peak_omega is not None  # else `most` is the bound
+        return gain if most or bounded_by_peak else None
 
     def single_limits(self, gain):
-        """Factor by which the gain of each measured coordinate alone may grow, shape (k,); infinite without limit. [-]
+        """Gain margin of each measured coordinate alone: factor by which its gain may grow, the others unchanged. [-]
 
         Parameters
         ----------
         gain : float
-            With which the loop is stable. [rad/s]
+            Gain of all coordinates, with which the loop is stable. [rad/s]
 
         Returns
         -------
-        ndarray
-            0 where the loop is unstable without this coordinate.
+        ndarray, shape (k,)
+            Infinite without limit, 0 where the loop is unstable without this coordinate.
 
         Notes
         -----
         With the other loops closed the loop gain of coordinate j is 1/S_jj - 1, S = (I + L)^-1.
         """
         omega, matrices = self._closed_loop_curve(gain)
-        all_closed, factors = sensitivity(gain * matrices), []
-        for coordinate in range(all_closed.shape[-1]):
+        sensitivity_matrices, factors = sensitivity(gain * matrices), []
+        for coordinate in range(sensitivity_matrices.shape[-1]):
             entry = np.s_[:, coordinate : coordinate + 1, coordinate : coordinate + 1]
 
             def single(s, entry=entry):
                 """Loop gain of this coordinate with the other loops closed, shape (f, 1, 1)."""
                 return 1 / sensitivity(gain * self.loop_gain(s))[entry] - 1
 
-            close_omega, _, values = curve(single, omega, 1 / all_closed[entry] - 1, self.law.judged_up_to)
-            factors.append(_growth_allowed(single, crossings(close_omega[None], values[None]).sorted()))
+            curve_omega, _, values = curve(single, omega, 1 / sensitivity_matrices[entry] - 1, self.law.judged_up_to)
+            factors.append(_growth_allowed(single, crossings(curve_omega[None], values[None]).sorted()))
         return np.array(factors)
 
 
@@ -299,24 +299,26 @@ def _split_least(loop_gain, remaining):
 
 
 def limit_near(loop_gain, similar):
-    """The least `Limit` of a loop gain near that of a similar one; None where it has none there.
+    """Least `Limit` of a loop gain near the known `Limit` of a similar one; None where no pole crosses near there.
+
+    A local search in place of a whole curve over frequency: for loop gains that differ by the errors of a model.
 
     Parameters
     ----------
     loop_gain : callable
-        As for `StableGains`.
+        L over the gain, as for `StableGains`.
     similar : Limit
-        Of the similar loop gain.
+        Limit of the similar loop gain, near which the search begins.
     """
     omega = similar.omega
-    gains = -1 / eigenvalues(loop_gain(np.array([1j * omega])))[0]
-    near = gains[np.abs(gains - similar.factor) < CONTROL.may_cross_within * similar.factor]
-    span = (
+    candidates = -1 / eigenvalues(loop_gain(np.array([1j * omega])))[0]  # complex; real where a pole crosses
+    near_gains = candidates[np.abs(candidates - similar.factor) < CONTROL.may_cross_within * similar.factor]
+    search = (  # first step, largest distance from `omega`, last step [rad/s]
         min(CONTROL.first_crossing_step, similar.rate) * omega,
         CONTROL.one_crossing * omega,
         CONTROL.crossing_frequency * omega,
     )
-    pairs = [crossing_near(_needed_gain(loop_gain, gain), omega, *span) for gain in near]
+    pairs = [crossing_near(_needed_gain(loop_gain, gain), omega, *search) for gain in near_gains]
     limits = [Limit(*map(float, pair)) for pair in pairs if pair and pair[0] > 0]
     return min(limits, key=lambda limit: limit.factor, default=None)
 

@@ -37,7 +37,7 @@ def moved_by_winches(motion, measured, sizes):
     measured : ndarray, shape (k, m)
         Measured coordinates by the m coordinates of the motion.
     sizes : ndarray, shape (k,)
-        Length that makes a rotation comparable with a displacement; 1 for these. [m]
+        Length by which a rotation is multiplied to compare it with a displacement; 1 for displacements. [m]
     """
     gain = measured @ np.linalg.solve(motion.dynamic_stiffness(np.zeros(1))[0].real, motion.b[0].real)
     largest = np.abs(gain * sizes[:, None]).max(axis=1, initial=0.0)
@@ -45,7 +45,7 @@ def moved_by_winches(motion, measured, sizes):
 
 
 def allocate(motion, measured, sizes, weights):
-    """The `Allocation` of errors of the pose to winches.
+    """`Allocation` of errors of the measured pose to winches, by the weighted pseudo-inverse A of the static gain G.
 
     Parameters
     ----------
@@ -59,12 +59,13 @@ def allocate(motion, measured, sizes, weights):
     NoSolutionError
         No winch moves anything that is measured.
     """
-    moves, gain = moved_by_winches(motion, measured, sizes)
+    moves, gain = moved_by_winches(motion, measured, sizes)  # gain: G, shape (k, i)
     if not moves.all():
         raise NoSolutionError("no winch moves a coordinate that is measured")
-    root = 1 / np.sqrt(weights)
-    inverse = np.linalg.pinv(sizes[:, None] * gain * root, rcond=SYSTEM.uncorrected)
-    return Allocation(measured, root[:, None] * inverse * sizes, gain)
+    # A = W^-1/2 (D G W^-1/2)^+ D, D = diag(sizes): errors of rotations count as lengths
+    inverse_root = 1 / np.sqrt(weights)
+    pseudo_inverse = np.linalg.pinv(sizes[:, None] * gain * inverse_root, rcond=SYSTEM.uncorrected)
+    return Allocation(measured, inverse_root[:, None] * pseudo_inverse * sizes, gain)
 
 
 @dataclass(frozen=True)

@@ -49,9 +49,9 @@ class LoopGain:
     controller : callable
         s, shape (f,) -> C1 N, shape (f, k).
     near : LoopGain or None
-        Of cables that differ little: poles of modes that damping couples follow from those of it to first order.
+        Loop gain of cables that differ little: from its poles those of modes coupled by damping follow to first order.
     windows : bool
-        True if poles of many such modes may be found in windows, see `Superelement.windowed`.
+        True if poles of many modes coupled by damping may be found in windows, see `Superelement.windowed`.
     """
 
     bodies: LinearSystem
@@ -68,7 +68,7 @@ class LoopGain:
     @np.errstate(divide="ignore", invalid="ignore")  # at the pole of an undamped mode it is infinite
     def __call__(self, s):
         """L for s of shape (f,), shape (f, k, k)."""
-        bodies, pulled = self._at(s)
+        bodies, pulled = self._stiffness_and_forces(s)
         pulled = pulled @ self.shares
         moved = self.measured @ (pulled / bodies if bodies.shape[-1] == 1 else np.linalg.solve(bodies, pulled))
         return moved * self.controller(s)[:, None, :]
@@ -84,7 +84,7 @@ class LoopGain:
         elements = [cable.element for cable in self._cables]
         return any(element.coupled and element.coupling_damping.windowed for element in elements)
 
-    def _at(self, s):
+    def _stiffness_and_forces(self, s):
         """Z, shape (f, d, d), and F, shape (f, d, i)."""
         bodies = self.bodies.dynamic_stiffness(s)
         pulled = np.broadcast_to(self.lifted, (len(s), *self.lifted.shape)).astype(complex)
@@ -120,40 +120,42 @@ class LoopGain:
         return cables
 
     def poles_of(self, cable, modes):
-        """Estimated poles of modes of one cable with the bodies free, and their shift per gain, shape (n,).
+        """Estimate the poles of modes of one cable with the bodies free, and the shift of each pole per gain.
 
-        One step of the equations of the module's docstring, with Z_r beside the frequency W of each mode.
+        The equations of the module's docstring, each evaluated once. Z_r, which is Z without the mode, is computed
+        beside the frequency W of the mode: at W itself its resonance dominates Z, and Z_r would be lost in rounding.
 
         Parameters
         ----------
         cable : int
+            Index of the cable.
         modes : ndarray of int, shape (n,)
-            Their numbers.
+            Numbers of its modes, from 0.
 
         Returns
         -------
-        poles : ndarray, complex
-            [rad/s]
-        shift : ndarray, complex
-            To first order.
+        poles : ndarray, complex, shape (n,)
+            Without gain. [rad/s]
+        shift : ndarray, complex, shape (n,)
+            Change of each pole per gain, to first order: -X/(2 s). [-]
         """
         element = self.elements[cable]
         omega, coupling = element.omega[modes], element.coupling[modes]
         decay = np.maximum(element.decay[modes], CONTROL.least_half_width * omega)
-        points, rate = 1j * (omega + CONTROL.half_widths_aside * decay), 2 * decay
-        blocks = []
+        beside, rate = 1j * (omega + CONTROL.half_widths_aside * decay), 2 * decay  # s near i W, and c
+        blocks = []  # few modes at once: their matrices stay in the processor's cache
         for begin in range(0, len(modes), CONTROL.modes_at_once):
             block = slice(begin, begin + CONTROL.modes_at_once)
-            s, w = points[block], coupling[block] @ self.moved[cable]
-            bodies, pulled = self._at(s)
-            of_mode = s**4 / (omega[block] ** 2 + s * (s + rate[block]))
-            without_mode = bodies + of_mode[:, None, None] * w[:, :, None] * w[:, None, :]  # Z_r
-            moved = np.linalg.solve(without_mode, w[..., None])[..., 0]  # Z_r^-1 w
-            pushed = (moved[:, None, :] @ pulled)[:, 0] + coupling[block] @ self.reeled[cable]
-            reeled_in = (self.controller(s) * (moved @ self.measured.T)) @ self.shares.T
-            blocks.append(np.stack([(w * moved).sum(axis=-1), (pushed * reeled_in).sum(axis=-1)]))
+            s, w = beside[block], coupling[block] @ self.moved[cable]
+            stiffness, winch_forces = self._stiffness_and_forces(s)  # Z and F
+            of_mode_alone = s**4 / (omega[block] ** 2 + s * (s + rate[block]))
+            without_mode = stiffness + of_mode_alone[:, None, None] * w[:, :, None] * w[:, None, :]  # Z_r
+            displacements = np.linalg.solve(without_mode, w[..., None])[..., 0]  # Z_r^-1 w
+            excitation = (displacements[:, None, :] @ winch_forces)[:, 0] + coupling[block] @ self.reeled[cable]
+            winch_movement = (self.controller(s) * (displacements @ self.measured.T)) @ self.shares.T
+            blocks.append(np.stack([(w * displacements).sum(axis=-1), (excitation * winch_movement).sum(axis=-1)]))
         held, driven = np.concatenate(blocks, axis=1) * omega**4  # W^4 w^T Z_r^-1 w, and X
-        poles = -decay + 1j * np.sqrt(omega**2 - held - decay**2)
+        poles = -decay + 1j * np.sqrt(omega**2 - held - decay**2)  # of s^2 + c s + W^2 = W^4 w^T Z_r^-1 w, c = 2 decay
         return poles, -driven / (2 * poles)
 
 

@@ -37,31 +37,39 @@ class TimeResponse:
 
 
 def responses(closed, alone, output, winches, input_, components, time):
-    """`TimeResponse` of one displacement and of the winches to one input, without its error.
+    """Compute the `TimeResponse` of one displacement and of the winches to one input; its error is left at 0.
 
     Parameters
     ----------
     closed, alone : StateSpace
-        With the loop and without it: `alone` has the last inputs of `closed`, all but the references.
+        Suspension with the loop and without it: `alone` has the last inputs of `closed`, all but the references.
     output, input_ : int
-        Numbers of what is returned, a displacement, and of the input, in `closed`.
+        Indices, in `closed`, of the displacement that is returned and of the input.
     winches : list of int
-        Numbers of the outputs of `closed` that are movements of winches by the loop.
+        Indices of the outputs of `closed` that are movements of winches by the loop.
     components : list of time_response.Component
-        Of the input.
+        Parts whose sum is the input over time.
     time : ndarray, shape (m,)
         Uniform, from zero. [s]
     """
     c_winches, b = closed.c[winches], closed.b[:, input_]
     c = np.concatenate([closed.c[[output]], c_winches, c_winches @ closed.a])  # displacement, winches, their speeds
     d = np.concatenate([closed.d[[output], input_], np.zeros(len(winches)), c_winches @ b])
-    response = respond(closed.a, b, c, d, components, time)
+    displacement_and_winches = respond(closed.a, b, c, d, components, time)
+    # static gain D - C A^-1 B
     final = closed.d[output, input_] - closed.c[output] @ _solved(closed.a, b)
+    # index of the input in `alone`; negative for a reference, which only the loop has
     open_input, open_loop = input_ - (len(closed.inputs) - len(alone.inputs)), None
     if open_input >= 0:
         system = alone.a, alone.b[:, open_input], alone.c[[output]], alone.d[[output], open_input]
         open_loop = respond(*system, components, time)[:, 0]
-    return TimeResponse(response[:, 0], open_loop, *np.split(response[:, 1:], 2, axis=1), 0.0, float(final))
+    return TimeResponse(
+        displacement_and_winches[:, 0],
+        open_loop,
+        *np.split(displacement_and_winches[:, 1:], 2, axis=1),
+        0.0,
+        float(final),
+    )
 
 
 def _solved(a, b):

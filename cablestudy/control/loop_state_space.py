@@ -13,39 +13,48 @@ from cablestudy.system.residues import Residues
 
 
 def by_forces(motion, forces, loop=None, actuators=(), direct=None):
-    """B, C and D with the forces as the only inputs, and without the lengths of the winches among the outputs.
+    """State-space matrices B, C and D from forces on a suspension to its outputs, with its loop or the winches at rest.
 
-    A is that of `Loop.eigen`, or of `LinearSystem.eigen` without a loop.
+    With the eigenvalues of A in `Loop.eigen`, or in `LinearSystem.eigen` without a loop, they give the response as a
+    sum over poles (`residues`).
 
     Parameters
     ----------
     motion : LinearSystem
-        Its inputs are the lengths that winches reel in.
+        The suspension; its inputs are the lengths that winches reel in.
     forces : ndarray, shape (m, j)
-        Force on each coordinate by each input.
+        Force on each coordinate by each of j inputs.
     loop : Loop, optional
+        Without it the winches are at rest.
     actuators : sequence of Actuator
-        Those of the motion.
+        Actuators of the motion, whose stroke and force, or momentum and torque, are further outputs.
     direct : ndarray, shape (o, j), optional
-        How much of each force is in each output of the motion at once.
+        Part of each input that appears in each output of the motion at once.
+
+    Returns
+    -------
+    b, c, d : ndarray, shapes (N, j), (p, N), (p, j)
+        For N states and p outputs: those of the motion, then those of the actuators.
     """
-    _, whole, reeled, shown = rows(motion, None, loop, actuators)
-    given, through = _given(motion, forces, len(whole)), np.zeros((len(shown), forces.shape[1]), shown.dtype)
-    own = motion.c[2] @ given[len(motion) : 2 * len(motion)]
+    _, state_rate, winch_rows, output_matrix = rows(motion, None, loop, actuators)
+    input_matrix = _input_matrix(motion, forces, len(state_rate))
+    direct_matrix = np.zeros((len(output_matrix), forces.shape[1]), output_matrix.dtype)
+    # a force changes an output at once by the accelerations z'' and, with a loop, by v' and v'' of the winches
+    at_once = motion.c[2] @ input_matrix[len(motion) : 2 * len(motion)]
     if loop:
-        own = own + sum(part @ (row @ given) for part, row in zip(motion.d[1:], reeled, strict=True))
-    through[: len(own)] = own if direct is None else own + direct
-    return given, shown, through
+        at_once = at_once + sum(part @ (row @ input_matrix) for part, row in zip(motion.d[1:], winch_rows, strict=True))
+    direct_matrix[: len(at_once)] = at_once if direct is None else at_once + direct
+    return input_matrix, output_matrix, direct_matrix
 
 
 def winch_speeds(motion, forces, loop, actuators=(), direct=None):
-    """B, C and D as of `by_forces`, with the speeds of the winches as the outputs."""
-    _, whole, (reeled, speed), _ = rows(motion, None, loop, actuators)
-    given = _given(motion, forces, len(whole))
-    return given, speed, reeled @ given
+    """State-space matrices B, C and D as of `by_forces`, with the speeds of the winches as outputs."""
+    _, state_rate, (reeled, speed), _ = rows(motion, None, loop, actuators)
+    input_matrix = _input_matrix(motion, forces, len(state_rate))
+    return input_matrix, speed, reeled @ input_matrix
 
 
-def _given(motion, forces, size):
+def _input_matrix(motion, forces, size):
     """Change of each state by forces on the coordinates, shape (N, j)."""
     given = np.zeros((size, forces.shape[1]))
     given[len(motion) : 2 * len(motion)] = motion.accelerated(forces)

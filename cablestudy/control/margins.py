@@ -14,7 +14,7 @@ coupled this is a lower bound: the structured singular value would give the larg
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -23,7 +23,8 @@ from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
 
 TURN = 2 * np.pi
-# change by a loop gain that is small, over the height of a peak, from which on none is overlooked
+# bound on how far a size near a frequency lies above that of I where the loop gain is small, over the deviation of S
+# from I: a peak beside a frequency is at most `peak_reach` times its visible height higher
 PEAKS = 2 * (1 + 2 * CONTROL.peak_reach)
 
 
@@ -71,9 +72,10 @@ class Margins:
         return omega, np.degrees(np.angle(-np.take_along_axis(values, index, axis=1)[:, 0]))
 
     def _highest(self, shift):
-        """Largest size of S - shift I over frequency [-], and its frequency [rad/s].
+        """Largest singular value of S - shift I over frequency [-], and its frequency [rad/s].
 
-        Where L is small, S is nearly I: a bound of the difference tells where S need not be computed.
+        The peak of the sensitivity has a shift of 0, the disk margin one of 1/2. Where L is small, S is nearly I: a
+        bound on their difference tells at which frequencies the highest peak cannot be, and S need not be computed.
         """
 
         def size(matrices):
@@ -85,10 +87,11 @@ class Margins:
         omega, matrices = self._curve
         size_of_identity, value = abs(1 - shift), np.zeros(len(omega))
         gain = np.minimum(np.sqrt((np.abs(matrices) ** 2).sum(axis=(-2, -1))), CONTROL.small_gain)
-        deviation = gain / (1 - gain)  # of S from I at most, with a small gain
+        deviation = gain / (1 - gain)  # bound on the size of S - I for a loop gain of size `gain` < 1
         large = gain == CONTROL.small_gain
         value[large] = size(self._sensitivity[large])
         highest_known = value.max(initial=size_of_identity)
+        # neither the value nor a peak beside it may be the highest where even this bound is lower
         reach = PEAKS * deviation + CONTROL.flat_peak * highest_known
         may_be_highest = ~large & (reach >= highest_known - size_of_identity)
         value[may_be_highest] = size(self._sensitivity[may_be_highest])
@@ -180,7 +183,7 @@ class Margins:
 
     @cached_property
     def bandwidth(self):
-        """First frequency at which the size of T falls below 1/sqrt(2); None where it never does. [Hz]"""
+        """First frequency at which the largest singular value of T falls below 1/sqrt(2); None without one. [Hz]"""
 
         def log_size(sensitivities):
             """ln(sqrt(2) size of T), shape (f, 1): it passes zero at the bandwidth."""
@@ -190,14 +193,14 @@ class Margins:
         def log_size_at(omega):
             return log_size(sensitivity(by_parts(self.loop_gain, omega)))
 
-        omega, count = self._curve[0], len(self._curve[0])
-        value, block = np.zeros((0, 1)), CONTROL.frequencies_at_once
-        while len(value) < count:  # in blocks, no farther than the first passage
-            value = np.concatenate([value, log_size(self._sensitivity[len(value) : len(value) + block])])
-            below = np.flatnonzero((value[:-1, 0] > 0) & (value[1:, 0] <= 0))
+        omega, count = self._curve[0], len(self._curve[0])  # count: how many of the frequencies are looked at
+        sizes, block = np.zeros((0, 1)), CONTROL.frequencies_at_once
+        while len(sizes) < count:  # in blocks, no farther than the first passage
+            sizes = np.concatenate([sizes, log_size(self._sensitivity[len(sizes) : len(sizes) + block])])
+            below = np.flatnonzero((sizes[:-1, 0] > 0) & (sizes[1:, 0] <= 0))
             count = below[0] + 2 if len(below) else count
-        zeros, _ = passages(log_size_at, omega[:count], value[:count])
-        zeros = zeros[1:] if value[0, 0] < 0 else zeros  # the first one is where T rises before it falls
+        zeros, _ = passages(log_size_at, omega[:count], sizes[:count])
+        zeros = zeros[1:] if sizes[0, 0] < 0 else zeros  # the first one is where T rises before it falls
         return float(zeros[0] / TURN) if len(zeros) else None
 
 
@@ -233,16 +236,16 @@ def largest(matrices):
 
 
 def gain_of_peak(unit_gain, omega, peak, most):
-    """The largest gain, at most `most`, with which no singular value of (I + gain L)^-1 is above `peak`.
+    """Largest gain, at most `most`, with which no singular value of the sensitivity (I + gain L)^-1 is above `peak`.
 
     Parameters
     ----------
     unit_gain : callable
         s, shape (f,) -> L over the gain, shape (f, k, k).
     omega : ndarray, shape (f,)
-        Frequencies to begin with, as close as L turns. [rad/s]
+        Frequencies to begin with, as dense as L changes. [rad/s]
     peak : float
-        Above 1. [-]
+        Largest singular value that is allowed, above 1. [-]
     most : float
         Upper bound, with which the search begins. [rad/s]
 
@@ -258,38 +261,39 @@ def gain_of_peak(unit_gain, omega, peak, most):
 
     Notes
     -----
-    At one frequency a singular value is `peak` for gains g = 1/m where (I + g L)^H (I + g L) - I/peak^2 is singular:
+    At one frequency a singular value is `peak` for the gains g = 1/m for which
 
         (1 - 1/peak^2) m^2 I + m (L + L^H) + L^H L
 
-    Where it is larger with the gain g, so it is for all gains down to the next such one below g.
+    is singular, as m^2 [(I + g L)^H (I + g L) - I/peak^2] then is. Where one is above `peak` with the gain g, it is so
+    down to the next of these gains below g. The least of these over frequency is tried next, until none is above.
     """
+
+    def largest_at(function, gain):
+        """Largest value over frequency of a function of L over the gain and of a gain, and its frequency."""
+        return highest(lambda omega: function(loop_gain_at(omega), gain), omega, function(value, gain))
 
     def loop_gain_at(omega):
         return _finite(by_parts(unit_gain, omega))
 
-    peak_omega, value = None, loop_gain_at(omega)  # L over the gain, shape (f, k, k)
+    gain, peak_omega, value = most, None, loop_gain_at(omega)  # value: L over the gain, shape (f, k, k)
     for _ in range(CONTROL.gain_steps):
-
-        def size(value, gain=most):
-            """Size of the sensitivity with this gain."""
-            return 1 / np.maximum(_least_singular_value(value, gain), np.finfo(float).tiny)
-
-        def inverse(value, gain=most):
-            """1/g of the next lower gain whose sensitivity has the size `peak`."""
-            return _next_below(value, peak, gain)
-
-        height, top = highest(lambda omega, size=size: size(loop_gain_at(omega)), omega, size(value))
+        height, top = largest_at(_sensitivity_size, gain)
         if height <= peak * (1 + CONTROL.peak_reached):
             break
-        if top not in omega:
+        if top not in omega:  # the narrow peak counts in the next search too
             index = np.searchsorted(omega, top)
             omega, value = np.insert(omega, index, top), np.insert(value, index, loop_gain_at(np.array([top])), axis=0)
-        least, peak_omega = highest(lambda omega, inverse=inverse: inverse(loop_gain_at(omega)), omega, inverse(value))
-        most = 1 / max(least, (1 + CONTROL.peak_reached) / most)  # rounding may hide the next gain, all but reached
+        inverse, peak_omega = largest_at(partial(_next_below, peak), gain)
+        gain = 1 / max(inverse, (1 + CONTROL.peak_reached) / gain)  # rounding may hide a gain that is all but reached
     else:
         raise NoSolutionError(f"no gain with a sensitivity of at most {peak:g} was found in {CONTROL.gain_steps} steps")
-    return most, peak_omega
+    return gain, peak_omega
+
+
+def _sensitivity_size(value, gain):
+    """Largest singular value of (I + gain L)^-1, shape (f,), `value` being L over the gain, shape (f, k, k)."""
+    return 1 / np.maximum(_least_singular_value(value, gain), np.finfo(float).tiny)
 
 
 def _least_singular_value(value, gain):
@@ -302,16 +306,20 @@ def _finite(value):
     return np.where(np.isfinite(value).all(axis=(-2, -1), keepdims=True), value, 0.0)
 
 
-def _next_below(value, peak, gain):
-    """1/g of the largest gain g below `gain` with which the sensitivity has the size `peak`, at each frequency.
+def _next_below(peak, value, gain):
+    """Find 1/g of the largest gain g below `gain` with which a singular value of the sensitivity is `peak`.
 
-    The quadratic eigenvalue problem of `gain_of_peak`, in m = 1/g.
+    At each of f frequencies: solves the quadratic eigenvalue problem of `gain_of_peak` in m = 1/g, as a linear one of
+    twice the size.
 
     Parameters
     ----------
+    peak : float
+        Size of the sensitivity. [-]
     value : ndarray, shape (f, k, k)
-        L over the gain.
-    peak, gain : float
+        L over the gain. [s]
+    gain : float
+        [rad/s]
 
     Returns
     -------

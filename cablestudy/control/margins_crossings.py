@@ -95,38 +95,47 @@ def crossings(omega, values):
 
 
 def refined(function, brackets):
-    """`Crossings` located to rounding, by ascending factor; several between the same two frequencies are separated.
+    """Locate crossings to rounding: `Crossings` by ascending factor.
 
-    The loop gain is computed between the two frequencies of each. One that then shows no crossing is dropped: two
-    eigenvalues were mistaken for one.
+    The loop gain is first computed at more frequencies within each bracket, which separates several crossings in one of
+    them; the secant method follows. A bracket that then shows no crossing is dropped: two eigenvalues had been mistaken
+    for one.
 
     Parameters
     ----------
     function : callable
         The loop gain: s, shape (f,) -> shape (f, k, k).
     brackets : Crossings
+        Pairs of frequencies with at least one crossing between them.
     """
 
     def eigenvalues_at(omega):
         return eigenvalues(by_parts(function, omega.ravel()))
 
-    single = False
+    is_single = False
     for _ in range(CONTROL.crossing_zooms if len(brackets) else 0):
         low, high = brackets.omega.T
         omega = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, CONTROL.crossing_points)
         values = eigenvalues_at(omega)
-        single = values.shape[-1] == 1
+        is_single = values.shape[-1] == 1
         brackets = crossings(omega, values.reshape(*omega.shape, -1)).sorted()
         if not len(brackets):
             break
-    return _by_secant(eigenvalues_at, brackets, single).sorted() if len(brackets) else brackets
+    return _by_secant(eigenvalues_at, brackets, is_single).sorted() if len(brackets) else brackets
 
 
-def _by_secant(eigenvalues_at, brackets, single):
-    """`Crossings` to rounding by the secant method, from `brackets` with one crossing each.
+def _by_secant(eigenvalues_at, brackets, is_single):
+    """Locate crossings to rounding by the secant method: `Crossings`, from `brackets` with one crossing each.
 
-    `eigenvalues_at`: frequencies [rad/s], shape (f,) -> eigenvalues, shape (f, k). With a `single` one, k being 1, none
-    can be mistaken for another.
+    Of several eigenvalues the one nearest to the line through the last two values is followed.
+
+    Parameters
+    ----------
+    eigenvalues_at : callable
+        Frequencies, shape (f,) [rad/s] -> eigenvalues of the loop gain, shape (f, k).
+    brackets : Crossings
+    is_single : bool
+        True for k = 1: no eigenvalue can be mistaken for another.
     """
     pairs, (low, high) = brackets, brackets.omega.T  # the last two points of each search
     last_step = np.maximum(CONTROL.secant_last_step * (high - low), CONTROL.secant_rounding * high)
@@ -148,7 +157,7 @@ def _by_secant(eigenvalues_at, brackets, single):
     omega, value, width = pairs.omega[:, 1], pairs.values[:, 1], high - low
     values = np.stack([value, value + brackets.slope * width], axis=1)
     located = Crossings(np.stack([omega, omega + width], axis=1), values)
-    if single:  # beside a narrow pole the rounding of the loop gain may be all that is left of its imaginary part
+    if is_single:  # beside a narrow pole the rounding of the loop gain may be all that is left of its imaginary part
         return located
     rounding = 2 * last_step * np.abs(brackets.slope)
     return located.take(np.abs(value.imag) <= CONTROL.crossing_real * np.abs(value) + rounding)
@@ -160,7 +169,8 @@ def crossing_near(needed_gain, begin, step, farthest, settled):
     Parameters
     ----------
     needed_gain : callable
-        Frequency [rad/s] -> -1/L of a gain of 1 rad/s, complex: where it is real it is that gain.
+        Frequency [rad/s] -> -1/l, complex, of an eigenvalue l of the loop gain over the gain. Where it is real, it is
+        the gain with which a pole crosses there. [rad/s]
     begin, step, farthest : float
         First frequency, distance of the second one, and largest distance of the crossing. [rad/s]
     settled : float

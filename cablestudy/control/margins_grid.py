@@ -15,14 +15,16 @@ ASIDE = np.array([0.6, 2.0, 6.0])  # distances from a pole, in its half-widths
 
 
 def frequencies(poles, notches=(), law=INTEGRATOR):
-    """Frequencies to begin with: of all decades, beside poles and corners, and in steps of the phase of a delay.
+    """First grid of frequencies for a loop gain: all decades, denser beside poles, in steps of the phase of a delay.
 
     Parameters
     ----------
     poles : ndarray
-        Those in the lower half plane do not count. [rad/s]
+        Poles of the open loop; those in the lower half plane are mirror images, and left out. [rad/s]
     notches : iterable of (Notch or None)
+        Their corners, and those of the law, count as poles.
     law : Law
+        Its delay sets the step of some frequencies.
 
     Returns
     -------
@@ -89,12 +91,14 @@ def paired(values):
 
 
 def curve(function, omega, matrices=None, upto=np.inf, most=np.inf):
-    """Frequencies that show where eigenvalues of a loop gain cross the negative real axis, and the loop gain there.
+    """Refine a grid of frequencies until it shows where eigenvalues of a loop gain cross the negative real axis.
+
+    Stability follows from these crossings, see `margins_crossings`.
 
     Parameters
     ----------
     function : callable
-        The loop gain.
+        The loop gain: s, shape (f,) -> shape (f, k, k).
     omega : ndarray, shape (f,)
         Ascending frequencies to begin with. [rad/s]
     matrices : ndarray, shape (f, k, k), optional
@@ -109,11 +113,12 @@ def curve(function, omega, matrices=None, upto=np.inf, most=np.inf):
     omega : ndarray, shape (g,)
         Ascending; those at which the loop gain is infinite are left out. [rad/s]
     matrices : ndarray, shape (g, k, k)
+        The loop gain there.
     values : ndarray, shape (g, k)
         Its eigenvalues.
     """
     omega, matrices = finite(omega, by_parts(function, omega) if matrices is None else matrices)
-    return _closer(function, omega, matrices, eigenvalues(matrices), partial(_may_cross_twice, most=most), upto)
+    return _subdivided(function, omega, matrices, eigenvalues(matrices), partial(_may_cross_twice, most=most), upto)
 
 
 def curve_beside(function, gain, omega, matrices, values):
@@ -128,7 +133,7 @@ def curve_beside(function, gain, omega, matrices, values):
         fast = np.abs(after - before) > CONTROL.followed_change * near
         return ((near < CONTROL.followed_distance) & fast).any(axis=1)
 
-    return _closer(function, omega, matrices, values, changes_fast)[:2]
+    return _subdivided(function, omega, matrices, values, changes_fast)[:2]
 
 
 def with_more(function, omega, matrices, added):
@@ -139,7 +144,7 @@ def with_more(function, omega, matrices, added):
     return np.insert(omega, index, new_omega), np.insert(matrices, index, new_matrices, axis=0)
 
 
-def _closer(function, omega, matrices, values, divides, upto=np.inf):
+def _subdivided(function, omega, matrices, values, divides, upto=np.inf):
     """Frequencies, matrices and eigenvalues as of `curve`, with more frequencies where intervals are divided.
 
     `divides` is a function: eigenvalues, shape (f, k) -> which intervals between them, array of bool, shape (f - 1,).
@@ -185,7 +190,7 @@ def finite(omega, matrices):
 
 
 def highest(function, omega, value=None):
-    """The largest value of a function of frequency, and the frequency where it is [rad/s].
+    """Find the largest value of a function of frequency, and the frequency where it is [rad/s]: two float.
 
     Parameters
     ----------
@@ -194,7 +199,7 @@ def highest(function, omega, value=None):
     omega : ndarray, shape (f,)
         Ascending, as close as the function changes: each peak that may be the highest is refined. [rad/s]
     value : ndarray, shape (f,), optional
-        Of the function there.
+        Values of the function there, where they are known.
     """
     value = function(omega) if value is None else value
     index = int(np.argmax(value))
@@ -234,15 +239,18 @@ def maxima(function, low, top, high, *which):
     low, top, high : ndarray, shape (p,)
         Ascending; the value at `top` is the highest of the three. [rad/s]
     which : ndarray, shape (p,)
-        Further arguments of the function.
+        Further arguments of the function, one value for each maximum, such as the number of one of several functions.
     """
-    # in steps of the distance of the frequencies: a peak may be a billionth of its frequency wide
     width = high - low
-    offset, value = minima_between(
-        lambda step, index: -function(top[index] + step * width[index], *(argument[index] for argument in which)),
-        (low - top) / width, np.zeros(len(top)), (high - top) / width, np.arange(len(top)),
-        CONTROL.extremum_place, 0.0, CONTROL.extremum_value,
-    )  # fmt: skip
+
+    def negative(offset, index):
+        """Negative of the function beside the tops of some maxima, at offsets over their widths."""
+        return -function(top[index] + offset * width[index], *(argument[index] for argument in which))
+
+    # offsets from the top in place of frequencies: a peak may be a billionth of its frequency wide
+    brackets = (low - top) / width, np.zeros(len(top)), (high - top) / width
+    tolerances = {"width": CONTROL.extremum_place, "rtol": 0.0, "settled": CONTROL.extremum_value}
+    offset, value = minima_between(negative, *brackets, np.arange(len(top)), **tolerances)
     return top + offset * width, np.nan_to_num(-value, nan=-np.inf)
 
 
@@ -261,19 +269,28 @@ def _polished_maximum(function, height, omega, width):
 
 
 def passages(function, omega, value):
-    """Zeros of k functions of frequency: their frequencies, shape (z,) [rad/s], and which function each is of, (z,).
+    """Find where k functions of frequency pass zero.
 
     Parameters
     ----------
     function : callable
-        Frequencies, shape (f,) -> values, shape (f, k).
+        Frequencies, shape (f,) -> values of all functions, shape (f, k).
     omega : ndarray, shape (f,)
         Ascending, as close as the functions change. A function that passes zero and comes back between two of them is
         seen where its values show that it may. [rad/s]
     value : ndarray, shape (f, k)
+        Values of the functions there.
+
+    Returns
+    -------
+    zeros : ndarray, shape (z,)
+        Ascending. [rad/s]
+    which : ndarray of int, shape (z,)
+        Number of the function that is zero there.
     """
 
     def single(omega, which):
+        """Value of one function, its number in `which`, at each frequency."""
         return np.take_along_axis(function(omega), which[:, None], axis=1)[:, 0]
 
     extrema = _extrema_beyond_zero(single, omega, value)

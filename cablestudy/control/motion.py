@@ -80,20 +80,20 @@ class ActuatorFeedback:
 
 
 def basis(modes, loads):
-    """Modes of a suspension, and Ritz vectors with which they give the static response to some loads.
+    """Reduction basis of a suspension: its lowest modes, and Ritz vectors that make the static response to loads exact.
 
     Parameters
     ----------
     modes : CoupledModes
     loads : ndarray, shape (n, r)
-        Forces on the coordinates of its system.
+        Forces on the n coordinates of the system that has these modes.
 
     Returns
     -------
     omega : ndarray, shape (m,)
-        [rad/s]
+        Frequencies of the modes, then of the Ritz vectors, ascending. [rad/s]
     shapes : ndarray, shape (n, m)
-        Mass-normalised: the modes, then the others by frequency.
+        Their shapes, mass-normalised.
     """
     solution = modes.solution
     added_omega, added = ritz(solution.system, modes.shapes, solution.system.compliance(loads))
@@ -103,26 +103,27 @@ def basis(modes, loads):
 
 
 def motion(layout, whole: LinearSystem, omega, shapes, winches, actuators=(), damping=0.0):
-    """`LinearSystem` of a suspension in m combinations of its n coordinates, and the strokes of reaction masses.
+    """Reduce a suspension to the amplitudes of m shapes and add its actuators: `LinearSystem`.
 
-    Its inputs are the lengths v that winches reel in.
+    Its coordinates are the m amplitudes, then the strokes of reaction masses; its inputs the lengths v that winches
+    reel in.
 
     Parameters
     ----------
     layout : Layout
     whole : LinearSystem
-        See `control.suspension.second_order`.
-    omega, shapes : ndarray
-        See `basis`.
+        The suspension in all n coordinates, see `control.suspension.second_order`.
+    omega, shapes : ndarray, shapes (m,) and (n, m)
+        Reduction basis, see `basis`.
     winches : int
         How many of the inputs of `whole`, the first ones, are winches.
     actuators : sequence of Actuator
     damping : ndarray, shape (m, m), or 0
-        Of the coordinates, in addition to that of `whole`.
+        Damping of the amplitudes in addition to that of `whole`.
     """
     strokes, count = sum(not actuator.wheel for actuator in actuators), len(omega)
-    stiffness = np.diag(omega**2).astype(whole.stiffness.dtype)
-    if np.iscomplexobj(stiffness):
+    stiffness = np.diag(omega**2).astype(whole.stiffness.dtype)  # the shapes are orthogonal for mass and stiffness
+    if np.iscomplexobj(stiffness):  # hysteretic damping
         stiffness.imag[:] = shapes.T @ whole.stiffness.imag @ shapes
     matrices = np.eye(count), shapes.T @ whole.damping @ shapes + damping, stiffness
     *matrices, feedback = actuated(layout, shapes, *matrices, actuators)
@@ -144,33 +145,38 @@ def with_strokes(matrix, strokes):
 
 
 def actuated(layout, shapes, mass, damping, stiffness, actuators):
-    """Mass, damping and stiffness matrix with the strokes of reaction masses as further coordinates, and the feedback.
+    """Add actuators to the matrices of a suspension: strokes of reaction masses become further coordinates.
 
     Parameters
     ----------
     layout : Layout
     shapes : ndarray, shape (n, m)
-        The coordinates in terms of those of the suspension, of which the free displacements are the last ones.
+        The m coordinates of the matrices in terms of the n of the suspension, whose last ones are the free
+        displacements of bodies.
     mass, damping, stiffness : ndarray, shape (m, m)
         Without actuators.
     actuators : sequence of Actuator
 
     Returns
     -------
-    mass, damping, stiffness : ndarray
+    mass, damping, stiffness : ndarray, shape (m + q, m + q)
+        With the strokes of q reaction masses as the last coordinates.
     feedback : tuple of ActuatorFeedback
+        The controlled force or torque of each actuator.
     """
     count, strokes = len(mass), sum(not actuator.wheel for actuator in actuators)
     mass, damping, stiffness = (np.pad(matrix, (0, strokes)) for matrix in (mass, damping, stiffness))
     feedback, stroke = [], count
     for actuator in actuators:
         movements = _movements(layout, actuator, shapes)
+        # by the coordinates: movement of the body along the axis a, about it, and g (theta x a)_z for the weight
         along, about, weight = (np.append(row, np.zeros(strokes)) for row in movements)
         velocity_gain, inertia, corner = actuator.velocity_gain, actuator.inertia, actuator.corner
         if actuator.wheel:
             mass -= inertia * np.outer(about, about)
             feedback.append(ActuatorFeedback(about, -about, velocity_gain, 0.0, corner))
             continue
+        # kinetic energy m q' a.v + m q'^2/2, and moment m g q (a x e_z) of the weight beside a spring
         for matrix, row, diagonal in ((mass, along, 1.0), (stiffness, weight, actuator.omega**2)):
             matrix[stroke] += inertia * row
             matrix[:, stroke] += inertia * row

@@ -31,7 +31,7 @@ FORCES = tuple((f"force_{name}", "N") for name in NAMES)
 
 @np.errstate(all="ignore")  # StateSpace refuses what overflows
 def state_space(model, chosen=None, residual=True, nodes=None, gondola=None, location="ground", loop=None, highest=0.0):
-    """`StateSpace` of a cable whose ends are moved, or with a gondola on end 2 that is free along x and a winch.
+    """`StateSpace` of one cable: with moved ends, or with a gondola on end 2 that is free along x, and a winch.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def state_space(model, chosen=None, residual=True, nodes=None, gondola=None, loc
     location : {"ground", "gondola"}
         Of the winch: the paper's model A, in which it moves end 1 along x, or B, in which end 2 stands at x + u.
     loop : Loop or LinearControl, optional
-        Of which gain, notch and law close the loop of the winch.
+        Its gain, notch and law close the loop from the gondola's position to the winch.
     highest : float
         Frequency up to which a delay of the loop is right, at least. [rad/s]
 
@@ -64,17 +64,18 @@ def state_space(model, chosen=None, residual=True, nodes=None, gondola=None, loc
         reference alone, where the law passes it on at once.
     """
     chosen = np.arange(len(model.omega)) if chosen is None else np.asarray(chosen, dtype=int)
-    system, whole = linear_system(model, chosen, residual, nodes, gondola, location)
+    system, free_cable = linear_system(model, chosen, residual, nodes, gondola, location)
     if loop is None:
-        return state_space_of(system, whole)
-    (notch,), (law, names) = loop.notches, loop.law.state_space(highest)
+        return state_space_of(system, free_cable)
+    (notch,), (law, law_names) = loop.notches, loop.law.state_space(highest)
+    # measured is the last coordinate, the position of the gondola: u moves it by u, or by -u with the winch on board
     allocation = Allocation(np.eye(len(system))[-1:], np.array([[-1.0 if location == "gondola" else 1.0]]))
-    control = LinearControl(allocation, loop.gain, loop.notches, law, names)
+    control = LinearControl(allocation, loop.gain, loop.notches, law, law_names)
     closed = state_space_of(system, None, control, (("position", "m"),))
-    names = [*(("notch_1", "notch_2") if notch else ()), *names, "winch"]
-    states = (*closed.states[: 2 * len(system)], *((name, "m") for name in names))
+    loop_states = [*(("notch_1", "notch_2") if notch else ()), *law_names, "winch"]
+    states = (*closed.states[: 2 * len(system)], *((name, "m") for name in loop_states))
     closed = replace(closed, states=states, inputs=(("reference", "m"), *closed.inputs[1:]))
-    return channels(closed, [*range(1, len(closed.inputs)), 0])
+    return channels(closed, [*range(1, len(closed.inputs)), 0])  # the reference last
 
 
 def linear_system(model, chosen, residual, nodes, gondola, location):

@@ -6,7 +6,9 @@ from cablestudy.control.tolerances import CONTROL
 
 
 def frequencies(low, high, count, others=()):
-    """Yield frequencies with equal ratios, both ends included, and others, in blocks of about `frequency_block`.
+    """Yield the frequencies of a response, ascending, in blocks of about `frequency_block`: ndarray. [Hz]
+
+    They are `count` frequencies with equal ratios from `low` to `high`, both included, merged with `others`.
 
     Parameters
     ----------
@@ -15,14 +17,14 @@ def frequencies(low, high, count, others=()):
     count : int
         At least 2. [-]
     others : ndarray
-        Rising, none of them one of those with equal ratios. [Hz]
+        Ascending, such as resonances; none equals one of the `count` frequencies. [Hz]
     """
     first, last = np.log10(low), np.log10(high)
     step = (last - first) / (count - 1)
     for begin in range(0, count, CONTROL.frequency_block):
         block = 10.0 ** (np.arange(begin, min(begin + CONTROL.frequency_block, count)) * step + first)
         if not begin:
-            block[0] = low
+            block[0] = low  # exactly
         if begin + CONTROL.frequency_block >= count:
             block[-1] = high
         others = np.asarray(others, dtype=float)

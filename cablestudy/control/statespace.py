@@ -114,24 +114,24 @@ class StateSpace:
         Raises
         ------
         SceneError
-            What is given for s or derivatives is something else.
+            `s` is no array of finite numbers, or `derivatives` no bool.
         NoSolutionError
-            The response to some s is not finite: that is a pole, or it overflows.
+            The response to some s is not finite: s is a pole, or the response overflows.
         """
         if not isinstance(derivatives, (bool, np.bool_)):
             raise SceneError(f"response: derivatives: expected True or False, got a {type(derivatives).__name__}")
         points = _points(s)[:, None, None]
-        eye, forced = np.eye(len(self.a)), self.b.astype(complex)[None]
+        eye, input_matrix = np.eye(len(self.a)), self.b.astype(complex)[None]
         try:
             with np.errstate(all="ignore"):  # what overflows is refused below
-                value = self.c @ np.linalg.solve(points * eye - self.a, forced) + self.d
+                value = self.c @ np.linalg.solve(points * eye - self.a, input_matrix) + self.d
                 if derivatives:
                     value = value + points * self.derivatives[0] + points**2 * self.derivatives[1]
         except np.linalg.LinAlgError:
             raise NoSolutionError("response: s: one of the values is a pole") from None
-        wrong = ~np.isfinite(value).all(axis=(1, 2))
-        if wrong.any():
-            raise NoSolutionError(f"response: s: the response to {points[wrong][0, 0, 0]:.6g} rad/s is not finite")
+        infinite = ~np.isfinite(value).all(axis=(1, 2))
+        if infinite.any():
+            raise NoSolutionError(f"response: s: the response to {points[infinite][0, 0, 0]:.6g} rad/s is not finite")
         return value
 
 
@@ -166,22 +166,24 @@ def _check_finite(**matrices):
 
 @np.errstate(all="ignore")  # StateSpace refuses what overflows
 def state_space_of(system, second_order=None, loop=None, measured=(), actuators=(), added=False):
-    """`StateSpace` of a `LinearSystem` with real matrices and labels, with its loop closed or without one.
+    """Convert a `LinearSystem` of second order to a labelled `StateSpace`, with its loop closed or without one.
 
-    States are z, times W of modal amplitudes, and z', each less a multiple of the inputs; then those of `Equations`.
+    States are the coordinates z, modal amplitudes times their frequency W, and z', each less a multiple of the inputs
+    (see `_from_rows`); then those of actuators and loop, see `system.first_order`.
 
     Parameters
     ----------
     system : LinearSystem
-        Its first inputs are the lengths that winches reel in, or displacements; with a loop the others are forces.
+        With real matrices and labels. Its first inputs are the lengths that winches reel in, or displacements; with a
+        loop the others are forces.
     second_order : LinearSystem, optional
-        M, C and K of the same before any modes were left out.
+        The system before any modes were left out, which the result keeps for its M, C and K.
     loop : LinearControl or Loop, optional
-        Of these coordinates.
+        In the coordinates of the system.
     measured : tuple of (str, str)
-        Name and unit of what the loop measures.
+        Name and unit of each coordinate that the loop measures.
     actuators : sequence of Actuator
-        Those of the system.
+        Actuators of the system.
     added : bool
         Whether lengths that winches reel in beyond those of the loop are inputs too, after the references.
 
@@ -199,32 +201,32 @@ def state_space_of(system, second_order=None, loop=None, measured=(), actuators=
     """
     winches, count = len(loop.allocation.shares) if loop else len(system.inputs), len(system.outputs)
     forces, direct = system.b[0][:, winches:], system.d[0][:, winches:]
-    driven, follow = (tuple(part[:, :winches] for part in parts) for parts in (system.b, system.d))
+    winch_b, winch_d = (tuple(part[:, :winches] for part in parts) for parts in (system.b, system.d))
     try:
-        found, whole, (reeled, _), shown = rows(
-            replace(system, b=driven, d=follow, scale=_scale(system)), forces, loop, actuators
+        first_order, state_rate, (reeled, _), output_rows = rows(
+            replace(system, b=winch_b, d=winch_d, scale=_scale(system)), forces, loop, actuators
         )
     except np.linalg.LinAlgError:
         raise NoSolutionError(MASSLESS_MOTION) from None
     states, inputs, outputs = _states(system, actuators), list(system.inputs), [*system.outputs]
-    if loop:
-        end = len(whole) + len(measured) + len(inputs)
-        shown[:count, end - forces.shape[1] : end] += direct
-        shown = np.insert(shown, count, reeled, axis=0)
+    if loop:  # the forces act on outputs at once, and the lengths reeled in come after the outputs of the system
+        end = len(state_rate) + len(measured) + len(inputs)  # of the columns of x and u
+        output_rows[:count, end - forces.shape[1] : end] += direct
+        output_rows = np.insert(output_rows, count, reeled, axis=0)
         outputs += inputs[:winches]
         inputs = [*((f"reference.{name}", unit) for name, unit in measured), *inputs]
-        states += _states_of_loop(loop, measured, found.winches.shape[1])
-    for one in actuators:
-        units = {"momentum": "N m s", "torque": "N m"} if one.wheel else {"stroke": "m", "force": "N"}
-        outputs += [(f"{one.name}.{what}", unit) for what, unit in units.items()]
-    closed = _from_rows(whole, shown, states, inputs, outputs, second_order)
+        states += _states_of_loop(loop, measured, first_order.winches.shape[1])
+    for actuator in actuators:
+        units = {"momentum": "N m s", "torque": "N m"} if actuator.wheel else {"stroke": "m", "force": "N"}
+        outputs += [(f"{actuator.name}.{quantity}", unit) for quantity, unit in units.items()]
+    closed = _from_rows(state_rate, output_rows, states, inputs, outputs, second_order)
     if added or not loop:
         return closed
     return channels(closed, np.delete(np.arange(len(inputs)), len(measured) + np.arange(winches)))
 
 
 def _scale(system):
-    """That of the system, or W of modal amplitudes, and one, shape (n,)."""
+    """Factor of each coordinate as a state, shape (n,): from the system, or W of modal amplitudes and 1 of others."""
     if system.scale is not None:
         return system.scale
     modal = np.array([unit == MODAL for _, unit in system.coordinates], dtype=bool)

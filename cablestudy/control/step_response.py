@@ -67,23 +67,26 @@ def step_response(time, value, final):
 
 
 def _by_spline(time, value, final, largest):
-    """`StepResponse` of a cubic spline through points of time, which is scaled to a `largest` value of 1."""
+    """`StepResponse` from a cubic spline through a sampled response to a step.
+
+    `largest` is the largest size of the response, by which it is divided; `final` its value after a long time.
+    """
     from scipy.interpolate import CubicSpline
 
-    sign, goal = np.copysign(1.0, final), abs(final) / largest
+    sign, final_share = np.copysign(1.0, final), abs(final) / largest
     curve = CubicSpline(time, sign * value / largest)
-    follows = goal >= CONTROL.taken_back
-    size = goal if follows else 1.0
+    follows = final_share >= CONTROL.taken_back  # else the response is taken back: it ends near zero
+    size = final_share if follows else 1.0
     overshoot = rise = None
     if follows:
         turns = curve.derivative().roots(extrapolate=False)
         highest = curve(np.append(turns[np.isfinite(turns)], time[-1])).max()
-        overshoot = max(0.0, float(highest) / goal - 1.0)
-        begin, end = (_times_at(curve, share * goal).min(initial=np.inf) for share in CONTROL.rise)
+        overshoot = max(0.0, float(highest) / final_share - 1.0)
+        begin, end = (_times_at(curve, share * final_share).min(initial=np.inf) for share in CONTROL.rise)
         rise = float(end - begin) if end < np.inf else None
     settling = None
-    if abs(curve(time[-1]) - goal) <= CONTROL.settling_band * size:
-        crossings = [_times_at(curve, goal + side * CONTROL.settling_band * size) for side in (-1, 1)]
+    if abs(curve(time[-1]) - final_share) <= CONTROL.settling_band * size:
+        crossings = [_times_at(curve, final_share + side * CONTROL.settling_band * size) for side in (-1, 1)]
         settling = float(np.concatenate(crossings).max(initial=0.0))
     return StepResponse(final, size * largest, overshoot, rise, settling)
 

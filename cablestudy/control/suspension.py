@@ -82,17 +82,20 @@ def load_off_ends(equilibrium, winches):
 
 
 def second_order(layout, kept, winches=(), markers=(), midspans=()):
-    """`LinearSystem` of a suspension from winches and forces to displacements and tensions.
+    """Assemble the `LinearSystem` of a suspension from winches and forces to displacements and tensions.
+
+    Its coordinates are the modal amplitudes of all cables, then the free displacements of bodies and points.
 
     Parameters
     ----------
     layout : Layout
     kept : list of Kept
-        Coordinates of each cable.
+        Modes and residual vectors of each cable.
     winches : sequence of Winch
     markers : sequence of Marker
     midspans : sequence of ndarray, shape (3, k)
-        Of each cable, see `wind.strips.midspan_shapes`; by default none is an output.
+        Displacement at mid-span of each cable by its modes and ends, see `wind.strips.midspan_shapes`; by default none
+        is an output.
 
     Returns
     -------
@@ -114,12 +117,12 @@ def second_order(layout, kept, winches=(), markers=(), midspans=()):
             f"the linear model has {free + modal} coordinates, and a state space is made of at most "
             f"{CONTROL.state_space_coordinates}"
         )
-    imposed = reeled(equilibrium, winches)
-    system = layout.system([cable.element for cable in kept], imposed)
+    end_movements = reeled(equilibrium, winches)
+    system = layout.system([cable.element for cable in kept], end_movements)
     mass, damping, stiffness = (dense(matrix) for matrix in (system.mass, system.damping, system.stiffness))
     lifted = load_off_ends(equilibrium, winches)
     b = tuple(_winch_forces(layout, system, modal, lifted))
-    c, d = outputs(layout, kept, imposed, lifted, markers, midspans)
+    c, d = outputs(layout, kept, end_movements, lifted, markers, midspans)
     input_names, output_names = labels(layout, winches, markers, bool(midspans))
     names = _coordinates(layout, kept), input_names[: len(winches)], output_names
     driven_by_winches = LinearSystem(mass, damping, stiffness, b, free, c, d, *names)
@@ -163,15 +166,17 @@ def _coordinates(layout, kept):
     return (*coordinates, *_of_bodies(layout, AXES, LENGTHS))
 
 
-def outputs(layout, kept, imposed, lifted, markers, midspans=()):
-    """Output matrices C0, C1, C2 of z, z', z'' and D0, D1, D2 of v, v', v''.
+def outputs(layout, kept, end_movements, lifted, markers, midspans=()):
+    """Output matrices of a suspension: C0, C1, C2 of z, z', z'' and D0, D1, D2 of the winches' v, v', v''.
+
+    Outputs are displacements of bodies, of markers and at mid-spans, then forces of links, then tensions.
 
     Parameters
     ----------
     layout, kept, markers, midspans
         As for `second_order`.
-    imposed, lifted : ndarray, shape (6 c, i)
-        See `reeled` and `load_off_ends`.
+    end_movements, lifted : ndarray, shape (6 c, i)
+        Displacements of all ends by the winches, and the loads that these take off, see `reeled` and `load_off_ends`.
 
     Returns
     -------
@@ -181,25 +186,28 @@ def outputs(layout, kept, imposed, lifted, markers, midspans=()):
     suspension, free = layout.equilibrium.suspension, len(layout.free)
     modal = sum(len(cable.element.omega) for cable in kept)
     displacements = np.eye(6 * len(suspension.body_names))[:, layout.free]  # of all bodies by the free ones
-    rows = [np.eye(free)]
+    displacement_rows = [np.eye(free)]  # by the free displacements: themselves, then those of markers
     for marker in markers:
         arm = layout.equilibrium.rotation[marker.body] @ np.asarray(marker.place, dtype=float)
-        at_marker = np.concatenate([np.eye(3), -cross_matrix(arm)], axis=1)
-        rows.append(at_marker @ displacements[6 * marker.body : 6 * marker.body + 6])
-    places = np.concatenate(rows)
-    places = np.concatenate([np.zeros((len(places), modal)), places], axis=1)
-    by_winches = np.zeros((len(places), imposed.shape[1]))
-    midspan_c, midspan_d = _midspans(layout, kept, imposed, midspans, modal)
-    places, by_winches = np.concatenate([places, midspan_c]), np.concatenate([by_winches, midspan_d])
-    c_places = [places * (order == 0) for order in range(3)]
+        marker_rows = np.concatenate([np.eye(3), -cross_matrix(arm)], axis=1)
+        displacement_rows.append(marker_rows @ displacements[6 * marker.body : 6 * marker.body + 6])
+    of_displacements = np.concatenate(displacement_rows)
+    of_displacements = np.concatenate([np.zeros((len(of_displacements), modal)), of_displacements], axis=1)
+    by_winches = np.zeros((len(of_displacements), end_movements.shape[1]))
+    midspan_c, midspan_d = _midspans(layout, kept, end_movements, midspans, modal)
+    of_displacements = np.concatenate([of_displacements, midspan_c])
+    by_winches = np.concatenate([by_winches, midspan_d])
+    # displacements do not depend on velocities and accelerations, links and tensions do
+    c_without_tensions = [of_displacements * (order == 0) for order in range(3)]
     if suspension.link_names:
         stretch = np.pad(layout.elongation, ((0, 0), (modal, 0)))
         factors = suspension.link_stiffness, suspension.link_damping, np.zeros(len(stretch))
         link_forces = [factor[:, None] * stretch for factor in factors]
-        c_places = [np.concatenate(pair) for pair in zip(c_places, link_forces, strict=True)]
+        c_without_tensions = [np.concatenate(pair) for pair in zip(c_without_tensions, link_forces, strict=True)]
         by_winches = np.pad(by_winches, ((0, len(stretch)), (0, 0)))
-    tensions = _tensions(layout, kept, imposed, lifted, modal)
-    c = [np.concatenate([rows, of_tensions]) for rows, (of_tensions, _) in zip(c_places, tensions, strict=True)]
+    tensions = _tensions(layout, kept, end_movements, lifted, modal)
+    pairs = zip(c_without_tensions, tensions, strict=True)
+    c = [np.concatenate([others, of_tensions]) for others, (of_tensions, _) in pairs]
     d = [np.concatenate([by_winches * (order == 0), of_tensions]) for order, (_, of_tensions) in enumerate(tensions)]
     return tuple(c), tuple(d)
 
@@ -218,15 +226,19 @@ def _midspans(layout, kept, imposed, midspans, modal):
     return c, d
 
 
-def _tensions(layout, kept, imposed, lifted, modal):
-    """Changes of tension at the ends: output matrices of z, z' and z'', each with that of v, v' and v''."""
+def _tensions(layout, kept, end_movements, lifted, modal):
+    """Output matrices of the tensions at both ends of all c cables: list of pairs (C_j, D_j) for j = 0, 1, 2.
+
+    C_j, shape (2 c, n), multiplies the j-th derivative of the coordinates z, and D_j, shape (2 c, i), that of the
+    lengths v reeled in. Parameters as of `outputs`; `modal` is the number of modal amplitudes.
+    """
     direction, _ = outward(layout.equilibrium)
     ends = dense(layout.connection)
     matrices = [cable.element.matrices() for cable in kept]
     dtypes = [np.result_type(float, *(stiffness for _, _, stiffness in matrices)), float, float]
     c = [np.zeros((2 * len(kept), modal + ends.shape[1]), dtype) for dtype in dtypes]
-    d = [np.zeros((2 * len(kept), imposed.shape[1]), dtype) for dtype in dtypes]
-    first = 0  # coordinate of the modes of a cable
+    d = [np.zeros((2 * len(kept), end_movements.shape[1]), dtype) for dtype in dtypes]
+    first_mode = 0  # coordinate of the modes of a cable
     for cable, (mass, damping, stiffness) in enumerate(matrices):
         modes, rows = len(kept[cable].element.omega), slice(2 * cable, 2 * cable + 2)
         end_rows = slice(6 * cable, 6 * cable + 6)
@@ -234,9 +246,9 @@ def _tensions(layout, kept, imposed, lifted, modal):
         along[0, :3], along[1, 3:] = direction[cable]
         for order, matrix in enumerate((stiffness, damping, mass)):
             tension = along @ matrix[modes:]
-            c[order][rows, first : first + modes] = tension[:, :modes]
+            c[order][rows, first_mode : first_mode + modes] = tension[:, :modes]
             c[order][rows, modal:] = tension[:, modes:] @ ends[end_rows]
-            d[order][rows] = tension[:, modes:] @ imposed[end_rows]
+            d[order][rows] = tension[:, modes:] @ end_movements[end_rows]
         d[0][rows] -= along @ lifted[end_rows]
-        first += modes
+        first_mode += modes
     return list(zip(c, d, strict=True))

@@ -66,11 +66,12 @@ def gust(size, length):
 
 
 def respond(a, b, c, d, components, time):
-    """Response of the outputs of a linear system, from rest, to one input.
+    """Response over time of the outputs of a linear system, from rest, to one input: exact at each point of time.
 
     Parameters
     ----------
     a, b, c, d : ndarray, shapes (n, n), (n,), (o, n), (o,)
+        State-space matrices with one input.
     components : list of Component
         Their sum is the input.
     time : ndarray, shape (m,)
@@ -79,6 +80,10 @@ def respond(a, b, c, d, components, time):
     Returns
     -------
     ndarray, shape (m, o)
+
+    Notes
+    -----
+    Each component and the state obey one equation without input (module's docstring), advanced by exp(matrix dt).
     """
     from scipy.linalg import expm
 
@@ -92,6 +97,7 @@ def respond(a, b, c, d, components, time):
         matrix[:n, :n], matrix[:n, n:], matrix[n:, n:] = a, np.outer(b, component.output), component.matrix
         output = np.concatenate([c, np.outer(d, component.output)], axis=1)
         state = np.concatenate([np.zeros(n), component.start])
+        # from the beginning of the component to the first point of time after it, then from point to point
         state = expm(matrix * max(first_index * step - component.begin, 0.0)) @ state
         advance = expm(matrix * step)
         for index in range(first_index, len(time)):

@@ -63,37 +63,37 @@ def report(
     columns: Columns | None = None,
     where: Text | None = None,
 ) -> Report:
-    """Write a scene or a study as one page of HTML, which loads nothing: `Report`.
+    """Compute a scene or a study and write tables, pictures and errors as one page of HTML: `Report`.
 
-    What has no answer is told in the page, and the rest stands.
+    The page needs no other file. It names the results that could not be computed, and has all others.
 
     Parameters
     ----------
     path : str, path-like or mapping
-        Of the scene or study; `-` is standard input. Or what the file would say, as a mapping.
+        File of the scene or study; `-` is standard input. Or the contents of the file as a mapping.
     out : str or path-like, optional
-        The file of the page; by default NAME.html in the working directory.
+        File of the page; by default NAME.html in the working directory.
     set : mapping or list of str, optional
-        What changes the scene: dotted key -> value, or texts "KEY=VALUE".
+        Changes of the scene: dotted key -> value, or texts "KEY=VALUE".
     vary : mapping or list of str, optional
-        Of a study, more dimensions, as of `sweep`.
+        Further keys that a study varies, see `sweep`.
     case : str, optional
-        Of a scene, one of its load cases; by default, or with "all", the page has all of them.
+        Load case of a scene; by default, or with "all", the page has all load cases.
     title : str, optional
-        Of the page; by default that of the study, or the name of the file.
+        Title of the page; by default that of the study, or the name of the file.
     jobs : int or None
-        Of a study, processes; see `sweep`.
+        Number of processes that compute a study, see `sweep`.
     quiet : bool
         Whether a study shows no progress on standard error.
     columns : str or list of str, optional
-        Those that the tables of results have; in text separated by commas. Default: all. Key figures stay.
+        Columns of the tables of results; in text separated by commas. Default: all. Key figures stay.
     where : str, optional
-        Of a study, a condition on the rows that are shown, as `sweep --where` takes it.
+        Condition on the rows of a study that are shown, as `sweep --where` takes it.
 
     Raises
     ------
     SceneError
-        All that is wrong with the file or an option; nothing is written.
+        All mistakes in the file or an option; nothing is written.
 
     Examples
     --------
@@ -118,7 +118,10 @@ def write_report(
     columns: Sequence[str] = (),
     where: str | None = None,
 ) -> Report:
-    """The page as `report`, of changes as texts; errors name the options of the command, whose `words` it shows."""
+    """Write the page of a scene or a study: `Report`; parameters as of `report`, but changes as texts.
+
+    `words` are the arguments of the command, which the page shows; error messages name options of the command.
+    """
     command, started = shlex.join(["cablestudy", *words]) if words else "cablestudy.report", datetime.now(UTC)
     file = checked_file(out, path)
     sets, varied = tuple(set), tuple(vary)
@@ -160,7 +163,11 @@ def _stem(name):
 
 
 def _scene_page(source, sets, case, title, begun, columns):
-    """The `Page` on a scene, of the Document of its file; `begun`: the command, and when it began."""
+    """Compute all results of a scene and put them on a new `Page`.
+
+    `source` is the Document of the scene, `sets` are its changes, "KEY=VALUE"; `case` is a load case, or None for all;
+    `begun` the command and the time at which it began, for the record of the run; other parameters as of `report`.
+    """
     unchanged = resolve_base(source)
     document = apply_sets(unchanged, sets, case)
     model = read_scene(document)
@@ -189,7 +196,7 @@ def _add_file(page, unchanged, document):
 
 
 def _study_page(source, sets, vary, title, begun, jobs, quiet, columns, where):
-    """The `Page` on a study, of the Document of its file; other parameters as of `report`, `begun` as of a scene."""
+    """Compute all rows of a study and put them on a new `Page`; parameters as of `_scene_page` and `report`."""
     from cablestudy.pages.study import open_run, study_sections
     from cablestudy.sweeps.select import read_selection
     from cablestudy.sweeps.variable import ask_columns

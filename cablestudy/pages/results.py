@@ -59,14 +59,17 @@ OF_CASES = (
 
 
 def sections(page, scene):
-    """Append the results of a scene, of one cable or a suspension, to a page.
+    """Compute the results of a scene and append them to a page: statics, load cases, modes, loop and wind.
+
+    Sections for which the scene lacks a key are left out, and listed as left out.
 
     Parameters
     ----------
     page : Page
     scene : interface.scene.CableScene
+        One cable or a suspension.
     """
-    model, columns_of_loop = scene.model, {}
+    model, columns_of_loop = scene.model, {}  # columns of the loop are not shown in the wind again
     all_cases = bool(model.cases) and model.case is None
     with page.section("Statics"):
         _add_answer(page, scene, "static", headed=not all_cases)
@@ -98,17 +101,18 @@ def limits(page, scene):
 
 
 def _add_answer(page, scene, command, left_out=None, headed=True):
-    """Append tables, picture and notes of a command, for example `modes`, to a page; returns its `Answer`.
+    """Compute one command for a scene, for example `modes`, and append its tables, picture and notes to a page.
 
-    `left_out`: name of a table -> columns that are not shown; `headed`: whether numbers of it are key figures.
+    `left_out`: name of a table -> columns that are not shown; `headed`: whether the main numbers are shown at the head
+    of the page as key figures. Returns the results of the command: `Answer`.
     """
     answer, tables = scene.compute(command, estimate=True), {}
     _add_messages(page, command, answer)
     for name, table in answer.tables.items():
-        new = tuple(field for field in table.fields if field.name not in (left_out or {}).get(name, ()))
-        if any(not field.label for field in new):
-            status = tuple(field for field in table.fields if field.name == "status" and field not in new)
-            tables[name] = replace(table, fields=new + status)
+        shown = tuple(field for field in table.fields if field.name not in (left_out or {}).get(name, ()))
+        if any(not field.label for field in shown):  # labels alone are no table
+            status = tuple(field for field in table.fields if field.name == "status" and field not in shown)
+            tables[name] = replace(table, fields=shown + status)
     for name, table in tables.items():
         caption = CABLES[command] if name == "cables" else CAPTIONS[name or command]
         page.results(table, caption + _of_case(scene))
@@ -141,9 +145,10 @@ def _of_case(scene):
 
 
 def _add_load_cases(page, scene):
-    """Append statics in each load case to a page: of several cables the extremes of all, and sag and clearance of each.
+    """Compute the statics of a scene in all of its load cases, and append them to a page.
 
-    The key figures are those of the case that governs.
+    A scene of one cable has one table. A scene of several cables has a table of the extreme tensions of all cables, and
+    tables of sag and clearance of each cable. The key figures at the head of the page are those of the governing case.
     """
     answer = scene.compute_cases("static", estimate=True)
     page.warn(answer.warnings)

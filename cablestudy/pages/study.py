@@ -39,17 +39,17 @@ def _notes(run):
 
 
 def study_sections(page, run, words, selection=None):
-    """Append the results of a complete `Run` to a page.
+    """Append the results of a study to a page: rows, pictures, rows without an answer, extremes, Sobol's indices.
 
     Parameters
     ----------
     page : Page
     run : Run
-        From `open_run`.
+        Complete, from `open_run`.
     words : list of str
-        The command that computes the study alone.
+        The command that computes the study, for the hint how to compute a failed row alone.
     selection : Selection, optional
-        Which rows are shown.
+        Rows that are shown; by default all.
     """
     table, study = run.table(), run.study
     shown, notes = selection.table(table) if selection else (table, ())
@@ -88,14 +88,15 @@ def _draw_table(page, study, table, plots):
 
 
 def _extremes(study, table, shown, fields):
-    """HTML table of the smallest and largest number of each column that varies, and the case of each.
+    """HTML table of the smallest and largest number of each result column, and the cases in which they occur.
 
     Parameters
     ----------
     study : StudyFile
     table, shown : Table
-        All rows, and those that are shown.
+        All rows, and those that are shown: only these count.
     fields : sequence of Field
+        The columns, of which varied keys and columns of one value are left out.
     """
     frame, lines = table.rows.frame(), []
     if shown is not table:

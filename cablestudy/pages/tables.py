@@ -24,7 +24,7 @@ class TableGrid:
     Attributes
     ----------
     head : list of str
-        Of the columns. HTML.
+        Heads of the columns. HTML.
     rows : list of (list of str)
         Cells, the first one the head of its row. HTML.
     right : set of int
@@ -62,14 +62,16 @@ class TableGrid:
 
 
 def table_html(table, caption, where_all=""):
-    """A `Table` as HTML.
+    """Lay out a `Table` for a page of HTML, with the estimated errors of its numbers: str, empty without rows.
+
+    A table of one row, or of many columns and few rows, has a line for each quantity; any other a line for each row.
 
     Parameters
     ----------
     table : Table
     caption : str
     where_all : str
-        Where all rows are, of a table that may be cut.
+        Words where a reader finds all rows, for a table that is cut.
     """
     if not len(table.rows):
         return ""

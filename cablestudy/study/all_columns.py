@@ -1,4 +1,4 @@
-"""Columns by name, of one cable and of suspensions, why a scene cannot have one, and the table of all."""
+"""Result columns by name, of one cable and of suspensions; reasons why a scene cannot have one; table of all."""
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import quantity_of
@@ -46,7 +46,10 @@ def why_not(scene, column):
 
 
 def columns_table(text=""):
-    """Table of columns: kind of scene (one cable, or a suspension), name, unit, meaning, the stage and keys it needs.
+    """Table of the result columns that the program can compute, for the command `columns`.
+
+    A row has the kind of scene that can have the column (`cable` or `suspension`), its header, unit and meaning, the
+    stage of the computation that gives it, and the keys that the scene must state.
 
     Parameters
     ----------
@@ -56,12 +59,12 @@ def columns_table(text=""):
     Raises
     ------
     SceneError
-        There is no such column.
+        No column has this text in its name.
     """
     text_in_name = "_".join(text.split())
     kinds = {"cable": (*of_one_cable.COLUMNS, *of_one_cable.FAMILIES), "suspension": of_suspensions.families()}
     columns_of_kind = [(kind, c) for kind, columns in kinds.items() for c in columns if text_in_name in c.header]
-    if not columns_of_kind:  # perhaps one of a family: sag of n1, or mode 3
+    if not columns_of_kind:  # perhaps a member of a family, which is listed as a pattern only: n1.sag, or frequency_3
         try:
             column = find(text_in_name)
         except ValueError as error:

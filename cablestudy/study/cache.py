@@ -6,7 +6,10 @@ PLAIN = (float, int, str)
 
 
 class Cache:
-    """Results by cable and by name and keys; those of the cables used longest ago are dropped."""
+    """Results of cables: cable -> (name of the result, values of keys) -> result; `shared` fills it.
+
+    To bound the memory, the results of the cables that were used longest ago are dropped.
+    """
 
     def __init__(self):
         self._cables = {}
@@ -33,7 +36,10 @@ class Cache:
 
 
 def shared(*keys):
-    """Decorator of a property of a `Case`, kept in `Case.computed`, and shared by cases whose cable and keys are equal.
+    """Decorator that makes a method of `Case` a property which is computed once, also for several cases.
+
+    The result is kept in the case (`Case.computed`), and in the cache, from which every case takes it that has the same
+    cable, refinement level and values of the keys. It may be set, too, where it is computed for many cases at once.
 
     Parameters
     ----------

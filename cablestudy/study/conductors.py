@@ -42,9 +42,9 @@ class LinearCables:
         Length without tension of the conductor in its case over the unstretched length of the linear cable: ice and
         wind are stated per length of the former. [-]
     condition : Condition
-        Of the conductors.
+        State of the conductors.
     strain : ndarray, shape (...)
-        Of the conductors at their mean tension. [-]
+        Strain of the conductors at their mean tension. [-]
     labels : ndarray of str, shape (...)
         The state, of `final` the one that leaves the conductor longer, and the parts that are slack or stretched beyond
         what their curve is measured to.
@@ -92,19 +92,22 @@ def _numbers(cable):
 
 
 def distinct_without_case(scenes):
-    """The distinct scenes among some when each is taken without its load case, and which of them each scene is.
+    """Distinct scenes among n scenes, compared without their load cases.
+
+    The permanent sets of a conductor do not depend on the chosen load case: they are computed once for each of these.
 
     Parameters
     ----------
     scenes : sequence of scenes
-        n of them. Their copies share all values but the case; scenes that were read twice count as different.
+        n scenes. Copies of a scene for other cases share all of its values but the case, so values are compared by
+        identity; scenes that were read twice count as different.
 
     Returns
     -------
     different : list of scenes
-        In no load case.
+        The distinct scenes, in no load case.
     indices : ndarray of int, shape (n,)
-        Of each scene among the different ones.
+        Index into `different` for each of the n scenes.
     """
     different, indices = {}, []
     for scene in scenes:
@@ -119,15 +122,15 @@ class Conductors:
     Parameters
     ----------
     scenes : sequence of scenes
-        n of them, of one kind and alike, in no case.
+        n scenes of one kind with equal connections, in no load case.
     shape : tuple of int
-        Of arrays with a value for each cable: (n,), or (n, c).
+        Shape of arrays with a value for each cable: (n,), or (n, c).
     solve_reference : callable
-        `stiffness`, `elongation` and `length_ratio` of `LinearCables`, of `shape` -> tuple of mean tensions in the
-        reference state [N], and more that `solve_cases` needs of that state.
+        `stiffness`, `elongation` and `length_ratio` of `LinearCables`, of `shape` -> tuple whose first item is the mean
+        tensions of these linear cables in the reference state [N]; the others are for `solve_cases`.
     solve_cases : callable
-        Indices of k scenes, these scenes with their cases, result of `solve_reference`, and the same three of the
-        k scenes' cables -> mean tensions. [N]
+        Indices of k scenes; these scenes with their cases; result of `solve_reference`; and `stiffness`, `elongation`
+        and `length_ratio` of the k scenes' linear cables -> their mean tensions. [N]
     independent : bool
         Whether the tension of a cable depends on its own strain only, as `alone` of `Condition.settle`.
 
@@ -200,20 +203,35 @@ class Conductors:
         return by_creep, np.where(with_load[..., None], sets, by_creep), by_load, heaviest
 
     def _sets_by_load(self, sets):
-        """Sets by the heaviest cases on top of earlier `sets`, those by these cases alone, and names of these cases."""
-        pairs = [(row, scene.model_copy(update={"case": name}))
-                 for row, scene in enumerate(self._scenes) for name, case in scene.cases.items()
-                 if not getattr(case, "lost", ())]  # fmt: skip
+        """Permanent sets that the heaviest load case leaves in each conductor: the case with its largest mean tension.
+
+        Parameters
+        ----------
+        sets : ndarray, shape (..., 2)
+            Permanent sets before the load, of both parts of each conductor, outer strands and core. [-]
+
+        Returns
+        -------
+        sets, by_load : ndarray, shape (..., 2)
+            Permanent sets after the load, and the sets that the load would leave in a new conductor. [-]
+        heaviest : ndarray of str, shape (...)
+            Name of the heaviest case; empty without one.
+        """
+        # all load cases of all scenes, but those in which cables are lost, are solved together
+        rows_and_scenes = [(row, scene.model_copy(update={"case": name}))
+                           for row, scene in enumerate(self._scenes) for name, case in scene.cases.items()
+                           if not getattr(case, "lost", ())]  # fmt: skip
         largest, by_load = np.zeros(self._shape), self.curves.unset.copy()
         heaviest = np.full(self._shape, "", dtype=object)
-        if not pairs:
+        if not rows_and_scenes:
             return sets, by_load, heaviest
-        rows, scenes = np.array([row for row, _ in pairs]), [scene for _, scene in pairs]
+        rows, scenes = np.array([row for row, _ in rows_and_scenes]), [scene for _, scene in rows_and_scenes]
         condition = self._condition(rows, scenes, sets[rows])
         strain, tension = self._solve_strains(rows, scenes, condition)
         beyond = condition.beyond(strain).any(axis=-1)
         for index, row in enumerate(rows.tolist()):
             heavier = tension[index] > largest[row]
+            # sets by this load alone: from the strain, on the curves of a new conductor
             without_sets = Condition(condition.curves.take(index), condition.temperature[index],
                                      np.full(sets[row].shape, NO_SET), condition.creeping[index])  # fmt: skip
             new_sets = without_sets.sets_after(strain[index])
@@ -229,14 +247,16 @@ class Conductors:
         return np.array([any(force) for force in forces]).reshape(-1, *(1,) * (len(self._shape) - 1))
 
     def equivalent_cables(self, rows, scenes):
-        """`LinearCables` of scenes, each in its case and its state.
+        """Linear cables that hang as the conductors of k scenes do, in their load cases: `LinearCables`.
+
+        A conductor has the permanent sets of its state: none, by creep, by load, or both (`final`).
 
         Parameters
         ----------
         rows : ndarray of int, shape (k,)
-            Index among all of each scene, which differs in its case only.
+            For each scene the index of the one among the n scenes of this object from which only its case differs.
         scenes : sequence of scenes
-            k of them.
+            k scenes, each in its load case.
         """
         by_creep, sets, by_load, heaviest = (array[rows] for array in self._sets)
         states = self.states[rows]
@@ -244,12 +264,12 @@ class Conductors:
         condition = self._condition(rows, scenes, sets)
         strain, _ = self._solve_strains(rows, scenes, condition)
         tension, slope = condition.pull(strain)
-        # about the equilibrium by the final moduli; an end that a force has moved went along the curve
+        # small motion about the equilibrium follows the final moduli; an end that a force has moved followed the curve
         slope = np.where(self._moved_by_force(scenes), slope, condition.elastic(strain))
         linear = self._linear((strain, tension, slope), condition, rows)
         labels = np.array(states, dtype=object)
         if with_load.any():
-            # at one strain the longer conductor has the lower tension
+            # the one of creep and load governs that alone leaves the conductor longer, with less tension at a strain
             by_creep_alone, by_load_alone = (
                 Condition(condition.curves, condition.temperature, part_sets, condition.creeping).pull(strain)[0]
                 for part_sets in (by_creep, by_load)
@@ -265,19 +285,22 @@ class Conductors:
 
 
 def uneven_errors(condition, strain, catenary):
-    """Relative errors from taking k conductors as linear along the cable, where the tension varies, shape (k,). [-]
+    """Estimated relative errors of k equilibria in which linear cables stand for conductors, shape (k,). [-]
 
-    The sum of two, both to first order. That of the tension: a conductor's mean strain exceeds its strain at the mean
-    tension and lengthens it, which changes the tension by the stiffness of the span. That of the positions of points:
-    off the mean tension its strain differs from that of the linear cable, whose slope is that of the final moduli.
+    A linear cable has the conductor's strain at the mean tension only, but the tension varies along the cable. The
+    estimate is the sum of two errors, both to first order. Error of the tension: the mean strain of a conductor exceeds
+    its strain at the mean tension, which lengthens it and changes the tension by the stiffness of the span. Error of
+    the positions of points: off the mean tension, the strain of a conductor differs from the strain of the linear
+    cable, whose slope is that of the final moduli.
 
     Parameters
     ----------
     condition : Condition
+        State of the k conductors.
     strain : ndarray, shape (k,)
-        At the mean tensions. [-]
+        Strains of the conductors at their mean tensions. [-]
     catenary : Catenary
-        Of the linear cables in their place.
+        Equilibria of the linear cables.
     """
     nodes, weights = np.polynomial.legendre.leggauss(STUDY.conductor_points)
     force = catenary.at((1 + nodes) / 2)[1]
@@ -285,6 +308,6 @@ def uneven_errors(condition, strain, catenary):
     with np.errstate(all="ignore"):
         extra_strain = np.abs(uneven_strain(condition, strain, tension, weights / 2))
         error = extra_strain * catenary.span.unstretched_length * catenary.end_stiffness[..., 0, 0] / mean_tension
-        slopes = np.abs(1 / condition.pull(strain)[1] - 1 / condition.elastic(strain))
-        error = error + slopes * np.abs(tension - mean_tension[:, None]).max(axis=-1)
+        compliance_difference = np.abs(1 / condition.pull(strain)[1] - 1 / condition.elastic(strain))
+        error = error + compliance_difference * np.abs(tension - mean_tension[:, None]).max(axis=-1)
     return bounded(STUDY.second_order * error)

@@ -14,14 +14,21 @@ from cablestudy.study.tolerances import STUDY
 
 
 def nodal_deflections(case):
-    """Displacement of every node from the unloaded static form.
+    """Displacements of the nodes of a cable by its point loads: from the form without loads to the form with them.
+
+    They are computed twice, so that a user sees how non-linear the cable is: as the difference of both equilibria, and
+    linearly, by the tangent stiffness of the unloaded form.
+
+    Parameters
+    ----------
+    case : Case
 
     Returns
     -------
     mesh : Mesh
-        The loads are at element boundaries.
+        Elements of the cable; the loads are at element boundaries.
     full, linear : ndarray, shape (nodes, 3)
-        Non-linear, and by the tangent stiffness of the unloaded form; chord frame. [m]
+        Non-linear and linear displacements, in the chord frame. [m]
 
     Raises
     ------
@@ -34,7 +41,7 @@ def nodal_deflections(case):
     unloaded = solve(span.without_loads())
     if not unloaded.record.converged:
         raise ConvergenceError("deflections need an equilibrium of the unloaded cable", unloaded.record)
-    if case.exact_statics:
+    if case.exact_statics:  # both forms are elastic catenaries; else those of the scene's own elements
         fractions = split(span).fraction
         mesh = mesh_segments(fractions, len(fractions), STUDY.spectral_order)
         unloaded_state, loaded_state = from_catenary(unloaded, mesh), from_catenary(case.catenary, mesh)

@@ -15,16 +15,16 @@ from cablestudy.study.tolerances import STUDY
 
 
 class ElementResults(Results):
-    """`Results` of cases whose statics and end stiffness are those of elements, all on one mesh.
+    """`Results` of n cases whose statics and end stiffness are those of finite elements, all on one mesh.
 
     Parameters
     ----------
     closed : Results
         The closed form of these and other cases.
-    places : ndarray of int, shape (n,)
-        Of these cases there.
+    indices : ndarray of int, shape (n,)
+        Rows of these cases in `closed`.
     models : BatchElements
-        Their elements, in equilibrium.
+        Elements of the n cases, in equilibrium.
     """
 
     def __init__(self, closed, indices, models):
@@ -64,7 +64,9 @@ class ElementResults(Results):
 
 
 def element_results(results):
-    """Statics of the elements of all cases that have an equilibrium.
+    """Solve the equilibrium of finite elements for many cases, those on equal meshes together.
+
+    Cases without an equilibrium in closed form are left out.
 
     Parameters
     ----------
@@ -74,15 +76,16 @@ def element_results(results):
     Returns
     -------
     groups : list of (ndarray of int, ElementResults)
-        Cases, and their results.
+        Rows of cases in `results`, and the statics of their elements.
     failures : dict
-        Case -> NoSolutionError or ConvergenceError of one whose elements have no equilibrium.
+        Row of a case whose elements have no equilibrium -> NoSolutionError or ConvergenceError.
     """
     groups, failures = [], {}
     in_equilibrium = np.ones(len(results.values), dtype=bool)
     in_equilibrium[list(results.failures)] = False
     for case in np.flatnonzero(results.folded & in_equilibrium).tolist():
         failures[case] = NoSolutionError(LIMP if results.limp[case] else NO_MOTION)
+    # the others: a folded cable, with next to no tension somewhere, has no stiffness there
     cases = np.flatnonzero(in_equilibrium & ~results.folded)
     for group in _on_equal_meshes(results, cases):
         try:

@@ -34,13 +34,21 @@ FIELDS = (
 
 
 def validate_table(files, sets=()):
-    """Read and check files, with `--set` options.
+    """Check scene and study files without computing anything, for the command `validate`.
+
+    Parameters
+    ----------
+    files : sequence of str
+        Names of the files.
+    sets : sequence of str
+        Options `--set KEY=VALUE`, which replace values of each file.
 
     Returns
     -------
     table : Table
-        File, kind, number of cases (of a scene its load cases, or 1), status.
+        A row for each file: its name, kind, number of cases (of a scene its load cases, or 1), and status.
     mistakes : list of Mistake
+        All mistakes of all files.
     notes : list of str
         Warnings about files without a mistake.
     """
@@ -102,7 +110,7 @@ def _is_below(key, beginning):
 
 
 def materials_table(files=()):
-    """Table of the materials of some files, then of the built-in ones that they do not replace.
+    """Table of the materials that files define, then of the built-in materials that they do not replace.
 
     Parameters
     ----------
@@ -112,7 +120,7 @@ def materials_table(files=()):
     Raises
     ------
     SceneError
-        All that is wrong with the materials of all files.
+        All mistakes in the materials of all files.
     """
     entries = {}
     with Mistakes() as mistakes:

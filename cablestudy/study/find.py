@@ -1,4 +1,5 @@
-"""The value of a key for which a column takes a value: `cablestudy find`, and `find:` in a study."""
+"""Search for the value of a key of a scene, such as its preload, for which a result column, such as the sag, takes a
+given value: `cablestudy find`, and `find:` in a study."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -29,14 +30,14 @@ from cablestudy.study.tolerances import STUDY
 
 @dataclass(frozen=True)
 class Solutions:
-    """The solutions of a goal.
+    """Values of a key for which a column takes the value that a `Goal` asks for.
 
     Attributes
     ----------
     values : list of float
-        Of the key, rising, in SI.
+        Values of the key, rising, in SI.
     scenes : list of CableScene or SuspensionScene
-        With these values.
+        The scene with each of these values.
     notes : list of str
         The range searched, and values of the key at which the column jumps over the value of the goal.
     """
@@ -64,17 +65,16 @@ class _KeyStudy:
 
 
 def solve(goal, document):
-    """All values of the key in the range searched, or in the nearest one of growing ranges that has any.
+    """Find all values of a key for which a column of a scene takes the value of the goal: `Solutions`.
+
+    The range is the one that the goal states; without one, growing ranges are searched until there is a solution.
 
     Parameters
     ----------
     goal : Goal
+        The column, its value, and the key that is varied.
     document : Document
-        Of the scene; it may state another value of the key, or a key that excludes it.
-
-    Returns
-    -------
-    Solutions
+        File of the scene; it may state another value of the key, or a key that excludes it.
 
     Raises
     ------
@@ -93,27 +93,28 @@ def solve(goal, document):
 
 
 def search(goal, document, enclose=False):
-    """Search for the values of the key.
+    """Search for the zeros of the column less the value of the goal, as a function of the key.
 
     Parameters
     ----------
     goal, document
-        As of `solve`.
+        See `solve`.
     enclose : bool
-        As of `roots.zeros`.
+        Whether to search on until the difference is negative, or has no value, at both ends of the range tried.
 
     Returns
     -------
     zeros_found : roots.Zeros
+        Zeros and jumps of this function.
     statuses : dict
-        Each value tried -> status of its row.
+        Each value of the key that was tried -> status text of the scene's row there.
     notes : list of str
         The range that was searched, unless the goal states it, and the gaps in it that were not.
 
     Raises
     ------
     SceneError
-        As of `solve`.
+        The key cannot be set in this scene, or the scene cannot have the column.
     """
     start, scene = check_goal(goal, document)
     statuses = {}
@@ -144,18 +145,25 @@ def search(goal, document, enclose=False):
 
 
 def _margin_function(goal, document, low, high):
-    """Cheaper stand-in for the least margin of all limits between two values of the key, both with an answer.
+    """Function that has the zeros of the least margin of all limits between two values of the key, and costs less.
 
-    A limit counts in one load case. Those that hold at both values are left out: the least margin passes zero where one
-    of the others does. A limit without a margin counts as one that fails.
+    Each limit is taken in each of its load cases by itself. Those that hold at both values are left out: the least
+    margin passes zero where one of the others does. A limit without a margin counts as one that fails.
+
+    Parameters
+    ----------
+    low, high : float
+        The two values of the key, in SI; the margins of the scene are known at both.
 
     Returns
     -------
     callable
-        Value of the key -> margin, not a number where one of these limits has none.
+        Value of the key -> least margin of the limits that fail at `low` or `high`; NaN where one of them has none.
     """
     checks_at_both = zip(*checks_of(scenes_at(goal, document, [low, high]), limits_by_case), strict=True)
-    failing = {index for index, checks in enumerate(checks_at_both) if any((one.margin or 0.0) <= 0 for one in checks)}
+    failing = {
+        index for index, checks in enumerate(checks_at_both) if any((check.margin or 0.0) <= 0 for check in checks)
+    }
 
     def failing_limits(scene):
         return [limit for index, limit in enumerate(limits_by_case(scene)) if index in failing]
@@ -192,7 +200,10 @@ def check_goal(goal, document):
 
 
 def _value_of_scene(goal, document):
-    """The value that the scene states for the key, else that of the column of its name; None without either. [SI]"""
+    """Value of the key at which a search begins, in SI: the value that the scene states, or implies; None without one.
+
+    A scene implies it where a result column has the name of the key: the sag of a scene that states a tension.
+    """
     try:
         scene = read_scene(document)
     except SceneError:  # it may lack what is to be found
@@ -298,12 +309,20 @@ def field_of_key(key):
 
 
 def shown_columns(goal, document, names=None):
-    """List of the columns shown: that of the goal, and those of `names`, joined by commas, or a few of the statics.
+    """Columns of the table of solutions: the column of the goal, then those that the user names: list of Column.
+
+    Parameters
+    ----------
+    goal : Goal
+    document : Document
+        File of the scene.
+    names : str, optional
+        Names of columns, joined by commas; by default a few columns of the statics.
 
     Raises
     ------
     SceneError
-        A column that is unknown or that the scene cannot have, or as of `check_goal`.
+        A column is unknown, the scene cannot have it, or the goal does not fit the scene (`check_goal`).
     """
     _, scene = check_goal(goal, document)
     if names is None:
@@ -332,15 +351,16 @@ def column_named(study, name):
 
 
 def evaluate_found(study, tables, columns, explain=False, estimate=False):
-    """Compute the columns of many cases of a study with `find`, the key solved for in each of them.
+    """Compute the columns of cases of a study that states a goal (`find`): in each case its key is solved for first.
 
-    Other parameters and the result as of `study_rows.evaluate_tables`.
+    A case without exactly one solution has empty cells, and the reason as its status. Other columns are computed by
+    `study_rows.evaluate_tables`, which describes the other parameters and the result, a dict of case -> row.
     """
     goal = goal_of_study(study)
     others = [column for column in columns if column.needs != "find"]
     index_of_key = next((k for k, column in enumerate(columns) if column.needs == "find"), None)
     empty = [None] * sum(column.name != "status" for column in columns)
-    values, solved, rows = {}, [], {}
+    values, solved, rows = {}, [], {}  # a row: cells, status, errors, notes
     for case in (case for table in tables for case in table.cases.tolist()):
         try:
             values[case], scene = _only_solution(goal, study.document_of(case))
@@ -350,10 +370,10 @@ def evaluate_found(study, tables, columns, explain=False, estimate=False):
         except CablestudyError as error:
             rows[case] = empty, " ".join(str(error).split()), {}, ()
     evaluated = evaluate_tables(solved, others, explain, estimate) if solved else {}
-    for case, (cells, *rest_of_row) in evaluated.items():
+    for case, (cells, *status_errors_notes) in evaluated.items():
         if index_of_key is not None:
             cells = [*cells[:index_of_key], values[case], *cells[index_of_key:]]
-        rows[case] = cells, *rest_of_row
+        rows[case] = cells, *status_errors_notes
     return rows
 
 

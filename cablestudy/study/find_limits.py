@@ -17,28 +17,32 @@ END = Field("end", "end", label=True)
 
 
 def ranges(goal, document, columns):
-    """The ranges of the key, an end in each row.
+    """Find the ranges of a key in which a scene meets all of its limits.
 
     Parameters
     ----------
     goal : Goal
-        Of `limit_margin = 0`.
+        The goal `limit_margin = 0`, with the key that is varied.
     document : Document
+        File of the scene.
     columns : list of Column
-        Shown beside.
+        Further columns of the table.
 
     Returns
     -------
-    zeros_found : Solutions
+    solutions : Solutions
+        Ends of the ranges, and the scenes there.
     table : Table
+        A row for each end: `from` or `to`, value of the key, governing limit, and the columns.
     rows : list of Row
+        Results at the ends.
 
     Raises
     ------
     SceneError
-        As of `find.solve`.
+        The key cannot be set in this scene, or the scene cannot have its limits.
     NoSolutionError
-        No value of the key meets all limits; the message has the nearest, and what is not met there.
+        No value of the key meets all limits; the message has the nearest value, and the limits not met there.
     """
     zeros_found, statuses, notes = search(goal, document, enclose=True)
     ends = _range_ends(zeros_found, statuses)
@@ -51,27 +55,33 @@ def ranges(goal, document, columns):
     shown_columns = [GOVERNING, *(column for column in columns if column.needs != "limits")]
     table, rows = find_table(goal, solutions, shown_columns)
     for (end, _, reason), cells in zip(ends, table.rows, strict=True):
+        # where a range ends though all limits hold, no limit governs
         cells |= {END.name: end} | ({GOVERNING.header: None} if reason else {})
     return solutions, replace(table, fields=(END, *table.fields)), rows
 
 
 def _range_ends(zeros_found, statuses):
-    """The two ends of each range of the key in which all limits hold, rising: list of (str, float, str).
+    """The two ends of each range of a key in which all limits hold, rising.
 
-    `from` or `to`, value of the key, and the reason if the range ends there though all limits hold, else empty. Ranges
-    are runs of values with margins that are not negative, between zeros and jumps of the least margin, values without
-    an answer, and the ends of the search. `statuses` is value of the key -> status of its row.
+    A range is a run of neighbouring values of the key whose least margin is not negative. It ends at a zero or a jump
+    of the margin, before a value without an answer, or where the search ended. `zeros_found` has the zeros and jumps of
+    the least margin, and all values with a margin; `statuses` is each value that was tried -> status of its row.
+
+    Returns
+    -------
+    list of (str, float, str)
+        `from` or `to`; value of the key; and the reason if the range ends there though all limits hold, else empty.
     """
-    limits = {*zeros_found.roots, *zeros_found.jumps}
+    crossings = {*zeros_found.roots, *zeros_found.jumps}
     margins = {value: nan for value, status in statuses.items() if not has_answer(status)}
     values, evaluated_margins = (array.tolist() for array in zeros_found.evaluated)
-    margins |= dict(zip(values, evaluated_margins, strict=True)) | dict.fromkeys(limits, 0.0)
+    margins |= dict(zip(values, evaluated_margins, strict=True)) | dict.fromkeys(crossings, 0.0)
     points, ends = sorted(margins), []
 
     def end(word, index, next_index):
         searched = 0 <= next_index < len(points)
         reason = f"beyond, {statuses.get(points[next_index])}" if searched else "the end of what was searched"
-        return word, points[index], "" if points[index] in limits else reason
+        return word, points[index], "" if points[index] in crossings else reason
 
     for holds, run in groupby(range(len(points)), lambda index: margins[points[index]] >= 0):
         indices = list(run)

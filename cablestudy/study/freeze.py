@@ -12,27 +12,30 @@ OF_LENGTHS = ("solve_for", "tensions")  # keys of a suspension whose lengths are
 
 
 def freeze_cable(document, scene):
-    """Contents of the file of a scene of one cable with its length in the reference state, all of it resolved.
+    """File contents of a scene of one cable that states the unstretched length in place of preload, tension or sag.
+
+    The cable then keeps its length when other values of the scene are varied; values of base files are included.
 
     Parameters
     ----------
     document : Document
+        File of the scene.
     scene : CableScene
-        The same in SI.
+        The scene read from it.
 
     Returns
     -------
     dict
-        Plain values; lengths with as many digits as a double has.
+        Tables of the file in plain values; the length with as many digits as a double has.
 
     Raises
     ------
     NoSolutionError, ConvergenceError
         There is no reference state.
     """
-    contents, case, stated = document.given, Case(_without_case(scene)), scene.cable.unstretched_length
+    contents, case, length = document.given, Case(_without_case(scene)), scene.cable.unstretched_length
     case.results.check(case.index)
-    return {**contents, "cable": _with_length(contents["cable"], case.reference_length if stated is None else stated)}
+    return {**contents, "cable": _with_length(contents["cable"], case.reference_length if length is None else length)}
 
 
 def freeze_suspension(document, scene):

@@ -20,17 +20,17 @@ _GOAL = "expected COLUMN = VALUE, for example 'sag = 2 m'"
 
 @dataclass(frozen=True)
 class Goal:
-    """Goal of a search.
+    """Goal of a search: the value that a result column is to take, and the key that is varied to reach it.
 
     Attributes
     ----------
     column : Column
     value : float
-        That the column is to take, in its unit.
+        Value that the column is to take, in its unit.
     key : Column
-        Of the key that is solved for, from `all_columns.key_column`.
+        Column of the values of the key that is solved for, from `all_columns.key_column`.
     quantity : Quantity
-        Of the key: its unit and limits.
+        Unit of the key and limits of its values.
     between : tuple of float, or None
         Range of the key, rising, in SI.
     locations : dict
@@ -60,19 +60,28 @@ class Goal:
 
 
 def read_find(goal, by, between):
-    """The `Find` of the command line, and `Goal.locations` of its parts.
+    """Split the arguments of the command `find` into their parts, as texts; `read_goal` reads their values.
 
     Parameters
     ----------
     goal : str
-        For example `sag = 2 m`; or LIMITS.
+        COLUMN = VALUE, for example `sag = 2 m`; or LIMITS.
     by : str
+        Key that is varied.
     between : str or None
-        For example `100 N:10 kN`.
+        Range of the key, for example `100 N:10 kN`.
+
+    Returns
+    -------
+    stated : Find
+        Column, value, key and range.
+    locations : dict
+        Position of each part for messages, see `Goal`.
 
     Raises
     ------
     SceneError
+        The goal or the range is not of this form.
     """
     goal = "limit_margin = 0" if goal.strip() == LIMITS else goal
     column, sign, value = (
@@ -100,22 +109,24 @@ def goal_of_study(study):
 
 
 def read_goal(stated, locations, document):
-    """The `Goal` of a `Find`.
+    """Read and check the parts of a goal, in the units of its column and its key: `Goal`.
 
     Parameters
     ----------
     stated : Find
+        The parts as the user wrote them.
     locations : dict
-        See `Goal`.
+        Position of each part for messages, see `Goal`.
     document : Document
-        Of a scene, whose reader knows best what is wrong with a key that there is not.
+        File of the scene, whose reader words the message on a key that does not exist.
 
     Raises
     ------
     SceneError
-        All that is wrong with its parts.
+        All mistakes in its parts.
     """
     parts = {}
+    # part -> (other parts that must have been read, without a mistake, for it; function of these that reads it)
     steps = {
         "column": ((), lambda: _number_column(stated.column)),
         "value": (("column",), lambda column: number_in_unit(stated.value, column, lambda: read_scene(document))),
@@ -146,20 +157,21 @@ def _expected(column):
 
 
 def number_in_unit(value, column, scene_of):
-    """A number in the unit of a column.
+    """Read a number that a user compares a result column with, and convert it to the unit of the column: float.
 
     Parameters
     ----------
     value : float or str
-        In the unit of the column, or with its own.
+        Number in the unit of the column, or text of a number with a unit of its own.
     column : Column
     scene_of : callable
-        Returns the scene, for a message about shares of breaking forces; SceneError where there is none.
+        Function of no argument that returns the scene, or raises SceneError. For the message on a tension in percent,
+        which names the force to write instead by the breaking force of the cable.
 
     Raises
     ------
     ValueError
-        No finite number, or a unit of another dimension.
+        No finite number, a unit of another dimension, or a percentage of a force.
     """
     try:
         number, unit = split(value) if isinstance(value, str) else (value, "")

@@ -119,9 +119,16 @@ def limits_by_case(scene):
 
 
 def _limit(scene, name, table):
-    """The `SceneLimit` of a table; ValueError says what is wrong."""
+    """Read one entry of the table `limits` of a scene: `SceneLimit`.
+
+    Its terms are the load cases that the table names, by default all and the reference state, each with all cables that
+    the column can be of. A term is left out if the scene cannot have the column there, or the cable is lost in the
+    case. ValueError for a limit that cannot be checked: its column is no result, its number is zero, or there is no
+    term.
+    """
     stated = comparison(table.that)
-    pairs = kind_of(scene).of_each_cable(scene, stated.column) or [("", find(stated.column))]  # cable, its column
+    # (cable, column of this cable); of a column that belongs to no cable one pair, with "" for the cable
+    pairs = kind_of(scene).of_each_cable(scene, stated.column) or [("", find(stated.column))]
     column = pairs[0][1]
     if column.text or column.needs in ("run", "limits") or column.name == "iterations":
         raise ValueError(f"{column.name} is no result that a limit could hold for")

@@ -59,22 +59,23 @@ def point_loads(values, of_case):
 
 
 def placed_on_cable(positions, length):
-    """Positions of point loads, with a position on the cable also for those that have none.
+    """Positions of point loads, completed so that each entry of the array lies on its cable.
 
-    The arrays of a batch have as many loads for each cable as the one with the most. Those that do not exist, and those
-    beyond the end of a cable, whose case is refused, are spread along the longest part without a load.
+    The arrays of a batch have as many entries for each cable as the cable with the most loads. Entries without a load,
+    and those beyond the end of a cable, whose case is refused later, get positions at equal distances along the longest
+    part of the cable that has no load, so that all entries are distinct points of the cable.
 
     Parameters
     ----------
     positions : ndarray, shape (..., k)
-        Arc length, not a number where there is no load. [m]
+        Arc length of each load from end 1, NaN where there is no load. [m]
     length : ndarray, shape (...)
-        Unstretched. [m]
+        Unstretched length of each cable. [m]
 
     Returns
     -------
     ndarray, shape (..., k)
-        In any order. [m]
+        Arc lengths, not sorted. [m]
     """
     end = length[..., None]
     absent = ~(positions < end)
@@ -87,55 +88,57 @@ def placed_on_cable(positions, length):
 
 
 def with_loads(span, values, of_case, length_ratio=None):
-    """Cables with their point loads.
+    """Add to n cables the point loads of their scenes, forces turned from the global axes to the chord frame: `Span`.
 
     Parameters
     ----------
     span : Span
-        Fields of shape (n,).
+        The cables without point loads, fields of shape (n,).
     values, of_case
-        As of `point_loads`.
+        See `point_loads`.
     length_ratio : ndarray, shape (n,), optional
-        Unstretched lengths of the cables over those along which positions are stated. [-]
+        Unstretched lengths of the cables over the lengths along which the scenes state positions; by default 1. [-]
     """
     positions, fractions, forces, masses = point_loads(values, of_case)
     positions = positions if length_ratio is None else positions * length_ratio[:, None]
     if not positions.shape[-1]:
         return span
     forces = (forces[..., None, :] * span.frame[..., None, :, :]).sum(axis=-1)
-    shares = np.isfinite(fractions).any()
+    has_fractions = np.isfinite(fractions).any()
     return replace(
         span,
         load_positions=positions,
         load_forces=forces,
         load_masses=masses if masses.any() else None,
-        load_fractions=fractions if shares else None,
+        load_fractions=fractions if has_fractions else None,
     )
 
 
 def loaded_spans(span, values, strain, shift=None, length_changes=None, drag=None):
-    """Cables under the loads of their cases, with the unstretched lengths that the case gives them.
+    """Take n cables from the reference state to their load cases: moved ends, new lengths, ice, wind and point loads.
 
     Parameters
     ----------
     span : Span
-        In the reference state, without point loads. Fields of shape (n,).
+        The cables in the reference state, without point loads; fields of shape (n,).
     values : SceneValues or CaseTable
+        Values of the n scenes, with their load cases.
     strain : ndarray, shape (n,)
-        Chord strain in the reference state. [-]
+        Chord length over unstretched length, less one, in the reference state. [-]
     shift : ndarray, shape (n,), optional
-        Displacement of end 2 along x beside the moves of the case. [m]
+        Displacement of end 2 along x, in addition to the movements that the case states. [m]
     length_changes : ndarray, shape (2, n), optional
         Relative change of the unstretched lengths, by default `elongation`; and ratio of ice and wind per unstretched
         length to those of the scenes, by default 1. [-]
     drag : SteadyDrag, optional
-        With the mean pressures along the cables; without it with the pressures halfway between their ends.
+        Drag by the mean pressures along the cables; by default by the pressures halfway between their ends.
 
     Returns
     -------
     span : Span
-        Fields of shape (n,).
+        The loaded cables, fields of shape (n,).
     drag : SteadyDrag
+        Drag of the steady wind on them.
     """
     ends, moves = np.stack(values.ends, axis=-2), values.moves
     if shift is not None:
@@ -174,13 +177,14 @@ def ice_mass(values):
 
 
 def steady_drag(values, ends, load_ratio=1.0):
-    """`SteadyDrag` on n cables, with the pressures halfway between their ends.
+    """Drag of the steady wind of the load cases on n cables, by the pressures halfway between their ends: `SteadyDrag`.
 
     Parameters
     ----------
     values : SceneValues or CaseTable
+        Values of the n scenes; a scene may have no wind.
     ends : ndarray, shape (n, 2, 3)
-        [m]
+        Positions of both ends of each cable. [m]
     load_ratio : float or ndarray, shape (n,)
         Factor on the drag per unstretched length. [-]
     """
@@ -202,25 +206,25 @@ def drag_width(values):
 
 
 def uneven_drag_errors(drag, catenary, stretched=False):
-    """Changes of cables with fixed ends, since their drag is taken as uniform along them.
+    """Estimate the errors of n equilibria in which the drag of a steady wind is taken as uniform along each cable.
 
     Parameters
     ----------
     drag : SteadyDrag
-        Of shape (n,).
+        Drag on the cables, shape (n,).
     catenary : Catenary
-        Of shape (n,).
+        Their equilibria under the uniform drag, shape (n,).
     stretched : bool
-        Whether the uniform drag is that of the stretched length.
+        Whether the uniform drag was computed for the stretched length, not for the unstretched one.
 
     Returns
     -------
     error : ndarray, shape (n,)
-        Estimated relative error of the equilibrium. [-]
+        Relative error of the equilibrium. [-]
     sag_error : ndarray, shape (n,)
-        That of the sag: no less. [-]
+        Relative error of the sag, not less than `error`. [-]
     end_forces : ndarray, shape (n, 2, 3)
-        Change of the force on what holds the two ends, global axes, to first order. [N]
+        Change of the forces of each cable on its two supports by the actual drag, global axes, to first order. [N]
 
     Notes
     -----
@@ -232,16 +236,16 @@ def uneven_drag_errors(drag, catenary, stretched=False):
     the height, `profile_error` finds the changes, which are larger, to all orders.
     """
     if drag.profile is None:
-        error, sag_error, ends = _first_order_errors(drag, catenary, stretched)
+        error, sag_error, end_changes = _first_order_errors(drag, catenary, stretched)
     else:
         growing = drag.profile.exponent > 0
-        error, sag_error, ends = *np.zeros((2, len(growing))), np.zeros((len(growing), 2, 3))
-        for chosen, changes in ((growing, profile_error.changes), (~growing, _first_order_errors)):
-            if chosen.any():
-                error[chosen], sag_error[chosen], ends[chosen] = changes(drag.take(chosen), catenary.take(chosen))
+        error, sag_error, end_changes = *np.zeros((2, len(growing))), np.zeros((len(growing), 2, 3))
+        for mask, method in ((growing, profile_error.changes), (~growing, _first_order_errors)):
+            if mask.any():
+                error[mask], sag_error[mask], end_changes[mask] = method(drag.take(mask), catenary.take(mask))
     errors = np.stack([error, np.fmax(sag_error, error)])
     errors = STUDY.second_order * bounded(errors)
-    return *np.where(drag.normal_drag > 0, errors, 0.0), ends * np.array([1.0, -1.0])[:, None]
+    return *np.where(drag.normal_drag > 0, errors, 0.0), end_changes * np.array([1.0, -1.0])[:, None]
 
 
 def bounded(error):
@@ -250,10 +254,17 @@ def bounded(error):
 
 
 def _first_order_errors(drag, catenary, stretched=False):
-    """Errors of equilibrium and sag, and change of the tension vector at both ends, to first order.
+    """Errors by drag that is not uniform along n cables, to first order; arguments as of `uneven_drag_errors`.
 
-    The symbols of `uneven_drag_errors` are here: d `difference`, its integral `accumulated`, A `compliance`, c
-    `constant`, N `change`.
+    The equation is under the notes of `uneven_drag_errors`; its symbols are here: d `difference`, integral of d
+    `accumulated`, A `compliance`, c `constant`, N `change`. It is integrated by Gauss points along each cable.
+
+    Returns
+    -------
+    error, sag_error : ndarray, shape (n,)
+        Relative errors of the equilibrium and of the sag. [-]
+    ends : ndarray, shape (n, 2, 3)
+        Change of the tension vector at both ends, global axes. [N]
     """
     span, length = catenary.span, catenary.span.unstretched_length
     nodes, weights = np.polynomial.legendre.leggauss(CABLE.drag_points)
@@ -275,7 +286,7 @@ def _first_order_errors(drag, catenary, stretched=False):
     end_gap = (weights[:, None] / 2 * (compliance @ accumulated[..., None])[..., 0]).sum(axis=1)
     constant = np.linalg.solve(mean_compliance, end_gap[..., None])[:, None, :, 0]
     change = constant - accumulated
-    # at the points, and with the change at the ends over the tension near them
+    # relative change of the tension at the Gauss points, and at the ends, over the tension at the nearest point
     ends = constant - np.stack([0 * accumulated[:, 0], (weights[:, None] / 2 * difference).sum(axis=1)], axis=1)
     along_cable = (np.concatenate([change, ends], axis=1) * tangent[:, nearest]).sum(axis=-1)
     tension_change = np.abs(along_cable) / tension[:, nearest, 0]
@@ -319,15 +330,17 @@ def _between_moved_ends(span, strain, ends, moves):
 
 
 def _with_uniform_drag(span, ends, wind):
-    """Cables whose uniform load is weight and wind together: along another direction than the vertical.
+    """Turn n cables so that weight and steady wind together act as one uniform load along a "vertical" of their own.
 
-    Those without wind are as in a batch without it, to the last digit.
+    A cable under a uniform load in any direction hangs in the plane of its chord and the load, as a catenary does in
+    the vertical plane. Cables without wind keep their fields, so that their digits are those of a batch without wind.
 
     Parameters
     ----------
     span : Span
+        The cables without wind, fields of shape (n,).
     ends : ndarray, shape (n, 2, 3)
-        [m]
+        Positions of both ends of each cable. [m]
     wind : ndarray, shape (n, 3)
         Force of the steady wind per unstretched length, global axes. [N/m]
     """

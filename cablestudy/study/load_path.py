@@ -41,13 +41,16 @@ class LoadPath:
 
 
 def load_path(document, scene, option):
-    """The `LoadPath` of a load of a scene.
+    """Solve the equilibrium of a scene with one of its point loads at many positions along the cable: `LoadPath`.
+
+    All cables keep the unstretched lengths of the reference state while the load travels.
 
     Parameters
     ----------
     document : Document
+        File of the scene.
     scene : CableScene or SuspensionScene
-        The same in SI.
+        The scene read from it.
     option : str
         Name of the load, `load1` or `CABLE.load1`, and after a colon the number of positions: 39 by default.
 
@@ -60,7 +63,7 @@ def load_path(document, scene, option):
     """
     name, count = _load_and_count(option, scene.load_paths)
     kind, cable = kind_of(scene), name.rpartition(".")[0]
-    frozen, path = read_scene(read_document(kind.freeze(document, scene))), scene.load_paths[name]
+    frozen, path = read_scene(read_document(kind.freeze(document, scene))), scene.load_paths[name]  # lengths stated
     load, fractions = frozen.value_at(path), [(k + 1) / (count + 1) for k in range(count)]
     cables, rows, failures = [], [], {}
     for fraction in fractions:
@@ -68,7 +71,7 @@ def load_path(document, scene, option):
         try:
             loaded_cables = kind.loaded_cables(kind.case(frozen.with_value(path, load_at_fraction)))
             loaded_cable = next((loaded for loaded in loaded_cables if loaded.name == cable), None)
-            if loaded_cable is None:  # a load case without it
+            if loaded_cable is None:  # the cable is lost in the load case
                 raise NoSolutionError(f"{cable} is not there")
             row |= _row(loaded_cable, name)
             cables.append(loaded_cable)

@@ -214,19 +214,23 @@ def step_words(step, time):
 
 
 def time_case(document, scene, closed_loop, options, names=None, wind_keys=("wind",)):
-    """`TimeCase` of a loop: one measured coordinate after a step of a winch or a reference, or in a gust.
+    """Response of one measured coordinate after a step of a winch or a reference, or in a gust: `TimeCase`.
+
+    The options name the input and the output; by default the first winch makes a step, and the first measured
+    coordinate is shown, or the one whose reference makes the step.
 
     Parameters
     ----------
     document : Document
-        Of the scene, for the places of mistakes.
+        File of the scene, for the positions of mistakes.
     scene : CableScene or SuspensionScene
         As the user wrote it.
     closed_loop : ClosedLoop
-        With a stable loop.
+        A stable loop.
     options : TimeOptions
+        Options of the command `loop`.
     names : dict, optional
-        Name in the plant -> name for the user, of winches, references and outputs where they differ.
+        Name in the plant -> name for the user, of winches, references and outputs whose names differ.
     wind_keys : sequence of str
         Keys of the scene without which no wind acts on it.
 
@@ -236,7 +240,7 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
         An unknown input or output, or the scene has no wind for it.
     """
     names = names or {}
-    # name for the user -> name of the input in the plant
+    # name of an input for the user -> its name in the plant
     winches = {names.get(key := f"winch.{name}", key): key for name in closed_loop.scene.winches}
     references = {names.get(key := f"reference.{name}", key): key for name in closed_loop.measured}
     outputs = [names.get(key := f"{closed_loop.body_name}.{name}", key) for name in closed_loop.measured]
@@ -249,14 +253,8 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
         for key in wind_keys:
             if attribute(scene, key) is None:
                 raise missing(document, key, f"loop --input {kind}")
-        driving_input, input_name = options.gust(scene.wind, closed_loop.scene.wind.turbulence[0]), WIND_INPUT
-    elif kind in references:
-        coordinate = references[kind].removeprefix("reference.")
-        driving_input, input_name = options.step(f"the {kind} moves", unit_of(coordinate)), references[kind]
-    else:
-        input_name = winches[kind]
-        is_reel = closed_loop.scene.winches[input_name.removeprefix("winch.")].direction is None
-        driving_input = options.step(f"{kind} reels in" if is_reel else f"the {kind} moves")
+    input_name = (winches | references).get(kind, WIND_INPUT)
+    driving_input = _driving_input(closed_loop, options, scene, kind, input_name)
     output = closed_loop.measured_outputs[output_number]
     of_unit_input = in_time(closed_loop, output, input_name, driving_input.components, options.times)
     response = of_unit_input.times(driving_input.size)
@@ -267,20 +265,33 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
     return TimeCase(options, driving_input, response, closed_loop.loop.gain, *measured, tuple(winches), remarks)
 
 
+def _driving_input(closed_loop, options, scene, kind, input_name):
+    """The `Input` that --input names as `kind`: a gust, or a step of a winch or reference named so in the plant."""
+    if input_name == WIND_INPUT:
+        return options.gust(scene.wind, closed_loop.scene.wind.turbulence[0])
+    group, _, name = input_name.partition(".")
+    if group == "reference":
+        return options.step(f"the {kind} moves", unit_of(name))
+    is_reel = closed_loop.scene.winches[name].direction is None
+    return options.step(f"{kind} reels in" if is_reel else f"the {kind} moves")
+
+
 def in_time(closed_loop, output, input_, components, times):
-    """`TimeResponse` of a `ClosedLoop`, with its error by the modes that are left out.
+    """Response of a displacement over time to an input of a closed loop: `TimeResponse`.
+
+    It is computed with all coordinates, and in a smaller space of coordinates: the difference gives the estimated error
+    by the modes that any model leaves out.
 
     Parameters
     ----------
     closed_loop : ClosedLoop
-        With a loop, stable.
+        A stable loop; with a gain of zero its winches rest.
     output : str
-        A displacement, as of `ClosedLoop.outputs`.
+        Name of the displacement, of `ClosedLoop.outputs`.
     input_ : str
-        `winch.CABLE`, `reference.COORDINATE`, or WIND_INPUT: a gust along the mean wind, the same everywhere, per speed
-        of it.
+        `winch.CABLE`, `reference.COORDINATE`, or WIND_INPUT: speed of a gust along the mean wind, equal everywhere.
     components : list of time_response.Component
-        Of the input.
+        The input as a sum of functions of time.
     times : ndarray, shape (m,)
         Uniform, from zero. [s]
 
@@ -291,14 +302,14 @@ def in_time(closed_loop, output, input_, components, times):
     """
     plant = closed_loop.plant
     all_coordinates = plant.viscous_motion
-    results = [
+    full, coarse = (
         _response_in_space(closed_loop, motion, space, output, input_, components, times)
         for motion, space in ((all_coordinates, None), (all_coordinates.within(plant.coarse_space), plant.coarse_space))
-    ]
-    results = loop_response.compared(*results)
+    )
+    response = loop_response.compared(full, coarse)
     if closed_loop.loop.gain:
-        return results
-    return replace(results, winch=np.zeros_like(results.winch), winch_speed=np.zeros_like(results.winch_speed))
+        return response
+    return replace(response, winch=np.zeros_like(response.winch), winch_speed=np.zeros_like(response.winch_speed))
 
 
 def unit_of(coordinate):
@@ -312,26 +323,29 @@ def measured_by(closed_loop):
 
 
 def labelled(closed_loop, motion, names, forces, of_forces=None):
-    """A motion of a `ClosedLoop` with names and units, and with forces as inputs beside the winches: `LinearSystem`.
+    """Name the coordinates, inputs and outputs of a linear system, and add inputs for forces: `LinearSystem`.
+
+    Its inputs are then the winches, followed by the forces.
 
     Parameters
     ----------
     closed_loop : ClosedLoop
+        Its winches, markers and actuators give names and units.
     motion : LinearSystem
-        That of the closed loop, or in a space of its coordinates.
+        Equations of motion of the closed loop's plant, in m coordinates: all of them, or those of a subspace.
     names : list of str
-        Of its coordinates but the strokes of reaction masses.
+        Names of the coordinates, without the strokes of reaction masses, which come last.
     forces : ndarray, shape (m, j)
-        On each coordinate.
+        Force on each coordinate per unit of each of j inputs.
     of_forces : tuple of (str, str), optional
-        Name and unit of each; by default they are those on all free displacements of bodies.
+        Name and unit of each of these inputs; by default they are forces along all free displacements of bodies.
     """
-    winches = len(closed_loop.winches)
+    winch_count = len(closed_loop.winches)
     inputs, outputs = labels(closed_loop.layout, closed_loop.winches, closed_loop.markers)
-    strokes = [(f"{one.name}.stroke", "m") for one in closed_loop.actuators if not one.wheel]
+    strokes = [(f"{actuator.name}.stroke", "m") for actuator in closed_loop.actuators if not actuator.wheel]
     coordinates = (*((name, MODAL) for name in names), *strokes)
-    motion = replace(motion, coordinates=coordinates, inputs=inputs[:winches], outputs=outputs)
-    return motion.with_forces(forces, inputs[winches:] if of_forces is None else of_forces)
+    motion = replace(motion, coordinates=coordinates, inputs=inputs[:winch_count], outputs=outputs)
+    return motion.with_forces(forces, inputs[winch_count:] if of_forces is None else of_forces)
 
 
 def uniform_gust(gusts):
@@ -340,14 +354,21 @@ def uniform_gust(gusts):
 
 
 def _response_in_space(closed_loop, motion, space, output, input_, components, times):
-    """`TimeResponse` of a linear system, of all coordinates or of those in a subspace; others as of `in_time`.
+    """Response over time to an input of a closed loop, with its plant in all coordinates or in a subspace.
 
     Parameters
     ----------
     motion : LinearSystem
-        Of r coordinates.
+        Equations of motion of the plant, in r coordinates.
     space : ndarray, shape (n, r), or None
         Basis of the subspace; None where all n coordinates are kept.
+    closed_loop, output, input_, components, times
+        See `in_time`.
+
+    Returns
+    -------
+    TimeResponse
+        With the loop and without it.
     """
     loop = closed_loop.loop
     loads, allocation = np.zeros((len(closed_loop.motion), 1)), loop.allocation
@@ -362,16 +383,17 @@ def _response_in_space(closed_loop, motion, space, output, input_, components, t
     control = LinearControl(allocation, loop.gain, loop.notches, loop.law_space, loop.law_names)
     with_loop = state_space_of(system, None, control, measured_by(closed_loop), closed_loop.actuators, added=True)
     without_loop = state_space_of(system, actuators=closed_loop.actuators)
-    winch_outputs = [with_loop.output_names.index(name) for name, _ in system.inputs[: len(closed_loop.winches)]]
-    numbers = with_loop.output_names.index(output), winch_outputs, with_loop.input_names.index(input_)
-    return loop_response.responses(with_loop, without_loop, *numbers, components, times)
+    winch_indices = [with_loop.output_names.index(name) for name, _ in system.inputs[: len(closed_loop.winches)]]
+    indices = with_loop.output_names.index(output), winch_indices, with_loop.input_names.index(input_)
+    return loop_response.responses(with_loop, without_loop, *indices, components, times)
 
 
 def remarks_of(drive, right_up_to, response, dampings):
-    """Remarks on a `TimeResponse`: how damping and delay are approximated, and a winch too fast for its `Drive`.
+    """Remarks for the user on a `TimeResponse`: how damping and delay are approximated, and a winch that is too fast.
 
-    The phase of the delay is right up to a frequency [rad/s], zero where no delay is approximated. `dampings` are those
-    of all cables.
+    `drive` may state the largest speed of the winches. `right_up_to` is the frequency up to which the phase of an
+    approximated delay is right, zero without one [rad/s]. `dampings` has the damping that each cable states. Returns a
+    tuple of str.
     """
     remarks, speed = [], np.abs(response.winch_speed).max()
     if has_loss_factor(dampings):
@@ -392,9 +414,9 @@ def remarks_of(drive, right_up_to, response, dampings):
 
 
 def time_table(solved):
-    """Table of a `TimeCase`: time, input, displacement with and without the loop, movement and speed of the winches.
+    """Table over time of a `TimeCase`: input, displacement with and without the loop, positions and speeds of winches.
 
-    Markdown has the winch that moves most.
+    A CSV file has all winches; in Markdown all but the one that moves most are hidden.
     """
     response, unit, name = solved.response, solved.unit, solved.name
     of_wind = solved.input.unit == "m/s"
@@ -412,6 +434,7 @@ def time_table(solved):
             (Field(f"{winch}_mm", winch, "mm", hidden=hidden), MILLI * response.winch[:, index]),
             (Field(f"{winch}_speed_mm_per_s", "speed", "mm/s", hidden=hidden), MILLI * response.winch_speed[:, index]),
         ]
+    # the response has more points of time than the table has rows
     rows = np.stack([_without_rounding(value)[:: solved.options.every] for _, value in columns], axis=1)
     return Table.of([field for field, _ in columns], rows.tolist())
 

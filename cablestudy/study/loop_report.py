@@ -24,21 +24,22 @@ HALF_WIDTHS = np.array([0.0, 0.5, 1.0, 2.0, 4.0])  # frequencies beside a pole t
 
 
 def loop_table(document, scene, estimate=False):
-    """Gain, margins, sensitivity and bandwidth of the winch loop.
+    """Table of gain, stability margins and sensitivity of the winch loop of one cable, for the command `loop`.
 
     Parameters
     ----------
     document : Document
-        Of the scene, for the places of mistakes.
+        File of the scene, for the positions of mistakes.
     scene : CableScene
     estimate : bool
-        Whether the errors of fixed elements are to be estimated.
+        Whether to estimate the errors of a fixed number of elements, which costs a second solution.
 
     Returns
     -------
     table : Table
-        One row.
+        One row: the columns COLUMNS.
     row : Row
+        The same results with their errors and notes.
 
     Raises
     ------
@@ -74,26 +75,32 @@ def unstable(closed_loop):
 
 
 def resonances(closed_loop):
-    """Poles that show in the response of the measured coordinates to forces along them, without the loop and with it.
+    """Poles that make peaks in the response of the measured coordinates to forces, without the loop and with it.
 
-    Those in the upper half plane [rad/s]. A pole with a zero beside it adds little to the response at its frequency.
+    Tables and pictures over frequency have closer steps near them. A pole makes a peak unless a zero close to it
+    cancels it: unless its residue over its damping is small beside the whole response at its frequency.
 
     Parameters
     ----------
     closed_loop : ClosedLoop
         With a loop.
+
+    Returns
+    -------
+    ndarray, shape (p,)
+        Poles in the upper half plane, complex. [rad/s]
     """
-    rows, resonant = [closed_loop.outputs[name] for name in closed_loop.measured_outputs], []
-    forces = closed_loop.motion.c[0][rows].real.T
+    measured, resonant = [closed_loop.outputs[name] for name in closed_loop.measured_outputs], []
+    forces = closed_loop.motion.c[0][measured].real.T  # unit forces along the measured coordinates
     for loop in (None, closed_loop.loop):
         system = residues((loop or closed_loop.motion).eigen, *by_forces(closed_loop.motion, forces, loop))
-        system = replace(system, outputs=system.outputs[rows], direct=system.direct[rows])
+        system = replace(system, outputs=system.outputs[measured], direct=system.direct[measured])
         poles, residue = system.poles, np.abs(system.outputs.T * system.inputs)
         upper = poles.imag > 0
         with np.errstate(divide="ignore", invalid="ignore"):  # on an undamped pole
             response = np.abs(np.diagonal(system.response(1j * np.abs(poles[upper])), axis1=1, axis2=2))
-            shows = residue[upper] > STUDY.cancelled_pole * np.abs(poles[upper].real)[:, None] * response
-        resonant.append(poles[upper][shows.any(axis=1)])
+            makes_peak = residue[upper] > STUDY.cancelled_pole * np.abs(poles[upper].real)[:, None] * response
+        resonant.append(poles[upper][makes_peak.any(axis=1)])
     return np.concatenate(resonant)
 
 
@@ -161,14 +168,16 @@ def decibels(value):
 
 
 def response_table(closed_loop, span):
-    """Table over frequency of L, S and T: magnitude [dB] and phase [deg]; of several coordinates singular values [dB].
+    """Table over frequency of the loop gain L, the sensitivity S and the complementary sensitivity T of a loop.
+
+    Of one measured coordinate magnitude [dB] and phase [deg]; of several the largest and smallest singular value [dB].
 
     Parameters
     ----------
     closed_loop : ClosedLoop
         With a loop.
     span : (float, float, int)
-        From `ssm.read_span`. Resonances in the range have rows of their own beside these.
+        Lowest and highest frequency [Hz] and number of rows, from `ssm.read_span`; resonances have further rows.
     """
     frequency, columns = frequencies_of(closed_loop, span), {}
     for name, value in zip(CURVES, curves(closed_loop, frequency), strict=True):

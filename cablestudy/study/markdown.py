@@ -45,7 +45,7 @@ def whole(table):
 
 
 def fitted(table, width):
-    """A table as text that is no wider than a terminal, and the columns that are left out of it.
+    """Lay out a table as Markdown text that is no wider than a terminal.
 
     A status that is ok in all rows is hidden, and long texts are wrapped. Up to four rows are shown as columns if the
     table is too wide. Of more rows the heads are wrapped too, onto a line below the rule, and then columns are left out
@@ -61,7 +61,7 @@ def fitted(table, width):
     -------
     text : str
     omitted_fields : list of str
-        Names of columns, without units; "printed values" for all of these.
+        Names of the columns left out, without units; "printed values" stands for all columns of printed values.
     """
     rows, omitted = _first_and_last(table.rows)
     fields = [field for field in table.fields if not field.hidden and not _is_redundant(field, rows)]
@@ -74,9 +74,9 @@ def fitted(table, width):
     if fitting is None and 0 < len(rows) <= STUDY.few_rows:
         names = fields[0].name if _is_unique_text(fields[0], rows) else ""
         return _in_blocks(_side_by_side(fields, rows, names, table.digits), width), []
-    fitting, indices = (fitting, list(range(len(fields)))) if fitting else _with_columns_left_out(grid, fields, width)
-    text = rendered(fitting or grid.columns(indices)) + (_note_on_rows(table, omitted) if omitted else "")
-    omitted_fields = [field for index, field in enumerate(fields) if index not in indices]
+    fitting, kept = (fitting, list(range(len(fields)))) if fitting else _with_columns_left_out(grid, fields, width)
+    text = rendered(fitting or grid.columns(kept)) + (_note_on_rows(table, omitted) if omitted else "")
+    omitted_fields = [field for index, field in enumerate(fields) if index not in kept]
     return text, list(dict.fromkeys("printed values" if field.printed else field.plain for field in omitted_fields))
 
 
@@ -186,25 +186,28 @@ def _in_blocks(grid, width):
 
 
 def wrapped(grid, width, narrowest=STUDY.narrowest_column, heads=False):
-    """The Grid with texts on several lines, so that it is no wider than a terminal; None where it cannot be.
+    """Wrap the texts of a grid onto several lines, so that it is no wider than a terminal: `TextGrid`, or None.
+
+    None where the columns would become narrower than a number, or than `narrowest`.
 
     Parameters
     ----------
     grid : TextGrid
     width : int
-        Of the terminal.
+        Width of the terminal in characters.
     narrowest : int
         Width below which no column of texts is wrapped.
     heads : bool
         Whether heads may go on in a row of their own below the rule.
     """
+    # no line break within a unit, until its no-break spaces become blanks again
     whole_units = [UNIT.sub(lambda unit: unit[0].replace(" ", "\xa0"), head) for head in grid.heads]
     longest = map(_on_two_lines, whole_units) if heads else grid.heads
     columns = list(zip(*grid.body, strict=True)) or [()] * len(grid.heads)
     widths = grid.widths()
     narrowest = min(narrowest, width // 3)
     least_widths = [_least_width(*column, narrowest) for column in zip(longest, columns, strict=True)]
-    for _ in range(sum(widths) + 3 * len(widths) + 1 - width):
+    for _ in range(sum(widths) + 3 * len(widths) + 1 - width):  # excess characters, taken from the widest columns
         widest = max(range(len(widths)), key=lambda index: (widths[index] > least_widths[index], widths[index]))
         if widths[widest] == least_widths[widest]:
             return None

@@ -159,14 +159,16 @@ def mesh_of(case):
 
 
 def fixed_mesh(results, case, carried=()):
-    """The mesh of a case with a fixed number of elements.
+    """Mesh of one cable whose scene states the number of elements (`model.elements`): `Mesh`.
 
     Parameters
     ----------
     results : Results
+        Closed form of a batch of cases.
     case : int
+        Row of the case in the batch.
     carried : tuple
-        Point masses, see `Mesh`.
+        Point masses on the cable, see `Mesh`.
 
     Raises
     ------
@@ -235,14 +237,15 @@ def _set_model(case, elements):
 
 
 def solve_models(cases):
-    """Solve the elements of many cases, those on equal meshes in one call.
+    """Solve the finite elements of many cases, those on equal meshes in one call, and store them in the cases.
 
-    A case whose elements fail raises the error when it is asked for them.
+    Only a saving of time: a case that is left out, or whose elements have no equilibrium, solves its own elements, or
+    raises the error, when it is asked for them.
 
     Parameters
     ----------
     cases : list of Case
-        Of one batch.
+        Cases of one batch.
     """
     groups, seen = {}, set()
     for case in cases:
@@ -254,11 +257,11 @@ def solve_models(cases):
             mesh = mesh_of(case)
         except (NoSolutionError, ConvergenceError):
             continue
-        if 3 * (mesh.nodes - 2) <= CABLE.cheap_freedoms:
+        if 3 * (mesh.nodes - 2) <= CABLE.cheap_freedoms:  # larger models are solved case by case
             group_key = mesh, case.level, case.planar, bool(case.results.mirror_symmetric[case.index])
             groups.setdefault(group_key, []).append(case)
     for (mesh, level, *_), members in groups.items():
-        if len(members) == 1:  # which solves its own when asked
+        if len(members) == 1:
             continue
         models = _solve_group(members[0].results, [case.index for case in members], mesh, level)
         for index, case in enumerate(members):

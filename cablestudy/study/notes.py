@@ -99,16 +99,16 @@ def judged_by(scene):
 
 
 def of_comparison(errors, status, quantity="motion"):
-    """Yield notes on the comparison of a fixed model with a finer one.
+    """Yield notes on the errors of a model with a fixed number of elements, estimated by comparison with a finer model.
 
     Parameters
     ----------
     errors : dict
-        Header -> relative error, None where it is not known.
+        Header of each compared column -> relative error, None where it is not known.
     status : str
-        Of the finer model's row.
+        Status of the finer model's row: why errors are not known.
     quantity : str
-        What was compared, in a word.
+        Word for the compared columns, such as `motion`.
     """
     known_errors = {name: error for name, error in errors.items() if error is not None}
     unknown = [name for name in errors if name not in known_errors]
@@ -204,28 +204,29 @@ def reference_without_loads(scene):
 
 
 def long_cables(names, length, chord, stated):
-    """Notes, at most one, on stated sags and tensions of cables much longer than their spans.
+    """Note on cables that are much longer than the distance of their ends by the sag or tension that the scene states.
 
     A sag above two spans, or so little tension, is an equilibrium as any other, but mostly a mistaken unit.
 
     Parameters
     ----------
     names : sequence of str
-        Of each cable in messages; empty of the only one.
+        Name of each cable in the note; empty if there is only one.
     length, chord : sequence of float
-        Unstretched length in the reference state, distance of the ends. [m]
+        Unstretched length of each cable in the reference state, and distance of its ends. [m]
     stated : sequence of (str or None)
         Key by which each cable states its length, tension or sag; there is no note on a stated length.
 
     Returns
     -------
     tuple of str
+        One note on all such cables; empty without one.
     """
     texts = [
-        f"{name}{': ' if name else ''}the stated {kind.replace('_', ' ')} is that of a cable of {cable_length:.4g} m, "
+        f"{name}{': ' if name else ''}the stated {key.replace('_', ' ')} is that of a cable of {cable_length:.4g} m, "
         f"{cable_length / span:.3g} times the distance of its ends"
-        for name, cable_length, span, kind in zip(names, length, chord, stated, strict=True)
-        if kind not in (None, "unstretched_length") and cable_length > LIKELY_RATIO[1] * span
+        for name, cable_length, span, key in zip(names, length, chord, stated, strict=True)
+        if key not in (None, "unstretched_length") and cable_length > LIKELY_RATIO[1] * span
     ]
     return (f"note: {first_of(texts, STUDY.listed_columns)}",) if texts else ()
 
@@ -240,15 +241,18 @@ def long_cable(case):
 
 
 def share_hint(document, scene, failure):
-    """Hint for a tension refused as too small, which is likely to be meant as a share of the breaking force.
+    """Hint after the message on a tension that is too small: the user may mean a share of the breaking force.
+
+    A number without a unit is in newtons: 0.2 or 20 is hardly a tension, but a usual share, to be written as "20 %".
 
     Parameters
     ----------
     document : Document
-    scene : CableScene
-        The same in SI.
+        File of the scene.
+    scene : CableScene or SuspensionScene
+        The scene read from it.
     failure : str
-        Why there is no answer.
+        Message why the scene has no results.
 
     Returns
     -------
@@ -326,28 +330,27 @@ def statics_error(case):
 
 
 def gondola_notes(case):
-    """Notes on the modes that share the gondola's motion, where none has half of its static compliance.
+    """Yield notes where no single mode dominates the motion of the gondola, whose frequency then means little.
+
+    The columns of the gondola describe the mode with the largest share of its static compliance along x. Where this is
+    less than half, the notes list the other modes that move the gondola, and one with an equally large share.
 
     Parameters
     ----------
     case : Case
-
-    Yields
-    ------
-    str
     """
     mode = case.gondola_mode.mode
-    frequency, share, gondola_mode = mode.modes.frequency, mode.shares, mode.number
-    if share[gondola_mode] >= STUDY.shared_compliance:
+    frequency, share, dominant = mode.modes.frequency, mode.shares, mode.number
+    if share[dominant] >= STUDY.shared_compliance:
         return
-    others = [k for k in range(len(share)) if k != gondola_mode and share[k] >= STUDY.shown_compliance]
+    others = [k for k in range(len(share)) if k != dominant and share[k] >= STUDY.shown_compliance]
     others.sort(key=lambda k: -share[k])
     listed = ", ".join(f"{frequency[k]:.4g} Hz ({share[k]:.3g})" for k in others[:6])
     yield (
-        f"gondola: the mode of {frequency[gondola_mode]:.4g} Hz has only {share[gondola_mode]:.3g} of its static "
+        f"gondola: the mode of {frequency[dominant]:.4g} Hz has only {share[dominant]:.3g} of its static "
         f"compliance; others move it too: {listed}"
     )
-    least_tie = share[gondola_mode] * (1 - 10 * (case.scene.model.accuracy or 0.0))
-    tie = [k for k in others if share[k] >= least_tie]
-    if tie:
-        yield f"gondola: a tie, within the error the mode of {frequency[tie[0]]:.4g} Hz has as large a share"
+    least_equal_share = share[dominant] * (1 - 10 * (case.scene.model.accuracy or 0.0))
+    equal = [k for k in others if share[k] >= least_equal_share]
+    if equal:
+        yield f"gondola: a tie, within the error the mode of {frequency[equal[0]]:.4g} Hz has as large a share"

@@ -42,13 +42,15 @@ def own_name(name, bare):
 
 
 def column_of_one_cable(column, bare):
-    """The `Column` of a scene of one cable that has the number of any column; its header may differ.
+    """Column by which a scene of one cable computes the quantity of any column, also of one of suspensions: `Column`.
 
-    It is the column itself; one of another name; or a new one that takes the gondola on its cable as a suspension.
+    A column of one cable is returned as it is. For a column of suspensions it is the column of one cable with another
+    name for the same quantity, or else a new column, which treats gondola and cable as a suspension.
 
     Parameters
     ----------
     column : Column
+        Column of one cable or of suspensions.
     bare : bool
         Whether the scene has no gondola.
     """
@@ -56,6 +58,7 @@ def column_of_one_cable(column, bare):
         return column
     if name := own_name(column.name, bare):
         return find_of_one(name)
+    # stage of the computation of suspensions -> stage for one cable
     needs = {"modes": "gondola", "scene": "statics"}.get(column.needs, column.needs)
     closed_loop = column.needs == "wind" and "_open_loop" not in column.name
 

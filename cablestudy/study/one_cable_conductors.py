@@ -13,16 +13,16 @@ from cablestudy.study.scene_values import SceneValues
 
 @dataclass(frozen=True)
 class EquivalentCables:
-    """Linear cables that take the place of conductors with permanent elongation, of some of n scenes.
+    """Linear cables that take the place of the conductors with permanent elongation among n cables, one in each scene.
 
     Attributes
     ----------
     rows : ndarray of int, shape (k,)
-        Scenes that have them.
+        Rows of the k scenes with such a conductor, among all n.
     linear : LinearCables
-        Of shape (k,).
+        The k linear cables.
     chord_strain : ndarray, shape (k,)
-        Of the new conductors in the reference state. [-]
+        Chord strain of the new conductors in the reference state. [-]
     reasons : dict
         Index from 0 to k - 1 -> why there is no such cable.
     """
@@ -55,14 +55,19 @@ class EquivalentCables:
 
 
 def equivalent_cables(values, results):
-    """`EquivalentCables` of scenes with conductors with permanent elongation; None where there is none.
+    """Replace the conductors with permanent elongation of many scenes by linear cables with the same equilibria.
 
     Parameters
     ----------
     values : SceneValues or CaseTable
-        The latter has no such conductors.
+        Values of n scenes; a `CaseTable` never has such conductors.
     results : type
-        The class `Results`, which the module of that name passes here.
+        The class `Results`, which solves load cases; passed by its module, since imports point one way.
+
+    Returns
+    -------
+    EquivalentCables or None
+        None where no scene has such a conductor.
     """
     scenes = getattr(values, "scenes", ())
     rows = [row for row, scene in enumerate(scenes) if scene.cable.stress_strain is not None]

@@ -107,16 +107,16 @@ class InCableWind:
 
 
 def in_wind_of(case, damping=0.0, kind=DynamicAnalysis):
-    """`DynamicAnalysis` of a case with its winch loop, in wind that blows on the gondola alone.
+    """Motion of gondola and cable with the winch loop, in wind that blows on the gondola alone: `DynamicAnalysis`.
 
     Parameters
     ----------
     case : Case
-        With a gondola.
+        A case with a gondola.
     damping : float
         Viscous damping of the cable by the air, per length. [N s/m^2]
     kind : callable
-        `DynamicAnalysis`, or a function with its arguments.
+        Returns the analysis: the class `DynamicAnalysis`, or a function with its arguments.
 
     Raises
     ------
@@ -129,14 +129,16 @@ def in_wind_of(case, damping=0.0, kind=DynamicAnalysis):
 
 
 def in_cable_wind_of(case, kind=DynamicAnalysis):
-    """`InCableWind` of a case: in winds across and along the vertical plane of its cable that also damp the cable.
+    """Motion of a case in wind that acts on its cable and damps it: `InCableWind`, for the RMS.
+
+    The scene states no direction of the wind: it blows once across and once along the vertical plane of the cable.
 
     Parameters
     ----------
     case : Case
-        With wind, and a diameter of the cable.
+        A case with wind, and a diameter of its cable.
     kind : callable
-        As for `in_wind_of`.
+        See `in_wind_of`.
 
     Raises
     ------
@@ -199,14 +201,14 @@ def _planes(case):
 
 
 def prepare(cases):
-    """Compute the modes that loop and wind need first, of gondola and cable or of the cable, of many cases together.
+    """Compute in advance the equilibrium and the first modes for loop and wind, of many cases together to save time.
 
-    An error is raised only when the case is asked for the result.
+    They are stored in the cases. A case with an error raises it only when it is asked for the result.
 
     Parameters
     ----------
     cases : sequence of Case
-        Of one batch, all with a gondola or none.
+        Cases of one batch, all with a gondola or all without.
     """
     cases = [case for case in cases if case.index not in case.results.failures]
     if not cases:
@@ -227,7 +229,12 @@ def _first_wind(case):
 
 
 def equilibria_of(cases):
-    """`Equilibrium` of n cases of one batch that have one, all with a gondola or none, shape (n,)."""
+    """Describe n cables in equilibrium as suspensions of one cable and, where there is a gondola, one body.
+
+    The cable hangs from a fixed point to the body, which is free along x, or to a second fixed point, at the positions
+    of the closed form. The cases are of one batch, each with an equilibrium, all with a gondola or all without. Returns
+    one `Equilibrium`, whose arrays have a first axis of n cases.
+    """
     catenary = cases[0].results.catenary.take(np.array([[case.index] for case in cases]))
     span, end_1 = catenary.span, np.stack([case.end_1 for case in cases])[:, None]
     end_2 = end_1 + span.chord[..., None] * span.frame[..., 0, :]

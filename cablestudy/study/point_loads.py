@@ -27,16 +27,17 @@ class LoadedCable:
     Attributes
     ----------
     name : str
-        Of a cable of a suspension; empty of one cable.
+        Name of the cable in a suspension; empty in a scene of one cable.
     form : Catenary or State
         The cable in equilibrium.
     end_1 : ndarray, shape (3,)
-        Position of end 1, of a suspension of the end `from`. [m]
+        Position of end 1; in a suspension of the end `from`. [m]
     length : float
         Unstretched length in the reference state. [m]
     loads : tuple of Load
+        Point loads, as the scene states them.
     ground : float, tuple or None
-        As the scene states it.
+        Ground below, as the scene states it.
     """
 
     name: str
@@ -52,15 +53,22 @@ class LoadedCable:
         return [load_name(self.name, number) for number in range(1, len(self.loads) + 1)]
 
     def rows(self):
-        """Cells of each load by the headers of FIELDS: list of dict.
+        """Cells of a table with a row for each load: its position, and slopes and tensions of the cable on both sides.
 
-        `sag` is the vertical distance from the chord down to the load, `clearance` that from the load down to the
-        ground: None where the ground is not known there, and left out without any ground.
+        `sag` is the vertical distance from the chord down to the load, `clearance` the vertical distance from the load
+        down to the ground: None where the ground is not known there, and left out without any ground.
+
+        Returns
+        -------
+        list of dict
+            For each load: header of FIELDS -> number.
         """
+        # arc lengths of the loads over the unstretched length
         shares = np.array([load.at / self.length if load.fraction is None else load.fraction for load in self.loads])
         from_end_1 = places(self.form, shares)
         rounding = CABLE.distance_rounding * np.asarray(self.form.span.chord)
         from_end_1 = np.where(np.abs(from_end_1) > rounding, from_end_1, 0.0)
+        # tension: vectors on the sides of end 1 and end 2, shape (loads, 2, 3)
         positions, tension = from_end_1 + self.end_1, tensions_at_point_loads(self.form, shares)
         columns = dict(zip("xyz", positions.T, strict=True)) | {"sag": below_chord(self.form, shares, from_end_1)}
         if self.ground is not None:

@@ -25,7 +25,7 @@ SHOWN_BY = {
 
 
 def prepare(study):
-    """Check a study; return its columns and printed values.
+    """Check a study before anything is computed; return its columns and the printed values that it is compared with.
 
     Parameters
     ----------
@@ -34,15 +34,15 @@ def prepare(study):
     Returns
     -------
     columns : list of Column
+        Columns of the study's table.
     reference : tuple
-        Of the study's table of printed values: headers of its columns, and for each row a dict of header -> number or
-        None; two empty lists without such a table.
+        Headers and rows of the table of printed values, see `_printed_values`.
 
     Raises
     ------
     SceneError
-        Every mistake of the first check that finds one: cases, what is solved for, columns, tolerances, plot, printed
-        values.
+        All mistakes of the first check that finds one, in this order: cases, goal, limits, columns, tolerances, plot,
+        printed values.
     """
     study.check()
     if study.find:
@@ -82,7 +82,7 @@ def _drawn_column(study, name):
 
 
 def columns_of(study):
-    """List of the columns of a study: of the key that it solves for, and those that it names.
+    """Read the names of a study's columns: list of Column, first that of the key that it solves for, if any.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def columns_of(study):
     _, scene = study.case(0)
     with Mistakes() as mistakes:
         for index, name in enumerate(study.columns):
-            by_option = index >= len(study.columns) - len(study.asked)
+            by_option = index >= len(study.columns) - len(study.asked)  # columns of the command line are the last
             with mistakes.at(study.where(("columns", index)), "" if by_option else f"columns.{index}"):
                 column = find(name)
                 if any(column.header == other.header for other in columns):
@@ -139,9 +139,11 @@ def tolerances_of(study):
 
 
 def _printed_values(study, columns):
-    """Headers and rows of the table of printed values, as `reference` of `prepare`.
+    """Read the CSV file of a study's printed values: numbers of a publication that its results are compared with.
 
-    SceneError where the table does not fit the study.
+    Returns its headers, each of a column of the study, and for each case a dict of header -> number, None where the
+    cell is empty; two empty lists without such a file. SceneError if the file does not fit the study: other columns,
+    another number of rows, or cells that are no numbers.
     """
     if study.reference_path is None:
         return [], []

@@ -14,14 +14,16 @@ from cablestudy.study.tolerances import STUDY
 
 
 def changes(drag, catenary):
-    """Changes of cables with fixed ends by the drag of the wind where they hang, in place of the uniform drag.
+    """Compute how n equilibria change if drag that varies along each cable takes the place of uniform drag.
+
+    The changes are the errors of results with uniform drag, in a wind that grows with the height.
 
     Parameters
     ----------
     drag : SteadyDrag
-        Of shape (n,), with a profile.
+        Drag on the n cables, with a profile of the wind over the height.
     catenary : Catenary
-        Of shape (n,), under the uniform drag.
+        Equilibria of the n cables under the uniform drag, between fixed ends.
 
     Returns
     -------
@@ -47,26 +49,37 @@ def changes(drag, catenary):
     constant, displacement = np.zeros((len(at_points), 1, 3)), np.zeros_like(at_points)
     start, tension, tangent = _slope(at_points, stiffness)
     for _ in range(STUDY.profile_steps):
-        actual_drag, moved = (1 + tension / stiffness) * across(drag.direction[:, None], tangent), length * displacement
-        actual_drag = drag.times_local_pressure(actual_drag, lambda moved=moved: positions + moved)
+        # the drag where the cable hangs now, then one Newton step of c for it, then the new form
+        actual_drag, shift = (1 + tension / stiffness) * across(drag.direction[:, None], tangent), length * displacement
+        actual_drag = drag.times_local_pressure(actual_drag, lambda shift=shift: positions + shift)
         difference = drag.normal_drag[:, None, None] * length * (actual_drag - uniform_drag)
         without_constant = at_points - running @ difference
         slope, tension, tangent = _slope(without_constant + constant, stiffness)
-        weight_over_tension, gap = weights[:, None] / tension, (weights[:, None] * (slope - start)).sum(axis=1)
-        # derivative of the integral of r' with c
-        jacobian = (weight_over_tension.sum(axis=1, keepdims=True) + 1 / stiffness) * np.eye(3)
-        jacobian = jacobian - ((weight_over_tension * tangent)[..., :, None] * tangent[..., None, :]).sum(axis=1)
-        step = np.linalg.solve(jacobian, gap[..., None])[:, None, :, 0]
+        step = _newton_step(slope - start, tension, tangent, weights, stiffness)
         constant = constant - step
         slope, tension, tangent = _slope(without_constant + constant, stiffness)
         previous, displacement = displacement, running @ (slope - start)
     ends = constant - np.stack([0 * difference[:, 0], (weights[:, None] * difference).sum(axis=1)], axis=1)
     change = np.concatenate([without_constant + constant - at_points, ends], axis=1)
     force_size = np.maximum(_size(uniform_force), np.finfo(float).tiny)
+    # the last steps of the iteration, of c and of the form, are added to the errors
     tension_change = ((_size(change) + _size(step)) / force_size).max(axis=-1)
     middle = np.stack([displacement, displacement - previous])[:, :, CABLE.drag_points // 2]
     shape_error, sag_error = shares_at_middle(_size(middle).sum(axis=0), np.abs(middle[..., 2]).sum(axis=0), catenary)
     return np.maximum(tension_change, shape_error), sag_error, ends
+
+
+def _newton_step(slope_change, tension, tangent, weights, stiffness):
+    """Step of Newton's method by which c takes back the displacement of end 2, shape (n, 1, 3). [N]
+
+    `slope_change`, shape (n, k, 3), is r' at k Gauss's points less r' under the uniform drag: its integral, by the
+    `weights`, is the displacement of end 2. Tension and tangent are size [N] and direction of the tension vector.
+    """
+    weight_over_tension, gap = weights[:, None] / tension, (weights[:, None] * slope_change).sum(axis=1)
+    # derivative of the integral of r' with c
+    jacobian = (weight_over_tension.sum(axis=1, keepdims=True) + 1 / stiffness) * np.eye(3)
+    jacobian = jacobian - ((weight_over_tension * tangent)[..., :, None] * tangent[..., None, :]).sum(axis=1)
+    return np.linalg.solve(jacobian, gap[..., None])[:, None, :, 0]
 
 
 def shares_at_middle(distance, vertical, catenary):

@@ -53,18 +53,16 @@ class Push:
 
 
 def pushed_ends(span_at, force):
-    """Displacements of end 2 along x by forces on it, in addition to the forces that held it at rest before.
+    """Displacements of n cable ends along x by forces F on them, from the positions of rest without F: `Push`.
+
+    Solves g(u) = g(0) + F for u, with the force g(u) that holds end 2 at the displacement u (head of this file).
 
     Parameters
     ----------
     span_at : callable
         Displacements of end 2 along x, shape (n,) [m] -> `Span` of n cables with all other loads.
     force : ndarray, shape (n,)
-        Along x. [N]
-
-    Returns
-    -------
-    Push
+        F of each cable, along x. [N]
     """
     shift, done = np.zeros(len(force)), force == 0
     low, high = np.where(force > 0, 0.0, -np.inf), np.where(force > 0, np.inf, 0.0)

@@ -12,22 +12,25 @@ from cablestudy.study.tolerances import STUDY
 
 
 def chord_strain(span, values, length_ratio=None):
-    """Chord strain of each cable in its reference state, and reasons where there is none.
+    """Chord strains of n cables in the reference state, by the length, tension or sag that their scenes state.
+
+    The chord strain, chord over unstretched length less one, gives the unstretched length.
 
     Parameters
     ----------
     span : Span
-        Without point loads, fields of shape (n,).
+        The cables without point loads, fields of shape (n,).
     values : SceneValues or CaseTable
+        Values of the n scenes.
     length_ratio : ndarray, shape (n,), optional
-        Unstretched lengths of the spans over those that the scenes state. [-]
+        Unstretched lengths of the spans over the lengths that the scenes state; by default 1. [-]
 
     Returns
     -------
     strain : ndarray, shape (n,)
-        Chord over unstretched length, less one. [-]
+        Chord strains. [-]
     reasons : dict
-        Case -> why there is no such cable.
+        Row of a scene -> why no length gives the stated tension or sag.
     """
     strain, reasons = np.zeros(len(values)), {}
     length = values.given("cable.unstretched_length")
@@ -35,7 +38,7 @@ def chord_strain(span, values, length_ratio=None):
     states_length = np.isfinite(length)
     strain[states_length] = (span.chord[states_length] - length[states_length]) / length[states_length]
     with_loads = values.given("cable.reference.loads") > 0
-    states = [(~with_loads, span)]
+    states = [(~with_loads, span)]  # tension or sag is stated for the cable without its point loads, or with them
     if with_loads.any():
         states.append((with_loads, load_cases.with_loads(span, values, of_case=False, length_ratio=length_ratio)))
     for (of_state, spans), search in product(states, _searches(values)):

@@ -98,20 +98,20 @@ def resolving(waves):
 
 
 def needs_of(case, required):
-    """Half-waves and frequency that the model of one case must at least resolve.
+    """Estimate, before any model is solved, which waves and frequencies the model of one case must resolve.
 
     Parameters
     ----------
     case : Case
     required : ColumnRequirements
-        With at least one of them.
+        Modes that the columns ask for; at least one.
 
     Returns
     -------
     waves : float
-        Estimated number of transverse half-waves along the cable, for the first level. [-]
+        Estimated number of transverse half-waves along the cable, by which the first level is chosen. [-]
     least : float
-        Lower bound of the axial frequency among them, known before they are computed; 0 without one. [Hz]
+        Lower bound of the highest axial frequency that is asked for; 0 if there is none. [Hz]
 
     Raises
     ------
@@ -144,7 +144,7 @@ def _half_waves(case, required):
 
 @dataclass
 class Refinement:
-    """The refinement of one case.
+    """Search for the coarsest model of one case whose values are within its accuracy.
 
     Each frequency has an error estimate of its own, by what the highest orders contribute to its shape. A model that
     does not resolve the transverse waves at a frequency ignores them: where the cable turns by an angle, the frequency
@@ -154,22 +154,22 @@ class Refinement:
     ----------
     case : Case
     sample : callable
-        Case, headers that are refused -> values, errors, failures; see `ColumnRequirements.sample`.
+        Function that computes the columns by the model of a case; see `ColumnRequirements.sample`.
     waves, least : float
-        As `needs_of` gives them. [-], [Hz]
+        Half-waves [-] and frequency [Hz] that the model must resolve, from `needs_of`.
 
     Attributes
     ----------
     finer : Case or None
-        At the next level to be examined; None when the search has ended.
+        The case at the next level to be examined; None when the search has ended.
     used : Case
-        At the level whose values are taken.
+        The case at the level whose values are taken.
     values, errors : dict
         Header -> number, and its estimated relative error: those within the accuracy.
     failures : dict
         Header -> CablestudyError of a column that reaches no accuracy.
     tried : int
-        Levels examined.
+        Number of levels examined.
     """
 
     case: object
@@ -247,9 +247,11 @@ class Refinement:
         return None
 
     def _judge(self, values, estimated_errors, failures, unresolved):
-        """Keep the values that are within the accuracy, and end the search where no others remain.
+        """Keep the values of this level that are within the accuracy, and end the search where no others remain.
 
-        Parameters are the results of `_values_where_resolved`.
+        It ends too where the error has stopped falling, so that rounding is all that remains of it. The parameters are
+        from `_values_where_resolved`; `unresolved` is the relative error by transverse waves that are too short for
+        this level. [-]
         """
         self._refuse(failures)
         pending = failures.keys() - self.failures.keys()  # a finer level may have them
@@ -294,10 +296,10 @@ class Refinement:
 
 
 def refine(searches, prepare):
-    """Refine many cases until the values of each are within its accuracy, or cannot be had.
+    """Refine the models of many cases until the values of each are within its accuracy, or the finest model is reached.
 
-    Level by level, the coarsest first: the models of the cases at one level are solved at once, their values judged,
-    and the cases that are not finished go on.
+    Level by level, the coarsest first: the models of the cases at one level are solved together, their values judged,
+    and the cases that are not finished go on to their next level.
 
     Parameters
     ----------

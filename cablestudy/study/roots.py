@@ -11,12 +11,12 @@ from cablestudy.study.tolerances import STUDY
 
 @dataclass(frozen=True)
 class Effort:
-    """How much a function may cost.
+    """Effort of a search for zeros, by the cost and the error of the function.
 
     Attributes
     ----------
     points : int
-        On each side in a range of about a decade.
+        Number of points on each side, in a range of about a decade.
     steps : int
         Halvings of each gap between a point with a value and one without, and steps of each search for an extremum.
     rtol : float
@@ -95,23 +95,25 @@ class _SignFoundError(Exception):
 
 
 def ranges_about(start, low, high, count, reach=np.inf):
-    """Yield points to try about a start, each time beyond those before, in the end up to both limits or the reach.
+    """Yield growing ranges about a start, as points to try: a search stops at the first range that has a zero.
+
+    Each range has only the points beyond the range before; the last one ends at both limits, or at the reach.
 
     Parameters
     ----------
     start : float
-        From low to high.
+        Point from low to high.
     low, high : float
         Limits. Where low is not negative the ranges grow by factors of the start, else by distances from it.
     count : int
-        On each side, in a range of about a decade.
+        Number of points on each side, in a range of about a decade.
     reach : float
         Largest factor or, in units of the start, distance.
 
     Yields
     ------
     list of ndarray
-        Of the side below, and of that above.
+        Points of the range below the start, and above it.
     """
     signed = low < 0
     if not signed and start == 0:
@@ -168,7 +170,7 @@ def points_between(low, high, count):
 
 
 def zeros(function, ranges, effort, enclose=False, cheaper=None):
-    """Search ranges one after the other until one has a zero, and then for all zeros in it.
+    """Find all zeros of a function of one number in the first of several ranges that has any: `Zeros`.
 
     A side of a range that has no value anywhere ends the search on that side, once there are values elsewhere. Two
     zeros between neighbouring points are found by way of the extremum between them, unless they are so close that the
@@ -184,12 +186,8 @@ def zeros(function, ranges, effort, enclose=False, cheaper=None):
     enclose : bool
         Whether the search goes on until the function is negative, or has no value, at both ends of the range tried.
     cheaper : callable, optional
-        Two points -> cheaper function of one number, tried first between them: its zero is taken where the function
-        has the same value.
-
-    Returns
-    -------
-    Zeros
+        Two points -> function of one number that costs less, tried first between them: its zero is taken where
+        `function` has the same value.
     """
     scan = _Scan(function, effort, cheaper)
     ended_sides = set()
@@ -305,7 +303,11 @@ class _Scan:
             self._minimise(points[k - 1], points[k + 1], np.sign(values[k]))
 
     def _minimise(self, low, high, sign):
-        """Search for the extremum between two points, until the sign changes; values are kept in `tried`."""
+        """Search between two points of equal sign for the extremum nearest to zero, until a point has the other sign.
+
+        All values are kept in `tried`: beside a point of the other sign `_roots_and_jumps` then finds two zeros. `sign`
+        is 1 where the function is positive at both points, -1 where it is negative.
+        """
         from scipy.optimize import minimize_scalar
 
         point_at = _interpolation(low, high)
@@ -326,7 +328,10 @@ class _Scan:
             pass
 
     def _roots_and_jumps(self):
-        """The zeros and jumps between neighbouring points that have values: two lists; sets `plateaus`."""
+        """The zeros, and the jumps over zero, between neighbouring points that have values: two lists; sets `plateaus`.
+
+        A change of sign is a jump where the function is not small at the point that Brent's method finds.
+        """
         if self._effort.equal(self.finite()[1]):
             return [], []
         least = STUDY.constant_spread * self._effort.scale
@@ -365,12 +370,16 @@ class _Scan:
             raise
 
     def _find_sign_change(self, function, low, high):
-        """Point between two of different sign at which a function changes its sign, by Brent's method."""
+        """Point between two points of different sign at which a function changes its sign, by Brent's method.
+
+        Raises `_NoValueError` where a point on the way has no value and, to save evaluations of a costly function,
+        `_JumpFoundError` as soon as the bracket is narrow and the function still differs much between its ends.
+        """
         from scipy.optimize import brentq
 
         point_at, end_values = _interpolation(low, high), {low: self.value(low), high: self.value(high)}
         change = end_values[high] - end_values[low]
-        ends = {}  # whether the function is positive -> last point where it is so, and its value
+        ends = {}  # True (positive) or False -> last point where the function has this sign, and its value there
 
         def value(fraction):
             x = point_at(fraction)

@@ -189,8 +189,9 @@ def read_span(text):
     Returns
     -------
     low, high : float
-        [Hz]
+        Ends of the range. [Hz]
     count : int
+        Number of frequencies.
 
     Raises
     ------
@@ -260,29 +261,30 @@ def check_channel(options, responds):
 
 
 def fewest_modes(share, allowed, error, which, names):
-    """The fewest modes that leave out no more than a share of the inertia.
+    """Choose the fewest modes of a state space that together leave out no more than a given share of the inertia.
 
     Parameters
     ----------
     share : ndarray, shape (n,)
-        See `Superelement.inertia_share`. [-]
+        Share of each mode in the inertia between an input and an output, see `Superelement.inertia_share`. [-]
     allowed : ndarray of int
-        The modes that may be kept.
+        Indices of the modes that may be kept.
     error : float
-        The share that may be left out. [-]
+        Share that may be left out. [-]
     which : str
-        The modes allowed, in words.
+        The allowed modes in words, for the message.
     names : tuple of str
-        Of the input and the output.
+        Names of the input and the output, for the message.
 
     Returns
     -------
     ndarray of int
+        Indices of the modes that are kept, rising.
 
     Raises
     ------
     NoSolutionError
-        All that may be kept leave out more.
+        Even all allowed modes leave out more.
     """
     excluded = share.sum() - share[allowed].sum()
     if excluded > error:

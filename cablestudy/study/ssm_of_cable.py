@@ -23,7 +23,7 @@ PLACES = {"ground": "A, winch on the ground", "gondola": "B, winch on the gondol
 
 @dataclass(frozen=True)
 class CableChoice(Choice):
-    """The cable of a scene with the modes to keep."""
+    """State space of the cable of a scene: the modes that it keeps, what is attached, its responses and notes."""
 
     options: StateSpaceOptions
     case: Case  # with the discretisation that is used
@@ -144,7 +144,7 @@ class CableChoice(Choice):
 
     @property
     def notes(self):
-        """Notes on what is modelled and what is left out: list of str."""
+        """Notes for the user on what the state space models and what it leaves out: list of str."""
         case, options = self.case, self.options
         notes = [
             *self.about_model,
@@ -164,8 +164,8 @@ class CableChoice(Choice):
                 f"(wind.aerodynamic_damping: false leaves it out)"
             )
         if options.attached == "loop" and case.scene.winch.delay:
-            right = self.right_up_to / (2 * np.pi)
-            notes.append(f"delay: Padé approximants, whose phase is right to 1e-7 up to {right:.4g} Hz")
+            limit = self.right_up_to / (2 * np.pi)
+            notes.append(f"delay: Padé approximants, whose phase is right to 1e-7 up to {limit:.4g} Hz")
         strain = case.end_model.strain
         law = "modal" if strain is None else strain.law
         return [*notes, *assumed_damping(case.scene), *DAMPING_NOTES[law]]
@@ -189,18 +189,17 @@ class CableChoice(Choice):
 
 
 def choose(document, scene, options):
-    """Choose the modes to keep.
+    """Choose the modes that the state space of a cable keeps, by number, frequency or error: `CableChoice`.
+
+    Where these ask for more modes than are accurate in the model, a finer one is solved, with twice as many.
 
     Parameters
     ----------
     document : Document
-        Of the scene, for the places of mistakes.
+        File of the scene, for the positions of mistakes.
     scene : CableScene
     options : StateSpaceOptions
-
-    Returns
-    -------
-    CableChoice
+        Options of the command `ssm`.
 
     Raises
     ------
@@ -211,27 +210,27 @@ def choose(document, scene, options):
     """
     _ = _pairs_of_ends(options)  # raises SceneError
     _check_attached(document, scene, options.attached)
-    fixed, before = scene.model.elements is not None, ""
-    size = STUDY.modes_at_ends if fixed else options.count or STUDY.default_modes
+    fixed, reason_for_more = scene.model.elements is not None, ""
+    count = STUDY.modes_at_ends if fixed else options.count or STUDY.default_modes
     while True:
         try:
-            case, some, notes, _ = modes(Case(scene), None if options.upto else size, options.limit)
+            case, accurate_modes, notes, _ = modes(Case(scene), None if options.upto else count, options.limit)
         except ConvergenceError as failure:
-            raise ConvergenceError(f"{before}{failure}") from None
-        found = case.dynamics.modes(min(case.dynamics.dof, STUDY.modes_at_ends))
+            raise ConvergenceError(f"{reason_for_more}{failure}") from None
+        all_modes = case.dynamics.modes(min(case.dynamics.dof, STUDY.modes_at_ends))
         try:
-            chosen = _chosen(case, found, len(some), options)
+            chosen = _chosen(case, all_modes, len(accurate_modes), options)
             break
-        except (SceneError, NoSolutionError) as lacking:
+        except (SceneError, NoSolutionError) as too_few:
             if fixed:
                 raise
-            if size == STUDY.modes_at_ends:
-                raise NoSolutionError(f"{lacking}, and no more than {STUDY.modes_at_ends} are computed") from None
-            before = f"{lacking} (with a fixed number of model.elements, of all modes of the model); of more, "
-        size = min(2 * size, STUDY.modes_at_ends)
-    if not options.residual and not found.complete:
-        raise NoSolutionError(f"--no-residual needs every mode of the model, and only {len(found)} are computed")
-    return CableChoice(options, case, found, chosen, notes)
+            if count == STUDY.modes_at_ends:
+                raise NoSolutionError(f"{too_few}, and no more than {STUDY.modes_at_ends} are computed") from None
+            reason_for_more = f"{too_few} (with a fixed number of model.elements, of all modes of the model); of more, "
+        count = min(2 * count, STUDY.modes_at_ends)
+    if not options.residual and not all_modes.complete:
+        raise NoSolutionError(f"--no-residual needs every mode of the model, and only {len(all_modes)} are computed")
+    return CableChoice(options, case, all_modes, chosen, notes)
 
 
 def _check_attached(document, scene, attached):

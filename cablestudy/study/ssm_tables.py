@@ -35,30 +35,31 @@ class FrequencyGrid(NamedTuple):
 
 
 def with_resonances(span, poles):
-    """The `FrequencyGrid` of a response with five frequencies at each resonance: that of a pole of a damping ratio
-    below `resonant`, and others within its width, where the magnitude is largest beside a large static part.
+    """Frequencies for a response whose narrow resonances must not be missed: `FrequencyGrid`.
 
-    At the pole of an undamped motion there is no number; it is left out.
+    To the frequencies at equal ratios come five at each lightly damped pole (damping ratio below `STUDY.resonant`): its
+    own and four within the width of its peak, since a large static part shifts the peak. A pole without damping is left
+    out, where the response is infinite.
 
     Parameters
     ----------
     span : (float, float, int)
-        From `ssm.read_span`.
+        Lowest and highest frequency [Hz] and number of those at equal ratios, from `ssm.read_span`.
     poles : ndarray
-        [rad/s]
+        Poles of the response, complex. [rad/s]
     """
     low, high, count = span
     size = np.abs(poles)
     resonant = (poles.imag > 0) & (-poles.real < STUDY.resonant * size) & (-poles.real > STUDY.undamped_motion * size)
-    near = poles.real[resonant, None] * WITHIN
-    found = np.unique((size[resonant, None] + near) / (2 * np.pi))
-    found = found[(found > low) & (found < high)]
-    step = np.log(high / low) / (count - 1)
-    place = np.log(found / low) / step
-    found = found[np.abs(place - np.rint(place)) * step > STUDY.equal_frequencies]
-    return FrequencyGrid(
-        low, high, count, tuple(found[np.diff(found, prepend=0.0) > STUDY.equal_frequencies * found].tolist())
-    )
+    offsets = poles.real[resonant, None] * WITHIN
+    frequency = np.unique((size[resonant, None] + offsets) / (2 * np.pi))
+    frequency = frequency[(frequency > low) & (frequency < high)]
+    # without those that coincide with a frequency at equal ratios, or with each other
+    log_step = np.log(high / low) / (count - 1)
+    steps_from_low = np.log(frequency / low) / log_step
+    frequency = frequency[np.abs(steps_from_low - np.rint(steps_from_low)) * log_step > STUDY.equal_frequencies]
+    distinct = np.diff(frequency, prepend=0.0) > STUDY.equal_frequencies * frequency
+    return FrequencyGrid(low, high, count, tuple(frequency[distinct].tolist()))
 
 
 def numbers(span, shown):

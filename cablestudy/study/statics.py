@@ -30,19 +30,19 @@ class ClosedStatics:
         return self._catenary.sag
 
     def shape(self, positions):
-        """Displacement from the chord and tension of one cable.
+        """Static form of one cable at points along it: displacement from the chord, and tension.
 
         Parameters
         ----------
         positions : ndarray, shape (j,)
-            Arc lengths over unstretched length. [-]
+            Arc lengths of the points over the unstretched length. [-]
 
         Returns
         -------
         displacement : ndarray, shape (j, 3)
-            Over the unstretched length, in the chord frame. [-]
+            Displacements over the unstretched length, in the chord frame. [-]
         tension : ndarray, shape (j,)
-            [N]
+            Tensions. [N]
 
         Raises
         ------

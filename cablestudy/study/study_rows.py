@@ -1,4 +1,4 @@
-"""Rows of the cases of a study, of one cable or of a suspension."""
+"""Rows of the cases of a study, of one cable or of a suspension: the results of each case, and checks of its limits."""
 
 from dataclasses import replace
 
@@ -25,18 +25,18 @@ def evaluate(scenes, columns, estimate=False):
 
 
 def checks_of(scenes, limits_of=limits_of):
-    """The limits of scenes, each in all of its load cases.
+    """Check the limits that scenes state, each limit in all of its load cases.
 
     Parameters
     ----------
     scenes : sequence of CableScene or SuspensionScene
     limits_of : callable
-        Scene -> list of its `SceneLimit`; by default all of them.
+        Scene -> list of the `SceneLimit` that are checked; by default all limits of the scene.
 
     Returns
     -------
     list
-        Of each scene: list of `limits.Check`, or the SceneError of one that cannot have its limits.
+        For each scene a list of `limits.Check`, or the SceneError if the scene cannot have its limits.
     """
     limits, errors = [], {}
     for index, scene in enumerate(scenes):
@@ -95,9 +95,9 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
     Returns
     -------
     dict
-        Number of a case of the study -> tuple of four: list of numbers in the order of the columns but `status`, None
-        where one has no value; status; dict of header -> estimated relative error where it exceeds `STUDY.rounding` or,
-        None, is not known; notes.
+        Number of a case of the study -> tuple of four: list of numbers in the order of the columns without `status`,
+        None for a column without a value; status; dict of header -> estimated relative error, of the columns where it
+        exceeds `STUDY.rounding` or is not known (None); notes.
     """
     headers = [column.header for column in columns if column.name != "status"]
     answers, scenes = {}, {}

@@ -77,7 +77,7 @@ def celsius(kelvin):
 
 @dataclass(frozen=True)
 class Table:
-    """Fields and rows."""
+    """Table of results: its columns (`Field`) and rows, shown as Markdown or written as CSV or JSON."""
 
     fields: tuple  # of Field
     rows: list  # dicts of name -> number, text or None; if they have a method `csv_lines`, it writes the CSV
@@ -94,12 +94,14 @@ class Table:
         return cls(tuple(fields), [dict(zip(names, line, strict=True)) for line in lines], **options)
 
     def chosen(self, names=(), top=None):
-        """The table with some columns, behind those that name the rows or vary, and with the first rows.
+        """Table with only the columns that a user asks for, and only the first rows: `Table`.
+
+        Columns that name the rows, and those that a study varies, are kept in front, since rows mean little without.
 
         Parameters
         ----------
         names : sequence of str
-            Of columns in their order, with or without units; empty for all columns.
+            Names of the columns in their order, with or without units; empty for all columns.
         top : int or None
             Number of rows; None for all.
 
@@ -228,7 +230,7 @@ def write_whole(path, text):
         handle, temporary = tempfile.mkstemp(dir=os.path.dirname(target) or ".", prefix=leftovers(target))
         with os.fdopen(handle, "wb", buffering=1 << 20) as file:
             _write(file, text)
-        mask = os.umask(0)
+        mask = os.umask(0)  # the umask can only be read by setting another one
         os.umask(mask)
         os.chmod(temporary, 0o666 & ~mask)  # the permissions of an ordinary file
         os.replace(temporary, target)
@@ -394,17 +396,14 @@ def joined(answers):
 
 
 def _joined_table(tables):
-    """The rows of several tables in one, each with its case in front.
+    """Join the tables of several load cases into one `Table`, whose first column is the name of the case.
+
+    In Markdown, tables of one row become columns side by side.
 
     Parameters
     ----------
     tables : dict
         Name of a case -> Table.
-
-    Returns
-    -------
-    Table
-        Tables of one row each become columns side by side in Markdown.
     """
     fields = dict.fromkeys(field for table in tables.values() for field in table.fields)
     fields = (Field("case", "case", label=True), *sorted(fields, key=lambda field: field.name == "status"))

@@ -41,15 +41,21 @@ def models_of(scene, columns):
 
 
 def columns_to_compare(document, scene, names=None):
-    """The columns to compare, and notes on the default columns that are left out, and why: two lists.
+    """Read the names of the result columns for which the command `trade` compares errors and times of models.
 
     Parameters
     ----------
     document : Document
-        Of the scene, for the places of mistakes.
+        File of the scene, for the positions of mistakes.
     scene : CableScene or SuspensionScene
     names : str, optional
         Columns, separated by commas; default: those of `default_columns` that the scene has keys for.
+
+    Returns
+    -------
+    columns : list of Column
+    notes : list of str
+        Default columns that are left out, and why.
 
     Raises
     ------
@@ -110,7 +116,7 @@ class Reference:
 
 
 def reference_of(scene, columns):
-    """`Reference` of some columns of a scene.
+    """Compute the values of the continuous cable, with which the models of `trade` are compared: `Reference`.
 
     Statics and stiffness have a closed form. For modes, gondola, loop and wind elements of high order are refined until
     the values of two successive levels agree.
@@ -149,21 +155,22 @@ def _why_no_reference(scene, column):
 
 
 def _refined_value(levels, column, exact_value):
-    """Estimated relative error of a column, its value, and the name of its model, refined until the value settles.
+    """Value of a column by the model, of finer and finer ones, whose value differs least from that of the one before.
 
-    Of the `levels`, (name, case) finer and finer, it is the one whose value differs least from the level before.
-    `exact_value` is a function of column and case for a number and its relative error by anything but its elements.
+    `levels` yields name and case of each model, the coarsest first; once the value settles no more are asked for.
+    `exact_value` is a function of column and case for the value, and its relative error from other sources than the
+    elements. Returns estimated relative error [-], value and name of the model.
     """
     candidates, previous, failure = [], None, "no two models have a value"
     for note, case in levels:
         try:
-            number, own_error = exact_value(column, case)
+            number, other_error = exact_value(column, case)
         except CablestudyError as error:
             previous, failure = None, one_line(error)
             continue
         if previous:
             difference = max(relative(number, *previous), STUDY.rounding)
-            candidates.append((difference, max(difference, own_error), number, note))
+            candidates.append((difference, max(difference, other_error), number, note))
             if difference <= STUDY.agreed_levels or min(candidates)[0] < min(difference, STUDY.rounded_difference):
                 break
         previous = (number,)  # which may be None: a gain without a limit
@@ -195,6 +202,7 @@ class Measurement:
     """
 
     def __init__(self, model, scene, columns, reference):
+        """Solve the columns of a scene once with a `ComparedModel`, and compare them with a `Reference`."""
         self.family, self.name = model.family, model.name
         self._model, self._scene, self._columns = model, scene, columns
         (case, values, failures), seconds = self._run(columns)  # to warm up; this time counts where the model is slow
@@ -202,7 +210,7 @@ class Measurement:
             self.dof = None if case is None else model.count_dof(case)
         except CablestudyError:
             self.dof = None
-        # of all columns together (""), and of each alone
+        # name of a column -> times for it alone, filled by `repeat`; "" -> times for all columns together
         self._seconds = {"": [seconds] if seconds > STUDY.timing_budget else []}
         if len(columns) > 1:
             self._seconds |= {c.name: [] for c in columns if c.name in values and c.needs in model.needs}
@@ -294,12 +302,13 @@ def _entries_on_front(points):
 
 
 def compare(scene, columns, repeats=5, models=None):
-    """Measure the errors of models, and then their times: a `Trade`.
+    """Measure the errors of all models of a scene against the continuous cable, and then their times: `Trade`.
 
     Parameters
     ----------
     scene : CableScene or SuspensionScene
     columns : sequence of Column
+        Results whose errors and times are measured.
     repeats : int
         Timings of each model, after one run to warm up; fewer of slow models. [-]
     models : list of Model, optional

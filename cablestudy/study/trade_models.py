@@ -54,7 +54,7 @@ def one_line(text):
 
 @dataclass(frozen=True)
 class ComparedModel:
-    """A model that a user can choose; models of one family differ in one number."""
+    """A model that a user can choose, as `trade` compares it; models of one family differ in one number."""
 
     family: str
     name: str
@@ -71,9 +71,9 @@ class ComparedModel:
         Returns
         -------
         case : Case or None
-            None where it cannot be built.
+            The scene with this model; None if it cannot be built.
         values, failures : dict
-            Column name -> value; column name -> reason of a column without one.
+            Column name -> value, or -> reason why the column has none.
         """
         values, failures = {}, {}
         try:
@@ -134,7 +134,10 @@ def comparable(scene, column):
 
 
 def models_of(scene, columns):
-    """List of every `ComparedModel` on which the value of some column depends."""
+    """Models that `trade` compares for some columns of a scene of one cable: list of `ComparedModel`.
+
+    All models that a user can choose, less those on which no value of the columns depends.
+    """
     models = [
         ComparedModel("closed form", "catenary", _most_accurate, ("statics", "stiffness"), _static_value, lambda _: 0),
         ComparedModel("closed form", "Irvine", _most_accurate, ("modes",), _irvine_frequency, lambda _: 0),
@@ -143,7 +146,7 @@ def models_of(scene, columns):
     def add(family, name, build, **options):
         models.append(ComparedModel(family, name, build, **options))
 
-    options_of_row = {
+    options_of_row = {  # of models that are computed as a `Row`, in place of a `Case`
         "compute": _cell_of_row,
         "count_dof": lambda row: row.cells["dof"],
         "stated_error": lambda column, row: row.errors.get(column.header),
@@ -336,12 +339,15 @@ class OfSystem(DynamicAnalysis):
         self._system, self._weights = system, OWN | seen_weights(self.scene.exposure, self.scene.correction)
 
     def rms(self, names, variance, open_loop):
-        """RMS of the gondola along x, the only output; the error is not a number. See `DynamicAnalysis.rms`.
+        """RMS of the gondola along x in the gusts of the analysis, by the other system, and NaN in place of its error.
+
+        `variance` is `value` for the RMS displacement [m], `rate` for the RMS velocity [m/s]. The gondola's position is
+        the only output, so that `names` is not looked at. See `DynamicAnalysis.rms`.
 
         Raises
         ------
         NoSolutionError
-            As of `DynamicAnalysis.rms`, or this system is unstable.
+            This system is unstable, or as of `DynamicAnalysis.rms`.
         """
         response = self.response_of(open_loop)
         closed_loop, loop = response.closed_loop, response.loop
@@ -351,7 +357,7 @@ class OfSystem(DynamicAnalysis):
         eigen = (loop or self._system).eigen
         if unstable_pole(eigen.poles) is not None:
             raise NoSolutionError("the loop is unstable with these modes")
-        # x = row z of the analysis: its forces on z by the gusts are row^T times the force on x
+        # the position is x = row z, by the coordinates z of the analysis: its forces on z are row^T times that on x
         row, by_gusts = closed_loop.motion.c[0][closed_loop.outputs[GONDOLA_X]].real, closed_loop.gusts.input_matrix
         forces = np.zeros((len(self._system), by_gusts.shape[1]))
         forces[-1] = row[: len(by_gusts)] @ by_gusts / (row @ row)

@@ -23,15 +23,15 @@ OTHERS = "for another material no published value is known here"
 
 
 def with_lock_in(table, diameters):
-    """A table of modes with the wind speed at which vortices have the frequency of each: f D/St, with St = 0.2.
+    """Add to a table of modes the wind speed at which each may lock in with vortices: v = f D/St, with St = 0.2.
 
     Parameters
     ----------
     table : Table
-        With frequencies.
+        A row for each mode, with its frequency f.
     diameters : sequence of float or None
-        Of the cable that moves in each mode, ice included; None where no cable moves across its axis, or the diameter
-        is not known. [m]
+        Diameter D of the cable that moves in each mode, ice included; None where no cable moves across its axis, or the
+        diameter is not known. [m]
 
     Returns
     -------
@@ -88,15 +88,21 @@ def galloping_notes(load_case):
 
 
 def tension_notes(scene, values):
-    """A note on the largest horizontal tension over weight per length of the cables; tuple of str, at most one.
+    """Note on the largest horizontal tension over weight per length, H/w, of the cables of a scene.
 
-    There is none in a load case with ice or wind, since the safe values are for everyday tensions.
+    Power lines with a larger H/w than published safe values are likely to suffer from aeolian vibration. There is no
+    note in a load case with ice or wind, since the safe values are for everyday tensions.
 
     Parameters
     ----------
     scene : CableScene or SuspensionScene
     values : Results or CableResults
-        Of this scene alone.
+        Results of this scene alone.
+
+    Returns
+    -------
+    tuple of str
+        One note, or none.
     """
     if scene.nonzero_gravity is None or scene.load_case.ice or scene.load_case.wind:
         return ()

@@ -38,25 +38,28 @@ BARE_NOTE = (
 
 
 def wind_table(document, scene, on=None, estimate=False):
-    """The gondola in the wind, with the winch loop where the scene has a controller; without a gondola the cable.
+    """Table of the motion in turbulent wind, of the gondola or of a cable without one, for the command `windrms`.
+
+    The gondola moves with the winch loop closed if the scene has a controller.
 
     Parameters
     ----------
     document : Document
-        Of the scene, for the places of mistakes.
+        File of the scene, for the positions of mistakes.
     scene : CableScene
     on : {"gondola", "cable", "both"}, optional
         On which the wind acts; by default the gondola where there is one.
     estimate : bool
-        Whether the errors of fixed elements are to be estimated.
+        Whether to estimate the errors of a fixed number of elements.
 
     Returns
     -------
     table : Table
-        One row.
+        One row: RMS, peaks, stability margins and shares of the variance.
     row : Row
+        The same results with their errors and notes.
     remarks : tuple of str
-        Lines that belong to no column.
+        Notes and warnings that belong to no column.
 
     Raises
     ------
@@ -67,23 +70,34 @@ def wind_table(document, scene, on=None, estimate=False):
         return _bare_cable_table(document, scene, estimate)
     on = on or "gondola"
     columns, row = evaluate_named(document, scene, _names(scene, PARTS[on]), "windrms", estimate)
-    cells, further_cells, remarks = row.cells, [], ()
+    further_cells, remarks = [], ()
     if not row.failed:
-        shares, integration = _integrals(row.case, on)
-        for limit, share in zip(BELOW, shares, strict=True):
-            field = Field(f"variance_share_below_{limit:g}_Hz", f"variance share below {limit:g} Hz")
-            further_cells.append((field, share))
-        further_cells.append((Field("integration_error", "integration error"), integration))
-        remarks = (*(f"note: {line}" for line in gondola_notes(row.case)), *_vortices(row.case))
-        remarks += growing_damping(scene)
-        remarks += beyond_linear([("gondola", *_peak_and_range(row.case, cells))])
-        pair = [f"gondola_rms{state}{PARTS[on][-1]}_mm" for state in ("", "_open_loop")]
-        if pair[0] in cells:
-            remarks += larger_by_loop([("gondola", *(cells[name] for name in pair))])
-        remarks += slack_warning(row)
+        further_cells, remarks = _variance_cells(row.case, on), _remarks(scene, row, on)
     if on != "gondola":
         row = replace(row, notes=(*row.notes, CABLE_NOTE))
     return row.table(columns, further_cells), row, remarks
+
+
+def _variance_cells(case, on):
+    """Cells on the variance of the gondola's displacement, which are no columns: list of (Field, float)."""
+    shares, integration_error = _integrals(case, on)
+    cells = [
+        (Field(f"variance_share_below_{limit:g}_Hz", f"variance share below {limit:g} Hz"), share)
+        for limit, share in zip(BELOW, shares, strict=True)
+    ]
+    return [*cells, (Field("integration_error", "integration error"), integration_error)]
+
+
+def _remarks(scene, row, on):
+    """Notes and warnings on the motion of a gondola in the wind, `row` with its results: tuple of str."""
+    cells = row.cells
+    remarks = (*(f"note: {line}" for line in gondola_notes(row.case)), *_vortices(row.case))
+    remarks += growing_damping(scene)
+    remarks += beyond_linear([("gondola", *_peak_and_range(row.case, cells))])
+    closed, rest = (f"gondola_rms{state}{PARTS[on][-1]}_mm" for state in ("", "_open_loop"))
+    if closed in cells:
+        remarks += larger_by_loop([("gondola", cells[closed], cells[rest])])
+    return remarks + slack_warning(row)
 
 
 def _names(scene, parts):

@@ -47,14 +47,18 @@ class Tolerance:
 
 
 def read_tolerances(texts, study):
-    """The tolerances of a study file, and of `--rtol` options: `1e-6` for all columns, `sag=1e-4` for one.
+    """Read the relative tolerances by which computed numbers are compared with stored ones: `Tolerance`.
 
-    Options take precedence.
+    Parameters
+    ----------
+    texts : sequence of str
+        Options `--rtol`, for example `1e-6` for all columns, or `sag=1e-4` for one; they take precedence over the file.
+    study : StudyFile
 
     Raises
     ------
     SceneError
-        Every option that is wrong.
+        All mistakes in the options.
     """
     of_options = {}
     with Mistakes() as mistakes:
@@ -81,15 +85,22 @@ def _read_tolerance(text):
 
 
 def compare(table, path, tolerance):
-    """Compare a table with a stored CSV, cell by cell.
+    """Compare a computed table with a stored CSV file, cell by cell, for `sweep --check`.
+
+    Parameters
+    ----------
+    table : Table
+    path : str
+        The CSV file.
+    tolerance : Tolerance
 
     Yields
     ------
     Difference or str
-        Text for columns and rows that only one of them has.
+        A cell that differs; a text for columns or rows that only one of the two tables has.
     """
     stored_names, stored_rows = stream_csv(path)
-    tolerance_columns = _tolerance_columns(table.fields)
+    tolerance_columns = _tolerance_columns(table.fields)  # name -> column whose tolerance holds for it
     yield from _unmatched_columns(table, stored_names, list(tolerance_columns))
     never_compared = find(NEVER_COMPARED).header
     compared_names = [name for name in tolerance_columns if name in stored_names and name != never_compared]

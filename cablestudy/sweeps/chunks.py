@@ -26,7 +26,7 @@ MAX_GROWTH = 4  # of the size from one chunk to the next: the first cases may be
 
 @dataclass(frozen=True)
 class Chunk:
-    """Work that a worker receives."""
+    """Work that a worker receives: some cases of a study, and the columns to compute of them."""
 
     study: bytes  # pickled: a few kilobytes whatever the number of its cases
     versions: dict  # that the rows must be computed with
@@ -91,7 +91,13 @@ class Chunks:
 
 
 def compute(chunk):
-    """Compute a chunk, in this process or in another: Done; raises SceneError if this worker has other versions."""
+    """Compute the rows of a chunk, in this process or in a worker: `Done`.
+
+    Raises
+    ------
+    SceneError
+        This process has other versions of the program or its libraries than the sweep, so that digits would differ.
+    """
     begin = time.perf_counter()
     _freeze()
     _check_versions(chunk.versions)
@@ -99,7 +105,7 @@ def compute(chunk):
     columns = [column_named(study, name) for name in chunk.columns]
     headers = [column.header for column in columns if column.name != "status"]
     tables, errors_of_scenes = tables_of(study, chunk.cases)
-    keys = {}
+    keys = {}  # case -> hash of its scene, by which a later run recognises the row
     for table in tables:
         keys.update(zip(table.cases.tolist(), keys_of(table, study.find), strict=True))
     evaluate = partial(evaluate_found, study) if study.find else evaluate_tables

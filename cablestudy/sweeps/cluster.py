@@ -15,7 +15,9 @@ SAME_VERSIONS = "the scheduler and its workers need the same cablestudy, Python 
 
 
 def compute_on_cluster(chunks, address, notify=None):
-    """Compute chunks on the workers of a dask scheduler, those of a lost worker on another: yields Done, in any order.
+    """Compute the chunks of a sweep on the workers of a dask scheduler: yields `Done`, in any order.
+
+    Chunks of a worker that is lost are computed by another one.
 
     Parameters
     ----------
@@ -67,7 +69,10 @@ def _executor(client):
 
 @contextmanager
 def _client(address):
-    """A connection to the scheduler; its log is silenced, since errors are reported in one line."""
+    """Connect to the dask scheduler at an address, for a `with` block: yields the dask `Client`.
+
+    Meanwhile the log of dask is silenced, since errors are reported in one line. SceneError if there is no connection.
+    """
     try:
         from distributed import Client
     except ImportError:
@@ -77,14 +82,14 @@ def _client(address):
         raise SceneError(f"--scheduler {address}: expected tcp://host:port, or a scheduler file FILE.json")
     disabled = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
-    with ExitStack() as at_end:
-        at_end.callback(logging.disable, disabled)
+    with ExitStack() as cleanup:
+        cleanup.callback(logging.disable, disabled)
         try:
             client = Client(scheduler, timeout=TIMEOUT, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
             reason = " ".join(str(error).split()) or type(error).__name__
             raise SceneError(f"--scheduler {address}: no scheduler answers there ({reason:.120})") from None
-        at_end.callback(client.close, timeout=TIMEOUT)
+        cleanup.callback(client.close, timeout=TIMEOUT)
         yield client
 
 

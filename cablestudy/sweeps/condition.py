@@ -59,7 +59,7 @@ def _refuse(column, message):
 
 
 class _Translator:
-    """Syntax tree of a condition -> function of a pandas.DataFrame."""
+    """Translator of the syntax tree of a condition to a function of a pandas.DataFrame."""
 
     def __init__(self, tokens, study):
         self.tokens, self.study = tokens, study
@@ -143,10 +143,16 @@ class _Translator:
         return chain(getters, tests)
 
     def operands(self, tokens, may_be_text):
-        """List of the operands of tokens: each a Variable, a number (Decimal, unit), or a text.
+        """Read the operands of one comparison: list, each a `Variable`, a number (Decimal, unit), or a text.
 
-        A word that is neither a column nor a key is text where it is compared with what may hold text, and
-        `may_be_text` says that the signs of the comparison allow it.
+        A word that is neither a column nor a varied key is a text if a column or key of the comparison may hold text.
+
+        Parameters
+        ----------
+        tokens : list of Token
+            The operands as written.
+        may_be_text : bool
+            Whether the operators, == or !=, allow texts.
         """
         operands, unknown = [], []
         for token in tokens:

@@ -42,10 +42,15 @@ class Database:
         self._connect()
 
     def _connect(self):
-        """Open the file alone.
+        """Open the database file with a lock that excludes all other processes; try again for a while if one has it.
 
-        Two processes that open it at once can each hold what the other waits for. Each attempt that fails therefore
-        gives back all locks, and a random pause lets one of the processes succeed.
+        Two processes that open the file at once can each hold a lock that the other waits for. Each attempt that fails
+        therefore gives back all locks, and a random pause lets one of the processes succeed.
+
+        Raises
+        ------
+        SceneError
+            Another process keeps the lock, or the file cannot be written. A damaged file is opened.
         """
         if self.path:
             _check_beginning(self.path)
@@ -79,7 +84,10 @@ class Database:
         self.execute("SELECT count(*) FROM sqlite_master")
 
     def empty(self):
-        """Remove all tables, and the file itself where it is damaged: only then is the lock given back meanwhile."""
+        """Make the database empty, whatever is in it: remove all tables, or the file itself if it is damaged.
+
+        Only where the file is removed is its lock given back for a moment.
+        """
         try:
             tables = [name for (name,) in self.execute("SELECT name FROM sqlite_master WHERE type = 'table'")]
             with self._connection:

@@ -25,9 +25,15 @@ class WorkerDeathError(Exception):
 
 
 def compute_here(chunks, jobs=None):
-    """Compute Chunks on this machine: yields Done, in any order.
+    """Compute the chunks of a sweep on this machine, in this process or in several: yields `Done`, in any order.
 
-    `jobs` are processes, at most PER_CORE for each core; by default one for each, if the work is worth their start.
+    The first chunks are computed in this process, which shows how long the work will take.
+
+    Parameters
+    ----------
+    chunks : Chunks
+    jobs : int, optional
+        Number of processes, at most PER_CORE for each core; by default one for each core, if the work is long enough.
 
     Raises
     ------
@@ -35,7 +41,7 @@ def compute_here(chunks, jobs=None):
         Worker processes end by themselves.
     """
     seconds = 0.0
-    for done in submit_all(chunks, SerialExecutor()):  # here, at first
+    for done in submit_all(chunks, SerialExecutor()):
         yield done
         seconds += done.seconds
         if jobs != 1 and (jobs or seconds > TRIAL):
@@ -52,7 +58,9 @@ def compute_here(chunks, jobs=None):
 
 
 def retry(chunks, open_executor, workers):
-    """Compute all chunks, those of workers that died again: yields Done.
+    """Compute all chunks of a sweep by workers that may die, for example for lack of memory: yields `Done`.
+
+    The chunk of a worker that died is computed again, in a new executor.
 
     Parameters
     ----------
@@ -60,7 +68,12 @@ def retry(chunks, open_executor, workers):
     open_executor : callable
         Context manager of an executor; called again after the death of a worker.
     workers : callable
-        How many workers there are now.
+        Returns the present number of workers.
+
+    Raises
+    ------
+    NoSolutionError
+        MAX_DEATHS workers died with no result between them.
     """
     deaths = 0
     while chunks.left:
@@ -77,9 +90,16 @@ def retry(chunks, open_executor, workers):
 
 
 def submit_all(chunks, executor, workers=lambda: 1):
-    """Submit all chunks to an executor, a few ahead of its workers: yields Done, in any order.
+    """Submit all chunks of a sweep to an executor, a few ahead of its workers: yields `Done`, in any order.
 
-    Chunks that are not done are put back if the loop is left early. Parameters as of `retry`.
+    If the caller leaves the loop early, the chunks that are not done are put back, for another executor.
+
+    Parameters
+    ----------
+    chunks : Chunks
+    executor : concurrent.futures.Executor
+    workers : callable
+        Returns the present number of workers.
     """
     chunk_of_future = {}
     try:

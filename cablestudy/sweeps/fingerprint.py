@@ -37,18 +37,18 @@ def digest(identity):
 
 
 def origin(command, identity, started, **entries):
-    """Record of the run that computed numbers: dict of plain values.
+    """Record of where numbers come from: command, fingerprint, time, versions and platform; dict of plain values.
 
     Parameters
     ----------
     command : str
-        As typed.
+        The command as typed.
     identity : dict
-        What the numbers depend on.
+        All that the numbers depend on, see `identity`.
     started : datetime
-        Start of the run; of a resumed run, that of its last part.
+        Start of the run; start of the last part of a run that was resumed.
     **entries
-        Further ones.
+        Further entries of the record.
     """
     return {
         "command": command,

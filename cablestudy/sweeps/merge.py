@@ -22,12 +22,13 @@ class MergedRun(Run):
         self._words = words
 
     def _open(self):
-        """The rows of all shards in one store.
+        """Join the rows that all shards of the study have stored: `RowStore` of the whole study.
 
         Raises
         ------
         SceneError
-            No shards, shards of another study or version, or rows that are missing: which, and how to get them.
+            There are no shards; shards are of another study or version; or rows are missing: the message says which,
+            and how to compute them.
         """
         shards = self.files.shards()
         if not shards:

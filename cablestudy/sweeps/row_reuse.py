@@ -11,20 +11,21 @@ CLOSED_FORM = ("scene", "statics", "stiffness")
 
 
 def usable(old, new):
-    """Columns whose stored values are those that the new run would compute; none if rows are to be computed as a whole.
+    """Columns whose stored values a run with other columns can use again, since it would compute the same digits.
 
-    The model of the motion is refined until all columns that need it are accurate: their values belong together. What a
-    row says about its own computation (dof, error estimate) belongs to all of its columns.
+    Closed forms do not depend on the other columns. The model of the motion is refined until all columns that need it
+    are accurate, so their values are used again only all together. A column on the computation itself (dof, error
+    estimate) depends on all columns of the row: with one, nothing is used again.
 
     Parameters
     ----------
     old, new : sequence of str
-        Headers.
+        Headers of the columns that are stored, and of those that the run is to have.
 
     Returns
     -------
     frozenset of str
-        Without `status`.
+        Headers, without `status`; empty if whole rows must be computed.
     """
     stored, asked = ({name: find_header(name).needs for name in names if name != "status"} for names in (old, new))
     if stored == asked:

@@ -34,7 +34,7 @@ class LazyRows(Sequence):
 
 
 class Rows(LazyRows):
-    """The rows of a study's table; `reference` is from `prepare`, the store has all of the cases (from 0)."""
+    """The rows of a study's table, read from a store; `reference` is from `prepare`, `cases` are numbers from 0."""
 
     def __init__(self, study, columns, reference, store, cases):
         super().__init__(cases, lambda case: self._row(store.row(case)))
@@ -62,7 +62,10 @@ class Rows(LazyRows):
             yield {name: errors[name] for name, cell in cells if cell is not None and errors.get(name) is not None}
 
     def frame(self):
-        """The rows as a pandas.DataFrame: numbers as floats, other values as text."""
+        """All rows as a pandas.DataFrame: computed columns, status, varied keys, then printed values.
+
+        Numbers are floats, NaN in empty cells; other values are text.
+        """
         import pandas
 
         stored = list(self._store.read_texts(self._cases))
@@ -71,6 +74,7 @@ class Rows(LazyRows):
         if self._texts:
             frame = frame.astype(dict.fromkeys(frame.columns.difference(self._texts), float))
         frame["status"] = [status for status, _ in stored]
+        # a study is a grid: each of its entries takes its steps, and each case is one combination of steps
         steps_of_entries = np.unravel_index(self._cases, [len(entry) for entry in self._study.entries] or [1])
         for entry, steps in zip(self._study.entries, steps_of_entries, strict=False):
             unique_steps, inverse = np.unique(steps, return_inverse=True)  # a cell is made once for each step
@@ -95,7 +99,11 @@ class Rows(LazyRows):
         return self._copied_lines(set(varied)) if others == stored and in_order and not self._texts else None
 
     def _copied_lines(self, varied_headers):
-        """Yield the lines of the CSV with the varied keys of these headers, see `csv_lines`."""
+        """Yield the lines of the CSV file: cells of varied keys, of these headers, then the stored numbers as text.
+
+        Stored rows are JSON lists of numbers, with the text of a CSV line but for brackets and `null`: to copy it is
+        much faster than to read and to write the numbers.
+        """
         columns_of_entries = []  # of each entry: (VariedKey, its values) of the keys shown
         for entry in self._study.entries:
             columns = [(self._varied[key], values) for key, values, _ in entry.columns]

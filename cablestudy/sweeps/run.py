@@ -63,7 +63,7 @@ class SweepOptions:
 
 
 class Run:
-    """One run of a study, a context manager.
+    """One run of a study: its stored rows, the computation of those that are missing, its table. A context manager.
 
     Raises
     ------
@@ -109,7 +109,9 @@ class Run:
         return store
 
     def compute(self):
-        """Compute the cases that are missing and store their rows as they are done, whatever ends it.
+        """Compute the rows that are missing, and store each chunk of them as soon as it is done.
+
+        Whatever ends the run, the rows that are done stay stored, and a later run goes on with them.
 
         Raises
         ------
@@ -120,7 +122,7 @@ class Run:
         """
         store, options, done = self.store, self.options, self._reused
         headers = [column.header for column in self.columns]
-        work = [
+        work = [  # cases, and the columns to compute of them: of partial rows only those that are not known
             (store.select(self.cases, MISSING), headers),
             (store.select(self.cases, PARTIAL), [header for header in headers if header not in store.partial]),
         ]

@@ -15,7 +15,7 @@ from cablestudy.sweeps.variable import Variable, variable
 
 @dataclass(frozen=True)
 class Selection:
-    """Which rows of a table are shown, and in which order."""
+    """Selection of the rows of a study's table that are shown, and their order."""
 
     condition: object = None  # DataFrame -> Series of True, False or NA (unknown)
     bare: tuple = ()  # numbers of the condition without a unit, as "14 is 14 m"
@@ -25,13 +25,15 @@ class Selection:
     best: bool = False  # only the first row of that order is shown
 
     def table(self, table):
-        """The rows that are shown, equal ones in their order, those with an empty cell last; and notes: how many they
-        are, and how many have no value of an objective.
+        """Select and sort the rows of a study's table. Equal rows keep their order, rows with an empty cell are last.
+
+        Returns the table with these rows, and notes: how many rows are shown, how many have no value of an objective,
+        and numbers without a unit that may be a mistake.
 
         Raises
         ------
         NoSolutionError
-            `best`, and no row has a number.
+            The best row is asked for, and no row has a number.
         """
         frame, notes = table.rows.frame(), []
         if self.condition is not None:
@@ -83,19 +85,26 @@ def _numbers(key, frame):
 
 
 def read_selection(study, where=None, sort=None, best=None, pareto=None):
-    """The selection that the options ask for, or None. Columns that the study does not have are added to it.
+    """Read the options that select and sort the rows of a study: `Selection`, or None without any option.
+
+    Columns that they name and the study does not have are added to the study.
 
     Parameters
     ----------
     study : StudyFile
-    where, sort, best, pareto : str or None
-        For example `sag < 0.5 and status == ok`; `COLUMN` or `-COLUMN`; `min COLUMN` or `max COLUMN`; several of these,
-        joined by commas.
+    where : str or None
+        Condition, for example `sag < 0.5 and status == ok`.
+    sort : str or None
+        `COLUMN`, or `-COLUMN` for falling numbers.
+    best : str or None
+        `min COLUMN` or `max COLUMN`.
+    pareto : str or None
+        Objectives, each as for `best`, joined by commas.
 
     Raises
     ------
     SceneError
-        Every option that cannot be read.
+        All mistakes in the options.
     """
     if sort is not None and best is not None:
         raise SceneError("--sort and --best exclude each other: --best shows a single row")

@@ -36,21 +36,23 @@ class Indices:
 
 
 def indices(f_a, f_b, f_ab, seed=0):
-    """Sobol's indices from the values of a Saltelli design.
+    """Sobol's indices of one column, from its values at the points of a Saltelli design: `Indices`.
+
+    Estimators and symbols are those at the head of the file.
 
     Parameters
     ----------
     f_a, f_b : array_like, shape (n,)
-        At both samples.
+        Values at the points of two independent samples, A and B.
     f_ab : array_like, shape (keys, n)
-        At the first one with key i taken from the second.
+        Values at the points of A with key i taken from B.
     seed : int
-        Of the bootstrap.
+        Seed of the bootstrap for the intervals.
 
     Returns
     -------
     Indices or None
-        None when the values do not vary.
+        None if the values do not vary.
     """
     values = np.vstack([f_a, f_b, f_ab]).astype(float)
     scale = np.abs(values).max()
@@ -108,14 +110,20 @@ class Sensitivity:
             raise SceneError(Mistake(where, "", "--sensitivity: none of the columns depends on the scene alone"))
 
     def table(self, table):
-        """The table of the indices, from that of all cases, and lines why columns have none.
+        """Compute Sobol's indices of all columns of a study, from the table of the results of all its cases.
 
-        It has one row for each step of the other entries, each column, each sampled key; cells without an index are
-        empty.
+        Returns
+        -------
+        table : Table
+            A row for each setting of the keys that are not sampled, each column, and each sampled key; cells without an
+            index are empty.
+        notes : list of str
+            Reasons why columns have no indices.
         """
         study, sample, frame = self.study, self.study.sample, table.rows.frame()
         cases = np.arange(study.count).reshape([len(entry) for entry in study.entries])
-        # the sample at each step of the other entries: groups of cases, shape (count, pages), see `Sample.coordinate`
+        # cases of the sample at each step of the other entries, shape (steps, count, pages); the pages are sample A,
+        # sample A with one key of B, for each key, and sample B
         groups = np.moveaxis(cases, study.sample_entry, -1).reshape(-1, sample.count, sample.pages)
         unsampled = {varied.key: varied for varied in varied_keys(study) if varied.key not in sample.over}
         rows, notes = [], []

@@ -36,16 +36,16 @@ MAX_LISTED = 5  # rows that are named in a message
 
 
 class RowStore:
-    """The rows of one run; `open_store` makes one, and says what its parameters are.
+    """Store of the rows of one run of a study, in an SQLite database; `open_store` opens it, with the same parameters.
 
     Attributes
     ----------
     identity : dict
-        What the rows that are there depend on, from `fingerprint.identity`.
+        All that the stored rows depend on, from `fingerprint.identity`.
     headers, partial : list of str
         Headers of the cells of a row (the columns but `status`), and of those that are known of partial rows.
     warnings : list of str
-        Lines about what was found damaged.
+        Lines about damage of the file.
     """
 
     def __init__(self, path, identity, count):
@@ -189,15 +189,16 @@ class RowStore:
             self.database.execute_many(INSERT, records)
 
     def replace(self, identity, partial, records):
-        """Put the records of another study in the place of all rows: completely, or not at all.
+        """Replace all rows by those of an edited study: completely, or not at all.
 
         Parameters
         ----------
         identity : dict
+            Identity of the edited study, from `fingerprint.identity`.
         partial : list of str
             Headers of the cells that are known of partial rows.
         records : iterable of tuple
-            From `record.pack`; may be computed from the rows that are there.
+            New rows, from `record.pack`; they may be computed from the stored ones, so that both exist meanwhile.
         """
         with self.database.transaction():
             self.database.execute("CREATE TEMP TABLE new_rows AS SELECT * FROM rows LIMIT 0")
@@ -210,14 +211,15 @@ class RowStore:
         self.load()
 
     def resume(self):
-        """Go on with the rows that the file has, or begin if it has none or cannot be read.
+        """Take over the rows that an earlier run has left in the file, to go on with them; or begin without rows.
 
-        `identity` differs from before if the rows are of the study before it was edited; see `row_reuse`.
+        It begins without rows if the file has none or cannot be read. If the study was edited since, `identity` becomes
+        that of the stored rows, and `row_reuse` takes those that still hold.
 
         Raises
         ------
         SceneError
-            The rows are of another scene or version.
+            The stored rows are of another scene or version.
         """
         try:
             stored = stored_description(self.database)
@@ -238,9 +240,12 @@ class RowStore:
         self.set_finished(False)
 
     def _keep_valid_rows(self, highest):
-        """Check all rows; if something is wrong, begin anew with those that are as they were written.
+        """Check the file for damage, and each stored row by its check sum; if any is damaged, keep only the valid rows.
 
-        `highest`: the largest number that a row may have; None of any.
+        Parameters
+        ----------
+        highest : int or None
+            Largest number that a row may have; None for no limit.
         """
         damaged_rows, damage = [], None
         try:
@@ -251,7 +256,7 @@ class RowStore:
         if not (damage or damaged_rows):
             return
         valid = {}
-        for order in ("ASC", "DESC"):  # from both ends to where it is damaged
+        for order in ("ASC", "DESC"):  # read from both ends, since reading stops where the file is damaged
             with suppress(sqlite3.Error):
                 valid.update((row, stored) for row, stored in self._checked_rows(order, highest) if stored)
         self.begin()
@@ -284,26 +289,26 @@ class RowStore:
 
 
 def open_store(path, identity, count, resume=False, restart=False, reuse=0):
-    """The store of a run: a new one, or the one that is there.
+    """Open the store of the rows of a run, with the rows of an earlier run or without any: `RowStore`.
 
     Parameters
     ----------
     path : str
-        "" for a run that keeps nothing.
+        Its file; "" for a run that keeps nothing.
     identity : dict
-        From `fingerprint.identity`.
+        All that the rows depend on, from `fingerprint.identity`.
     count : int
-        Cases of the study.
+        Number of cases of the study.
     resume, restart : bool
-        Go on with what is there, or begin anew even if it is unfinished.
+        Go on with the stored rows; or begin without rows, even if the earlier run is unfinished.
     reuse : int
-        Go on with what is there, too, if it has so many rows of this study; 0 never does.
+        Go on with the stored rows also if they are exactly so many of this study; 0 for never.
 
     Raises
     ------
     SceneError
-        An unfinished run is there and nothing says what to do with it; its rows are of another scene or version;
-        another process is at work on it; the file is something else.
+        An earlier run is unfinished, and neither `resume` nor `restart` is set; its rows are of another scene or
+        version; another process uses the file; the file is something else.
     """
     store = RowStore(path, identity, count)
     try:
@@ -351,19 +356,20 @@ def _check_finished(database):
 
 
 def stored_description(database):
-    """Description of what the rows of a database depend on.
+    """Read from a database what its rows depend on, to decide whether a run can use them.
 
     Returns
     -------
     tuple of (dict, list of str), or None
-        Their identity, and the columns that are known of partial rows; None for a database without tables.
+        Identity of the study (`fingerprint.identity`), and headers of the cells that are known of partial rows; None
+        for a database without tables.
 
     Raises
     ------
     SceneError
-        It is not as it was written, or of another version.
+        The description was changed since it was written, or is of another version.
     sqlite3.Error
-        It cannot be read.
+        The database cannot be read.
     """
     if _is_empty(database):
         return None

@@ -55,18 +55,18 @@ class PlainRows(list):
 
 @contextmanager
 def stored_table(study, files, again):
-    """Table from what is stored of a study: all its rows as computed, else its CSV, else the rows that are done.
+    """Open the stored results of a study without computing anything, for a `with` block: yields `Stored`.
+
+    They are taken from the database of its rows if that is complete, else from its CSV file, else from the database
+    with the rows that are done so far.
 
     Parameters
     ----------
     study : StudyFile
     files : TableFiles
+        Paths of the stored files.
     again : str
         The command that computes the study, for hints.
-
-    Yields
-    ------
-    Stored
 
     Raises
     ------
@@ -109,9 +109,17 @@ def has_all_rows(path, current, count):
 
 
 def _open_rows(study, path, current, problems):
-    """The store of the rows that belong to a study, and a list of notes on their age; None and [] where there is none.
+    """Open the database of a study's rows, if there is one that belongs to the study as it is now.
 
-    `current` is the `fingerprint.identity` of the study; lines why there is none are added to the list `problems`.
+    `current` is the study as it is now, from `fingerprint.identity`. Reasons why the rows cannot be used are appended
+    to the list `problems`.
+
+    Returns
+    -------
+    store : RowStore or None
+        Must be closed; None without such rows.
+    notes : list of str
+        Versions with which the rows were computed, where these differ, and damage.
     """
     if not os.path.exists(path):
         return None, []
@@ -148,7 +156,10 @@ def _age(path, stored, current):
 
 
 def _stored_csv(study, fields, files, current, problems):
-    """The `Stored` of the CSV of a study, None where there is none that belongs to it; parameters as `_open_rows`."""
+    """Read the CSV file of a study, if there is one that belongs to the study as it is now: `Stored`, or None.
+
+    `fields` are the fields of the study's table, `files` its `TableFiles`; `current` and `problems` as of `_open_rows`.
+    """
     if not os.path.isfile(files.csv):
         return None
     stored_names, stored_rows = stream_csv(files.csv)
@@ -171,7 +182,11 @@ def _stored_csv(study, fields, files, current, problems):
 
 
 def _read_rows(study, path, stored_rows, rows):
-    """Read the rows of a CSV, from `stream_csv`, into `rows`: list of lines why they are not those of the study."""
+    """Read the rows of a stored CSV file, and check that they are those of the study as it is now.
+
+    `stored_rows` are from `stream_csv`: number of a line, and name -> text of its cells. Rows with cells as numbers or
+    text are appended to the `PlainRows` `rows`. Returns reasons why the rows are not those of the study, a list of str.
+    """
     varied_by_key = {varied.key: varied for varied in varied_keys(study)}
     count, lines = 0, []
     for count, (line, texts) in enumerate(stored_rows, 1):
@@ -180,8 +195,8 @@ def _read_rows(study, path, stored_rows, rows):
         cells_of_varied = varied_cells(varied_by_key, study.overrides(count - 1))
         for name, cell in cells_of_varied.items():
             if texts.get(name, exact(cell)) != exact(cell):
-                now = f"stored {shorten(texts[name], LONGEST_CELL)}, now {exact(cell)}"
-                return [f"{path}: row {count}, {name}: {now}"]
+                difference = f"stored {shorten(texts[name], LONGEST_CELL)}, now {exact(cell)}"
+                return [f"{path}: row {count}, {name}: {difference}"]
         computed = [name for name in rows.names if name in texts and name not in cells_of_varied]
         row = {name: _cell(texts[name], name in TEXTS) for name in computed}
         for name in computed:

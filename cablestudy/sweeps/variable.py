@@ -18,7 +18,7 @@ OF_REFERENCE = re.compile("_(printed|difference)(_|$)")  # in a name: see `prepa
 
 @dataclass(frozen=True)
 class Variable:
-    """A column or a varied key, as an operand."""
+    """A column or a varied key of a study, as an operand of a condition, or as the quantity that rows are sorted by."""
 
     name: str  # of its cells in a frame
     unit: str | None  # of its numbers; None for a varied key that is no quantity
@@ -26,17 +26,17 @@ class Variable:
     is_varied: bool = False  # numbers, or text
 
     def getter(self, unit=None):
-        """Function of a frame, from `rows.Rows.frame`, that returns its cells.
+        """Function that takes the cells of this variable from the frame of a study's rows, in a unit.
 
         Parameters
         ----------
         unit : str or None
-            Of the numbers returned; None for its own.
+            Unit of the numbers; None for the variable's own.
 
         Returns
         -------
         callable
-            DataFrame -> Series of Float64, or of objects where some of them are text.
+            pandas.DataFrame, see `rows.Rows.frame` -> Series of Float64, or of objects where some cells are text.
 
         Raises
         ------
@@ -66,12 +66,20 @@ def _number_or_text(cell, unit):
 
 
 def variable(name, study, option):
-    """The Variable of a name; a column that the study does not have is added to it, as `option` asks for it.
+    """Find the column or varied key of a study that an option names: `Variable`.
+
+    Parameters
+    ----------
+    name : str
+        Name of a column, with its unit or without, or a key. A column that the study does not have is added to it.
+    study : StudyFile
+    option : str
+        The option that names it, for messages.
 
     Raises
     ------
     ValueError
-        Neither a column nor a varied key; the message suggests one.
+        There is neither a column nor a varied key of this name; the message suggests one.
     """
     if varied := varied_key(study, name):
         quantity = quantity_of(varied.key)

@@ -19,7 +19,7 @@ STROUHAL = 0.2  # of a round cylinder at Reynolds numbers from 3e2 to 2e5 (Blevi
 
 
 def drag_matrices(tangent, wind_direction):
-    """[a (I - t t^T) + U_n U_n^T/a]/(2 v) along a cable: its drag in turbulence over rho C_d d v.
+    """Matrices [a (I - t t^T) + U_n U_n^T/a]/(2 v) along a cable, from turbulence to the drag that it adds.
 
     Parameters
     ----------
@@ -31,11 +31,11 @@ def drag_matrices(tangent, wind_direction):
     Returns
     -------
     ndarray, shape (..., 3, 3)
-        Force per length = rho C_d d v times this times turbulence. [-]
+        Force per length [N/m] = rho C_d d v times this matrix times the turbulence u' [m/s]. [-]
     """
     normal_wind = wind_direction - tangent * (tangent @ wind_direction)[..., None]  # U_n/v
-    a = np.sqrt((normal_wind**2).sum(axis=-1))[..., None, None]
-    unit = normal_wind / np.where(a > 0, a, 1.0)[..., 0]
+    a = np.sqrt((normal_wind**2).sum(axis=-1))[..., None, None]  # |U_n|/v
+    unit = normal_wind / np.where(a > 0, a, 1.0)[..., 0]  # zero of a cable along the wind
     across = np.eye(3) - tangent[..., :, None] * tangent[..., None, :]
     return a * (across + unit[..., :, None] * unit[..., None, :]) / 2
 
@@ -48,7 +48,7 @@ def body_damping(wind, area, drag_coefficient):
     wind : Wind
         Has speed, air_density and aerodynamic_damping.
     area, drag_coefficient : float
-        [m^2], [-].
+        Of the body across the wind. [m^2], [-]
 
     Returns
     -------

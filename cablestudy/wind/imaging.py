@@ -14,14 +14,15 @@ from cablestudy.wind.tolerances import WIND
 def exposure_weight(frequency, exposure):
     """Share of the variance, at each frequency, that is motion within one exposure: 1 - sinc^2(pi f t).
 
-    It is the variance about the mean of each exposure, averaged over exposures that begin at any time.
+    It is the variance about the mean of each exposure, averaged over exposures that begin at any time: the motion that
+    blurs an image.
 
     Parameters
     ----------
     frequency : ndarray, shape (m,)
-        [Hz]
+        f. [Hz]
     exposure : float
-        [s]
+        Duration t of the exposure. [s]
 
     Returns
     -------
@@ -33,7 +34,7 @@ def exposure_weight(frequency, exposure):
     Martin, Image motion as a measure of seeing quality, PASP 99 (1987) 1360-1370: the mean of an exposure keeps sinc^2.
     """
     phase = pi * exposure * np.asarray(frequency, dtype=float)
-    fast = np.maximum(phase, WIND.series_phase)
+    fast = np.maximum(phase, WIND.series_phase)  # small phases, at which the difference cancels, follow from a series
     square = np.minimum(phase, WIND.series_phase) ** 2
     # 1 - sin^2(x)/x^2 is the sum of (-1)^k 2^(2k - 1) x^(2k - 2)/(2k)! over k from 2
     series, factor = np.zeros_like(square), np.ones_like(square)
@@ -44,9 +45,9 @@ def exposure_weight(frequency, exposure):
 
 
 def correction_weight(frequency, bandwidth, delay):
-    """Share of the variance, at each frequency, that a mirror with an integrating loop leaves: |1/(1 + L)|^2.
+    """Share of the variance, at each frequency, that a correcting mirror leaves: |1/(1 + L)|^2.
 
-    Its loop is L = 2 pi bandwidth/s exp(-s delay).
+    The mirror follows the motion by an integrating loop with a delay, L = (2 pi bandwidth/s) exp(-s delay).
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ TURN = 2 * np.pi
 
 @dataclass(frozen=True)
 class Integrals:
-    """Integrals over frequency of the spectra of outputs in gusts.
+    """Integrals over frequency of the spectra of outputs in gusts, each spectrum times one or several weights.
 
     Attributes
     ----------
@@ -46,47 +46,52 @@ class Integrals:
         return self.gusts.noise(self.panels.frequency)
 
     def variances(self, response, names=None):
-        """Variances of the outputs with their spectra times each weight.
+        """Variances of the outputs of a system in the gusts: integrals of their spectra times each weight.
 
         Motions that nothing damps are left out, see `undamped`.
 
         Parameters
         ----------
         response : Residues or DelayedResponse
-            Of the outputs of a stable system to the inputs of the gusts.
+            Response of the o outputs of a stable system to the inputs of the gusts.
         names : sequence of str, optional
             Names of the w weights, by default all.
 
         Returns
         -------
         ndarray, shape (w, o)
-            Squares of the units of the outputs.
+            In squares of the units of the outputs.
         """
         weights = np.stack([self.weights[name] for name in names or self.weights])
-        sum_over_poles, remainder = response.split(TURN * self.panels.highest)  # no remainder but with a delay
+        # a delay leaves a remainder, smooth over frequency, beside the sum over poles; without delay it is None
+        sum_over_poles, remainder = response.split(TURN * self.panels.highest)
         sum_over_poles = sum_over_poles.take(damped(sum_over_poles, self.least))
         if remainder is None:
             return variances(sum_over_poles, self.panels, self.noise, weights)
         return mixed_variances(sum_over_poles, remainder, self.gusts.matrix_times, self.panels, self.noise, weights)
 
     def undamped(self, response, variance, stiffness):
-        """Pole of the undamped motion that moves each output most, of those motions that the gusts excite.
+        """Find, for each output, the undamped motion that makes its variance infinite: the pole that moves it most.
+
+        Motions that the gusts do not excite are left out: they leave the variance finite. A motion counts as excited
+        if it would have a visible share of the energy with the damping ratio `least`.
 
         Parameters
         ----------
         response : Residues or DelayedResponse
+            As for `variances`.
         variance : ndarray, shape (o,)
-            Variances of its outputs.
+            Variances of the outputs without undamped motions.
         stiffness : ndarray, shape (o,)
             Energy per square of each output, by which outputs are compared; 0 for one that does not matter.
 
         Returns
         -------
         ndarray, complex, shape (o,)
-            0 for an output that no such motion moves. [rad/s]
+            Pole [rad/s]; 0 for an output that no excited undamped motion moves.
         """
-        modal, _ = response.split(TURN * self.panels.highest)
-        undamped = modal.take(~damped(modal, self.least) & (modal.poles != 0))
+        sum_over_poles, _ = response.split(TURN * self.panels.highest)
+        undamped = sum_over_poles.take(~damped(sum_over_poles, self.least) & (sum_over_poles.poles != 0))
         if not len(undamped.poles):
             return np.zeros(len(variance), dtype=complex)
         omega, inputs = np.abs(undamped.poles), undamped.inputs

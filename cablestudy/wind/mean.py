@@ -106,7 +106,10 @@ def _where_case(mask, values, others):
 
 
 def equilibrium_in_wind(without_wind, drag):
-    """Equilibrium in the mean wind, with the unstretched lengths of the equilibrium without wind.
+    """Find the equilibrium in the mean wind, with the unstretched lengths of the equilibrium without wind.
+
+    The forces of the wind are computed at one equilibrium, the next equilibrium is found under them, and so on until
+    forces and attitude agree.
 
     Parameters
     ----------
@@ -122,9 +125,9 @@ def equilibrium_in_wind(without_wind, drag):
 
     Notes
     -----
-    Forces and attitude agree where a new equilibrium has its cable ends where the last one had them, but for the
-    rounding of places; or where they come no closer, and are within what rounding leaves of the places
-    (`uncertainty.uncertainty_of`). Where the wind has a profile the loads of the cables have to be settled too.
+    A case has ended where the ends of cables move no more but by rounding (`agreed`), or where they come no closer and
+    move by less than the uncertainty that rounding leaves of them (`rounded`, see `uncertainty.uncertainty_of`). Where
+    the wind has a profile the loads of the cables have to be settled too.
     """
     lengths = np.asarray(without_wind.lengths)
     suspension = replace(
@@ -149,7 +152,7 @@ def equilibrium_in_wind(without_wind, drag):
         agreed = (change <= rounding) & settled
         rounded = settled & ~(change <= rounding) & (change >= WIND.mean_wind_progress * least_change)
         least_change = np.minimum(least_change, change)
-        if (rounded & ~ended).any():
+        if (rounded & ~ended).any():  # else the costly uncertainty is not needed
             rounded &= change <= _end_uncertainty(equilibrium)
         failed = ~np.asarray(equilibrium.record.converged)
         new_reason = np.where(rounded & ~failed, ROUNDED, equilibrium.record.reason)

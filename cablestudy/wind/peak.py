@@ -6,14 +6,16 @@ LEAST_CROSSINGS = np.e  # of fewer the factor of the formula grows again
 
 
 def peak_factor(rate, duration):
-    """Expected largest value of a stationary Gaussian process of zero mean within some time, over its RMS.
+    """Davenport's peak factor: expected largest value within some time, over the RMS, of a random motion.
+
+    The motion is a stationary Gaussian process of zero mean.
 
     Parameters
     ----------
     rate : float or ndarray
         Expected up-crossings of zero per time, RMS velocity/(2 pi RMS displacement). [Hz]
     duration : float or ndarray
-        [s]
+        The time. [s]
 
     Returns
     -------

@@ -21,14 +21,14 @@ SPECTRA = {
 
 
 def speed_spectrum(frequency, speed, rms, length_scale, kind="von_karman"):
-    """Spectrum of the longitudinal turbulence, shape (n,). [m^2/s^2/Hz]
+    """One-sided spectrum S(f) of the longitudinal turbulence of the wind, shape (n,). [m^2/s^2/Hz]
 
     Parameters
     ----------
     frequency : ndarray, shape (n,)
         > 0. [Hz]
     speed, rms, length_scale : float
-        Mean speed [m/s], RMS of its fluctuation [m/s], integral scale [m].
+        Mean speed v [m/s], RMS sigma of its fluctuation [m/s], integral length scale L [m].
     kind : str
         One of `SPECTRA`.
 
@@ -43,14 +43,16 @@ def speed_spectrum(frequency, speed, rms, length_scale, kind="von_karman"):
 
 
 def admittance(frequency, speed, area, kind="vickery"):
-    """Aerodynamic admittance: the part of the spectrum that acts on a whole body at once, shape (n,). [-]
+    """Aerodynamic admittance: share of the spectrum of the wind that acts on a whole body at once, shape (n,). [-]
+
+    Small fast gusts do not cover a large body: the factor falls from 1 to 0 with frequency.
 
     Parameters
     ----------
     frequency : ndarray, shape (n,)
-        [Hz]
+        f. [Hz]
     speed, area : float
-        [m/s], [m^2].
+        Mean speed v of the wind [m/s], area A of the body across it [m^2].
     kind : {"vickery", "vickery_squared", "none"}
 
     Notes

@@ -56,14 +56,16 @@ def with_turns(edges, delay):
 
 
 def smooth_on(edges, functions):
-    """Edges of panels on which functions are resolved by polynomials: panels are halved until they are.
+    """Halve panels until Gauss's rule on each resolves all of some smooth functions: edges, ascending. [Hz]
+
+    A function is resolved on a panel where its two highest Legendre coefficients are next to nothing.
 
     Parameters
     ----------
     edges : ndarray
-        Ascending. [Hz]
+        Edges of panels to begin with, ascending. [Hz]
     functions : sequence of callable
-        Frequencies [Hz] -> values, both of one shape (n,).
+        Frequencies, shape (n,) [Hz] -> values, shape (n,).
     """
     resolved_edges = [edges[-1:]]
     low, high = edges[:-1], edges[1:]
@@ -147,32 +149,35 @@ def _legendre_q(z):
 
 
 def variances(residues, panels, noise, weights):
-    """Variances of the outputs y of a system driven by noise, their spectra multiplied by each of some weights.
+    """Variances of the outputs of a system driven by noise: integrals of their spectra times each of some weights.
 
     Parameters
     ----------
     residues : Residues
-        Of a stable system; of complex poles both of each pair.
+        Response of a stable system of o outputs; of complex poles both of each pair.
     panels : Panels
     noise : Noise
-        The inputs.
+        Spectral matrix of the inputs.
     weights : ndarray, shape (w, n)
-        w functions of frequency, at the panels, by which the spectra are multiplied.
+        w functions of frequency, at the n points of the panels.
 
     Returns
     -------
     ndarray, shape (w, o)
+        0 where no more than rounding is left of the sum over the poles.
     """
     upper = (residues.poles.imag >= 0) | residues.one_sided
     poles, inputs, outputs = residues.poles[upper], residues.inputs[upper], residues.outputs[:, upper]
-    if not residues.one_sided:
+    if not residues.one_sided:  # the real part of a pair of poles is twice that of one
         outputs = outputs * np.where(poles.imag > 0, 2.0, 1.0)
+    # integrals of r_a b_a S and of S
     by_pole, spectra = _spectral_integrals(inputs, panels, noise, weights, panels.resolvents(poles, residues.one_sided))
+    # Lyapunov's equation of the module's docstring
     pole_sums = poles[:, None] + residues.poles.conj()  # l_a + conj(l_b)
     covariance = by_pole @ residues.inputs.conj().T / -pole_sums  # X is this plus its conjugate transpose
-    with_outputs = covariance @ residues.outputs.conj().T + by_pole @ residues.direct.conj().T
+    pole_output_covariance = covariance @ residues.outputs.conj().T + by_pole @ residues.direct.conj().T
     by_direct = ((residues.direct @ spectra) * residues.direct.conj()).sum(axis=-1).real
-    variance = (outputs.T * with_outputs).sum(axis=1).real + by_direct
+    variance = (outputs.T * pole_output_covariance).sum(axis=1).real + by_direct
     # by Schwarz's inequality no sum over the poles is larger than that of the sizes of its terms
     pole_variances = np.maximum(2 * covariance[:, np.arange(len(poles)), np.flatnonzero(upper)].real, 0.0)
     largest = (np.sqrt(pole_variances) @ np.abs(outputs.T)) ** 2
@@ -180,16 +185,16 @@ def variances(residues, panels, noise, weights):
 
 
 def mixed_variances(residues, smooth, noise_times, panels, noise, weights):
-    """Variances of the outputs of a system whose response is that of a few poles and one that is smooth over frequency.
+    """Variances of the outputs of a system whose response is a sum over poles P and a smooth function of frequency G.
 
     Parameters
     ----------
     residues : Residues
-        The poles, stable, without a direct part; of complex ones both of each pair.
+        P: stable poles, without a direct part; of complex ones both of each pair.
     smooth : callable
-        The smooth response: s = i w, shape (f,) [rad/s] -> complex, shape (f, o, i).
+        G: s = i w, shape (f,) [rad/s] -> complex, shape (f, o, i).
     noise_times : callable
-        Frequencies, shape (f,) [Hz], and columns, complex, shape (f, i, o) -> S times the columns.
+        Frequencies, shape (f,) [Hz], and columns, complex, shape (f, i, o) -> spectral matrix S times the columns.
     panels, noise, weights
         As for `variances`.
 
@@ -199,7 +204,8 @@ def mixed_variances(residues, smooth, noise_times, panels, noise, weights):
 
     Notes
     -----
-    With the poles' response P and the smooth one G: P S P* + 2 Re P S G* + G S G*.
+    The spectra are the diagonal of P S P* + 2 Re P S G* + G S G*: the first term is integrated by `variances`, the
+    others by quadrature, in batches of frequencies.
     """
     variance, s = variances(residues, panels, noise, weights), 2j * np.pi * panels.frequency
     fractions = panels.weights_for(residues.poles).T / (s[:, None] - residues.poles)
@@ -214,18 +220,19 @@ def mixed_variances(residues, smooth, noise_times, panels, noise, weights):
 
 
 def _spectral_integrals(inputs, panels, noise, weights, resolvents):
-    """Integrals of r_a b_a S, shape (w, N, i), and of S, shape (w, i, i), for each of the w weights.
+    """Integrals of the noise for `variances`: of r_a b_a S, shape (w, N, i), and of S, shape (w, i, i).
 
-    `inputs` are the b_a of N poles, shape (N, i), and `resolvents` their r_a times the weights of the panels, (N, n).
+    They are integrals over frequency, times each of w weights, with the symbols of the module's docstring: `inputs` are
+    the b_a of N poles, shape (N, i), `resolvents` the r_a times the weights of the quadrature, shape (N, n).
     """
     poles, size = inputs.shape
     real_resolvents = np.concatenate([resolvents.real, resolvents.imag])
     by_pole = np.zeros((len(weights), poles, size), dtype=complex)
     spectra = np.zeros((len(weights), size, size))
-    for row, functions in zip(noise.groups, noise.functions, strict=True):
-        real_inputs = np.concatenate([inputs[:, row].real, inputs[:, row].imag])
-        for column, function in zip(noise.groups, functions, strict=True):
-            matrices = noise.matrices[:, row, column]
+    for row_group, functions in zip(noise.groups, noise.functions, strict=True):
+        real_inputs = np.concatenate([inputs[:, row_group].real, inputs[:, row_group].imag])
+        for column_group, function in zip(noise.groups, functions, strict=True):
+            matrices = noise.matrices[:, row_group, column_group]
             b_s = np.tensordot(real_inputs, matrices, axes=(1, 1)).reshape(2, poles, *matrices.shape[::2])
             weighted = weights[:, None] * function
             integrals = real_resolvents @ weighted.reshape(-1, len(panels.weights)).T
@@ -233,6 +240,6 @@ def _spectral_integrals(inputs, panels, noise, weights, resolvents):
             # (a + i b)(c + i d), matrix products of real numbers for each pole
             straight, crossed = integrals @ b_s, integrals @ b_s[::-1]
             product = straight[0] - straight[1] + 1j * (crossed[0] + crossed[1])
-            by_pole[..., column] += np.swapaxes(product, 0, 1)
-            spectra[:, row, column] += np.tensordot(weighted @ panels.weights, matrices, axes=1)
+            by_pole[..., column_group] += np.swapaxes(product, 0, 1)
+            spectra[:, row_group, column_group] += np.tensordot(weighted @ panels.weights, matrices, axes=1)
     return by_pole, spectra

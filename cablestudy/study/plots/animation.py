@@ -20,26 +20,29 @@ PAGE = """<!DOCTYPE html>
 
 @styled
 def save_animation(draw, path):
-    """Write a period of all modes as a .gif, or as a page of .html that needs nothing else, whole or not at all.
+    """Write one period of the vibration of modes as a moving picture: a .gif, or an .html page that contains it.
+
+    The file is written completely or not at all.
 
     Parameters
     ----------
     draw : callable
-        Displacement over the largest one, from -1 to 1 -> matplotlib.figure.Figure.
+        Displacement over the amplitude, from -1 to 1 -> matplotlib.figure.Figure of all modes.
     path : str
+        File name, whose ending is one of ENDINGS.
     """
     from PIL import Image  # which matplotlib has with it
 
-    shares = np.round(np.cos(2 * np.pi * np.arange(FRAMES) / FRAMES), 9).tolist()
-    pictures = {}
-    for share in shares:
-        if share not in pictures:
+    displacements = np.round(np.cos(2 * np.pi * np.arange(FRAMES) / FRAMES), 9).tolist()
+    pictures = {}  # displacement -> picture, which occurs on the way there and on the way back
+    for displacement in displacements:
+        if displacement not in pictures:
             data = io.BytesIO()
-            draw(share).savefig(data, format="png", dpi=RESOLUTION)
-            pictures[share] = Image.open(data).convert("RGB").quantize(64, dither=Image.Dither.NONE)
-    first, *others = (pictures[share] for share in shares)
+            draw(displacement).savefig(data, format="png", dpi=RESOLUTION)
+            pictures[displacement] = Image.open(data).convert("RGB").quantize(64, dither=Image.Dither.NONE)
+    first, *others = (pictures[displacement] for displacement in displacements)
     data = io.BytesIO()
     first.save(data, format="GIF", save_all=True, append_images=others, duration=PAUSE, loop=0)
-    page = os.path.splitext(path)[1].lower() == ".html"
-    whole = PAGE.format(base64.b64encode(data.getvalue()).decode()).encode() if page else data.getvalue()
-    write_whole(path, whole)
+    is_page = os.path.splitext(path)[1].lower() == ".html"
+    contents = PAGE.format(base64.b64encode(data.getvalue()).decode()).encode() if is_page else data.getvalue()
+    write_whole(path, contents)

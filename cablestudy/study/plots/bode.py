@@ -11,18 +11,18 @@ from cablestudy.study.plots.words import axis_label
 
 @styled
 def bode(curves, frequency, *numbers, title="frequency responses"):
-    """Figure with magnitude and phase of each curve against frequency.
+    """Figure of frequency responses: a panel of their magnitudes against frequency, and below it one of their phases.
 
     Parameters
     ----------
     curves : list of Curve
-        All with the same unit.
+        Names and unit of the responses; all have one unit.
     frequency : ndarray, shape (m,)
-        [Hz]
+        Ascending. [Hz]
     numbers : ndarray, shape (m,)
-        Magnitude [unit] and phase [deg] of each curve.
+        Magnitude [unit] and phase [deg] of the first curve, then of the second, and so on.
     title : str
-        Of several curves.
+        Title of a figure of several curves; one curve has its label as the title.
     """
     figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
     magnitude, phase = panels(figure, 2, 1, height_ratios=(3, 2))
@@ -34,7 +34,7 @@ def bode(curves, frequency, *numbers, title="frequency responses"):
     phase.set_ylabel("phase [deg]")
     phase.set_xlabel("frequency [Hz]")
     low, high = phase.get_ylim()
-    if high - low < 2000:
+    if high - low < 2000:  # else ticks at multiples of 180 degrees would be too dense
         phase.yaxis.set_major_locator(MultipleLocator(90 if high - low < 800 else 180))
     magnitude.set_xlim(frequency[0], frequency[-1])
     if len(curves) > 1:

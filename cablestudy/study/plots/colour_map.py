@@ -30,21 +30,22 @@ EMPTY = "#f0f0f0"  # cells without a value
 
 
 def colour_map(study, every, rows):
-    """Figure of `plot.color` as colour over `plot.x` and each of `plot.y`; one panel for each series of the study.
+    """Figure of one column of a study as colour (`plot.color`) over two others, `plot.x` and each of `plot.y`.
 
-    Where each place of the grid of two varied keys has one row it is a heat map, with the numbers in the cells where
-    there are few, else with lines of equal values; a grey cell has no answer.
+    There is a panel for each y and each series of rows. If x and y are two varied keys with one row for each pair of
+    their values, it is a heat map: with the numbers in the cells where there are few, else with lines of equal values;
+    a grey cell has no answer. Otherwise each row is a coloured point.
 
     Parameters
     ----------
     study : StudyFile
     every, rows : list of dict
-        The rows of its table, and those with an answer.
+        All rows of the study's table, and those with an answer.
     """
     plot = study.plot
     x, colour = quantity_named(study, plot.x, every), quantity_named(study, plot.color, every)
     along_y = [quantity_named(study, name, every) for name in plot.y]
-    drawn = [(y, series) for y in along_y for series in series_of(study, every, rows, x, y, colour)[0]]
+    drawn = [(y, series) for y in along_y for series in series_of(study, every, rows, x, y, colour)[0]]  # of panels
     mappable = _colours(colour, rows)
     alone, count = len(drawn) == 1, min(len(drawn), PANELS)
     side = 1 if alone else 2
@@ -103,14 +104,21 @@ def _axis(axes, which, quantity, values, logarithmic, room):
 
 
 def _heat(axes, sides, points, mappable, numbered, contoured):
-    """Draw a heat map of cells about the values of x and y in `sides`, of the points x, y and colour.
+    """Draw a heat map: a grid of coloured cells, one about each pair of values of x and y.
 
-    Few cells have their numbers where asked for (`numbered`), many lines of equal values (`contoured`).
+    Parameters
+    ----------
+    sides : (ndarray, ndarray)
+        Values of x and of y at which there are cells, ascending.
+    points : (ndarray, ndarray, ndarray)
+        x, y and colour of each row, shape (n,); pairs of x and y without a row are empty cells.
+    numbered, contoured : bool
+        Whether to write the numbers into the cells if they are few, and to draw lines of equal values if they are many.
     """
     x_values, y_values = sides
-    x, y, c = points
+    x, y, colour = points
     cells = np.full((len(y_values), len(x_values)), np.nan)
-    cells[np.searchsorted(y_values, y), np.searchsorted(x_values, x)] = c
+    cells[np.searchsorted(y_values, y), np.searchsorted(x_values, x)] = colour
     edges = [_edges(values, axes, which) for values, which in zip(sides, "xy", strict=True)]
     axes.set_facecolor(EMPTY)
     axes.grid(visible=False)

@@ -20,15 +20,17 @@ HEIGHT = 1.9  # of a panel [in]
 
 
 def deflections(case, abscissa, label):
-    """Panels with the relevant components of the deflection of a cable, non-linear and linear, and their difference.
+    """Panels of the deflection of a cable by its point loads: each component, non-linear and linear; the difference.
+
+    The components are vertical; sideways if loads act out of the cable's plane; horizontal if that is the largest.
 
     Parameters
     ----------
     case : Case or HangingCable
     abscissa : callable
-        Shares of the unstretched length, shape (j,) -> distance or length along x [m].
+        Arc length over the unstretched length, shape (j,) [-] -> position along the horizontal axis of the panel [m].
     label : str
-        Of that.
+        Label of this axis.
 
     Returns
     -------
@@ -36,9 +38,10 @@ def deflections(case, abscissa, label):
         Height of a panel [in], and the function that draws it in a cell of the grid of a figure.
     """
     span, (mesh, *nodal) = case.span, nodal_deflections(case)
-    positions, both = between_nodes(mesh, np.stack(nodal, axis=-1))  # last axis: full, linear
-    level, up = span.cosine * both[:, 0] - span.sine * both[:, 1], span.sine * both[:, 0] + span.cosine * both[:, 1]
-    movement = {"vertical": up, "sideways": both[:, 2], "horizontal": level}
+    positions, deflection = between_nodes(mesh, np.stack(nodal, axis=-1))  # shape (j, 3, 2), last axis: full, linear
+    along, across, sideways = deflection[:, 0], deflection[:, 1], deflection[:, 2]  # of the chord
+    level, up = span.cosine * along - span.sine * across, span.sine * along + span.cosine * across
+    movement = {"vertical": up, "sideways": sideways, "horizontal": level}
     names = ["vertical"] if span.planar else ["vertical", "sideways"]
     # a load along the chord, or across a vertical one, moves the cable more horizontally than vertically
     if np.abs(level).max() > np.abs(up).max():
@@ -55,18 +58,20 @@ def deflections(case, abscissa, label):
 
 
 def between_nodes(mesh, nodal):
-    """Interpolate nodal values within the elements.
+    """Interpolate nodal values within the elements, by their polynomials, to draw smooth curves.
 
     Parameters
     ----------
     mesh : Mesh
     nodal : ndarray, shape (nodes, ...)
+        Values at the nodes.
 
     Returns
     -------
     positions : ndarray, shape (j,)
-        Shares of the unstretched length. [-]
+        Arc lengths over the unstretched length; some 400 points, or the nodes of straight elements. [-]
     values : ndarray, shape (j, ...)
+        Values there.
     """
     element = basis(mesh.order)
     fine = np.linspace(0.0, 1.0, 1 + (1 if mesh.order == 1 else max(8, -(-400 // mesh.elements))))

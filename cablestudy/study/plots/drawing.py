@@ -248,7 +248,13 @@ class Drawing:
 
 
 def drawing_of(case):
-    """`Drawing` of a `Case` or `SuspensionCase` in equilibrium, with the cables that it has lost."""
+    """Collect the positions of all that a picture of a case in equilibrium shows: `Drawing`.
+
+    Parameters
+    ----------
+    case : Case or SuspensionCase
+        One cable is drawn as a suspension of a single cable.
+    """
     scene, equilibrium = kind_of(case.scene).as_suspension(case.scene), case.equilibrium
     suspension = equilibrium.suspension
     body_count, cable_rows = suspension.bodies, suspension.of_cables
@@ -335,15 +341,21 @@ def _lost(case):
 
 
 def upright_plane(drawings):
-    """View of the vertical plane that holds the ends of all cables in all of some drawings, or None.
+    """Side view of the one vertical plane in which all cables end: `View`; None where there is no such plane.
 
-    Distances are from end 1 of the only cable; else along x or y, or in a plane between them from one of the ends.
+    The horizontal axis is the distance from end 1 of the only cable, x, y, or the distance from the first end.
+
+    Parameters
+    ----------
+    drawings : list of Drawing
+        One scene in several load cases.
     """
-    held, first, size = np.concatenate([one.held for one in drawings]), drawings[0], max(one.size for one in drawings)
-    apart = held[:, :2] - held[0, :2]
-    far = apart[np.argmax(np.hypot(*apart.T))]
-    level = direction(far, size)
-    if np.abs(apart @ [-level[1], level[0]]).max() > FLAT * size:
+    first, size = drawings[0], max(drawing.size for drawing in drawings)
+    held = np.concatenate([drawing.held for drawing in drawings])
+    offsets = held[:, :2] - held[0, :2]
+    farthest = offsets[np.argmax(np.hypot(*offsets.T))]
+    level = direction(farthest, size)
+    if np.abs(offsets @ [-level[1], level[0]]).max() > FLAT * size:  # some end is out of the plane
         return None
     if first.single:
         return view_from_end_1(held[0], level, first.ground)
@@ -351,9 +363,9 @@ def upright_plane(drawings):
     if axis is not None:
         return VIEWS[axis]
     level = level * np.sign(level[0])
-    start = held[np.argmin(apart @ level)]
-    near = next((name for name, place in first.anchors if np.allclose(place, start)), "the first end")
-    return _side_view(np.array([*start[:2], 0.0]), level, f"horizontal distance from {near} [m]", "z [m]")
+    start = held[np.argmin(offsets @ level)]
+    start_name = next((name for name, position in first.anchors if np.allclose(position, start)), "the first end")
+    return _side_view(np.array([*start[:2], 0.0]), level, f"horizontal distance from {start_name} [m]", "z [m]")
 
 
 def direction(far, size):
@@ -373,23 +385,23 @@ def _side_view(origin, level, distance, height):
 
 
 def ground_in(view, ground, x):
-    """Distance and level of the ground in a view: two arrays; None where it is not known, or not seen.
+    """Line of the ground in a side view: distances and levels, two arrays [m]; None without ground, or if unseen.
 
     Parameters
     ----------
     view : View
     ground : float, sequence of (float, float) or None
-        As the scene states it.
+        Ground of the scene: its level, or pairs of x and level. [m]
     x : ndarray
-        Distances between which a level is drawn. [m]
+        Distances between which ground of one level is drawn. [m]
     """
     right, up = view.axes.T
-    if ground is None or up[2] != 1:
+    if ground is None or up[2] != 1:  # no view from the side
         return None
     if isinstance(ground, float):
         return np.array([x.min(), x.max()]), np.full(2, ground - view.origin[2])
     along, level = np.array(ground, dtype=float).T
-    if abs(right[0]) < FLAT:
+    if abs(right[0]) < FLAT:  # seen along x, over which the levels are stated
         return None
     distance = (along - view.origin[0]) / right[0]
     order = np.argsort(distance)

@@ -68,13 +68,23 @@ def case_forms(cases):
 
 
 class _Picture:
-    """Panels that show what there is to see of some drawings; of the only one with its deflections in a `case`."""
+    """Figure of the static form of a scene in one load case, or in several, with the panels that show something.
+
+    Parameters
+    ----------
+    drawings : list of Drawing
+        One for each load case.
+    case : Case or SuspensionCase, optional
+        The only load case, for the deflections by its point loads.
+    """
 
     def __init__(self, drawings, case=None):
         self.drawings, self.first, self.alone, self.case = drawings, drawings[0], len(drawings) == 1, case
         self.places, self.plane = np.concatenate([drawing.places for drawing in drawings]), upright_plane(drawings)
         extent = np.ptp(self.places, axis=0)
         self.seen, (least, middle, most) = extent > FLAT * extent.max(), np.sort(extent)
+        # in_space: drawn in perspective and from three sides; upright: the only cable hangs between ends above each
+        # other; loaded: the deflection of the only cable by its point loads is drawn
         self.in_space = self.alone and self.plane is None and least > FLAT * most and middle >= LONG * most
         held = np.concatenate([drawing.held for drawing in drawings])
         self.upright = self.first.single and np.ptp(held[:, :2], axis=0).max() < FLAT * most
@@ -83,7 +93,7 @@ class _Picture:
         self.looks, self.scale = _looks(drawings, self.upright and self.loaded)
 
     def figure(self):
-        """Draw it: matplotlib.figure.Figure."""
+        """Draw all panels, one legend below them, a title and, for one case, a scale of the tension: Figure."""
         columns, heights = 1 + self.in_space, [height for height, _ in self.panels][:: 1 + self.in_space]
         figure = Figure(figsize=(WIDTH, sum(heights) + 0.8), layout="constrained")
         grid = figure.add_gridspec(len(heights), columns, height_ratios=heights)
@@ -95,12 +105,12 @@ class _Picture:
         }
         marks_first = sorted(entries.items(), key=lambda entry: entry[0] in ("chord", "ground", "winch"))
         legend_below(figure, [(artist, label) for label, artist in marks_first])
-        several = f"Load cases: {max(self.drawings, key=lambda drawing: len(drawing.cables)).contents}"
-        heading(figure, self.first.title(not (self.upright and self.loaded)) if self.alone else several)
+        title_of_several = f"Load cases: {max(self.drawings, key=lambda drawing: len(drawing.cables)).contents}"
+        heading(figure, self.first.title(not (self.upright and self.loaded)) if self.alone else title_of_several)
         full_width = [axes for axes in figure.axes if axes.get_subplotspec().get_gridspec() is grid]
         if self.scale is not None:
             colour_bar(figure, *self.scale, figure.axes, shrink=0.8, aspect=30)
-        if columns == 1:
+        if columns == 1:  # of panels with one horizontal axis only the lowest has its label
             for axes, below in pairwise(full_width):
                 if (axes.get_xlim(), axes.get_xlabel()) == (below.get_xlim(), below.get_xlabel()):
                     axes.set_xlabel("")
@@ -156,7 +166,11 @@ class _Picture:
         return [Window(*outline.T, RATIO, 1.0 if self.in_space else TALL) for outline in outlines]
 
     def _view(self, view, window, ground, hidden, figure, cell):
-        """A view; of one case with names, loads, sags unless they are hidden, and clearance."""
+        """Draw one view of the scene in a cell of a figure's grid.
+
+        A single load case is drawn with names, loads, dimensions of sags, and clearance. `window` limits the view,
+        `ground` is from `ground_in`; if sags are `hidden` by the slopes of the chords, they have no dimensions.
+        """
         axes, first = figure.add_subplot(cell), self.first
         for drawing, look in zip(self.drawings, self.looks, strict=True):
             marks.draw_parts(axes, drawing, view, **look)
@@ -169,15 +183,16 @@ class _Picture:
         along = np.linspace(chords[:, 0], chords[:, 1], 99).reshape(-1, 2)
         room = room_in(axes, window, np.concatenate([view(first.cables).reshape(-1, 2), along]), 1 + self.in_space)
         if not view.labels[0]:
-            corner = np.array([window.x[1], window.y[0]])  # of the scale
-            room.reserve(corner, corner + np.array([-0.3, 0.1]) * window.width)
+            corner = np.array([window.x[1], window.y[0]])
+            room.reserve(corner, corner + np.array([-0.3, 0.1]) * window.width)  # for the bar of the scale
         marks.mark_loads(axes, room, [(view(place), force) for place, force, _ in first.loads], view.axes)
         if view is self.plane and not hidden:
             self._mark_sags(axes, room, chords, window)
-        first_ground = ground is not None and not self._has_ground(figure.axes[:-1])
-        least = first.least_clearance() if first_ground else None
-        if least is not None and abs(least[1]) > FLAT * first.size:
-            marks.mark_clearance(axes, room, view(first.cables[least[0]]), ground, least[1])
+        is_first_with_ground = ground is not None and not self._has_ground(figure.axes[:-1])
+        cable_and_clearance = first.least_clearance() if is_first_with_ground else None
+        if cable_and_clearance is not None and abs(cable_and_clearance[1]) > FLAT * first.size:
+            cable, clearance = cable_and_clearance
+            marks.mark_clearance(axes, room, view(first.cables[cable]), ground, clearance)
         marks.name_all(room, first, view)
 
     @staticmethod
@@ -257,9 +272,17 @@ class _Picture:
 
 
 def _looks(drawings, unnamed):
-    """Looks of drawings for `marks.draw_parts`, and a scale of colours, (ScalarMappable, str) or None.
+    """Colours, dashes and labels with which load cases are drawn, and a scale of the colours.
 
-    `unnamed`: whether the label of the only cable has no number.
+    A single load case has its cables in colours of their mean tension; of several each has one colour. If `unnamed`,
+    the label of the only cable is its name alone, without sag or tension.
+
+    Returns
+    -------
+    looks : list of dict
+        For each drawing keyword arguments of `marks.draw_parts`.
+    scale : (ScalarMappable, str) or None
+        Colours over tension and their label; None without such colours.
     """
     if len(drawings) > 1:
         pairs = [(DASHES[k % len(DASHES)], SERIES[k % len(SERIES)]) for k in range(len(drawings))]

@@ -18,17 +18,15 @@ LIMITS = (-0.05, 1.05)  # of the shares, always shown
 
 @styled
 def sensitivity_plot(study, table):
-    """Figure of Sobol's indices of first order and in total, with their intervals; one panel for each column.
+    """Figure of Sobol's indices: the shares that the varied keys have in the variance of each column of a study.
+
+    Each column has a panel, with the indices of first order and in total and their confidence intervals.
 
     Parameters
     ----------
     study : StudyFile
     table : Table
         From `Sensitivity.table`: rows with `column`, `parameter`, the indices and the ends of their intervals.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     fixed = ("column", "parameter", *(f"{kind}{end}" for kind in KINDS for end in ("", "_low", "_high")))
     others = [field for field in table.fields if field.name not in fixed]

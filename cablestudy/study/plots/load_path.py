@@ -18,14 +18,17 @@ POINTS = np.linspace(0.0, 1.0, 201)
 
 @styled
 def load_path(path):
-    """Figure of a `LoadPath`: side view with the cable in some places of the load; largest tension over the way."""
-    first, (*places_of_load, clearance, tension) = path.cables[0], (_numbers(path, name) for name in COLUMNS)
+    """Figure of a load that travels along a cable: its path in a side view, and below it the largest tension.
+
+    The side view has the cable for some positions of the load. `path` is a `LoadPath`.
+    """
+    first, (*positions, clearance, tension) = path.cables[0], (_numbers(path, name) for name in COLUMNS)
     span = first.form.span
     view = view_from_end_1(first.end_1, direction(span.frame[0, :2] * span.chord, span.chord), first.ground)
-    forms, line = [view(one) for one in _forms(path.cables)], view(np.stack(places_of_load, axis=-1))
-    flat = np.concatenate([*forms, line[np.isfinite(line[:, 0])]])
-    ground = ground_in(view, first.ground, flat[:, 0])
-    window = Window(*with_ground(flat, ground).T, RATIO)
+    forms, line = [view(form) for form in _forms(path.cables)], view(np.stack(positions, axis=-1))
+    all_points = np.concatenate([*forms, line[np.isfinite(line[:, 0])]])  # on the paper, shape (n, 2)
+    ground = ground_in(view, first.ground, all_points[:, 0])
+    window = Window(*with_ground(all_points, ground).T, RATIO)
     tall = 0.7 + window.ratio * (WIDTH - 0.8)
     figure = Figure(figsize=(WIDTH, tall + 2.6), layout="constrained")
     side, below = figure.subplots(2, 1, height_ratios=(tall, 1.9))
@@ -35,7 +38,7 @@ def load_path(path):
     finish_view(side, view, window, ground)
     known = np.isfinite(clearance)
     if ground is not None and known.any():
-        mark_clearance(side, room_in(side, window, flat), line[known], ground, float(clearance[known].min()))
+        mark_clearance(side, room_in(side, window, all_points), line[known], ground, float(clearance[known].min()))
     below.plot(line[:, 0], tension / 1e3, dots, ls="-", color=RED)
     below.set(xlim=side.get_xlim(), xlabel="place of the load, horizontal distance from end 1 [m]")
     below.set_ylabel("largest\ntension [kN]")

@@ -40,16 +40,17 @@ NO_LOOP = "the gain of the loop is zero: there is nothing to draw"
 
 @styled
 def loop_margins(closed_loop, span=None):
-    """Figure of loop gain, phase of one coordinate, and sensitivity over frequency, and of the loop gain near -1.
+    """Figure of a loop for the design of its gain: loop gain and sensitivity over frequency, Nyquist plot and margins.
 
-    Of several coordinates the singular values of the loop gain over frequency, and its eigenvalues near -1.
+    A loop of one coordinate has a panel of the phase too; a loop of several coordinates has the singular values of the
+    loop gain over frequency, and its eigenvalues in the Nyquist plot.
 
     Parameters
     ----------
     closed_loop : ClosedLoop
         With a loop.
     span : (float, float, int), optional
-        From `ssm.read_span`. Default: about bandwidth, controlled motions and largest gain.
+        Range of frequencies, from `ssm.read_span`. Default: about bandwidth, controlled motions and largest gain.
 
     Raises
     ------
@@ -73,10 +74,10 @@ def loop_margins(closed_loop, span=None):
     upper.set_xlim(frequency[0], frequency[-1])
     for axes in (upper, *lower[:-1]):
         axes.tick_params(labelbottom=False)
-    nyquist, right = figure.add_subplot(grid[-1, 0]), figure.add_subplot(grid[-1, 1])
+    nyquist, margins_as_text = figure.add_subplot(grid[-1, 0]), figure.add_subplot(grid[-1, 1])
     _nyquist(nyquist, closed_loop, value)
-    _numbers(right, closed_loop)
-    right.legend(*nyquist.get_legend_handles_labels(), loc="lower left", fontsize=8)
+    _numbers(margins_as_text, closed_loop)
+    margins_as_text.legend(*nyquist.get_legend_handles_labels(), loc="lower left", fontsize=8)
     figure.align_ylabels([upper, *lower])
     heading(figure, _title(closed_loop))
     return figure
@@ -174,7 +175,10 @@ def _sensitivity(axes, closed_loop, frequency, sensitivity, complementary):
 
 
 def _nyquist(axes, closed_loop, value):
-    """The eigenvalues of the loop gain, each joined to the nearest at the next frequency."""
+    """Draw the Nyquist plot: eigenvalues of the loop gain in the complex plane, their distance from -1, and margins.
+
+    `value` is the loop gain L of k coordinates at f frequencies, shape (f, k, k).
+    """
     axes.axhline(0, color=LIGHT, lw=0.9)
     axes.axvline(0, color=LIGHT, lw=0.9)
     circle = np.exp(1j * np.linspace(0, TURN, 361))
@@ -192,9 +196,9 @@ def _nyquist(axes, closed_loop, value):
     margins = closed_loop.margins if closed_loop.stable else None
     if margins:
         distance = 1 / margins.sensitivity_peak  # no eigenvalue is nearer than the least singular value of I + L
-        around = -1 + distance * circle
+        free_circle = -1 + distance * circle
         words = "1 over the peak of S" if several else "nearest to −1"
-        axes.plot(around.real, around.imag, color=RED, lw=0.8, ls=":", label=f"{words}: {distance:.4g}")
+        axes.plot(free_circle.real, free_circle.imag, color=RED, lw=0.8, ls=":", label=f"{words}: {distance:.4g}")
     if margins and margins.gain_crossover and not several:
         (at_crossover,) = loop_gain(closed_loop, np.array([margins.gain_crossover]))[:, 0, 0]
         axes.plot(at_crossover.real, at_crossover.imag, "s", color=GREEN, ms=4, zorder=5, label=_phase_label(margins))
@@ -250,34 +254,32 @@ def _of_stable(margins):
 
 @styled
 def loop_in_time(solved):
-    """Figure of displacement with and without the loop, and movement of the winches over time; of a gust its speed too.
+    """Figure of the response of a loop over time: displacement with and without the loop, and positions of the winches.
 
-    Parameters
-    ----------
-    solved : TimeCase
+    Above them is the input, such as the speed of a gust, unless it is constant. `solved` is a `TimeCase`.
     """
     time = solved.time
     varies = np.ptp(solved.input.values_in_unit) > 0
     heights = (1, 2, 1.5) if varies else (2, 1.5)
     figure = Figure(figsize=(WIDTH, 1.3 + 1.1 * sum(heights)), layout="constrained")
-    *of_input, of_body, of_winches = grid = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
-    for axes in of_input:
+    *input_axes, body_axes, winch_axes = grid = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
+    for axes in input_axes:
         axes.plot(time, solved.input.values_in_unit, color=GREY)
         axes.set_ylabel(f"{'wind' if solved.input.unit == 'm/s' else 'input'} [{solved.input.unit}]")
-    _displacement(of_body, solved)
+    _displacement(body_axes, solved)
     several = len(solved.winches) > 1
     # winches that reel alike, as in symmetric suspensions, are seen below each other
     widths = np.linspace(2.8, 1.1, len(solved.winches)) if several else [1.1]
     for winch, (name, value) in enumerate(zip(solved.winches, MILLI * solved.response.winch.T, strict=True)):
-        of_winches.plot(time, value, color=SERIES[(winch + 1) % len(SERIES)], lw=widths[winch],
+        winch_axes.plot(time, value, color=SERIES[(winch + 1) % len(SERIES)], lw=widths[winch],
                         ls=DASHES[winch % len(DASHES)], label=name.removeprefix("winch."))  # fmt: skip
-    of_winches.set_ylabel("winches [mm]" if several else "winch [mm]")
-    of_winches.set_xlabel("time [s]")
+    winch_axes.set_ylabel("winches [mm]" if several else "winch [mm]")
+    winch_axes.set_xlabel("time [s]")
     if several:
-        _room_above(of_winches)
-        of_winches.legend(loc="upper right", ncols=6, **LEGEND)
-    of_winches.set_xlim(time[0], time[-1])
-    plain_axis(of_winches.xaxis, 8)
+        _room_above(winch_axes)
+        winch_axes.legend(loc="upper right", ncols=6, **LEGEND)
+    winch_axes.set_xlim(time[0], time[-1])
+    plain_axis(winch_axes.xaxis, 8)
     for axes in grid:
         plain_axis(axes.yaxis, 5)
     figure.align_ylabels(grid)
@@ -286,7 +288,10 @@ def loop_in_time(solved):
 
 
 def _displacement(axes, solved):
-    """Draw the measured displacement with and without the loop, its largest value, and where that of a step settles."""
+    """Draw the measured displacement over time, with and without the loop, its overshoot and its settling time.
+
+    `solved` is a `TimeCase`; only the response to a step has an overshoot and settles.
+    """
     time, response, unit, step = solved.time, solved.response, solved.unit, solved.step
     if response.open_loop is not None:
         axes.plot(time, MILLI * response.open_loop, color=GREY, lw=1.0, ls="--", label="without the loop")
@@ -294,9 +299,9 @@ def _displacement(axes, solved):
     axes.plot(time, displacement, color=BLUE, label="loop closed")
     largest = int(np.argmax(np.abs(displacement)))
     if step is None or step.taken_back or step.overshoot > CONTROL.settling_band:
-        over = "" if step is None or step.taken_back else f" ({100 * step.overshoot:.3g} % over)"
+        excess = "" if step is None or step.taken_back else f" ({100 * step.overshoot:.3g} % over)"
         axes.plot(time[largest], displacement[largest], "o", color=RED, ms=4,
-                  label=with_minus(f"{displacement[largest]:.4g} {unit} at {time[largest]:.4g} s{over}"))  # fmt: skip
+                  label=with_minus(f"{displacement[largest]:.4g} {unit} at {time[largest]:.4g} s{excess}"))  # fmt: skip
     if step is not None:
         band = CONTROL.settling_band * step.size * np.array([-1, 1])
         axes.axhspan(*(MILLI * (step.final + band)), color=RED, alpha=0.15, lw=0)

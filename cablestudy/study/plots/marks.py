@@ -24,7 +24,9 @@ LOAD = 26  # length of the arrow of a load [pt]
 
 @dataclass
 class Room:
-    """Room that a view has for texts. Boxes are (left, right, low, high). [m]
+    """Free room of a picture, in which texts and arrows are put so that they do not overlap.
+
+    Positions and boxes, (left, right, low, high), are in the lengths of the scene. [m]
 
     Attributes
     ----------
@@ -35,7 +37,7 @@ class Room:
     lines : ndarray, shape (n, 2)
         Points along lines, which a text had better not cover.
     taken : list of (tuple of float)
-        Boxes of what stands there.
+        Boxes of the texts and arrows that are there already.
     """
 
     axes: object
@@ -44,27 +46,27 @@ class Room:
     taken: list = field(default_factory=list)
 
     def write(self, text, spots, needed=True, fontsize=9, **look):
-        """Write a text at one of some spots: where it covers least of the lines.
+        """Write a text at one of several possible spots: at the free one where it covers least of the lines.
 
         Parameters
         ----------
         text : str
-        spots : sequence
-            Place on the paper, offset from there [pt], and on which side of that the text stands: -1, 0 or 1 along x
-            and y.
+        spots : sequence of (ndarray, tuple, tuple)
+            Position on the paper, offset from it [pt], and side of the offset position on which the text stands: -1, 0
+            or 1 along x and y.
         needed : bool
-            Whether it is written where there is no room, too.
+            Whether to write it at the first spot if none is free.
         """
         size = np.array([text_width(text, fontsize) + 0.06, fontsize / 60]) * self.per_inch
-        boxes = [self._box(place + np.array(offset) / 72 * self.per_inch, side, size) for place, offset, side in spots]
+        boxes = [self._box(point + np.array(offset) / 72 * self.per_inch, side, size) for point, offset, side in spots]
         free = [k for k, box in enumerate(boxes) if self._is_free(box)]
         if not free and not needed:
             return
         best = min(free, key=lambda k: self._covered(boxes[k])) if free else 0
-        place, offset, (side, up) = spots[best]
+        point, offset, (side_x, side_y) = spots[best]
         self.taken.append(boxes[best])
-        self.axes.annotate(text, place, offset, textcoords="offset points", fontsize=fontsize, zorder=6, bbox=CLEAR,
-                           ha=ACROSS[side], va=UPRIGHT[up], **look)  # fmt: skip
+        self.axes.annotate(text, point, offset, textcoords="offset points", fontsize=fontsize, zorder=6, bbox=CLEAR,
+                           ha=ACROSS[side_x], va=UPRIGHT[side_y], **look)  # fmt: skip
 
     def reserve(self, start, end):
         """Take the room of an arrow between two places on the paper: True if it was free."""
@@ -105,15 +107,15 @@ def draw_parts(axes, drawing, view, colours, label="", lost="", dashes="-", own=
     axes : matplotlib.axes.Axes
     drawing : Drawing
     view : callable
-        Places, shape (..., 3) -> coordinates on the paper, shape (..., 2).
+        Positions, shape (..., 3) -> coordinates on the paper, shape (..., 2).
     colours : color or list of color
-        Of the cables.
+        Colour of all cables, or of each.
     label, lost : str
-        Label of the cables, and of those that are lost.
+        Entries of the legend for the cables, and for the cables that the load case has lost.
     dashes : str or tuple
-        Of the cables.
+        Line style of the cables.
     own : color, optional
-        Of points, bodies and loads too, where several load cases are in one picture.
+        Colour of points, bodies and loads of this load case, in a picture of several load cases.
     """
     draw_lines(axes, view(drawing.cables), colours, linestyles=[dashes], linewidths=1.4, label=label)
     draw_lines(axes, view(drawing.links), ORANGE, linestyles="--", linewidths=1.4)
@@ -190,30 +192,33 @@ def mark_sag(axes, room, middle, sag):
 
 
 def mark_loads(axes, room, loads, paper):
-    """An arrow onto each point load along its force; a ring, crossed or dotted, for one across the paper.
+    """Draw the point loads: an arrow along each force, or a ring with a dot or cross for a force across the paper.
+
+    A dot is the point of an arrow towards the viewer, a cross the tail of an arrow away from the viewer.
 
     Parameters
     ----------
     axes : matplotlib.axes.Axes
     room : Room
+        For the sizes of the forces, written beside them.
     loads : list of (ndarray, ndarray)
-        Place on the paper, shape (2,), and force [N], shape (3,).
+        Position on the paper, shape (2,), and force [N], shape (3,).
     paper : ndarray, shape (3, 2)
         Directions to the right and upwards on the paper.
     """
-    for at, force in loads:
+    for point, force in loads:
         size = float(np.linalg.norm(force))
-        shown = force @ paper / size
-        if np.hypot(*shown) < 0.5:
-            axes.plot(*at, "o", ms=9, mfc="white", mec=ORANGE, mew=1.5, zorder=4)
-            axes.plot(*at, "." if force @ np.cross(*paper.T) > 0 else "x", ms=5, color=ORANGE, zorder=5)
-            spots = [(at, (0, 9 * side), (0, side)) for side in (1, -1)]
+        on_paper = force @ paper / size
+        if np.hypot(*on_paper) < 0.5:
+            axes.plot(*point, "o", ms=9, mfc="white", mec=ORANGE, mew=1.5, zorder=4)
+            axes.plot(*point, "." if force @ np.cross(*paper.T) > 0 else "x", ms=5, color=ORANGE, zorder=5)
+            spots = [(point, (0, 9 * side), (0, side)) for side in (1, -1)]
         else:
-            x, y = -LOAD * shown / np.hypot(*shown)
+            x, y = -LOAD * on_paper / np.hypot(*on_paper)  # from the tip to the tail of the arrow
             look = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0, "color": ORANGE, "lw": 1.6}
-            axes.annotate("", at, (x, y), textcoords="offset points", arrowprops=look)
-            room.reserve(at, at + np.array([x, y]) / 72 * room.per_inch)
-            spots = [(at, (x + 6 * side, y), (side, 0)) for side in (1, -1)]
+            axes.annotate("", point, (x, y), textcoords="offset points", arrowprops=look)
+            room.reserve(point, point + np.array([x, y]) / 72 * room.per_inch)
+            spots = [(point, (x + 6 * side, y), (side, 0)) for side in (1, -1)]
         if len(loads) <= NAMED_LOADS:
             room.write(quantity_text(size, "N"), spots)
 

@@ -53,18 +53,18 @@ TRUE = 1e-3  # height over width of a picture that is not enlarged
 
 @dataclass(frozen=True)
 class ModeDrawing:
-    """One mode: all that is drawn of it, without scale.
+    """Positions and displacements of all that is drawn of one mode, without scale.
 
     Attributes
     ----------
     view : callable
         Places, shape (..., 3) -> coordinates on the paper, shape (..., 2).
     colour : str
-        Of what moves.
+        Colour of the parts that move.
     words : str
-        What moves.
+        Words for the part that moves most.
     upwards : str
-        What a picture in a plane shows upwards.
+        Words for the coordinate that a picture in a plane shows upwards.
     cables : list of (ndarray, ndarray)
         Places along each cable and link and their displacements, shape (j, 3).
     bodies : dict
@@ -156,22 +156,24 @@ def _of_cable(case, modes, count):
 
 @styled
 def coupled_mode_shapes(case, modes, listed=None, share=None):
-    """Figure of the first coupled modes of a scene, each displaced beside the static form.
+    """Figure of the first coupled modes of a suspension: a panel each, with the displaced scene over its static form.
 
-    Where all cables end in one vertical plane from the side, movement out of it upwards; else in perspective.
+    Where all cables end in one vertical plane it is seen from the side, and movement out of the plane is drawn upwards;
+    other scenes are drawn in perspective.
 
     Parameters
     ----------
     case : SuspensionCase
         With a stable equilibrium.
     modes : CoupledModes
+        Modes of the case.
     listed : int, optional
-        How many of them are asked for. Default: all.
+        Number of modes that are asked for; a figure has at most PANELS. Default: all.
     share : float, optional
-        As of `mode_shapes`.
+        Displacement over the amplitude, from -1 to 1, of one picture of an animation; see `mode_shapes`.
     """
     listed, drawing = len(modes) if listed is None else listed, drawing_of(case)
-    plane, peak = upright_plane([drawing]), nice(PEAK * drawing.size)
+    plane, peak = upright_plane([drawing]), nice(PEAK * drawing.size)  # peak: largest displacement drawn [m]
     if plane is not None and not np.ptp(plane(drawing.places)[:, 0]) < FLAT * drawing.size:
         peak = nice(PEAK * drawing.size / Window(*plane(drawing.places).T, LAYOUT[columns_of(listed)]).factor)
     else:
@@ -181,16 +183,21 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
 
 
 def _coupled(case, modes, drawing, plane, number):
-    """`ModeDrawing` of a mode (from 0) of `CoupledModes`, in perspective or in a plane."""
+    """Collect what is drawn of one of the `CoupledModes`, with its number from 0: `ModeDrawing`.
+
+    Positions and displacements of cables, bodies and points, seen in the plane in which all cables end; in perspective
+    if `plane` is None. `drawing` is the static form.
+    """
     equilibrium = case.equilibrium
     suspension = equilibrium.suspension
     motion = np.zeros(6 * len(suspension.body_names))
     motion[modes.layout.free] = modes.layout.bodies(modes.shapes[:, number])
-    motion, body_count = motion.reshape(-1, 6), suspension.bodies
+    motion, body_count = motion.reshape(-1, 6), suspension.bodies  # three displacements and three rotations of each
     cables = [*_moving_cables(equilibrium, modes, number), *_moving_links(equilibrium, motion)]
     bodies = {}
-    for (name, places), moved, at in zip(drawing.bodies.items(), motion, equilibrium.position, strict=False):
-        bodies[name] = places, moved[:3] + np.cross(moved[3:], places - at)
+    for (name, points), of_body, origin in zip(drawing.bodies.items(), motion, equilibrium.position, strict=False):
+        bodies[name] = points, of_body[:3] + np.cross(of_body[3:], points - origin)
+    # the words name first the part that moves most, and last a direction or rotation: they decide the colour
     words = modes.moves[number].split(" ")
     mover, manner = words[0], words[-1]
     kind = "cables"
@@ -248,21 +255,22 @@ def columns_of(count):
 
 
 def _figure(shown, frequency, listed, peak, share, drawing, distance):
-    """Figure of modes, a panel each, all to one scale.
+    """Draw modes in a figure, a panel for each, all panels to one scale.
 
     Parameters
     ----------
     shown : list of ModeDrawing
+        The modes that are drawn.
     frequency : ndarray
-        [Hz]
+        Frequencies of the modes. [Hz]
     listed : int
-        How many are asked for.
+        Number of modes that are asked for.
     peak : float
         Largest displacement that is drawn. [m]
     share : float or None
-        As of `mode_shapes`.
+        Displacement over the amplitude, see `mode_shapes`.
     drawing : Drawing or None
-        Of the scene, where it is more than one cable.
+        Static form of a suspension; None for one cable.
     distance : str or None
         Label of the distance along the plane of the panels; None in perspective.
     """
@@ -275,6 +283,7 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
     window, inset = _window(shown, factors, share, any(enlarged), LAYOUT[columns] if distance else None)
     width, rows = WIDTH / columns, -(-count // columns)
     figure = Figure((columns * width, rows * (window.ratio * (width - 0.45) + 0.55) + 0.6), layout="constrained")
+    # displacements are enlarged to the peak, or to less where a body would turn too far
     peaks = [float(f"{factor * mode.largest:.2g}") for mode, factor in zip(shown, factors, strict=True)]
     equal, anchors = len(set(peaks)) == 1, [] if drawing is None else [place for _, place in drawing.anchors]
     for number, axes in enumerate(panels(figure, count, columns, sharey=True)):
@@ -293,8 +302,8 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
     if distance is not None:
         _label_plane(figure, shown, distance)
     scaled = f"scaled to a peak of {quantity_text(peaks[0], 'm')}" if equal else "displacements enlarged"
-    many = f"First {count} of {listed} modes" if count < listed else counted(count, "mode")
-    heading(figure, f"{many}, {scaled}, on the static form (grey){f'; {window.note}' if distance else ''}")
+    modes_in_words = f"First {count} of {listed} modes" if count < listed else counted(count, "mode")
+    heading(figure, f"{modes_in_words}, {scaled}, on the static form (grey){f'; {window.note}' if distance else ''}")
     return figure
 
 

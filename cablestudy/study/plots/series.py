@@ -26,11 +26,12 @@ class Series:
     Attributes
     ----------
     rows : list of dict
-    levels : tuple
-        Of each `Factor`: the position of its value among its levels.
+    levels : tuple of int
+        For each `Factor` the position, among its levels, of the value that all of these rows have.
     label : str
+        Entry of the legend.
     look : dict
-        Colour, mark and dashes of a line.
+        Colour, mark and dashes.
     """
 
     rows: list
@@ -51,7 +52,7 @@ class Bar:
 
 @dataclass(frozen=True)
 class Factor:
-    """One entry of a study that tells series apart: the quantities that do so, and its levels in the table."""
+    """Entry of a study that tells series apart: quantities that vary together, and their values, the levels."""
 
     quantities: list
     levels: list
@@ -75,21 +76,24 @@ class Factor:
 
 
 def series_of(study, every, rows, *drawn):
-    """The series of a study's table, and the factors that tell them apart.
+    """Divide the rows of a study into the series of a picture: each is one line, or one kind of mark.
+
+    Each entry of a study varies one key, or several keys together. Entries of the keys that are drawn vary along a
+    series, and so do samples; the others tell series apart. If only columns are drawn, the last entry varies along it.
 
     Parameters
     ----------
     study : StudyFile
     every, rows : list of dict
-        The rows of its table, and those with an answer.
+        All rows of the study's table, and those with an answer.
     drawn : Quantity
-        What is drawn along x and perhaps y: the entries that it belongs to are within a series, and so are samples. Of
-        columns alone the last entry is within a series.
+        Quantities along x and perhaps y.
 
     Returns
     -------
     series : list of Series
     factors : list of Factor
+        The entries that tell series apart, with their values.
     """
     entries = quantities_varied(study, every)
     within = _entries_of(entries, drawn) + ([] if study.sample is None else [entries[study.sample_entry]])
@@ -125,19 +129,23 @@ def _label(factors, levels, companions, rows):
 
 
 def _grouped(rows, factors, categories):
-    """Rows by the positions of their levels and by their turn: a category along x that comes again is another series.
+    """Rows of each series: dict of (levels, turn) -> list of dict.
+
+    The levels are the positions of a row's values among the levels of the factors. Over names along x, a series has
+    each name once: rows in which it comes again are another series, with the next turn.
 
     Parameters
     ----------
     rows : list of dict
     factors : list of Factor
     categories : Quantity or None
-        What is drawn along x, if it has no numbers.
+        Quantity along x, if its values are names.
     """
-    positions = [{level: number for number, level in enumerate(factor.levels)} for factor in factors]
+    position_of_level = [{level: number for number, level in enumerate(factor.levels)} for factor in factors]
     groups, seen = {}, Counter()
     for row in rows:
-        levels = tuple(of[_level(factor.quantities, row)] for factor, of in zip(factors, positions, strict=True))
+        values = [_level(factor.quantities, row) for factor in factors]
+        levels = tuple(positions[value] for positions, value in zip(position_of_level, values, strict=True))
         turn = 0
         if categories is not None:
             turn = seen[levels, row.get(categories.name)]
@@ -168,16 +176,19 @@ def _common(quantity, rows):
 
 
 def give_looks(series, factors, joined):
-    """Give each series its look.
+    """Give each series of a picture its colour, mark and dashes, and make the legend for them.
 
-    Up to NAMED series have a colour and a mark each. Of more, the factor with most levels is the colour, on a colour
-    bar where they are many, and the next one the mark and the dashes. Further ones are stated, not told apart.
+    Up to NAMED series have a colour and a mark each. Of more series, the factor with most levels decides the colour, on
+    a colour bar if its levels are many, and the next factor the mark and the dashes. By further factors series are not
+    told apart: the legend says so. `series` and `factors` are from `series_of`; `joined`: whether lines join the
+    points.
 
     Returns
     -------
     entries : list of (artist, str)
-        Of a legend.
+        Entries of the legend.
     bar : Bar or None
+        Colour bar.
     """
     many = len(series) > MANY
     for line in series:

@@ -44,22 +44,18 @@ PRINTED = {"marker": "o", "ms": 9, "mfc": "none", "mec": RED, "mew": 1.3, "ls": 
 
 @styled
 def study_plot(study, table, chosen=()):
-    """Figure of the computed and the printed values of a study's table, one panel for each column along y.
+    """Figure of a study's results: a panel for each column, over a varied key, with the printed values beside them.
 
-    `plot:` of the study states what is drawn, with `color` as a map of colours. Without it the first computed columns
-    are drawn against what varies first.
+    `plot:` of the study file states what is drawn; with `plot.color` it is a map of colours. Without `plot:` the first
+    computed columns are drawn over the key that varies first.
 
     Parameters
     ----------
     study : StudyFile
     table : Table
-        All of its rows, or some.
+        All rows of the study's table, or some.
     chosen : sequence of str
         Columns and varied keys that are drawn along y instead, with or without units, except in a map of colours.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     every = [row | {ROW: number} for number, row in enumerate(table.rows, 1)]
     rows = [row for row in every if has_answer(row.get("status", OK))]
@@ -104,19 +100,26 @@ def _nothing(study):
 
 
 def _draw_panels(grid, along_x, along_y, series, joined, side):
-    """Draw the series of each column, `side` panels side by side; whether there are printed values.
+    """Draw all panels of a study: the series of each column, and scales and labels of the axes.
 
     Parameters
     ----------
     grid : list of Axes
+        A panel for each column.
     along_x : (DrawnQuantity, bool or None)
-        And whether it is logarithmic, None where the values decide.
+        Quantity along x, and whether it is logarithmic; None where the values decide.
     along_y : (list of DrawnQuantity, bool or None, bool)
-        The same, and whether values that span decades make it logarithmic whatever x is.
+        Columns, whether they are logarithmic, and whether values that span decades make them so whatever x is.
     series : list of Series
     joined : bool
-        Whether their points are joined by lines.
+        Whether the points of a series are joined by lines.
     side : int
+        Number of panels side by side.
+
+    Returns
+    -------
+    bool
+        True if there are printed values.
     """
     (x, logx), (columns, logy, by_ratio) = along_x, along_y
     printed = [_panel(axes, x, column, series, joined) for axes, column in zip(grid, columns, strict=True)]
@@ -190,23 +193,26 @@ def _with_printed_values(study, quantity, rows, headers):
 
 
 def _panel(axes, x, column, series, joined):
-    """Draw the computed values of a column, joined or not, and rings for the printed ones: True if there are any."""
+    """Draw one column of a study over x: its computed values in the looks of the series, rings for the printed values.
+
+    `joined`: whether lines join the points. Returns True if there are printed values.
+    """
     any_printed = False
     for k, line in enumerate(series):
-        aside = 0.0
+        offset = 0.0
         if x.categories is not None:  # side by side, so that equal values do not cover each other
-            aside = 0.24 * (k - (len(series) - 1) / 2) / max(1, len(series) / 3)
+            offset = 0.24 * (k - (len(series) - 1) / 2) / max(1, len(series) / 3)
         points = _points(x, column, line.rows, printed=False)
         if joined and x.key:
             points.sort(key=lambda point: point[0])
         x_values, y_values = zip(*points, strict=True) if points else ((), ())
         look = line.look if joined else line.look | {"ls": "none"}
-        axes.plot(np.add(x_values, aside), y_values, **look, label=line.label or "computed",
+        axes.plot(np.add(x_values, offset), y_values, **look, label=line.label or "computed",
                   rasterized=len(points) > MANY_POINTS)  # fmt: skip
         with_printed = [row for row in line.rows if column.printed and row.get(column.printed) is not None]
         if printed := _points(x, column, with_printed, printed=True):
             x_values, y_values = zip(*printed, strict=True)
-            axes.plot(np.add(x_values, aside), y_values, **PRINTED, label="printed")
+            axes.plot(np.add(x_values, offset), y_values, **PRINTED, label="printed")
             any_printed = True
     return any_printed
 

@@ -346,13 +346,16 @@ def wrapped(text, room, size):
 
 
 def name_axis(axes, which, names, room):
-    """Name the positions 0, 1, 2, ... along an axis; of very many only some.
+    """Write names instead of numbers at the positions 0, 1, 2, ... along an axis; of very many only some.
 
     Names along x stand in lines below their positions where they fit, else at an angle.
 
     Parameters
     ----------
+    axes : matplotlib.axes.Axes
     which : {"x", "y"}
+        The axis.
+    names : sequence of str
     room : float
         Length of the axis, about. [in]
     """

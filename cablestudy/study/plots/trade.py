@@ -52,7 +52,10 @@ CAPTION = (
 
 @styled
 def trade_plot(trade, title):
-    """Figure of error against time, both logarithmic, one panel for each column, with the Pareto front in grey."""
+    """Figure of a `Trade`: error against time of all models of a scene, logarithmic, a panel for each column.
+
+    The models on the grey line, the Pareto front, are the fastest for their accuracy.
+    """
     count = len(trade.columns)
     side = 1 if count == 1 else 2
     rows = -(-count // side)
@@ -102,7 +105,7 @@ def _look(family):
 
 
 def _panel(axes, trade, column):
-    """Draw the models of one column."""
+    """Draw error against time of all models for one column, their Pareto front, and the error of the reference."""
     name, reference_error = column.name, trade.reference.errors[column.name]
     value = quantity_text(trade.reference.values[name], column.unit)
     axes.set_title(wrapped(f"{column_words(name)}: {value}", 0.4 * WIDTH, 9), loc="left")
@@ -115,6 +118,7 @@ def _panel(axes, trade, column):
         return
     times, errors = np.transpose([_point(entry, name) for entries in curves.values() for entry in entries])
     top = 8 * max(errors.max(), 1e3 * reference_error)
+    # errors below the reference's own are meaningless: a grey band of the height BAND at the bottom of the panel
     bottom = reference_error * (reference_error / top) ** (BAND / (1 - BAND))
     right = 1.4 * times.max()
     axes.set(xscale="log", yscale="log", xlim=(times.min() / 1.4, right), ylim=(bottom, top))

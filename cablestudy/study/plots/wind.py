@@ -27,17 +27,18 @@ KINDS = (PLACES, MM, "displacement", "mm"), (TURNS, 1e6, "rotation", "µrad")  #
 
 @dataclass(frozen=True)
 class DrawnState:
-    """Curves that are drawn of one state of control.
+    """Curves that are drawn of one state of control, such as "winches at rest".
 
     Attributes
     ----------
     label, colour, dashes : str
+        Entry of the legend, colour and line style.
     spectra : dict
         Output -> spectrum, shape (f,). [m^2/Hz], [rad^2/Hz]
     rms : dict
         Output -> RMS. [m], [rad]
     covariance : ndarray, shape (3, 3)
-        Of the displacements of the point whose ellipses are drawn. [m^2]
+        Covariance of the displacements of the point whose ellipses are drawn. [m^2]
     parts : dict
         `spectra` by the last of several winds.
     """
@@ -57,19 +58,19 @@ class DrawnState:
 
 @styled
 def wind_response(winds, at_rest=None, on=None):
-    """Figure of the spectra of a body, their cumulative variance, and ellipses of the motion of its marker.
+    """Figure of the motion of a body in turbulent wind: spectra, cumulative variance, and ellipses of the RMS.
 
-    The body is that of the loop, or the first one; without any that is free, the first cable at mid-span. Where it has
-    actuators they are drawn with and without. Above is the spectrum of the wind speed.
+    The body is that of the loop, or the first one; without any free body it is the first cable at mid-span. The motion
+    is drawn with and without the loop, and with and without actuators. Above is the spectrum of the wind speed.
 
     Parameters
     ----------
     winds : list of DynamicAnalysis
-        Stable; with several their spectra add.
+        Motion in the wind, stable; the spectra of several uncorrelated winds add.
     at_rest : list of DynamicAnalysis, optional
-        The same for the winches at rest, where they are others.
+        Motion with the winches at rest; by default computed from `winds`.
     on : str, optional
-        What the wind blows on, for the title; without it the body.
+        Name of the part that the wind blows on, for the title; by default the body.
 
     Raises
     ------
@@ -81,7 +82,7 @@ def wind_response(winds, at_rest=None, on=None):
     names = [f"{body}.{axis}" for axis in (*PLACES, *TURNS) if f"{body}.{axis}" in closed_loop.outputs]
     frequency = _grid([*winds, *(at_rest or ())], names)
     states = _states(winds, at_rest or winds, names, point, frequency)
-    kinds = _kinds(states, names)
+    kinds = _kinds(states, names)  # displacements, rotations, or both
     if not kinds:
         raise NoSolutionError(f"the wind does not move {body.removesuffix(MIDSPAN)}: there is nothing to draw")
     _check_range(states, kinds)
@@ -189,9 +190,11 @@ def _states(winds, at_rest, names, point, frequency):
 
 
 def _drawn_state(look, names, point, frequency):
-    """`DrawnState` of some outputs and a point.
+    """Compute the curves that are drawn of one state of control, such as "winches at rest": `DrawnState`.
 
-    `look` is its label, colour and dashes, whether the winches are at rest, and the winds, whose spectra add.
+    They are spectra and RMS of the outputs `names`, such as `camera.x`, and the covariance of the displacements of a
+    point, at frequencies of shape (f,) [Hz]. `look` has label, colour and dashes of the state, whether the winches are
+    at rest, and a list of `DynamicAnalysis`, one for each wind, whose spectra add.
     """
     label, colour, dashes, open_loop, winds = look
     of_point = [f"{point}.{axis}" for axis in PLACES]  # outputs, of which some may be held
@@ -212,7 +215,7 @@ def _drawn_state(look, names, point, frequency):
         variances_by_wind = {name: table.weighted["value"][table.rows[name]] for name in outputs}
         covariance += _covariance(frequency, by_wind, computed[len(outputs) :], variances_by_wind, of_point)
         spectra = {name: spectra.get(name, 0.0) + spectrum for name, spectrum in by_wind.items()}
-        variances = {name: variances.get(name, 0.0) + one for name, one in variances_by_wind.items()}
+        variances = {name: variances.get(name, 0.0) + variance for name, variance in variances_by_wind.items()}
     rms = {name: np.sqrt(value) for name, value in variances.items()}
     return DrawnState(label, colour, dashes, spectra, rms, covariance, by_wind)
 
@@ -241,9 +244,11 @@ def _highest(frequency, states, kinds):
 
 
 def _spectra(axes, frequency, states, kind, several):
-    """Draw the spectra of a kind of motion: of one output in the colour of its state, of several in that of their axis.
+    """Draw the spectra of one kind of motion, displacements or rotations, in all states of control.
 
-    Of `several` winds the spectrum by the last one too.
+    A single output has the colour of its state, several outputs have the colours of their axes. `kind` has the names of
+    the outputs, and scale, name and unit of the motion. If there are `several` winds, the spectrum by the last one, on
+    the cable, is drawn too.
     """
     names, scale, motion, unit = kind
     for state in states:
@@ -281,9 +286,11 @@ def _variance(axes, frequency, states, kind):
 
 
 def _draw_rms_ellipses(figure, grid, states, closed_loop, point):
-    """Draw two ellipses of the RMS of the displacement: seen from above, and in the vertical plane of the mean wind.
+    """Draw the RMS displacement of a point by direction, as ellipses in two planes, for each state of control.
 
-    The extent of an ellipse in any direction is the RMS in it.
+    The planes are the horizontal one, and the vertical one along the mean wind. The extent of an ellipse in any
+    direction is the RMS in that direction. The two panels take the last row of the figure's grid. `point` is the name
+    of a body or marker, or of a cable at mid-span.
     """
     velocity = closed_loop.drag.velocity
     wind_direction = velocity / np.linalg.norm(velocity)

@@ -100,7 +100,11 @@ def key_words(key):
 
 
 def value_text(value):
-    """A value of a study as it is shown: numbers rounded, tables and lists without brackets and quotes."""
+    """Short text, for labels in pictures, of a value that a study gives to a key.
+
+    `value` is a number, a text such as `20 kN`, or a table or list, also as JSON: numbers are rounded, tables written
+    without brackets and quotes, long texts shortened.
+    """
     if isinstance(value, str) and (value[:1] in ("{", "[") or value in ("null", "true", "false")):
         try:
             value = json.loads(value)

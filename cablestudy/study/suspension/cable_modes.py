@@ -85,22 +85,26 @@ class CableModes:
         return solved_modes(self._case(name), None if upto else count, upto)[:2]
 
     def frequency(self, name, column):
-        """Frequency of one mode [Hz], and its estimated relative error; not a number for an exact choice of elements.
+        """Frequency of one mode of a cable between fixed ends [Hz], and its estimated relative error.
+
+        The error is not a number for an exact choice of elements, which is not refined.
 
         Parameters
         ----------
         name : str
-            Of the cable.
+            Name of the cable.
         column : Column
-            Of a mode, as of a scene of one cable.
+            Frequency column of a scene of one cable, which states kind and number of the mode.
 
         Raises
         ------
         NoSolutionError, ConvergenceError
+            There is no such mode, or not to the accuracy.
         """
         case, required = self._case(name), ColumnRequirements([column])
         if self._scene.model.elements is not None:
             return case.frequency(*column.mode), np.nan
+        # finer models are made until the frequency is known to the accuracy
         search = Refinement(case, required.sample, *needs_of(case, required))
         refine([search], solve_models)
         if column.header not in search.values:

@@ -79,16 +79,17 @@ class ClosedLoop:
 
     @cached_property
     def _measurable(self):
-        """The measured coordinates of the controlled body, without those that no winch moves.
+        """Coordinates of the controlled body that the loop measures: stated ones, or the free ones that a winch moves.
 
         Returns
         -------
         names : list of str
-            k of them, as x and yaw.
+            k names of displacements and rotations, such as x and yaw.
         rows : ndarray, shape (k, m)
-            Each measured coordinate by the coordinates of `motion`.
+            Each measured coordinate by the m coordinates of `motion`.
         lengths : ndarray, shape (k,)
-            By which a rotation is comparable with a displacement; 1 of displacements. [m]
+            Length by which a rotation is multiplied to compare it with a displacement, the RMS distance of the
+            attachments of cables from the reference point; 1 for displacements. [m]
 
         Raises
         ------
@@ -97,9 +98,9 @@ class ClosedLoop:
         """
         control = self.scene.control
         names = list(control.measured or self.free)
-        displacements = self._body_displacements(self.motion.shapes)
+        body_rows = self._body_displacements(self.motion.shapes)
         rows = np.zeros((6, len(self.motion)))
-        rows[:, : displacements.shape[1]] = displacements  # strokes of actuators, the last ones, do not move the body
+        rows[:, : body_rows.shape[1]] = body_rows  # strokes of actuators, the last ones, do not move the body
         cable, end = np.nonzero(self.equilibrium.suspension.owner == self.body)
         arms = self.equilibrium.arms[cable, end]
         radius = np.sqrt((arms**2).sum(axis=-1).mean()) if len(arms) else 1.0
@@ -252,27 +253,32 @@ class ClosedLoop:
         return outcome_of(self._search_driven_cables)
 
     def _search_driven_cables(self):
-        """`DrivenCables` of a gain that is raised until the largest stable gain is below it; raises as `driven`."""
+        """Find `DrivenCables` with all modes of cables that decide on the largest stable gain.
+
+        They have the modes that their own gain could drive: it is raised until the largest stable gain is below it.
+        Raises as `driven`.
+        """
         _, driven_cables, first_gains = self._shared_by_gains
         self.check_open()
         gain = self.untuned_loop.gain or STUDY.little_gain
         if gain not in first_gains:
             first_gains[gain] = self._first_gain(gain, driven_cables)
         gain = first_gains[gain]
-        tried, driven = [], None
+        # exponents of the gains tried, powers of two, and their `DrivenCables`
+        powers, driven_of_gain = [], None
         for _ in range(STUDY.gain_trials):
-            if tried and driven.models is not self.modes.solution.models:
-                driven_cables.pop(tried[-1])  # its models may be large
-                driven = None
-            tried.append(ceil(log2(gain)))
-            driven = self._driven_cables_of(gain, driven_cables)
-            limit = driven.gains.limit
+            if powers and driven_of_gain.models is not self.modes.solution.models:
+                driven_cables.pop(powers[-1])  # its models may be large
+                driven_of_gain = None
+            powers.append(ceil(log2(gain)))
+            driven_of_gain = self._driven_cables_of(gain, driven_cables)
+            limit = driven_of_gain.gains.limit
             needed_gain = limit.factor if limit else STUDY.unlimited_gain * self.modes.solution.omega[0]
-            if needed_gain <= 2.0 ** tried[-1]:
-                driven_cables.update(dict.fromkeys(tried, driven))
+            if needed_gain <= 2.0 ** powers[-1]:
+                driven_cables.update(dict.fromkeys(powers, driven_of_gain))
                 break
             gain = needed_gain
-        return driven
+        return driven_of_gain
 
     def _first_gain(self, gain, driven_cables):
         """Gain for the first `DrivenCables` of a loop with a `gain`. [rad/s]

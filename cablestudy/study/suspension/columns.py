@@ -354,7 +354,9 @@ def wind_columns_of(scene, name):
 
 
 def find(name):
-    """`Column` of a name, with or without its unit; `why_not` says if a suspension can have it.
+    """`Column` of a suspension by its name, with or without its unit, such as `gondola.x_m` or `max_tension`.
+
+    Bodies and cables may have any name: `why_not` says if those of a scene have the column.
 
     Parameters
     ----------
@@ -369,7 +371,7 @@ def find(name):
     ValueError
         No such column; the message suggests one.
     """
-    if match := MODE.fullmatch(name):
+    if match := MODE.fullmatch(name):  # frequency_K, or BODY.frequency_K
         owner, number = match[1][:-1], int(match[2])
         if 0 < number <= STUDY.highest_mode_number:
             return _body_frequency(owner, number) if owner else _frequency(number)
@@ -379,39 +381,47 @@ def find(name):
     owner, dot, quantity = name.partition(".")
     if dot and OF_CABLE_MODES.fullmatch(quantity):
         return _cable_mode(find_of_one(quantity), owner)
-    columns, numbered = WHOLE, "frequency_K"
-    if dot:
-        numbered = f"{owner}.frequency_K"
-        columns = [
-            *body_columns(owner),
-            *all_cable_columns(owner),
-            *(_stiffness(owner, row, column) for row, column in product(AXES, AXES)),
-            *(_static_frequency(owner, number) for number in range(1, len(AXES) + 1)),
-            *linear_ranges(owner),
-            *force_displacements(owner),
-            *mode_columns(owner),
-            *link_columns(owner),
-        ]
-        path = name.rpartition(".")[0]  # BODY.MARKER too
-        columns += [*place_columns(path), *turn_columns(path), *tension_columns(path), midspan_column(path)]
-        columns += actuator_columns(path)
+    columns = _columns_of_path(name.rpartition(".")[0]) if dot else WHOLE
     for column in columns:
         if owner and name in (column.name, column.header):
             return column
+    numbered = f"{owner}.frequency_K" if dot else "frequency_K"
     of_cable_modes = [f"{owner}.{family.name}" for family in FAMILIES] if dot else []
     hint = suggestion(name, [numbered, *of_cable_modes, *(column.name for column in columns)])
     raise ValueError(f"unknown column of a suspension {name!r} ({hint})")
 
 
+def _columns_of_path(path):
+    """Columns that a body, BODY.MARKER, free point, cable, link or actuator of this name could have: list of Column."""
+    owner = path.partition(".")[0]
+    return [
+        *body_columns(owner),
+        *all_cable_columns(owner),
+        *(_stiffness(owner, row, column) for row, column in product(AXES, AXES)),
+        *(_static_frequency(owner, number) for number in range(1, len(AXES) + 1)),
+        *linear_ranges(owner),
+        *force_displacements(owner),
+        *mode_columns(owner),
+        *link_columns(owner),
+        *place_columns(path),
+        *turn_columns(path),
+        *tension_columns(path),
+        midspan_column(path),
+        *actuator_columns(path),
+    ]
+
+
 def why_not(scene, column):
-    """Reason for which a suspension cannot have a column; empty where it can.
+    """Reason for which a suspension cannot have a column, in words; empty where it can.
+
+    Nothing of this name is in the scene, it has no such column, or the scene lacks a key that the column needs.
 
     Parameters
     ----------
     scene : SuspensionScene
     column : Column
     """
-    owner, dot, quantity = column.name.partition(".")
+    owner, dot, quantity = column.name.partition(".")  # owner: name of a body, point, cable, link or actuator
     if not dot:
         return _why_not_of_whole(scene, column)
     columns = _columns_of_owners(scene)

@@ -133,19 +133,26 @@ class DrivenCables:
         )
 
     def _models(self, resolved_to):
-        """`Models` of the cables that resolve the driven waves, and those across all cables up to a frequency. [rad/s]
+        """`Models` of the cables with elements fine enough for the waves that the gain could drive.
 
-        Those of the coupled modes where they do, or where the elements are chosen exactly.
+        Waves across all cables are resolved at least up to the frequency `resolved_to` [rad/s]. The models of the
+        coupled modes serve where they are fine enough, or where the scene chooses the elements exactly.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            More half-waves along a cable than can be resolved, or no modes to the accuracy.
         """
-        base, highest, time = self._base, self._highest_driven, self._effects.travel_time
+        base, highest, travel_time = self._base, self._highest_driven, self._effects.travel_time
         resolved = max(highest.max(initial=0.0), resolved_to) <= self._highest_resolved
         if (resolved and base.models.complete) or self._elements:
             return base.models if base.models.complete else Models(base.models.cables, base.models.meshes, fixed=True)
-        half_waves = np.maximum(highest, [[resolved_to], [0.0]]) * time / np.pi
+        # half-waves along each cable, across it (first row) and along it, at the highest frequency that is needed
+        half_waves = np.maximum(highest, [[resolved_to], [0.0]]) * travel_time / np.pi
         direction, cable = np.unravel_index(np.argmax(half_waves), half_waves.shape)
-        most = half_waves[direction, cable]
-        if most > max(STUDY.resolved_waves, resolved_to * time[ACROSS].max() / np.pi) * (1 + 1e-9):
-            raise too_many(self._gain_in_words, int(min(most, 1e9)), highest[direction, cable])
+        largest = half_waves[direction, cable]
+        if largest > max(STUDY.resolved_waves, resolved_to * travel_time[ACROSS].max() / np.pi) * (1 + 1e-9):
+            raise too_many(self._gain_in_words, int(min(largest, 1e9)), highest[direction, cable])
         plant, cables = self._closed_loop.plant, base.models.cables
         search = Search(plant.equilibrium, len(base.omega), plant.accuracy, cables=cables)
         meshes = cables.meshes(search.orders_of(half_waves.max(axis=0)))
@@ -153,7 +160,7 @@ class DrivenCables:
         try:
             models.first  # noqa: B018 all modes are computed
         except ConvergenceError as error:
-            hertz = most / time[direction, cable] / 2
+            hertz = largest / travel_time[direction, cable] / 2
             message = f"{self._gain_in_words} needs modes of a cable up to {hertz:.4g} Hz: {error}"
             raise ConvergenceError(message) from None
         return models
@@ -202,7 +209,11 @@ class DrivenCables:
         return needed
 
     def _loop_gain(self, kept):
-        """`LoopGain` with the kept modes of the cables; a function, of the coupled modes, where rounding spoils it."""
+        """Loop gain over the gain, from the bodies without cables and the kept modes of each cable: `LoopGain`.
+
+        Where rounding spoils the response of a cable, that of the coupled modes takes its place, a function of s.
+        `kept` is a list of Kept, one for each cable.
+        """
         closed_loop, effects = self._closed_loop, self._effects
         layout, plant = closed_loop.layout, closed_loop.plant
         stiffness, mass = (dense(matrix) for matrix in layout.body_matrices)
@@ -256,20 +267,22 @@ class DrivenCables:
         self.gains = StableGains(self.loop_gain, self.poles, notches, law, self._gain)
 
     def with_critical_modes(self, plant, gain):
-        """Copy of a `Plant` with modes of cables around the one that would grow first as the gain is raised.
+        """Copy of a `Plant` with further modes, near the one that would grow first as the gain is raised.
 
-        They are those that the gain could drive, or all where rounding spoils the response of a cable. The plant itself
-        is returned where `gain` [rad/s] is not just below the largest one, or where its modes reach up to that mode.
+        With a gain just below the largest stable one, this mode is hardly damped, and gusts excite it. Added are the
+        modes near its frequency that the gain could drive, or all there where rounding spoils the response of a cable.
+        The plant itself is returned where `gain` [rad/s] is lower or unstable, or where its modes reach up that far.
         """
         limit, base = self.gains.limit, self._base
         if limit is None or limit.omega <= base.omega[-1]:
             return plant
         if not STUDY.nearly_largest_gain * limit.factor < gain < limit.factor:
             return plant
+        # modes of each cable that the gain could drive, and whose frequencies are near that of the limit
         critical = [np.zeros(len(in_loop), dtype=bool) for in_loop in self._in_loop]
-        driven = [np.ones(kept.modes, dtype=bool) for kept in self.kept] if self._spoilt else self._needed_modes()
+        drivable = [np.ones(kept.modes, dtype=bool) for kept in self.kept] if self._spoilt else self._needed_modes()
         for cable, (in_loop, kept) in enumerate(zip(self._in_loop, self.kept, strict=True)):
-            critical[cable][in_loop] = driven[cable][: kept.modes]
+            critical[cable][in_loop] = drivable[cable][: kept.modes]
             critical[cable] &= np.abs(self.models.elements[cable].omega / limit.omega - 1) < STUDY.critical_modes
         search = Search(plant.equilibrium, len(base.omega), plant.accuracy, cables=self.models.cables)
         band = (1 - STUDY.critical_modes) * limit.omega, (1 + STUDY.critical_modes) * limit.omega
@@ -302,14 +315,15 @@ class DrivenCables:
     def _mesh_errors(self, cable, ends):
         """Relative errors, by the mesh, of the frequencies of the kept modes and vectors of a cable, shape (n,).
 
-        `ends` are the `Ends` of its mesh. Far above the modes that decide on the loop, errors of single modes cancel:
-        there the mesh has the response of all of them together, six vectors, to the errors of these.
+        `ends` are the `Ends` of its mesh. Of modes far above those that decide on the loop only the joint response to
+        moving ends matters, for which six vectors stand (`residual_vectors`), and errors of single modes cancel in it:
+        each of these modes has the error of the vectors, if it is the smaller one.
         """
         element, shapes = self.loop_gain.elements[cable], self.kept[cable].shapes
         square = element.omega**2
 
         def error(amplitudes, square):
-            """Relative error of frequencies by the mesh: half of that of twice the strain energy, W^2."""
+            """Relative error of frequencies W by the mesh: half that of W^2, twice the strain energy of a mode."""
             energy = ends.highest_energy(amplitudes[None], np.zeros((1, 6, len(square))))[0]
             return np.minimum(energy / square / 2, 0.5)
 
@@ -319,9 +333,9 @@ class DrivenCables:
         vectors = vectors[:, vectors.any(axis=0)]
         share = vectors**2 + np.finfo(float).tiny  # of each mode in each vector
         of_vectors = error(shapes @ vectors, square @ vectors**2)
-        joint = share @ of_vectors / share.sum(axis=1)
-        single = error(shapes, square)
-        return np.where(far, np.minimum(single, joint), single)
+        of_modes_by_vectors = share @ of_vectors / share.sum(axis=1)
+        of_modes = error(shapes, square)
+        return np.where(far, np.minimum(of_modes, of_modes_by_vectors), of_modes)
 
     @property
     def simplification_error(self):

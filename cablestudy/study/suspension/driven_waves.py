@@ -93,6 +93,8 @@ class Effects:
 
     def _decay(self, cable, element):
         """Lower bound of the rate at which the modes of a cable between fixed ends decay, shape (n,). [1/s]"""
+        if element.air is not None:  # its own decay has the damping by the air
+            return element.decay
         return element.decay + np.where(self.along(cable, element), 0.0, self.air[cable])
 
     @cached_property
@@ -182,10 +184,15 @@ class Effects:
         return gain
 
     def _waves(self, cable):
-        """Waves across a cable, then along it: coupling m of w waves, shape (w, f, 6), and rate of decay, shape (f,).
+        """Waves across a cable, then waves along it, as if they were modes at each of the f frequencies.
 
-        m are the forces on the ends of the module's docstring over W^2. Masses on the cable divide it: the shortest
-        part has the largest forces on its ends.
+        Masses on the cable divide it: the shortest part has the largest forces on its ends.
+
+        Returns
+        -------
+        tuple of 2 (ndarray, ndarray)
+            Coupling m of w waves to the ends, shape (w, f, 6), the forces of the module's docstring over W^2
+            [sqrt(kg)], and their rate of decay, shape (f,) [1/s].
         """
         omega, span = self.omega, self.cables.catenary.span
         values = span.axial_stiffness, span.mass, span.unstretched_length, span.gravity
@@ -196,8 +203,9 @@ class Effects:
         shortest = np.diff(part_ends).min()
         time = shortest * self.travel_time[:, cable]
         across, along = np.sqrt(2 * np.sqrt(np.array([tension, stiffness]) * mass) / time)[:, None] / omega
+        # waves across stretch the cable where it sags, see the module's docstring
         by_sag = stiffness * mass * gravity / tension * np.sqrt(2 / (mass * length)) * 2 / time[ACROSS] / omega**3
-        # forces on both ends, in phase or opposite
+        # forces on both ends, in phase or opposite: two waves along, four across in two normal directions
         signs, tangents = np.repeat([[1.0, 1.0], [1.0, -1.0]], 3, axis=1), direction.reshape(6)
         normals = (_normals(direction)[:, None] * signs).reshape(4, 1, 6)
         decay_across, decay_along = self._wave_decay(cable, mass, divided=shortest != 1)
@@ -226,10 +234,10 @@ class Effects:
         return float(self.omega[size > STUDY.broad_loop_gain].max(initial=0.0))
 
     def driven(self, loop_gain, gain):
-        """Which modes of each cable a gain could drive: list of ndarray of bool, shape (n,).
+        """Decide which modes of each cable a gain could make grow: list of ndarray of bool, shape (n,).
 
-        A mode across a cable hardly strains it, and decays by what it makes the bodies do: that counts too. A mode
-        above the bound is judged by the shift of its own pole.
+        First by the bound of the module's docstring; modes that exceed it are judged by the estimated shift of their
+        own poles. Those poles count the damping by moving bodies too: a mode across a cable may have hardly any other.
 
         Parameters
         ----------
@@ -240,12 +248,12 @@ class Effects:
         """
         of_cables = []
         for cable, element in enumerate(loop_gain.elements):
-            driven = self.may_drive(cable, element, gain)
-            if driven.any():
-                omega, poles, shift = element.omega[driven], *loop_gain.poles_of(cable, np.flatnonzero(driven))
-                by_air = self._decay(cable, element)[driven] - element.decay[driven]
-                driven[driven] = gain * np.abs(shift) > self._harmless_shift(by_air - poles.real, omega)
-            of_cables.append(driven)
+            is_driven = self.may_drive(cable, element, gain)
+            if is_driven.any():
+                omega, poles, shift = element.omega[is_driven], *loop_gain.poles_of(cable, np.flatnonzero(is_driven))
+                by_air = self._decay(cable, element)[is_driven] - element.decay[is_driven]  # lower bound, see `air`
+                is_driven[is_driven] = gain * np.abs(shift) > self._harmless_shift(by_air - poles.real, omega)
+            of_cables.append(is_driven)
         return of_cables
 
     def may_drive(self, cable, element, gain):
@@ -259,6 +267,7 @@ class Effects:
         gain : float
             [rad/s]
         """
+        # index of the frequency of the bound next above each mode
         index = np.clip(np.searchsorted(self.omega, element.omega), 0, len(self.omega) - 1)
         bound = gain * self.shift_per_gain(cable, index, element.coupling)
         return bound > self._harmless_shift(self._decay(cable, element), element.omega)

@@ -51,13 +51,14 @@ class DynamicAnalysis:
         self._midspans, self._fewest_modes = False, 0
 
     def closed_loop_of(self, count, responses=False, among=0):
-        """`ClosedLoop` with a number of modes; it may be unstable. Computed once for the cases that share it.
+        """`ClosedLoop` with a number of modes; it may be unstable. Cases that differ in nothing it depends on share it.
 
         Parameters
         ----------
         count : int
+            Number of modes.
         responses : bool
-            See `Plant`.
+            Whether static responses to the inertia and damping of moving bodies are coordinates too, see `Plant`.
         among : int
             Number of modes that are computed, if it is larger: `count` of them, the lowest, are taken.
 
@@ -68,6 +69,7 @@ class DynamicAnalysis:
         """
         scene, (winches, control) = self.scene, self._keys
         computed, loops = max(count, among), self._shared.setdefault(winches, {})
+        # each level of keys adds what the next object depends on: plant, plant in the gusts of one wind, loop
         plant_key = count, computed, responses, winches, self._midspans
         if plant_key not in self._shared:
             modes = self._modes_of(computed).first(count)
@@ -213,7 +215,7 @@ class DynamicAnalysis:
 
     @property
     def doubt(self):
-        """Reason why the error of the RMS of the bodies is not known, or is larger than asked for: str, else empty.
+        """Text of a note where the error of the RMS of the bodies is unknown or above the accuracy; else empty.
 
         Raises
         ------
@@ -224,7 +226,7 @@ class DynamicAnalysis:
             return ""
         if self._modal_damping_counts:
             return unknown_rms_error(counted(len(self.closed_loop.modes), "mode"))
-        analyses = self, self.__dict__.get("_without_control")
+        analyses = self, self.__dict__.get("_without_control")  # with the winches at rest, if it was needed
         solved = [analysis for analysis in analyses if analysis is not None and analysis.solved]
         variance_error = max(analysis.response.moving_error for analysis in solved)
         error = variance_error / 2  # of the root
@@ -406,9 +408,10 @@ class DynamicAnalysis:
         return (self.at_rest if open_loop else self).response
 
     def rms(self, names, variance, open_loop):
-        """Root of the sum of variances of some outputs, and its estimated relative error; 0 of an output that is held.
+        """RMS of some outputs together, the root of the sum of their variances, and its estimated relative error.
 
-        `variance` is one of the names of `Variances.weighted`. The error is not a number for an exact choice of
+        `names` are names of outputs, those that the model lacks left out; `variance` one of `Variances.weighted`, such
+        as "value" or "rate". The error is 0 of outputs that are held; it is not a number for an exact choice of
         elements, whose own error is not known, nor with modal damping.
         """
         response = self.response_of(open_loop)
@@ -420,6 +423,7 @@ class DynamicAnalysis:
         if not total > 0:
             return np.sqrt(total), 0.0 if self._model is None else np.nan
         error, accuracy = variances.error_of(variance, names) / (2 * total), self._accuracy
+        # no error is stated below a share of the accuracy, found on random scenes: larger for the smallest model
         modes = len(response.closed_loop.modes)
         fewest = modes == self._model_sizes[0] < self._computed_modes(modes)
         least = STUDY.resolved_by_fewest if fewest else STUDY.resolved
@@ -431,12 +435,14 @@ class DynamicAnalysis:
         return max((self.rms([name], variance, open_loop) for name in names), key=lambda value: value[0])
 
     def peak(self, names, mean, crossings=0.0):
-        """Largest expected size of some outputs, |mean| + g RMS, and its estimated relative error.
+        """Largest size that some outputs are expected to reach in the wind, |mean| + g RMS, and its relative error.
 
         Parameters
         ----------
         names : sequence of str
+            Names of the outputs, whose RMS is that of all together.
         mean : float
+            Their mean value, in their unit.
         crossings : float
             Least relative error of the rate at which the mean is crossed. [-]
 
@@ -450,6 +456,7 @@ class DynamicAnalysis:
         (rms_rate, rate_error), duration = self.rms(names, "rate", open_loop=False), self.scene.wind.duration
         crossing_rate = rms_rate / (2 * np.pi * rms)
         factor = peak_factor(crossing_rate, duration)
+        # what the error of the rate of crossings does to g
         larger_factor = peak_factor(crossing_rate * (1 + max(rate_error + error, crossings)), duration)
         return abs(mean) + factor * rms, error + larger_factor / factor - 1
 
@@ -493,26 +500,30 @@ class DynamicAnalysis:
 
 
 def solve_modes(analyses, equilibrium):
-    """Compute, of many cases together, the coupled modes that each analysis needs first, and keep them in it.
+    """Compute the coupled modes that many analyses need first, all cases together, and keep them in each analysis.
+
+    One computation for many cases of a study costs less than one for each. Cases whose first models have the same key
+    (`DynamicAnalysis.first_model`) are computed together.
 
     Parameters
     ----------
     analyses : list of DynamicAnalysis
-        Of suspensions with equal names and connections, n of them.
+        Of n suspensions with equal names and connections; the dict of modes of each is filled.
     equilibrium : Equilibrium
-        Of these, shape (n,).
+        Equilibria of these suspensions, shape (n,).
     """
-    missing = {}  # first model -> index of one analysis for each dict of modes, which several may share
+    indices_by_model = {}  # key of the first model -> {id of a dict of modes: index of one analysis that shares it}
     for index, analysis in enumerate(analyses):
         if analysis.first_model[0] not in analysis._modes:
-            missing.setdefault(analysis.first_model, {})[id(analysis._modes)] = index
-    for (count, accuracy, planes, elements), by_dict in missing.items():
+            indices_by_model.setdefault(analysis.first_model, {})[id(analysis._modes)] = index
+    for (count, accuracy, planes, elements), by_dict in indices_by_model.items():
         indices = list(by_dict.values())
-        batch, model = [analyses[index] for index in indices], elements
-        damping = [cable.damping for analysis in batch for cable in analysis.scene.cables.values()]
+        group, model = [analyses[index] for index in indices], elements
+        damping = [cable.damping for analysis in group for cable in analysis.scene.cables.values()]
         if elements and elements.drag is not None:
-            model = replace(elements, drag=concatenate([analysis._model.drag for analysis in batch]))
+            model = replace(elements, drag=concatenate([analysis._model.drag for analysis in group]))
         arguments = equilibrium.take(np.array(indices)), count, accuracy, damping, planes, True, model
-        for analysis, modes in zip(batch, coupled_modes_of_cases(*arguments), strict=True):
+        for analysis, modes in zip(group, coupled_modes_of_cases(*arguments), strict=True):
+            # the modes with damping, or the error that says why there are none
             result = modes if isinstance(modes, Exception) else outcome_of(lambda modes=modes: modes.damped)
             analysis._modes[count] = result

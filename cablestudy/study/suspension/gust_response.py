@@ -91,24 +91,26 @@ class GustResponse:
     # ------------------------------------------------------------------------------------------------ frequencies
 
     def spectra(self, frequency, space=None):
-        """One-sided spectra of outputs.
+        """One-sided spectra of the outputs in the gusts, or of combinations of them.
 
         Parameters
         ----------
         frequency : ndarray, shape (f,)
             [Hz]
         space : ndarray, shape (o, r), optional
-            Combinations of the outputs.
+            Columns: r combinations of the o outputs, whose spectra are returned instead.
 
         Returns
         -------
         ndarray, shape (o, f) or (r, f)
+            Squares of the units of the outputs, per Hz.
         """
         residues, gusts = self._turbulence.residues, self.closed_loop.gusts
         if space is not None:
             residues = residues.combined(space)
-        at_once, spectra = max(1, STUDY.response_entries // len(self.closed_loop.motion) ** 2), []
-        for block in np.split(frequency, range(at_once, len(frequency), at_once)):
+        # frequencies in blocks, whose responses bound the memory
+        block_size, spectra = max(1, STUDY.response_entries // len(self.closed_loop.motion) ** 2), []
+        for block in np.split(frequency, range(block_size, len(frequency), block_size)):
             response = residues.response(2j * np.pi * block)
             spectra.append(gusts.input_spectra(block, np.swapaxes(response, -1, -2)).T)
         return np.concatenate(spectra, axis=-1)

@@ -53,14 +53,16 @@ class LoadedState:
 
 
 def drag_on_cables(drag, equilibrium):
-    """`SteadyDrag` on each cable, none on those without mass, of shape (n, c).
+    """Drag of a steady wind on each cable, as the models of single cables take it: `SteadyDrag` of shape (n, c).
+
+    It is zero on cables without mass.
 
     Parameters
     ----------
     drag : Drag
-        Of n cases.
+        Wind and drag widths of the cables in n cases.
     equilibrium : Equilibrium
-        Of these, in the wind.
+        Equilibria of these cases in the wind, shape (n,).
     """
     mass = equilibrium.suspension.cable_mass
     pressure, speed = drag.density / 2 * (drag.velocity**2).sum(axis=-1), size(drag.velocity)
@@ -69,6 +71,7 @@ def drag_on_cables(drag, equilibrium):
     drag_of_cables = SteadyDrag(normal_drag, np.broadcast_to(direction[:, None], (*mass.shape, 3)))
     if drag.profile is None:
         return drag_of_cables
+    # a wind that grows with the height: the mean of its pressure along each cable
     profile, end_1 = drag.profile.over(mass.shape[1]), equilibrium.ends[:, equilibrium.suspension.of_cables, 0]
     mean = profile.mean_pressure(equilibrium.catenary, end_1)
     return replace(drag_of_cables, profile=profile, end_1=end_1, mean=mean)
@@ -94,42 +97,48 @@ class DragChange:
 
 
 def drag_change(equilibrium, drag):
-    """`DragChange` of an equilibrium, to first order.
+    """Estimate the errors of equilibria by drag that is taken as uniform along each cable: `DragChange`.
+
+    To first order: the true drag of each cable between fixed ends gives the error of its form and the change of the
+    forces on its ends; these move the bodies, which changes the tensions of all cables.
 
     Parameters
     ----------
     equilibrium : Equilibrium
         Of n cases, in the wind.
     drag : Drag or None
+        The wind; without it all errors are 0.
     """
     shape = equilibrium.lengths.shape
-    error, sag, displacement = np.zeros(shape[0]), np.zeros(shape), np.zeros((*equilibrium.position.shape[:2], 6))
+    largest_error, sag_error = np.zeros(shape[0]), np.zeros(shape)
+    displacement = np.zeros((*equilibrium.position.shape[:2], 6))
     if drag is None:
-        return DragChange(error, sag, displacement)
+        return DragChange(largest_error, sag_error, displacement)
     drag_of_cables = drag_on_cables(drag, equilibrium)
     case, cable = np.nonzero((drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None])
     cable_error, forces = np.zeros(shape), np.zeros((*shape, 2, 3))
     if len(case):
         cables_in_wind = drag_of_cables.take((case, cable)), equilibrium.catenary.take((case, cable)), drag.stretched
-        cable_error[case, cable], sag[case, cable], forces[case, cable] = uneven_drag_errors(*cables_in_wind)
+        cable_error[case, cable], sag_error[case, cable], forces[case, cable] = uneven_drag_errors(*cables_in_wind)
     for row in np.unique(case).tolist():
-        by_bodies, displacement[row] = _by_bodies(equilibrium, row, forces[row])
-        error[row] = bounded(cable_error[row] + STUDY.second_order * by_bodies).max()
-        sag[row] = bounded(sag[row] + STUDY.second_order * by_bodies)
-    return DragChange(error, sag, bounded(STUDY.second_order * np.abs(displacement)))
+        tension_change, displacement[row] = _movement_of_bodies(equilibrium, row, forces[row])
+        largest_error[row] = bounded(cable_error[row] + STUDY.second_order * tension_change).max()
+        sag_error[row] = bounded(sag_error[row] + STUDY.second_order * tension_change)
+    return DragChange(largest_error, sag_error, bounded(STUDY.second_order * np.abs(displacement)))
 
 
-def _by_bodies(equilibrium, row, forces):
-    """Movement of the bodies of one case by changed forces of its cables, and the changes of tension that follow.
+def _movement_of_bodies(equilibrium, row, forces):
+    """Compute the movement of the bodies of one case by changed forces of its cables, and the changes of tension.
 
-    The bodies move by u = K^-1 f, with the tangent stiffness K and the changed forces f on them. A cable of stiffness k
-    whose ends move apart by e pulls with k e more: that is (k e) . t/|t|^2 of its end force t.
+    The bodies move by u = K^-1 f, with the tangent stiffness K and the changes f of the forces on them. A cable of
+    stiffness k whose ends move apart by e pulls with k e more: that is (k e) . t/|t|^2 of its end force t.
 
     Parameters
     ----------
     equilibrium : Equilibrium
+        Of several cases.
     row : int
-        The case.
+        Index of the case.
     forces : ndarray, shape (c, 2, 3)
         Changes of the forces of the cables on what holds their ends. [N]
 
@@ -141,7 +150,7 @@ def _by_bodies(equilibrium, row, forces):
         Displacements [m] and rotations [rad].
     """
     suspension, arms = equilibrium.suspension.take(row), equilibrium.arms[row, equilibrium.suspension.of_cables]
-    owner = suspension.owner[suspension.of_cables]
+    owner = suspension.owner[suspension.of_cables]  # body that holds each end, shape (c, 2)
     cables, movement = np.arange(len(forces)), np.zeros((len(suspension.body_names), 6))
     factors = None
     if suspension.free.any():
@@ -150,11 +159,11 @@ def _by_bodies(equilibrium, row, forces):
         return np.zeros(len(forces)), movement
     wrenches = tangent.wrenches(arms, forces)[None]
     movement[suspension.free] = factors.solve(tangent.by_body(suspension, cables, wrenches)[0].sum(axis=0))
-    of_ends = movement[owner, :3] + np.cross(movement[owner, 3:], arms)
-    of_ends = np.where((owner == tangent.GROUND)[..., None], 0.0, of_ends)
+    end_movements = movement[owner, :3] + np.cross(movement[owner, 3:], arms)
+    end_movements = np.where((owner == tangent.GROUND)[..., None], 0.0, end_movements)
     of_cables = row, suspension.of_cables
     end_stiffness, force = equilibrium.end_stiffness[of_cables], equilibrium.end_forces[of_cables]
-    force_change = (end_stiffness @ (of_ends[:, 1] - of_ends[:, 0])[..., None])[:, None, :, 0]
+    force_change = (end_stiffness @ (end_movements[:, 1] - end_movements[:, 0])[..., None])[:, None, :, 0]
     square = np.maximum((force**2).sum(axis=-1), np.finfo(float).tiny)
     return np.abs((force_change * force).sum(axis=-1) / square).max(axis=-1), movement
 
@@ -189,7 +198,7 @@ class CablesOfCase:
 
 
 def loaded_state(reference, scenes, forced=True, cables=None):
-    """Suspensions in the load cases of their scenes.
+    """Find the equilibria of suspensions in the load cases of their scenes, on the lengths of the reference state.
 
     Parameters
     ----------
@@ -200,7 +209,7 @@ def loaded_state(reference, scenes, forced=True, cables=None):
     forced : bool
         Whether the forces of the load cases on bodies and points act too.
     cables : CablesOfCase, optional
-        By default those of the reference state, at the temperatures of the cases.
+        Cables as the cases change them; by default those of the reference state at the temperatures of the cases.
 
     Returns
     -------
@@ -213,13 +222,14 @@ def loaded_state(reference, scenes, forced=True, cables=None):
     """
     present, values = cables_left(reference, scenes[0]), CableValues(scenes)
     suspension, lengths = reference.suspension, reference.lengths
-    if len(present) < lengths.shape[-1]:
+    if len(present) < lengths.shape[-1]:  # the load case has lost cables
         suspension, lengths = suspension.with_cables(present), lengths[:, present]
         cables = cables and cables.take(present)
     reference_cables = lengths, 1.0 + elongation(values), suspension.axial_stiffness, suspension.cable_mass
     cables, problems = cables or CablesOfCase(*reference_cables), _shrunk(values, suspension.cable_names)
     length_ratio = cables.length_ratio
     converged = reference.record.converged
+    # the search begins where the reference state is, if there is one
     loaded = replace(
         suspension,
         load_fractions=None,
@@ -233,7 +243,7 @@ def loaded_state(reference, scenes, forced=True, cables=None):
         **(_forces(scenes, suspension) if forced else {}),
     )
     if any(loads_of(scenes[0], of_case=True)):
-        loads, loads_beyond = _loads(values, suspension.cable_names, loaded.value, length_ratio)
+        loads, loads_beyond = _case_loads(values, suspension.cable_names, loaded.value, length_ratio)
         loaded = replace(loaded, **loads)
         problems = [problem or beyond_end for problem, beyond_end in zip(problems, loads_beyond, strict=True)]
     without_wind = pose(loaded)
@@ -330,8 +340,10 @@ def too_long(reference):
     return ["; ".join(texts) for texts in problems]
 
 
-def _loads(values, names, lengths, length_ratio):
-    """Point loads of all cables, as many for each: fields of `SuspendedSystem`, and texts on loads beyond the ends.
+def _case_loads(values, names, lengths, length_ratio):
+    """Point loads on cables in their load cases: fields of `SuspendedSystem`, and texts on loads beyond a cable's end.
+
+    Every cable has equally many, some of them zero, in ascending order along it.
 
     Parameters
     ----------
@@ -341,8 +353,16 @@ def _loads(values, names, lengths, length_ratio):
         Of the cables.
     lengths, length_ratio : ndarray, shape (n, c)
         Unstretched lengths at the temperature of the case [m], and over those in the reference state [-].
+
+    Returns
+    -------
+    fields : dict
+        `load_positions` along the unstretched cable, `load_forces` and `load_masses`.
+    problems : list of str
+        One text for each case, empty where no load is beyond an end.
     """
     positions, fractions, forces, masses = point_loads(values, of_case=True)
+    # from end 1 along the cable at the temperature of the case; stated as a length in the reference state or a share
     arc_lengths = np.where(np.isnan(fractions), positions * length_ratio[..., None], fractions * lengths[..., None])
     beyond, problems = arc_lengths >= lengths[..., None], [""] * len(lengths)
     for case, cable, load in np.argwhere(beyond).tolist():

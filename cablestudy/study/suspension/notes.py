@@ -12,7 +12,9 @@ from cablestudy.system.superelement import grows_with_modes
 
 
 def notes_of(case):
-    """Lines for --explain.
+    """Notes on how the numbers of a case were computed, the lines of the option --explain.
+
+    Statics, load case, slack cables, motion in the wind, coupled modes, and comparison with a finer model.
 
     Parameters
     ----------
@@ -69,10 +71,11 @@ def warnings_of(case):
 
 
 def moved_note(case):
-    """A note on free points and bodies that stated tensions and sags move, at most one. Returns a tuple of str.
+    """Note on bodies and free points that are not where the file places them (`at`): tuple of str, at most one.
 
-    The lengths follow from the stated values with all forces acting, so that a further force in the scene changes the
-    lengths. A movement less than the longest stretch of the cables may as well be by their tension, and is not told.
+    Where cables state a tension or sag, their lengths follow with all forces of the scene acting, so that a force which
+    was meant to displace a body changes the lengths instead. A movement less than the longest stretch of the cables of
+    a body may as well be by their tension, and is not told.
     """
     scene = case.scene
     if scene.solve_for != "pose" or all(cable.unstretched_length is not None for cable in scene.cables.values()):
@@ -84,6 +87,7 @@ def moved_note(case):
         return ()
     catenary, index = reference.catenary, case.index
     stretch = np.asarray(catenary.stretched_length - catenary.span.unstretched_length)[index]
+    # tables of the scene, which state `at`
     holders = {**scene.bodies, **{name: point for name, point in scene.points.items() if point.free}}
     moved_bodies = []
     for body, name in enumerate(suspension.body_names):
@@ -117,7 +121,11 @@ def _of_slack(equilibrium):
 
 
 def _of_wind(case):
-    """Yield notes on the model of the motion in the wind and under control, where it was computed."""
+    """Yield notes on the model of the motion in the wind and under control, where it was computed.
+
+    The modes by which the loop is judged, modes and static shapes of the model, the state about which it is linear,
+    aerodynamic damping, the loop, and modal damping.
+    """
     if not case.moves:
         return
     closed_loop, wind = case.in_wind.described, case.scene.wind
@@ -221,7 +229,7 @@ def _of_modal_damping(models):
 
 
 def lost_notes(case):
-    """Two notes on a load case with lost cables, against the same case with all: what moves, how tensions change.
+    """Compare a load case with lost cables with the same case with all cables: notes on movements, and on tensions.
 
     Parameters
     ----------
@@ -230,7 +238,7 @@ def lost_notes(case):
     Returns
     -------
     tuple of str
-        Empty where no cable is lost.
+        Two notes, or a warning and a note where a body falls; empty where no cable is lost.
 
     Raises
     ------

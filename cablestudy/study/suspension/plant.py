@@ -26,12 +26,12 @@ TURN = 2 * np.pi
 
 
 def drag_of(scenes, body_names, cable_names):
-    """`Drag` of scenes of equal names, with a leading axis of cases.
+    """Collect the mean wind and the drag areas of scenes in one `Drag`, with a leading axis of cases.
 
     Parameters
     ----------
     scenes : sequence of SuspensionScene
-        With wind.
+        With wind, and with equal names of bodies and cables.
     body_names, cable_names : sequence of str
         Bodies and junctions, and cables, in the order of the `SuspendedSystem`.
     """
@@ -297,31 +297,32 @@ class Plant:
         return self.motion.within(self.coarse_space)
 
     def residues_of(self, motion, loop=None, space=None, speeds=False):
-        """`Residues` from the inputs of `Gusts` to all outputs, with actuators; a `DelayedResponse` with delay.
+        """Response of all outputs to the gusts, as a sum over poles: `Residues`, or `DelayedResponse` with a delay.
 
         Parameters
         ----------
         motion : LinearSystem
             `motion` of this object, or that in a space of its coordinates.
         loop : Loop, optional
-            Of this motion.
+            Loop of this motion; without it the winches are at rest.
         space : ndarray, shape (m, r), optional
             Basis of that space.
         speeds : bool
             True for the speeds of the winches instead of the outputs.
         """
-        into = self.gusts.input_matrix
-        forces = np.zeros((len(self.motion), into.shape[1]))  # gusts do not act on the strokes of masses
-        forces[: len(into)] = into
+        input_matrix = self.gusts.input_matrix
+        forces = np.zeros((len(self.motion), input_matrix.shape[1]))  # gusts do not act on the strokes of masses
+        forces[: len(input_matrix)] = input_matrix
         forces = forces if space is None else space.T @ forces
-        system = motion, forces, loop, self.actuators, self._direct
-        state_space = winch_speeds(*system) if speeds else by_forces(*system)
+        arguments = motion, forces, loop, self.actuators, self._direct
+        state_space = winch_speeds(*arguments) if speeds else by_forces(*arguments)
         approximate = residues((loop or motion).eigen, *state_space)
         if loop is None or not loop.law.delay:
             return approximate
-        exact = ExactResponse(*system)
-        response, fast = (exact.winch_speeds, exact.hardly_moved) if speeds else (exact.outputs, exact.alone)
-        return delayed_response(response, approximate, fast, loop.right_up_to)
+        # the poles are those of a Padé approximant: above `right_up_to` the winches hardly move, and those at rest hold
+        exact = ExactResponse(*arguments)
+        response, poles_at_rest = (exact.winch_speeds, exact.hardly_moved) if speeds else (exact.outputs, exact.alone)
+        return delayed_response(response, approximate, poles_at_rest, loop.right_up_to)
 
     @property
     def _direct(self):

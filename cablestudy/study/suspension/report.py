@@ -25,15 +25,15 @@ FIRST = ("preload", "max_tension", "unstretched_length", "sag", "utilisation", "
 
 
 def static_tables(case, only=None, failures=None):
-    """The tables bodies, points, cables and stiffness of a case, and links where it has any.
+    """Make the tables of the command `static` for a case: bodies, points, cables, stiffness, and links if it has any.
 
     Parameters
     ----------
     case : SuspensionCase
     only : str, optional
-        The name of one of them; the others are not made.
+        Name of a table: no other is made.
     failures : list of str, optional
-        Reasons why cells have no value are appended; without it the first such reason is raised.
+        Reasons why cells have no value are appended; without this list the first such reason is raised.
 
     Returns
     -------
@@ -43,7 +43,7 @@ def static_tables(case, only=None, failures=None):
     Raises
     ------
     NoSolutionError, ConvergenceError
-        It has no stable equilibrium.
+        The case has no stable equilibrium.
     """
     suspension = case.equilibrium.suspension
     bodies, points = np.split(np.array(suspension.body_names, dtype=object), [suspension.bodies])
@@ -56,7 +56,7 @@ def static_tables(case, only=None, failures=None):
         names = case.with_all_cables.cables
         return _with_state(case, listed(case, names, columns_of_cable, cable_columns(""), failures))
 
-    makers = {
+    makers = {  # of bodies without the last column, the mass; of points the coordinates alone
         "bodies": lambda: listed(case, bodies, lambda name: body_columns(name)[:-1], body_columns("")[:-1]),
         "points": lambda: listed(case, points, lambda name: point_columns(name)[:3], point_columns("")[:3]),
         "cables": lambda: _with_secondary_columns(of_cables()),
@@ -106,16 +106,18 @@ def _with_state(case, table):
 
 
 def listed(case, names, columns_of, kinds=(), failures=None):
-    """A table with one row for each name.
+    """Table with one row for each body, cable or other name, and its quantities as columns.
 
     Parameters
     ----------
     case : SuspensionCase
     names : sequence of str
+        Names of the rows.
     columns_of : callable
-        Name -> columns that it has: list of Column, whose names begin with it and a dot.
+        Name -> list of Column that this row has; their names begin with the name and a dot.
     kinds : sequence of Column
-        Columns of the name "", in the order of the table, of which a name may lack some; by default the first name's.
+        All columns in the order of the table, made for the name "", of which a row may lack some; by default columns
+        appear in the order in which the rows have them.
     failures
         As for `static_tables`.
     """
@@ -132,21 +134,22 @@ def listed(case, names, columns_of, kinds=(), failures=None):
 
 
 def cells_of(case, columns, failures=None):
-    """Values of some columns of a case, and their errors where known: two dicts, by the keys of `columns`.
+    """Compute some columns of a case: values, and estimated relative errors where known, two dicts by column name.
 
     Parameters
     ----------
     case : SuspensionCase
     columns : dict
-        Name -> Column.
+        Name in the table -> Column.
     failures : list of str, optional
-        The reason of each value that does not exist, which is then None, is appended.
+        Where a value does not exist, the reason is appended, and the value is None.
 
     Raises
     ------
     NoSolutionError
         A value does not exist, and there is no list of failures.
     ConvergenceError
+        A value is not found to the accuracy.
     """
     cells, errors = {}, {}
     for name, column in columns.items():
@@ -179,7 +182,7 @@ def _stiffness_table(case):
 
 
 def form_tables(scene):
-    """Tables `points` and `cables` of the form found by the force density method.
+    """Tables `points` and `cables` of the form of a net found by the force density method (Schek 1974).
 
     Parameters
     ----------
@@ -203,6 +206,7 @@ def form_tables(scene):
               Field("length_m", "length", "m"))  # fmt: skip
     positions = zip(form.body_names[form.bodies :], form.position[0, form.bodies :].tolist(), strict=True)
     has_density = np.isfinite(density)
+    # tension over force density is the distance of the ends
     numbers = np.stack([density, tension[0], tension[0] / density], axis=-1)[has_density].tolist()
     names = np.array(form.cable_names, dtype=object)[has_density].tolist()
     return {
@@ -212,19 +216,20 @@ def form_tables(scene):
 
 
 def mode_table(case, modes, chosen):
-    """Coupled modes as rows.
+    """Table of coupled modes of cables and bodies, with the errors of frequencies and damping ratios.
 
     Parameters
     ----------
     case : SuspensionCase
     modes : CoupledModes
-        Of this case.
+        Modes of this case.
     chosen : sequence of int
-        Their indices, from 0.
+        Indices, from 0, of the modes that are rows.
 
     Returns
     -------
     Table
+        Number, frequency, damping ratio, the part that moves most, and the share of kinetic energy in bodies.
     """
     fields = (
         Field("number", "number"),
@@ -240,6 +245,7 @@ def mode_table(case, modes, chosen):
     ]
 
     def errors():
+        """Yield the known errors of each row; computed only if they are shown, as a finer model may be needed."""
         frequency, ratio = mode_errors(case, modes, int(max(chosen, default=-1)) + 1)
         for index in map(int, chosen):
             errors_of_mode = {"frequency_Hz": float(frequency[index]), "damping_ratio": float(ratio[index])}
@@ -287,13 +293,13 @@ def _errors_of_cable_modes(case, name, modes):
 
 
 def shape_table(case, failures):
-    """Static shapes of all cables as rows, one cable after the other: Table.
+    """Table of points along the static shapes of all cables, one cable after the other.
 
     Parameters
     ----------
     case : SuspensionCase
-    failures : list
-        Reasons why cables have no definite form are appended.
+    failures : list of str
+        For each cable that is left out, the reason why it has no definite form is appended.
 
     Raises
     ------
@@ -312,16 +318,18 @@ def shape_table(case, failures):
 
 
 def mode_errors(case, modes, count):
-    """Estimated relative errors of the lowest coupled modes.
+    """Estimated relative errors of frequency and damping ratio of the lowest coupled modes.
 
-    Modes of fixed elements are compared with those of a finer model that have the most similar shapes.
+    A model to an accuracy states its errors. Modes of fixed elements are compared with those of a finer model whose
+    shapes are most similar.
 
     Parameters
     ----------
     case : SuspensionCase
     modes : CoupledModes
-        Of this case.
+        Modes of this case.
     count : int
+        Number of modes, from the lowest on.
 
     Returns
     -------
@@ -338,7 +346,7 @@ def mode_errors(case, modes, count):
         return errors
     compared = min(count, len(modes), len(finer))
     partner = pair_modes(modes.take(np.arange(compared)), finer)
-    pairs = (
+    pairs = (  # numbers of this model, of the finer one, and errors of these
         (modes.frequency, finer.frequency, finer.error),
         (modes.damping_ratio, finer.damping_ratio, finer.damping_error),
     )

@@ -115,15 +115,15 @@ def check_options(options):
 
 
 def choose(document, scene, options, highest=None):
-    """Choose the coupled modes to keep.
+    """Choose the coupled modes that a state space of a suspension keeps, as the options of the command `ssm` ask for.
 
     Parameters
     ----------
     document : Document
-        Of the scene, for the places of mistakes.
+        Of the scene, for file and line in messages.
     scene : SuspensionScene
     options : StateSpaceOptions
-        Those that have no meaning for a suspension are not looked at.
+        Options without meaning for a suspension are ignored.
     highest : float, optional
         Of a response [Hz]: without other choice the modes up to it are kept, at least `default_modes` and not many more
         than `response_modes`.
@@ -155,30 +155,40 @@ def choose(document, scene, options, highest=None):
     if options.upto:
         found = case.modes_up_to(options.limit)
         return _choice(case, options, found, found.up_to(options.limit), highest)
-    size = STUDY.most_body_modes if scene.model.elements is not None else options.count or STUDY.default_modes
-    found = case.modes(size)
-    if options.count is not None and len(found) < options.count:
-        raise SceneError(f"--modes {options.count}: the model has {len(found)} modes")
-    while (
-        options.count is None
-        and highest
-        and len(found) == size < STUDY.response_modes
-        and found.frequency[-1] < highest
-    ):
-        size *= 2
-        found = case.modes(size)
+    found = _lowest_modes(case, options.count, highest)
     return _choice(case, options, found, np.arange(len(found))[: options.count], highest)
 
 
+def _lowest_modes(case, count, highest):
+    """The lowest `CoupledModes`: at least a `count`, or up to the `highest` frequency of a response [Hz] without one.
+
+    Raises as `choose`.
+    """
+    size = STUDY.most_body_modes if case.scene.model.elements is not None else count or STUDY.default_modes
+    found = case.modes(size)
+    if count is not None and len(found) < count:
+        raise SceneError(f"--modes {count}: the model has {len(found)} modes")
+    while count is None and highest and len(found) == size < STUDY.response_modes and found.frequency[-1] < highest:
+        size *= 2
+        found = case.modes(size)
+    return found
+
+
 def _choice(case, options, found, chosen, highest):
-    """The `SuspensionChoice` of some of the modes found."""
+    """The `SuspensionChoice` of some of the modes `found`; `chosen` are their indices, from 0."""
     return SuspensionChoice(options, case, found, linear_model(case, found.damped, options.wind), chosen, highest)
 
 
 def _fewest(case, options, highest):
-    """The `SuspensionChoice` of the fewest modes that leave out no more than `options.error` of the inertia.
+    """`SuspensionChoice` of the fewest modes that leave out no more than a share, `options.error`, of the inertia.
 
-    Of modes with coincident frequencies all are kept, or none. Twice as many modes are computed until they suffice.
+    The inertia is that between the input and output of the options (`LinearSystem.inertia_share`). Of modes with
+    coincident frequencies all are kept, or none. Twice as many modes are computed until they suffice.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        The most modes that can be computed leave out more.
     """
     size = STUDY.most_body_modes if case.scene.model.elements is not None else STUDY.default_modes
     too_few = ""  # why the modes computed before do not suffice
@@ -197,7 +207,7 @@ def _fewest(case, options, highest):
             too_few = f"{lacking}; of more, "
             size = min(2 * size, STUDY.most_body_modes)
             continue
-        for first, last in found.coincident:
+        for first, last in found.coincident:  # counted from 1
             run = np.arange(first - 1, last)
             if np.isin(run, chosen).any():
                 chosen = np.union1d(chosen, run)
@@ -228,17 +238,17 @@ def linear_model(case, found, nodes=False):
 
 
 def with_node_forces(system, layout, models, kept):
-    """A `LinearSystem` of `control.suspension.second_order` with forces on inner nodes as further inputs.
+    """Add forces on the inner nodes of the cables to the inputs of a `LinearSystem`: for wind that varies along them.
 
     Parameters
     ----------
     system : LinearSystem
-        In the coordinates of cables and bodies; its last outputs are the tensions, two of each cable.
+        Made by `control.suspension.second_order`; its last outputs are the tensions, two of each cable.
     layout : Layout
     models : Models
-        Of the c cables.
+        Elements of the c cables.
     kept : list of Kept
-        Their coordinates in the system.
+        Coordinates of each cable in the system.
 
     Returns
     -------
@@ -247,23 +257,25 @@ def with_node_forces(system, layout, models, kept):
     """
     names, (direction, _) = layout.equilibrium.suspension.cable_names, outward(layout.equilibrium)
     sizes, ends = [len(cable.element.omega) for cable in kept], dense(layout.connection)
-    first, tensions = np.cumsum([0, *sizes]), len(system.outputs) - 2 * len(kept)  # coordinate of modes, output
-    forces, direct, labels = [], [], []
+    first_mode = np.cumsum([0, *sizes])  # coordinate of the first mode of each cable, then of the bodies
+    first_tension = len(system.outputs) - 2 * len(kept)  # output
+    force_parts, direct_parts, labels = [], [], []
+    # shapes: displacements of the nodes of a cable by its modes, then by its ends, shape (p, 3, k)
     for cable, _, _, shapes in nodal_shapes(models, kept, np.flatnonzero(models.cables.heavy)):
-        displacements, size = shapes[1:-1].reshape(-1, shapes.shape[-1]), sizes[cable]
+        displacements, modes = shapes[1:-1].reshape(-1, shapes.shape[-1]), sizes[cable]
         count = len(displacements)
         on_coordinates, on_outputs = np.zeros((len(system), count)), np.zeros((len(system.outputs), count))
-        on_coordinates[first[cable] : first[cable + 1]] = displacements[:, :size].T
-        on_coordinates[first[-1] :] = ends[6 * cable : 6 * cable + 6].T @ displacements[:, size:].T
-        # what the ends take statically is no force of the cable on them
-        at_ends = displacements[:, size:].reshape(-1, 2, 3)
-        rows = slice(tensions + 2 * cable, tensions + 2 * cable + 2)
+        on_coordinates[first_mode[cable] : first_mode[cable + 1]] = displacements[:, :modes].T
+        on_coordinates[first_mode[-1] :] = ends[6 * cable : 6 * cable + 6].T @ displacements[:, modes:].T
+        # tensions are less by the share of each force that reaches the ends statically
+        at_ends = displacements[:, modes:].reshape(-1, 2, 3)
+        rows = slice(first_tension + 2 * cable, first_tension + 2 * cable + 2)
         on_outputs[rows] = -np.einsum("ea,fea->ef", direction[cable], at_ends)
-        forces.append(on_coordinates)
-        direct.append(on_outputs)
+        force_parts.append(on_coordinates)
+        direct_parts.append(on_outputs)
         nodes = range(1, len(shapes) - 1)
         labels += [(f"{names[cable]}.force_node_{node}_{axis}", "N") for node in nodes for axis in "xyz"]
-    if not forces:
+    if not force_parts:
         return system
-    forces, direct = np.concatenate(forces, axis=1), np.concatenate(direct, axis=1)
-    return system.with_forces(forces, labels, direct)
+    force_parts, direct_parts = np.concatenate(force_parts, axis=1), np.concatenate(direct_parts, axis=1)
+    return system.with_forces(force_parts, labels, direct_parts)

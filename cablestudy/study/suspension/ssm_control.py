@@ -154,16 +154,19 @@ def _of_loop(closed_loop):
 
 
 def choose_controlled(document, scene, options, highest=None):
-    """Choose the coupled modes to keep, with actuators or with the loop.
+    """Choose the coupled modes that a state space keeps of a suspension with its actuators, or with its loop too.
+
+    The loop follows from a model with enough modes, and is then closed on the modes that are kept.
 
     Parameters
     ----------
     document : Document
+        Of the scene, for file and line in messages.
     scene : SuspensionScene
     options : StateSpaceOptions
         Without `error`.
     highest : float, optional
-        Of a response. [Hz]
+        Highest frequency of a response, up to which modes are kept where the options state no other choice. [Hz]
 
     Returns
     -------
@@ -174,33 +177,33 @@ def choose_controlled(document, scene, options, highest=None):
     SceneError
         The scene has no loop, or no actuators, or there are fewer modes than `options.count`.
     NoSolutionError, ConvergenceError
-        There is no stable equilibrium, no loop for it, or no such modes.
+        There is no stable equilibrium, no loop for it, or no mode below the frequency stated.
     """
     key = NEEDS[options.attached]
     if not getattr(scene, key):
         raise missing(document, key, f"ssm --with {options.attached}")
     case = SuspensionCase(scene)
-    whole = closed_loop = case.in_wind.closed_loop_of(max(options.count or 0, STUDY.model_modes[0]))
+    full_loop = reduced_loop = case.in_wind.closed_loop_of(max(options.count or 0, STUDY.model_modes[0]))
     if options.count:
-        if len(whole.modes) < options.count:
-            raise SceneError(f"--modes {options.count}: the model has {len(whole.modes)} modes")
-        closed_loop = _with(case.in_wind, whole, options.count)
+        if len(full_loop.modes) < options.count:
+            raise SceneError(f"--modes {options.count}: the model has {len(full_loop.modes)} modes")
+        reduced_loop = _with_modes(case.in_wind, full_loop, options.count)
     elif options.upto:
-        whole = _reaching(case.in_wind, whole, options.limit, np.inf)
-        frequency = whole.modes.frequency
+        full_loop = _reaching(case.in_wind, full_loop, options.limit, np.inf)
+        frequency = full_loop.modes.frequency
         if frequency[0] > options.limit:
             raise NoSolutionError(f"no mode is below {options.limit:.4g} Hz; the lowest is at {frequency[0]:.4g} Hz")
-        closed_loop = _with(case.in_wind, whole, int((frequency <= options.limit).sum()))
+        reduced_loop = _with_modes(case.in_wind, full_loop, int((frequency <= options.limit).sum()))
     elif highest:
-        whole = closed_loop = _reaching(case.in_wind, whole, highest, STUDY.loop_response_modes)
-    loop, closed_loop = None, closed_loop.with_all_modes
+        full_loop = reduced_loop = _reaching(case.in_wind, full_loop, highest, STUDY.loop_response_modes)
+    loop, reduced_loop = None, reduced_loop.with_all_modes
     if options.attached == "loop":
-        allocation = replace(whole.allocation, measured=closed_loop.allocation.measured)
-        loop = replace(whole.loop, motion=closed_loop.plant.viscous_motion, allocation=allocation)
-    return ControlledChoice(options, case, whole, closed_loop, loop, highest)
+        allocation = replace(full_loop.allocation, measured=reduced_loop.allocation.measured)
+        loop = replace(full_loop.loop, motion=reduced_loop.plant.viscous_motion, allocation=allocation)
+    return ControlledChoice(options, case, full_loop, reduced_loop, loop, highest)
 
 
-def _with(in_wind, whole, count):
+def _with_modes(in_wind, whole, count):
     """The closed loop with so many of the modes of another one."""
     return whole if count == len(whole.modes) else in_wind.closed_loop_of(count)
 

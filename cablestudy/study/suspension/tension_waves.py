@@ -18,7 +18,10 @@ TURN = 2 * np.pi
 
 
 def change_by_waves(plant, weights):
-    """Estimated change of the variances of the outputs of a `Plant` in the wind, shape (w, o).
+    """Estimate how much waves on cables change the variances of tensions in the wind: an error of the model.
+
+    The share of the gusts' force that a model transfers to the ends of cables at once follows a wave instead, and the
+    variances are computed again (module's docstring).
 
     Parameters
     ----------
@@ -28,40 +31,43 @@ def change_by_waves(plant, weights):
 
     Returns
     -------
-    ndarray
-        0 for all but tensions. For their rates it is up to five times too small: nearly all of the change is the
-        resonance of the first wave along a cable that sags, which is excited more than that share of the force implies.
-        No column shows such a rate; the largest tension depends on its logarithm, see `crossings`.
+    ndarray, shape (w, o)
+        For w weights and the o outputs of the plant; 0 for all but tensions. For rates of tensions it is up to five
+        times too small: nearly all of the change is the resonance of the first wave along a cable that sags, which is
+        excited more than that share of the force implies. No column shows the rate of a tension; the largest tension
+        depends on its logarithm, see `crossings`.
     """
     gusts, turbulence, variances = plant.gusts, plant.at_rest, plant.at_rest.variances[0]
     change, residues = np.zeros(variances.shape), turbulence.residues
-    rows, *poles = _first_waves(plant)
-    driven = residues.direct[rows].any(axis=1)  # tensions of cables whose ends some force reaches at once
+    tension_rows, *poles = _first_waves(plant)
+    driven = residues.direct[tension_rows].any(axis=1)  # tensions of cables whose ends some force reaches at once
     if plant.model is not None or not driven.any():
         return change
-    count, rows = len(poles), np.tile(rows[driven], len(poles))
+    directions, tension_rows = len(poles), np.tile(tension_rows[driven], len(poles))
     poles = np.concatenate([of_direction[driven] for of_direction in poles])
-    # a wave is an oscillator that follows a slow force fully: its two poles replace the direct share
-    outputs, inputs = np.diag(np.abs(poles) ** 2 / (2j * poles.imag)), residues.direct[rows]
+    # a wave is an oscillator w^2/(s^2 + 2 zeta w s + w^2), 1 at s = 0: its two poles replace the direct share
+    outputs, inputs = np.diag(np.abs(poles) ** 2 / (2j * poles.imag)), residues.direct[tension_rows]
     with_waves = replace(
         residues,
         poles=np.concatenate([residues.poles, poles, poles.conj()]),
         inputs=np.concatenate([residues.inputs, inputs, inputs]),
-        outputs=np.concatenate([residues.outputs[rows], outputs, -outputs], axis=1),
+        outputs=np.concatenate([residues.outputs[tension_rows], outputs, -outputs], axis=1),
         direct=np.zeros_like(inputs),
     )
     low, high = turbulence.range
     edges = gusts.edges(low, max(high, STUDY.wave_range * np.abs(poles).max() / TURN))
     integrals = Integrals.on(edges, gusts, weights, turbulence.least)
-    factor = np.repeat([STUDY.waves_along, STUDY.waves_across], len(rows) // count)
-    np.add.at(change.T, rows, (factor * np.abs(integrals.variances(with_waves) - variances[:, rows])).T)
+    # both changes of each tension are added, each with its safety factor
+    factor = np.repeat([STUDY.waves_along, STUDY.waves_across], len(tension_rows) // directions)
+    np.add.at(change.T, tension_rows, (factor * np.abs(integrals.variances(with_waves) - variances[:, tension_rows])).T)
     return change
 
 
 def _first_waves(plant):
-    """The first waves along and across each cable with mass, above the modes of a `Plant`.
+    """Poles of the first standing waves along and across each cable with mass, above the modes of a `Plant`.
 
-    The cables are taken as straight, with fixed ends and their damping; waves across are damped by the air too.
+    The cables are taken as straight strings and bars with fixed ends, with frequencies n pi/l sqrt(EA/m) along and
+    n pi/l sqrt(T/m) across and the damping of the cable; waves across are damped by the air too.
 
     Returns
     -------
@@ -86,6 +92,6 @@ def _first_waves(plant):
         omega = lowest * np.maximum(np.ceil(plant.modes.solution.omega[-1] / lowest), 1.0)  # above those of the model
         damping = ratio + strain_share * (loss + time * omega) / 2 + rate / (2 * mass * omega)
         damping = np.clip(damping, STUDY.least_wave_damping, STUDY.most_wave_damping)
-        poles.append(np.repeat(omega * (-damping + 1j * np.sqrt(1 - damping**2)), 2))
+        poles.append(np.repeat(omega * (-damping + 1j * np.sqrt(1 - damping**2)), 2))  # for the tensions at both ends
     rows = len(plant.outputs) - 2 * len(cables) + 2 * heavy
     return ((rows[:, None] + np.arange(2)).ravel(), *poles)

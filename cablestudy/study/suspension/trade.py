@@ -71,7 +71,10 @@ def comparable(_, column):
 
 
 def models_of(scene, columns):
-    """List of every `ComparedModel` on which the value of some column depends, without those that are too large.
+    """Models that `trade` compares by their values of some columns: list of `ComparedModel`, without too large ones.
+
+    Closed forms, models with an accuracy, and fixed elements of several numbers and orders; models on which none of the
+    columns depends are left out.
 
     Raises
     ------
@@ -79,13 +82,14 @@ def models_of(scene, columns):
         There is no stable equilibrium.
     """
     models = [
-        ComparedModel(
-            "closed form", "catenary", _case, ("statics", "stiffness"), _static_value, lambda _: 0, _stated_error
-        ),
-        ComparedModel("closed form", "static stiffness", _case, ("modes",), _static_frequency, _free_displacements),
-    ]
+        ComparedModel("closed form", "catenary", _case, needs=("statics", "stiffness"), compute=_static_value,
+                      count_dof=lambda _: 0, stated_error=_stated_error),
+        ComparedModel("closed form", "static stiffness", _case, needs=("modes",), compute=_static_frequency,
+                      count_dof=_free_displacements),
+    ]  # fmt: skip
 
     def add(family, name, change):
+        """Add the model of a scene that the function `change` makes of the scene."""
         build = partial(_case, change=change)
         options = DISCRETE, _number, lambda case: case.size, _stated_error, most_modes_first
         models.append(ComparedModel(family, name, build, *options))
@@ -138,10 +142,14 @@ def _free_displacements(case):
 
 
 def _static_frequency(column, case):
-    """Frequency of bodies and junctions on the static stiffness of the cables, whose mass moves with their ends. [Hz]
+    """Frequency of a column by a common shortcut: bodies on the static stiffness of cables that have no modes. [Hz]
 
-    The mass of each cable is that of a straight one whose ends move (a third at an end that moves alone): a common
-    shortcut, which knows no mode of a cable.
+    The mass of each cable is that of a straight one whose ends move: a third of it at an end that moves alone.
+
+    Raises
+    ------
+    NoSolutionError
+        The column is no frequency, or its number is above the number of free displacements.
     """
     match = MODE.fullmatch(column.name)
     if not match:
@@ -152,8 +160,8 @@ def _static_frequency(column, case):
     else:
         equilibrium = case.equilibrium
         cables = Cables(equilibrium.catenary, UNDAMPED)
-        without_modes = Layout(equilibrium).without_modes(cables.end_stiffness, cables.straight)
-        frequencies = without_modes.lowest(number)[0] / (2 * np.pi)
+        reduced = Layout(equilibrium).without_modes(cables.end_stiffness, cables.straight)
+        frequencies = reduced.lowest(number)[0] / (2 * np.pi)
         frequencies = frequencies[np.isfinite(frequencies)]
     if number > len(frequencies):
         raise NoSolutionError(f"{len(frequencies)} free displacements have no mode {number}")

@@ -29,7 +29,10 @@ def _rms(case, names, variance="value", state=""):
 
 
 def place_columns(name):
-    """The columns of a body, at its reference point, or of a marker: list of Column."""
+    """Columns of the motion in the wind of a body, at its reference point, or of a marker BODY.MARKER: list of Column.
+
+    Mean displacements, RMS with the loop and with the winches at rest, expected peak, and what a telescope sees.
+    """
     outputs = [f"{name}.{axis}" for axis in PLACES]
 
     def rms(axes, unit, state, variance="value"):
@@ -209,7 +212,13 @@ def link_force_column(name):
 
 
 def exceeded_limits(case):
-    """Limits that expected peaks exceed: ACTUATOR.QUANTITY, or key of the winches -> text of a warning."""
+    """Texts of warnings on limits of winches and actuators that the peaks expected in the wind exceed.
+
+    Returns
+    -------
+    dict
+        ACTUATOR.QUANTITY, or `control.max_speed` of the winches -> text.
+    """
     exceeded, control = {}, case.scene.control
     if control is not None and control.max_speed is not None:
         _, peak, fastest, _ = case.in_wind.winch_speeds

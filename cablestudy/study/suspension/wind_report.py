@@ -32,7 +32,7 @@ OPEN = "_open_loop"
 
 
 def wind_tables(document, case, only=None):
-    """The tables of `windrms`: motion, rotations, cables and others, of a case in the wind.
+    """Make the tables of the command `windrms` for a case in the wind: motion, rotations, cables and others.
 
     Parameters
     ----------
@@ -40,19 +40,19 @@ def wind_tables(document, case, only=None):
         Of its scene, for the lines of mistakes.
     case : SuspensionCase
     only : str, optional
-        The name of the one table that is made.
+        Name of a table: no other is made.
 
     Returns
     -------
     tables : dict
-        Name -> Table; without those whose key the scene does not have.
+        Name -> Table, without tables whose key (see `TABLES`) the scene does not have.
     failures : tuple of str
-        Why cells of them are empty: an unstable loop, a motion that nothing damps.
+        Why cells of the tables are empty: an unstable loop, a motion that nothing damps.
 
     Raises
     ------
     SceneError
-        The scene has no wind, or nothing for the table that is asked for.
+        The scene has no wind, or nothing for the table `only`.
     NoSolutionError, ConvergenceError
         The motion, or the loop, cannot be computed.
     """
