@@ -8,7 +8,8 @@ of the static gain G from winches to pose; one control law (`law`) drives all wi
 which is the movement with the least sum of w_k v_k^2 that corrects y, W = diag(w). The loop gain at the measured
 coordinates is L = gain C1 (y/v) A N; without dynamics L = gain C1. C1 = 1/s of an integrator.
 
-A delay is the same factor of all eigenvalues of L, so that what `law` says of its approximants and of -1 holds of each.
+A delay is the same factor of all eigenvalues of L, so that what `law` shows of one loop gain holds for each of them:
+approximants of the delay leave the number of unstable poles as it is.
 """
 
 from dataclasses import astuple, dataclass, field, replace
@@ -77,7 +78,7 @@ class Loop:
     motion : LinearSystem
     allocation : Allocation
     gain : float
-        Of an integrator; of another law what it is multiplied by. [rad/s]
+        Gain of an integrator; another law is multiplied by it. [rad/s]
     notches : tuple of (Notch or None)
         Of each measured coordinate.
     law : Law

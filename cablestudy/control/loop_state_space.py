@@ -39,7 +39,7 @@ def by_forces(motion, forces, loop=None, actuators=(), direct=None):
     _, state_rate, winch_rows, output_matrix = rows(motion, None, loop, actuators)
     input_matrix = _input_matrix(motion, forces, len(state_rate))
     direct_matrix = np.zeros((len(output_matrix), forces.shape[1]), output_matrix.dtype)
-    # a force changes an output at once by the accelerations z'' and, with a loop, by v' and v'' of the winches
+    # a force changes an output at once by the accelerations z'' and, with a loop, by rates and accelerations of winches
     at_once = motion.c[2] @ input_matrix[len(motion) : 2 * len(motion)]
     if loop:
         at_once = at_once + sum(part @ (row @ input_matrix) for part, row in zip(motion.d[1:], winch_rows, strict=True))
@@ -62,10 +62,10 @@ def _input_matrix(motion, forces, size):
 
 
 class ExactResponse:
-    """A suspension with a loop whose delay is exp(-s T), to forces.
+    """Response to forces of a suspension with a loop whose delay T is exp(-s T) itself, not an approximant.
 
-    Arguments are those of `by_forces`. With the winches at rest it is a sum over poles; the loop then closes it,
-    v = -gain C1 A N (I + L)^-1 y.
+    Arguments are those of `by_forces`. With the winches at rest the response y of the measured coordinates is a sum
+    over poles; the loop then moves the winches by v = -gain C1 A N (I + L)^-1 y.
     """
 
     def __init__(self, motion, forces, loop, actuators=(), direct=None):
@@ -85,7 +85,7 @@ class ExactResponse:
         return self._solved(s)[0]
 
     def winch_speeds(self, s):
-        """Shape (f, i, j)."""
+        """Speeds of the winches per force, shape (f, i, j), for s of shape (f,)."""
         return s[:, None, None] * self._solved(s)[1]
 
     @property
@@ -100,7 +100,7 @@ class ExactResponse:
     def hardly_moved(self):
         """`Residues` of the speeds of winches where the loop gain is small, without a direct part."""
         loop, alone, count = self._loop, self.alone, len(self._loop.notches)
-        # to the left of -1/T exp(-s T) is no measure any more of what happens on the imaginary axis
+        # to the left of -1/T, exp(-s T) says nothing any more of what happens on the imaginary axis
         s = np.maximum(alone.poles.real, -1 / loop.law.delay) + 1j * alone.poles.imag
         error = loop.controller(s).T * self._shown[-count:]
         speeds = -loop.gain * alone.poles * (loop.allocation.shares @ error)

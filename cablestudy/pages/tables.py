@@ -71,7 +71,7 @@ def table_html(table, caption, where_all=""):
     table : Table
     caption : str
     where_all : str
-        Words where a reader finds all rows, for a table that is cut.
+        Words that say where a reader finds all rows, for a table that is cut.
     """
     if not len(table.rows):
         return ""
