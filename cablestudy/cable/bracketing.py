@@ -108,13 +108,14 @@ def zeros_between(function, low, high, index, rtol=ROUNDING, smallest=TINY, step
         solved = np.abs(value) <= smallest
         one_sign = ((np.sign(f1) == np.sign(f2)) & ~solved) | (np.isnan(f1) & np.isnan(f2))
         zeros[active] = np.where(one_sign, np.nan, best)
-        width, least = np.abs(x2 - x1), np.abs(best) * rtol + 4 * TINY
-        unfinished = ~(solved | one_sign | (width < least))
+        width, least_width = np.abs(x2 - x1), np.abs(best) * rtol + 4 * TINY
+        unfinished = ~(solved | one_sign | (width < least_width))
         if not unfinished.any():
             break
-        active, x1, x2, f1, f2, width, least = (a[unfinished] for a in (active, x1, x2, f1, f2, width, least))
+        active, x1, x2, f1, f2 = (a[unfinished] for a in (active, x1, x2, f1, f2))
         if step:
-            fraction = _next_fraction(x1, x2, x3[unfinished], f1, f2, f3[unfinished], 0.5 * least / width)
+            margin = 0.5 * least_width[unfinished] / width[unfinished]
+            fraction = _next_fraction(x1, x2, x3[unfinished], f1, f2, f3[unfinished], margin)
     return zeros
 
 

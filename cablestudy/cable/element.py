@@ -187,8 +187,8 @@ def mesh_segments(fractions, elements, order=1, mass="lumped", point_masses=()):
         Share of the unstretched length of each segment. [-]
     elements : int
         Total number of elements.
-    point_masses : tuple
-        See `Mesh`; each is put on the nearest edge.
+    order, mass, point_masses
+        See `Mesh`; each point mass is put on the nearest edge.
 
     Raises
     ------

@@ -109,7 +109,7 @@ def sag_and_swing(cable, position):
     sag : ndarray, shape (...)
         Vertical. [m]
     swing : ndarray, shape (...)
-        Angle between the vertical and the line from chord to cable, seen along the chord; 0 for a vertical chord. [rad]
+        Angle between the vertical and the line from the middle of the chord to the cable; 0 for a vertical chord. [rad]
     """
     span, length = cable.span, np.asarray(cable.span.chord)
     chord = span.frame[..., 0, :] * length[..., None]

@@ -66,16 +66,16 @@ def shorter_strain_for_tension(span, tension, at="mean"):
         raise NoSolutionError(
             f"{name} of {tension:.6g} N needs a cable that ends before its last load, at {fixed_loads[-1]:.6g} m"
         )
-    strain_of_least, least = _least_tension(span, highest, at)
-    if not np.isfinite(least):
+    strain_of_least, least_tension = _least_tension(span, highest, at)
+    if not np.isfinite(least_tension):
         raise NoSolutionError(f"at no length with {name} of {tension:.6g} N has the cable a definite form")
-    if tension > least:
+    if tension > least_tension:
         return float(_bracketed_zeros(excess, [strain_of_least], [highest], [0])[0])
-    if tension >= least * (1 - CABLE.mean_tension_rounding):
+    if tension >= least_tension * (1 - CABLE.mean_tension_rounding):
         return strain_of_least
     length = span.chord / (1 + strain_of_least)
     raise NoSolutionError(
-        f"{name} of {tension:.6g} N is {BELOW_LEAST}: {least:.6g} N, at an unstretched length of {length:.6g} m"
+        f"{name} of {tension:.6g} N is {BELOW_LEAST}: {least_tension:.6g} N, at an unstretched length of {length:.6g} m"
     )
 
 

@@ -171,4 +171,4 @@ def merge(study, sets, vary, out, style, plot, quiet):
         echo_notes(study.notes, quiet)
         with study.merged(out, quiet) as run:
             echo_notes([*run.failures(study.words), *run.warnings()], quiet)
-            return finish(study, run, style, plot, None, command_text(words))
+            return finish(study, run, style, plot, tolerance=None, command=command_text(words))

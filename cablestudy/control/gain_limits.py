@@ -293,7 +293,7 @@ def _growth_allowed(loop_gain, remaining):
 
 
 def _split_least(loop_gain, remaining):
-    """The least of sorted `Crossings`, located to rounding, and the others."""
+    """The crossings with the least factors among sorted `Crossings`, located to rounding, and the others."""
     near = remaining.factor <= CONTROL.refined_together * remaining.factor[0]
     least = refined(loop_gain, remaining.take(near))
     return least if len(least) else remaining.take(slice(0)), remaining.take(~near)

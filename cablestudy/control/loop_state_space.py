@@ -36,7 +36,7 @@ def by_forces(motion, forces, loop=None, actuators=(), direct=None):
     b, c, d : ndarray, shapes (N, j), (p, N), (p, j)
         For N states and p outputs: those of the motion, then those of the actuators.
     """
-    _, state_rate, winch_rows, output_matrix = rows(motion, None, loop, actuators)
+    _, state_rate, winch_rows, output_matrix = rows(motion, loop=loop, actuators=actuators)
     input_matrix = _input_matrix(motion, forces, len(state_rate))
     direct_matrix = np.zeros((len(output_matrix), forces.shape[1]), output_matrix.dtype)
     # a force changes an output at once by the accelerations z'' and, with a loop, by rates and accelerations of winches
@@ -49,7 +49,7 @@ def by_forces(motion, forces, loop=None, actuators=(), direct=None):
 
 def winch_speeds(motion, forces, loop, actuators=(), direct=None):
     """State-space matrices B, C and D as of `by_forces`, with the speeds of the winches as outputs."""
-    _, state_rate, (reeled, speed), _ = rows(motion, None, loop, actuators)
+    _, state_rate, (reeled, speed), _ = rows(motion, loop=loop, actuators=actuators)
     input_matrix = _input_matrix(motion, forces, len(state_rate))
     return input_matrix, speed, reeled @ input_matrix
 
@@ -69,16 +69,18 @@ class ExactResponse:
     """
 
     def __init__(self, motion, forces, loop, actuators=(), direct=None):
-        found, whole, reeled, shown = rows(motion, forces, None, actuators)
-        size, winches = len(whole), len(reeled[0])
-        inputs = (whole.shape[1] - size) // 3
+        first_order, state_rate, reeled, output_rows = rows(motion, forces, actuators=actuators)
+        size, winches = len(state_rate), len(reeled[0])
+        inputs = (state_rate.shape[1] - size) // 3
         if direct is not None:
-            shown[: len(direct), size + inputs - forces.shape[1] : size + inputs] += direct
+            output_rows[: len(direct), size + inputs - forces.shape[1] : size + inputs] += direct
         parts = [slice(size + order * inputs, size + (order + 1) * inputs) for order in range(3)]
-        shown = np.concatenate([shown, loop.allocation.measured @ found.places])
+        output_rows = np.concatenate([output_rows, loop.allocation.measured @ first_order.places])
         self._loop, self._winches = loop, winches
-        self._given = [motion.eigen.left @ whole[:, part] for part in parts]
-        self._shown, self._direct = shown[:, :size] @ motion.eigen.right, [shown[:, part] for part in parts]
+        # by eigenvectors; of inputs u, u' and u'', the winches first
+        self._given = [motion.eigen.left @ state_rate[:, part] for part in parts]
+        self._shown = output_rows[:, :size] @ motion.eigen.right
+        self._direct = [output_rows[:, part] for part in parts]
 
     def outputs(self, s):
         """Those of `by_forces`, shape (f, o, j), for s of shape (f,)."""
@@ -107,6 +109,7 @@ class ExactResponse:
         return replace(alone, outputs=speeds, direct=np.zeros((len(speeds), alone.inputs.shape[1])))
 
     def _solved(self, s):
+        """Outputs, and lengths reeled in by the loop, per force: shapes (f, o, j) and (f, i, j)."""
         loop, count = self._loop, len(self._loop.notches)
         fractions = self._shown / (s[:, None] - loop.motion.eigen.values)[:, None, :]
         given = zip(self._given, self._direct, strict=True)

@@ -338,6 +338,6 @@ def _next_below(peak, value, gain):
     companion[:, size:, size:] = -(value + conjugate) / factor
     m = np.linalg.eigvals(companion)
     below = (np.abs(m.imag) <= CONTROL.real_eigenvalue * np.abs(m)) & (m.real * gain > 1)  # real, and g < gain
-    least = np.where(below, m.real, np.inf).min(axis=1, initial=np.inf)
-    result[higher] = np.where(np.isfinite(least), least, 0.0)
+    least_m = np.where(below, m.real, np.inf).min(axis=1, initial=np.inf)  # 1/g of the largest g
+    result[higher] = np.where(np.isfinite(least_m), least_m, 0.0)
     return result
