@@ -127,8 +127,8 @@ class Dynamics:
         errors : bool
             Whether to estimate the errors (`Modes.errors`).
         estimated_count : float
-            Estimate of how many modes lie below the highest labelled one. At least so many are computed first, but at
-        most a quarter of those of a large model; more, where a labelled mode is not among them.
+            Estimate of how many modes lie below the highest labelled one. About so many are computed first, at most a
+            quarter of those of a large model; then more until each labelled mode is among them.
 
         Returns
         -------

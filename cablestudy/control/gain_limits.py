@@ -52,7 +52,7 @@ class Limit:
 
     @property
     def undamped(self):
-        """True if the mode whose pole crosses is as good as undamped."""
+        """True if the mode whose pole crosses is as good as undamped: its damping ratio is below `CONTROL.undamped`."""
         return self.rate < CONTROL.undamped
 
     def of(self, loop_gain):

@@ -16,7 +16,7 @@ class TimeResponse:
     measured, open_loop : ndarray, shape (m,)
         Displacement with the loop closed, and without the loop; None where only the loop has the input. [m] or [rad]
     winch, winch_speed : ndarray, shape (m, i)
-        Movement of each winch by the loop, without a step that is the input. [m], [m/s]
+        Movement of each winch by the loop, without the step of a winch that is the input. [m], [m/s]
     error : float
         Estimated relative error of the largest displacement by the modes that are left out. [-]
     final : float

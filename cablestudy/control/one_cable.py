@@ -42,7 +42,7 @@ def state_space(model, chosen=None, residual=True, nodes=None, gondola=None, loc
         The modes to keep. Default: all.
     residual : bool
         Whether the static part, the inertia and the modal damping of the omitted modes are kept. If not, their absolute
-        amplitudes are held at zero, as the paper truncates them.
+        amplitudes are held at zero, as in the paper that this program follows.
     nodes : ndarray, shape (n + 6, 3 j), optional
         Displacements of j nodes along x, y and z by the modes [1/sqrt(kg)] and by the ends [-]: forces on these nodes
         are inputs.

@@ -177,8 +177,8 @@ def state_space_of(system, second_order=None, loop=None, measured=(), actuators=
         With real matrices and labels. Its first inputs are the lengths that winches reel in, or displacements; with a
         loop the others are forces.
     second_order : LinearSystem, optional
-        System whose M, C and K the result keeps for the user: of one cable that with free ends, of a suspension that
-        before modes were left out.
+        System whose M, C and K the result keeps for the user: for one cable that with free ends, for a suspension that
+        from which no modes were left out.
     loop : LinearControl or Loop, optional
         Loop that measures coordinates of the system.
     measured : tuple of (str, str)
