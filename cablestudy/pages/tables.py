@@ -64,7 +64,8 @@ class TableGrid:
 def table_html(table, caption, where_all=""):
     """Lay out a `Table` for a page of HTML, with the estimated errors of its numbers: str, empty without rows.
 
-    A table of one row, or of many columns and few rows, has a line for each quantity; any other a line for each row.
+    A table of one row, of many columns and few rows, or with a field that heads its columns (`Table.across`) has a line
+    for each quantity; any other a line for each row.
 
     Parameters
     ----------
