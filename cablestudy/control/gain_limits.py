@@ -134,8 +134,8 @@ class StableGains:
         """
         remaining, limits = self._crossings, []
         while len(remaining) and (not limits or remaining.factor[0] < limits[0].factor):
-            least, remaining = _split_least(self.loop_gain, remaining)
-            limits += [limit for limit, outward in self._limits_of(least) if outward and limit.factor < np.inf]
+            first, remaining = _split_first(self.loop_gain, remaining)
+            limits += [limit for limit, outward in self._limits_of(first) if outward and limit.factor < np.inf]
             limits.sort(key=lambda limit: limit.factor)
         return limits
 
@@ -283,20 +283,20 @@ def _growth_allowed(loop_gain, remaining):
     """
     net = 0
     while len(remaining):
-        least, remaining = _split_least(loop_gain, remaining)
-        if len(least):
-            net += np.where(least.outward, 1, -1)[least.factor < 1].sum()
-            above = least.factor[least.outward & (least.factor > 1)]
+        first, remaining = _split_first(loop_gain, remaining)
+        if len(first):
+            net += np.where(first.outward, 1, -1)[first.factor < 1].sum()
+            above = first.factor[first.outward & (first.factor > 1)]
             if len(above):
                 return float(above.min()) if net >= 0 else 0.0
     return np.inf if net >= 0 else 0.0
 
 
-def _split_least(loop_gain, remaining):
-    """The crossings with the least factors among sorted `Crossings`, located to rounding, and the others."""
+def _split_first(loop_gain, remaining):
+    """The first of sorted `Crossings`, those with about the least factor, located to rounding; and the others."""
     near = remaining.factor <= CONTROL.refined_together * remaining.factor[0]
-    least = refined(loop_gain, remaining.take(near))
-    return least if len(least) else remaining.take(slice(0)), remaining.take(~near)
+    first = refined(loop_gain, remaining.take(near))
+    return first if len(first) else remaining.take(slice(0)), remaining.take(~near)
 
 
 def limit_near(loop_gain, similar):

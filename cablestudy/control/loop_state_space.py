@@ -56,9 +56,9 @@ def winch_speeds(motion, forces, loop, actuators=(), direct=None):
 
 def _input_matrix(motion, forces, size):
     """Change of each state by forces on the coordinates, shape (N, j)."""
-    given = np.zeros((size, forces.shape[1]))
-    given[len(motion) : 2 * len(motion)] = motion.accelerated(forces)
-    return given
+    matrix = np.zeros((size, forces.shape[1]))
+    matrix[len(motion) : 2 * len(motion)] = motion.accelerated(forces)
+    return matrix
 
 
 class ExactResponse:
@@ -78,8 +78,8 @@ class ExactResponse:
         output_rows = np.concatenate([output_rows, loop.allocation.measured @ first_order.places])
         self._loop, self._winches = loop, winches
         # by eigenvectors; of inputs u, u' and u'', the winches first
-        self._given = [motion.eigen.left @ state_rate[:, part] for part in parts]
-        self._shown = output_rows[:, :size] @ motion.eigen.right
+        self._inputs = [motion.eigen.left @ state_rate[:, part] for part in parts]
+        self._outputs = output_rows[:, :size] @ motion.eigen.right
         self._direct = [output_rows[:, part] for part in parts]
 
     def outputs(self, s):
@@ -94,9 +94,9 @@ class ExactResponse:
     def alone(self):
         """`Residues` of the outputs with the winches at rest."""
         count = len(self._loop.notches)
-        given, direct = (parts[0][..., self._winches :] for parts in (self._given, self._direct))
-        own = self._loop.motion.eigen
-        return Residues(own.values, given, self._shown[:-count], direct[:-count], own.one_sided)
+        inputs, direct = (parts[0][..., self._winches :] for parts in (self._inputs, self._direct))
+        eigen = self._loop.motion.eigen
+        return Residues(eigen.values, inputs, self._outputs[:-count], direct[:-count], eigen.one_sided)
 
     @property
     def hardly_moved(self):
@@ -104,19 +104,19 @@ class ExactResponse:
         loop, alone, count = self._loop, self.alone, len(self._loop.notches)
         # to the left of -1/T, exp(-s T) says nothing any more of what happens on the imaginary axis
         s = np.maximum(alone.poles.real, -1 / loop.law.delay) + 1j * alone.poles.imag
-        error = loop.controller(s).T * self._shown[-count:]
+        error = loop.controller(s).T * self._outputs[-count:]
         speeds = -loop.gain * alone.poles * (loop.allocation.shares @ error)
         return replace(alone, outputs=speeds, direct=np.zeros((len(speeds), alone.inputs.shape[1])))
 
     def _solved(self, s):
         """Outputs, and lengths reeled in by the loop, per force: shapes (f, o, j) and (f, i, j)."""
         loop, count = self._loop, len(self._loop.notches)
-        fractions = self._shown / (s[:, None] - loop.motion.eigen.values)[:, None, :]
-        given = zip(self._given, self._direct, strict=True)
-        by_forces = fractions @ self._given[0][:, self._winches :] + self._direct[0][:, self._winches :]
+        fractions = self._outputs / (s[:, None] - loop.motion.eigen.values)[:, None, :]
+        by_order = zip(self._inputs, self._direct, strict=True)  # of v, v' and v''
+        by_forces = fractions @ self._inputs[0][:, self._winches :] + self._direct[0][:, self._winches :]
         by_winches = sum(
             s[:, None, None] ** order * (fractions @ b[:, : self._winches] + d[:, : self._winches])
-            for order, (b, d) in enumerate(given)
+            for order, (b, d) in enumerate(by_order)
         )
         filters = loop.controller(s)
         gain = loop.gain * (by_winches[:, -count:] @ loop.allocation.shares) * filters[:, None, :]

@@ -250,16 +250,16 @@ def _states_of_loop(loop, measured, movements):
     return found + [(f"winches_{k + 1}", "m") for k in range(movements)]
 
 
-def _from_rows(whole, shown, states, inputs, outputs, second_order=None):
+def _from_rows(state_rate, output_rows, states, inputs, outputs, second_order=None):
     """`StateSpace` of x' and y as rows over x, u, u', u'' (`first_order.rows`), without derivatives on the states.
 
     With x = q + G1 u + G2 u', G2 = B2 and G1 = B1 + A B2,
 
         q' = A q + (B0 + A G1) u,      y = C x + E0 u + E1 u' + E2 u'' = C q + (E0 + C G1) u + (E1 + C G2) u' + E2 u''.
     """
-    places = len(whole) + len(inputs) * np.arange(3)
-    a, *given = np.split(whole, places, axis=1)
-    c, *direct = np.split(shown, places, axis=1)
-    first = given[1] + a @ given[2]
-    b, d, derivatives = given[0] + a @ first, direct[0] + c @ first, (direct[1] + c @ given[2], direct[2])
+    starts = len(state_rate) + len(inputs) * np.arange(3)
+    a, *b_parts = np.split(state_rate, starts, axis=1)
+    c, *e_parts = np.split(output_rows, starts, axis=1)
+    first = b_parts[1] + a @ b_parts[2]
+    b, d, derivatives = b_parts[0] + a @ first, e_parts[0] + c @ first, (e_parts[1] + c @ b_parts[2], e_parts[2])
     return StateSpace(a, b, c, d, tuple(states), tuple(inputs), tuple(outputs), derivatives, second_order)
