@@ -21,8 +21,8 @@ from test_suspension_ssm import state_space
 from cablestudy.cable.geometry import places
 from cablestudy.control.suspension import FROM, TO, Winch
 from cablestudy.errors import SceneError
+from cablestudy.scene.determinacy import MOTIONS
 from cablestudy.scene.scene import load_scene
-from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.suspension.case import SuspensionCase, cases_of
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import evaluate_suspensions

@@ -31,7 +31,7 @@ from straight_scenes import (
 
 from cablestudy.cable.element import mesh_segments
 from cablestudy.control.loop import Loop
-from cablestudy.errors import NoSolutionError
+from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.study.suspension import gust_response
 from cablestudy.study.suspension.case import SuspensionCase
@@ -98,6 +98,13 @@ def test_a_pendulum_in_the_mean_wind():
     found = [value(case, f"bob.mean_{axis}") for axis in "xyz"]
     assert found == pytest.approx([0, 1e3 * aside, -1e3 * below], abs=1e-4)
     assert case.in_wind.mean_tensions("c") == pytest.approx([pull, pull], rel=1e-8)
+
+
+def test_a_mean_wind_whose_forces_do_not_settle_is_refused_without_a_force_that_is_left(monkeypatch):
+    """The last search, under forces of the wind that are fixed, leaves but rounding, which says nothing."""
+    monkeypatch.setattr(type(TOLERANCES), "mean_wind_equilibria", 1)
+    with pytest.raises(ConvergenceError, match=r"forces of the mean wind and the attitude .* do not agree$"):
+        _ = case_of(everything(wind=STRONG)).in_wind
 
 
 def test_the_mean_wind_can_be_left_out():

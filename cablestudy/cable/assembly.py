@@ -271,13 +271,23 @@ class System:
         return masses(self.state.mesh, len(self.axes))[0]
 
     def inertia(self, movements):
-        """M u for movements u of all nodes of a cable of unit mass, both of shape (..., nodes, d, r)."""
-        return sparse_product(self.full_mass(), flatten_components(movements)).reshape(movements.shape)
+        """M u for movements u of all nodes, see `inertia`."""
+        return inertia(self.state.mesh, movements)
 
     def bare_inertia(self, movements):
         """M u as of `inertia`, without the point masses on the cable."""
-        bare_mass = masses(self.state.mesh.bare, len(self.axes))[0]
-        return sparse_product(bare_mass, flatten_components(movements)).reshape(movements.shape)
+        return inertia(self.state.mesh.bare, movements)
+
+
+def inertia(mesh, movements):
+    """M u for movements u of all nodes of a cable of unit mass, both of shape (..., nodes, d, r).
+
+    Lumped masses need no matrix, nor scipy.sparse, which takes a tenth of a second to import.
+    """
+    if mesh.mass == "lumped":
+        return np.multiply(mesh.node_masses[:, None, None], movements, order="C")
+    mass = masses(mesh, movements.shape[-2])[0]
+    return sparse_product(mass, flatten_components(movements)).reshape(movements.shape)
 
 
 def sparse_product(matrix, dense):

@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from cablestudy.cable.assembly import masses, static_force_transfer_of_axes
+from cablestudy.cable.assembly import inertia, static_force_transfer_of_axes
 from cablestudy.cable.tolerances import CABLE
 
 
@@ -63,10 +63,17 @@ def _symmetry_subspaces(mesh, axes, mirror_symmetric):
 
 def _subspace(mesh, d, sign, points, middle, patterns):
     """`SymmetrySubspace` that is spanned by the motions `patterns`, shape (dof, k)."""
-    mass = masses(mesh, d)[1]
-    weighted = mass @ patterns
-    if mass.nnz == len(patterns):
+    weighted = _inner_inertia(mesh, d, patterns)
+    if mesh.mass == "lumped":
         shapes = patterns / np.sqrt((patterns * weighted).sum(axis=0))
     else:
         shapes = np.linalg.solve(np.linalg.cholesky(patterns.T @ weighted), patterns.T).T
-    return SymmetrySubspace(sign, points, middle, shapes, static_force_transfer_of_axes(mesh, d, mass @ shapes))
+    accumulated = static_force_transfer_of_axes(mesh, d, _inner_inertia(mesh, d, shapes))
+    return SymmetrySubspace(sign, points, middle, shapes, accumulated)
+
+
+def _inner_inertia(mesh, d, movements):
+    """M u for movements u of the inner nodes, both of shape (dof, k)."""
+    of_all_nodes = np.zeros((mesh.nodes, d, movements.shape[-1]))
+    of_all_nodes[1:-1] = movements.reshape(mesh.nodes - 2, d, movements.shape[-1])
+    return inertia(mesh, of_all_nodes)[1:-1].reshape(movements.shape)

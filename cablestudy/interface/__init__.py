@@ -21,15 +21,14 @@ from cablestudy.interface.scene import Scene, with_likely_mistakes
 from cablestudy.interface.study import sweep
 from cablestudy.interface.suspension import Suspension
 from cablestudy.scene.document import Document, apply_sets, read_document
-from cablestudy.scene.scene import CableScene, load_scene
-from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.scene.scene import CableScene, is_suspension, load_scene
 
 if TYPE_CHECKING:
     import pandas
 
     from cablestudy.interface.answer import Answer
+    from cablestudy.scene.suspension import SuspensionScene
 
-INTERFACES = {CableScene: Scene, SuspensionScene: Suspension}
 __all__ = ["Scene", "Suspension", "find", "load", "sweep", "trade"]
 
 
@@ -77,7 +76,8 @@ def scene_of(name: str, changes: tuple[str, ...], document: Document, model: Cab
         from cablestudy.study.limits import limits_of
 
         limits_of(model, document)
-    return INTERFACES[type(model)](name, changes, document, model)
+    kind = Suspension if is_suspension(document) else Scene
+    return kind(name, changes, document, model)
 
 
 @checked

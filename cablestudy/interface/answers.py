@@ -99,11 +99,15 @@ def loop(
     estimate: bool = False,
 ):
     """The loop, or its `response` over a range of frequencies, or what it does in `time`; see `Scene.loop_in_time`."""
-    from cablestudy.study.loop_in_time import TimeOptions
-    from cablestudy.study.ssm import read_span
+    span = time_options = None
+    if response:
+        from cablestudy.study.ssm import read_span
 
-    span = read_span(response) if response else None
-    time_options = TimeOptions(time, input=input, size=size, length=length, output=output) if time else None
+        span = read_span(response)
+    if time:
+        from cablestudy.study.loop_in_time import TimeOptions
+
+        time_options = TimeOptions(time, input=input, size=size, length=length, output=output)
     return scene.solve_loop(scene, span, time_options, table, estimate)
 
 
@@ -127,17 +131,19 @@ def with_loop(answer, scene, in_wind, span, time_options, **named):
     Answer
         Its table is the response, where there is one, in place of the margins.
     """
-    from cablestudy.study.loop_in_time import time_case, time_table
-    from cablestudy.study.loop_report import response_table
-
     if time_options:
+        from cablestudy.study.loop_in_time import time_case, time_table
+
         response = time_case(scene.document, scene.model, in_wind.closed_loop, time_options, **named)
         warnings, draw = (*answer.warnings, *response.notes), lambda plots: plots.loop_in_time(response)
         return replace(answer, tables=only(time_table(response)), warnings=warnings, draw=draw)
     closed_loop = in_wind.controlled
     answer = replace(answer, draw=lambda plots: plots.loop_margins(closed_loop, span))
-    # an unstable loop too has a response over frequency
-    return replace(answer, tables=only(response_table(closed_loop, span))) if span else answer
+    if not span:
+        return answer
+    from cablestudy.study.loop_report import response_table
+
+    return replace(answer, tables=only(response_table(closed_loop, span)))  # an unstable loop too has one
 
 
 def ssm(scene, out: File | None = None, response: Frequencies | None = None, **options):

@@ -3,10 +3,10 @@
 from itertools import pairwise
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field, TypeAdapter, model_validator
+from pydantic import Field, model_validator
 
 from cablestudy.scene.cable_table import Coordinate
-from cablestudy.scene.fields import LEAST, Count, Either, KeyTable, Name, Quantity
+from cablestudy.scene.fields import LEAST, Count, Either, KeyTable, Name, Quantity, reader_of
 
 DEFAULT_ACCURACY = 1e-4
 MAX_ELEMENTS = 1_000_000
@@ -14,9 +14,7 @@ MAX_ORDER = 64
 
 Exposure = Annotated[float, Quantity("s", 1e-12, 1e12)]
 _level = Quantity("m", -1e9, 1e9)
-_profile = TypeAdapter(
-    Annotated[tuple[tuple[Coordinate, Coordinate], ...], Field(min_length=2, max_length=10_000)]
-).validate_python
+_profile = reader_of(Annotated[tuple[tuple[Coordinate, Coordinate], ...], Field(min_length=2, max_length=10_000)])
 Ground = Annotated[
     float | tuple,
     Either(

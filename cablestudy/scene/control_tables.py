@@ -4,8 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from cablestudy.scene.fields import LEAST, KeyTable, Name, Quantity, QuantityOrTable
-from cablestudy.scene.suspension_tables import MOTIONS, each_once
+from cablestudy.scene.determinacy import MOTIONS
+from cablestudy.scene.fields import LEAST, KeyTable, Name, Quantity, QuantityOrTable, each_once
 
 _MARGIN = ("dB", 1e-6, 300)
 

@@ -7,6 +7,7 @@ from cablestudy.scene.words import counted, first_of
 
 STATED = ("unstretched_length", "preload", "sag", "tension_to", "tension")
 ROTATIONS = ("roll", "pitch", "yaw")
+MOTIONS = ("x", "y", "z", *ROTATIONS)
 LISTED = 8  # names in a message
 
 

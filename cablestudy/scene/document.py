@@ -42,9 +42,9 @@ class Document:
     value : dict
         Plain mappings, lists, text and numbers as written.
     empty : list of tuple
-        Paths of the keys that are null and remove nothing. Only who knows the keys can tell whether they are right.
+        Paths of the keys that are null though no layer below has a value to remove; `mistakes.empty_keys` judges them.
     base : Document or None
-        Its base, where that is a mapping in a mapping.
+        Document of its `base`, where Python gives both as mappings; else None.
     """
 
     base = None
@@ -223,7 +223,7 @@ def resolve_base(document, chain=()):
     Raises
     ------
     SceneError
-        A file of the chain cannot be read, or the chain is a circle.
+        A file cannot be read or is no YAML mapping, or base files form a circle, or there are more than MAX_BASES.
     """
     contents = {key: value for key, value in document.value.items() if key != "base"}
     places = document._places
@@ -307,7 +307,7 @@ def _read_bytes(open_file, place, key="", prefix=""):
 
 
 def _parse(data, name):
-    """Parse the bytes of a YAML file as a `Document`, its `base:` unread; SceneError where they are no YAML mapping."""
+    """Parse the bytes of a YAML file as a `Document`, its `base:` unread; SceneError unless they are a YAML mapping."""
     if len(data) > MAX_BYTES:
         raise refuse(Place(name), f"larger than {MAX_BYTES // 1_000_000} MB")
     try:
@@ -349,7 +349,7 @@ def read_option(option, text, usage, read):
     Raises
     ------
     SceneError
-        The text cannot be read.
+        The text has no `=`, its key is no dotted key, or `read` refuses the value.
     """
     key, sign, written = text.partition("=")
     key = key.strip()

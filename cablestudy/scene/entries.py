@@ -40,7 +40,7 @@ class Entry:
 
     @property
     def keys(self):
-        """Tuple of its dotted keys, of which ALTERNATIVE is none of a scene: each is a column of the table."""
+        """Tuple of its dotted keys, each a column of the table; ALTERNATIVE among them is no key of the scene."""
         return tuple(key for key, _, _ in self.columns)
 
     @property
@@ -180,12 +180,12 @@ def _alternatives(source, path, written, varied):
     written : object
         Should be a mapping: name -> {key: value, ...}.
     varied : set of str
-        Keys that vary otherwise, which no alternative may change.
+        Keys that vary in this entry or an earlier one, which no alternative may change.
 
     Returns
     -------
     alternatives : dict
-        See `Entry`.
+        As `Entry.alternatives`.
     mistakes : list of (tuple, str)
         Path and message of each mistake.
 
@@ -219,7 +219,7 @@ def _alternatives(source, path, written, varied):
 
 def _value_place(source, path, index, of_key=False):
     """Place of one varied value, or of its key; all values of a range have the same."""
-    return source.place(path, True) if of_key else source.place((*path, index))
+    return source.place(path, of_key=True) if of_key else source.place((*path, index))
 
 
 def _values(cases, key, written):
@@ -255,19 +255,19 @@ def entries_of_options(texts, entries, cases):
     texts : sequence of str
         Arguments of `--vary`, for example "cable.sag=1 m:3 m:5".
     entries : tuple of Entry
-        Of the study file; their keys cannot be varied again.
+        Entries of the study file; their keys cannot be varied again.
     cases : callable
-        As for `entries_of`.
+        Returns the names of the load cases of the scene, which `case=all` stands for.
 
     Returns
     -------
     tuple of Entry
-        Of the options alone.
+        Entries of the options alone.
 
     Raises
     ------
     SceneError
-        An option that cannot be read, or whose key the study or an option before it varies already.
+        All options that cannot be read, or whose key varies already; or more than MAX_COUNT cases in all.
     """
     added = []
     with Mistakes() as mistakes:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Annotated, ClassVar, get_args, get_origin
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, StringConstraints, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, StringConstraints, TypeAdapter, model_validator
 from pydantic_core import PydanticCustomError, core_schema
 
 from cablestudy.scene.layers import ALTERNATIVES, OF_CABLE, OF_SECTION, matches
@@ -57,6 +57,14 @@ def suggestion(word, known):
         return "there is none"
     near = get_close_matches(str(word)[:100], known, n=1, cutoff=0.6)
     return f"did you mean {near[0]}?" if near else f"allowed: {', '.join(known)}"
+
+
+def each_once(value):
+    """A tuple of words itself; refused where one of them is there twice."""
+    repeated = next((word for index, word in enumerate(value) if word in value[:index]), None)
+    if repeated:
+        raise wrong(f"{repeated} is given twice")
+    return value
 
 
 class _Type:
@@ -198,6 +206,11 @@ class Either(_Type):
     def schema(self):
         """JSON Schema."""
         return {"anyOf": list(self.schemas)}
+
+
+def reader_of(annotation):
+    """Function that reads values of a type; its validator is built when the first one is read, see `KeyTable`."""
+    return TypeAdapter(annotation, config=ConfigDict(defer_build=True)).validate_python
 
 
 def tables_of(model, path=()):

@@ -44,8 +44,8 @@ PLACES = {
     "material": ("materials.*",),
 }
 
-# Tables whose keys are names ("*": any name) -> what a name stands for, and keys by which a dotted key adds a new one;
-# None: any key, as of what needs none.
+# Tables whose keys are names ("*": any name) -> what a name stands for, and keys of which a dotted key must set one to
+# add a new name, else the name is a misprint; None: any key adds a name; (): none does.
 NAMED = {
     ("cables",): ("cable", ("from", "to")),
     ("cases",): ("case", None),
@@ -166,7 +166,7 @@ def assign(container, path, value, parent=()):
     Raises
     ------
     ValueError
-        The path leads through something that is neither a mapping nor a list.
+        The path leads through something that is neither a mapping nor a list, or to an item that a list lacks.
     """
     key, remaining = path[0], path[1:]
     if isinstance(container, list):
@@ -209,7 +209,7 @@ def unknown_name(lower, upper, path):
     -------
     tuple of (str, str, list of str) or None
         What the name should stand for, the name, and the names that there are: ("cable", "north", ["left", "right"]).
-        None where all names are known, or a new table was added with the keys that it needs.
+        None where all names are known, or the new one was added with a key by which NAMED lets it be added.
     """
     for table, (kind, keys) in NAMED.items():
         depth = len(table)

@@ -29,14 +29,14 @@ def comparison(text):
     Raises
     ------
     PydanticCustomError
-        The text is no comparison of one column with one number that leaves a margin.
+        The text is no comparison of one column with one number by <, <=, > or >=.
     """
 
-    def refuse(column, message):
-        """Raise the error for text that is no token."""
-        raise wrong(f"{message.partition(' (')[0]} at character {column}: {EXPECTED}")
+    def refuse(position, message):
+        """Raise the error for text that is no token, at a character counted from 1."""
+        raise wrong(f"{message.partition(' (')[0]} at character {position}: {EXPECTED}")
 
-    tokens = tokens_of(text, refuse)[:-1]
+    tokens = tokens_of(text, refuse)[:-1]  # without the last one, which marks the end
     kinds, texts = [token.kind for token in tokens], [token.text for token in tokens]
     signs = [token.text for token in tokens if token.kind == "sign" and token.text not in "()"]
     if "and" in texts or kinds[1::2] == ["sign", "sign"]:

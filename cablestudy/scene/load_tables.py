@@ -4,9 +4,9 @@ import math
 from functools import partial
 from typing import Annotated, ClassVar
 
-from pydantic import BeforeValidator, Field, StrictBool, TypeAdapter
+from pydantic import BeforeValidator, Field, StrictBool
 
-from cablestudy.scene.fields import Either, KeyTable, Name, Quantity, wrong
+from cablestudy.scene.fields import Either, KeyTable, Name, Quantity, reader_of, wrong
 
 MAX_LOADS = 1000
 ICE_DENSITY = 900.0  # [kg/m^3]
@@ -232,7 +232,7 @@ class DeadLoad(KeyTable):
         return super().value_at(("force", *path) if path[0].isdigit() else path)
 
 
-_force = TypeAdapter(ForceVector).validate_python
+_force = reader_of(ForceVector)
 ForceOrLoad = Annotated[
     DeadLoad | ForceVector,
     Either(

@@ -136,15 +136,13 @@ class Properties(KeyTable):
 
     def _or_times_area(self, of_section, per_area):
         """Quantity of the whole section: as given, else that per area times the area; or None."""
-        if of_section is not None or per_area is None or self.section_area is None:
-            return of_section
-        return per_area * self.section_area
+        area = None if of_section is not None or per_area is None else self.section_area
+        return of_section if area is None else per_area * area
 
     def _or_over_area(self, per_area, of_section):
         """Quantity per area: as given, else that of the whole section over the area; or None."""
-        if per_area is not None or of_section is None or self.section_area is None:
-            return per_area
-        return of_section / self.section_area
+        area = None if per_area is not None or of_section is None else self.section_area
+        return per_area if area is None else of_section / area
 
 
 class Material(Properties):

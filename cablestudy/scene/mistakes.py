@@ -24,7 +24,7 @@ def collect(error, document, tables):
     Parameters
     ----------
     error : pydantic.ValidationError
-        Of the model of the whole file.
+        Error of the model that reads the whole file.
     document : Document
         What was read.
     tables : list of (tuple, type)
@@ -79,14 +79,14 @@ _EXPECTED = {
 
 
 def _paths_and_messages(detail, tables):
-    """Translate one error of pydantic into messages for the user.
+    """Translate one error of pydantic into messages for the user: a list, since a table may have several mistakes.
 
     Parameters
     ----------
     detail : dict
         Item of `ValidationError.errors()`.
     tables : list of (tuple, type)
-        From `fields.tables_of`.
+        Path and model of each table of the file, from `fields.tables_of`.
 
     Returns
     -------
@@ -97,9 +97,9 @@ def _paths_and_messages(detail, tables):
     if path[-1:] == ("[key]",):  # a name that the user chose, for example of a cable
         path, value = path[:-1], path[-2]
         kind = "empty_name" if kind == "string_too_short" else kind
-    if "found" in context:
+    if "found" in context:  # mistakes of one table, from `KeyTable`
         return [((*path, *path_in_table), message) for path_in_table, message in context["found"]]
-    if kind == "cablestudy":
+    if kind == "cablestudy":  # an error of a check of this program, with its own text
         return [(path, context["text"])]
     if kind == "extra_forbidden":
         return [(path, _unknown_key_message(path, tables))]

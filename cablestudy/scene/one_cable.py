@@ -1,6 +1,7 @@
-"""A scene of one cable as a suspension: a cable between fixed points, or from one to a gondola that is free along x.
+"""A scene of one cable as a suspension: a cable between fixed points, or from a fixed point to a gondola free along x.
 
-Its winch moves an end along x. The wind on the gondola blows along x, about the equilibrium without wind.
+The winch moves an end of the cable along x. The wind blows on the gondola along x, and the motion by it is computed
+about the equilibrium without wind.
 """
 
 from functools import cache
@@ -28,9 +29,9 @@ def as_suspension(scene, damping=0.0):
     Returns
     -------
     SuspensionScene
-        Without the ends of the cable and its length, since its equilibrium is computed from the scene of one cable.
+        Without points and load cases, since the equilibrium is computed from the scene of one cable.
     """
-    winch = scene.winch if scene.gondola is not None else None  # that of a bare cable moves nothing
+    winch = scene.winch if scene.gondola is not None else None  # the winch of a cable without gondola moves nothing
     return _construct(
         SuspensionScene,
         gravity=scene.gravity,

@@ -7,7 +7,7 @@ from cablestudy.scene.units import show
 def reference_mistakes(scene):
     """Find references of control, actuators, correction and wind to bodies, winches or markers that do not exist.
 
-    A measured motion that is held, and a wind without any body to act on, are mistakes too.
+    Control without a winch, a measured motion that is not free, and a wind without any body to act on are mistakes too.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def case_mistakes(scene):
 
 
 def _list_mistakes(scene, case):
-    """Check the lists of names in a load case: the cables that are lost, and those that ice and wind act on.
+    """Check the names in a load case: cables that are lost, what ice and wind act on, and loads on lost cables.
 
     Yields
     ------

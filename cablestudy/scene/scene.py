@@ -14,11 +14,9 @@ from cablestudy.scene.limit_table import Limits, limit_relations
 from cablestudy.scene.load_tables import LoadCase, paths_of_loads
 from cablestudy.scene.materials import Materials
 from cablestudy.scene.mistakes import empty_keys, findings, located
-from cablestudy.scene.one_cable import CABLE
 from cablestudy.scene.section import limited
 from cablestudy.scene.stress_strain_table import loaded_by_a_case
 from cablestudy.scene.strict_yaml import refuse
-from cablestudy.scene.suspension import SUSPENSION_TABLES, is_suspension, read_suspension
 from cablestudy.scene.units import show
 from cablestudy.scene.wind_tables import Coefficient, Wind
 
@@ -72,7 +70,7 @@ class CableScene(KeyTable):
     @property
     def cables(self):
         """The cable by its name, as those of a suspension: dict."""
-        return {CABLE: self.cable}
+        return {"cable": self.cable}
 
     @property
     def load_case(self):
@@ -159,6 +157,8 @@ def _fields_of(key):
 
     Of the key itself only the first, for one cable before suspensions; of a beginning, as `force` of `force.0`, all.
     """
+    from cablestudy.scene.suspension import SUSPENSION_TABLES
+
     path = split_key(key)
     for length in range(len(path), 0, -1):
         *table, name = path[:length]
@@ -185,6 +185,11 @@ def is_study(document):
     return any(key in document.given for key in STUDY_KEYS)
 
 
+def is_suspension(document):
+    """True if a scene describes several cables."""
+    return any(key in document.given for key in ("cables", "bodies", "points"))
+
+
 def read_scene(document):
     """Check a document, and convert it to the typed model of its kind of scene.
 
@@ -208,6 +213,8 @@ def read_scene(document):
             place = document.place((key,), of_key=True)
             raise refuse(place, f"this is a study (it has the key {key}): use 'cablestudy sweep'")
     if is_suspension(document):
+        from cablestudy.scene.suspension import read_suspension
+
         return read_suspension(document)
     mistakes = list(empty_keys(document, TABLES))
     try:

@@ -1,4 +1,4 @@
-"""JSON Schema of the files, for editors: pydantic's schema of the models, and what the reader checks beyond them."""
+"""JSON Schema of the files, for editors: pydantic's schema of the models, and rules that only reading a file checks."""
 
 from itertools import combinations
 
@@ -77,7 +77,7 @@ def study_schema():
     Returns
     -------
     dict
-        Schema that pydantic makes of `StudyTable`, and what only the reader knows: values and ranges of varied keys.
+        Schema that pydantic makes of `StudyTable`, and the form of values, ranges and alternatives of varied keys.
     """
     schema = StudyTable.model_json_schema(schema_generator=_PlainSchema)
     definitions = schema.pop("$defs")

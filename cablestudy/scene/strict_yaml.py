@@ -129,7 +129,7 @@ def compose(text, name):
     except (OverflowError, ValueError):  # PyYAML without libyaml, on an escape beyond the last character of Unicode
         raise refuse(Place(name), "an escape in quoted text that stands for no character") from None
     reader = _Reader(text, name)
-    return (None if node is None else reader.value(node, (), None)), reader.places
+    return (None if node is None else reader.value(node, path=(), key_place=None)), reader.places
 
 
 def _syntax_error(error, text, name):

@@ -104,23 +104,23 @@ class StudyFile:
     name, title, base, set, plot, find : str, str, str, dict, Plot or None, Find or None
         The file as the user named it, and keys of the file.
     columns : tuple of str
-        As written; whether they exist is for the registry of columns to say.
+        Names as written, not looked up yet.
     asked : tuple of str
-        The last of them, which only an option of the command line names.
+        The last of these columns, which only an option of the command line names.
     tolerances : dict
-        Of --check, as written: a column, or ALL_COLUMNS -> relative tolerance.
+        Tolerances of --check, as written: a column, or ALL_COLUMNS -> relative tolerance.
     reference_path : str or None
-        An existing file.
+        Path of the CSV file to compare with, which exists.
     document, source : Document
         The base scene with `set:` and `--set`, nothing varied yet; the study file itself.
     entries : tuple of Entry
-        Those of `vary`, the sample, those of the options `--vary`.
+        Entries of `vary`, the sample, entries of the options `--vary`.
     sample, sample_entry : Sample or None, int
         The sample and its place among the entries.
     count : int
-        How many cases.
+        Number of cases.
     notes : tuple of str
-        What the user should know about the cases.
+        Notes for the user about the cases.
     """
 
     def __init__(self, source, table, document, entries, options=()):
@@ -294,9 +294,10 @@ def read_study(path, sets=(), vary=()):
 
 
 def study_of(source, sets=(), vary=()):
-    """Make the `StudyFile` of a study as read, a `Document` whose `base:` is unread: check it, and read its base scene.
+    """Make the `StudyFile` of a study: check it, and read the base scene that it names.
 
-    Other parameters and errors are those of `read_study`.
+    `source` is the study file as read, a `Document` whose `base:` is unread. Other parameters and errors are those of
+    `read_study`.
     """
     _refuse_scene(source)
     try:
@@ -314,6 +315,7 @@ def study_of(source, sets=(), vary=()):
         return apply_sets(read_base(source).with_sets(items), sets)
 
     def case_names():
+        """Names of the load cases of the base scene."""
         cases = base().value.get("cases")
         return list(cases) if isinstance(cases, dict) else []
 

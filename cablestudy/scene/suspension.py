@@ -12,7 +12,7 @@ from cablestudy.scene.cable_table import CHORD_RANGE, LENGTH_RATIO, NO_CURVES, b
 from cablestudy.scene.common_tables import Exposure, Ground, MarkerCorrection, ModelTable, ground_relations
 from cablestudy.scene.connections import attachment_of, connection_mistakes, unheld, written_connections
 from cablestudy.scene.control_tables import Control, Drive
-from cablestudy.scene.determinacy import determinacy_mistakes
+from cablestudy.scene.determinacy import MOTIONS, determinacy_mistakes
 from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, suggestion, tables_of
 from cablestudy.scene.layers import merge
 from cablestudy.scene.limit_table import Limits, limit_relations
@@ -23,7 +23,6 @@ from cablestudy.scene.references import case_mistakes, reference_mistakes
 from cablestudy.scene.section import limited, within
 from cablestudy.scene.stress_strain_table import loaded_by_a_case
 from cablestudy.scene.suspension_tables import (
-    MOTIONS,
     Body,
     CableWinch,
     Link,
@@ -305,11 +304,6 @@ def _rotate(angles, vector):
 
 
 SUSPENSION_TABLES = tables_of(SuspensionScene)
-
-
-def is_suspension(document):
-    """True if a scene describes several cables."""
-    return any(key in document.given for key in ("cables", "bodies", "points"))
 
 
 def read_suspension(document):

@@ -3,19 +3,18 @@
 from functools import partial
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import AfterValidator, Field, StrictBool, TypeAdapter
+from pydantic import AfterValidator, Field, StrictBool
 
 from cablestudy.scene.cable_table import CableProperties, Length, TensionAt, beyond_the_end
 from cablestudy.scene.cable_table import Point as Place
 from cablestudy.scene.connections import wrong_name
-from cablestudy.scene.determinacy import ROTATIONS, STATED
-from cablestudy.scene.fields import Either, KeyTable, Name, Quantity, wrong
+from cablestudy.scene.determinacy import MOTIONS, ROTATIONS, STATED
+from cablestudy.scene.fields import Either, KeyTable, Name, Quantity, each_once, reader_of, wrong
 from cablestudy.scene.load_tables import MAX_LOADS, Angle, ForceVector, Load, Moment, ReferenceTable
 from cablestudy.scene.section import Tension as StatedTension
 from cablestudy.scene.units import show
 from cablestudy.scene.wind_tables import BodyWind
 
-MOTIONS = ("x", "y", "z", *ROTATIONS)
 # Where a tension is stated -> what of `system.suspension.GIVEN` that is.
 TENSION_KINDS = {
     "mean": "preload", "end_1": "tension_from", "end_2": "tension_to", "horizontal": "horizontal_tension",
@@ -33,8 +32,8 @@ Inertia = Annotated[float, Quantity("kg m^2", -1e24, 1e24)]
 Tension = Annotated[float, Quantity("N", 1e-24, 1e24)]
 ForceDensity = Annotated[float, Quantity("N/m", 1e-24, 1e24)]
 
-_place = TypeAdapter(Place).validate_python
-_angles = TypeAdapter(Angles).validate_python
+_place = reader_of(Place)
+_angles = reader_of(Angles)
 _TRIPLE = {"type": "array", "minItems": 3, "maxItems": 3}
 
 
@@ -49,14 +48,6 @@ def _check_entries(value):
     """The entries of a tensor of inertia themselves; refused where they are neither 3 nor 6."""
     if len(value) not in (3, 6):
         raise wrong(f"expected 3 entries (xx yy zz) or 6 (xx yy zz xy xz yz), got {len(value)}")
-    return value
-
-
-def each_once(value):
-    """A tuple of words itself; refused where one of them is there twice."""
-    repeated = next((word for index, word in enumerate(value) if word in value[:index]), None)
-    if repeated:
-        raise wrong(f"{repeated} is given twice")
     return value
 
 
@@ -288,7 +279,7 @@ class Link(KeyTable):
 
 
 _force = Quantity("N", 1e-24, 1e24).read
-_forces = TypeAdapter(dict[Name, Tension]).validate_python
+_forces = reader_of(dict[Name, Tension])
 
 
 class Tensions(KeyTable):

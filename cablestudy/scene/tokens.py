@@ -3,6 +3,7 @@
 import re
 from typing import NamedTuple
 
+# token of other languages -> what a condition has instead
 INSTEAD = {"=": "==", "<>": "!=", "&&": "and", "||": "or", "&": "and", "|": "or", "!": "not"}
 
 _UNIT = r"(?!(?:and|or|not)\b)[A-Za-zµμΩ°%][A-Za-z0-9µμΩ°%]*(?:[*/·][A-Za-zµμΩ°%][A-Za-z0-9µμΩ°%]*|\^-?[0-9]{1,2})*"
@@ -19,7 +20,7 @@ _TOKEN = re.compile(
 
 
 class Token(NamedTuple):
-    """A piece of a condition, its kind, and the column where it begins (from 1)."""
+    """A piece of a condition: its kind (a group of _TOKEN, or `end`), its text, and where it begins, counted from 1."""
 
     kind: str
     text: str
@@ -33,7 +34,7 @@ def tokens_of(text, refuse):
     ----------
     text : str
     refuse : callable
-        Called with a column and a message where the text is no token; must raise an error.
+        Called with a position (from 1) and a message where the text is no token; must raise an error.
 
     Returns
     -------

@@ -200,7 +200,7 @@ def split(text):
     Raises
     ------
     ValueError
-        The text does not begin with a number in decimal notation, or the number is out of range.
+        The text is too long, does not begin with a decimal number, or the number is out of range or divided by zero.
     """
     match = _QUANTITY.fullmatch(text) if len(text) <= MAX_LENGTH else None
     if match is None:
@@ -315,6 +315,11 @@ def _root(name):
     factor : Decimal
     base_units : str
         Two units fit each other if these are equal. Dimensions are not compared, since those of rad/s and Hz are equal.
+
+    Raises
+    ------
+    _NotAQuantityError
+        The unit is unknown.
     """
     if name == "":
         return Decimal(1), ""

@@ -3,10 +3,10 @@
 import math
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field, StrictBool, TypeAdapter
+from pydantic import Field, StrictBool
 
 from cablestudy.scene.cable_table import Point as Place
-from cablestudy.scene.fields import LEAST, Either, KeyTable, Quantity, wrong
+from cablestudy.scene.fields import LEAST, Either, KeyTable, Quantity, reader_of, wrong
 from cablestudy.scene.units import show
 
 Coefficient = Annotated[float, Quantity("", 1e-6, 1e6)]
@@ -24,8 +24,7 @@ def one_or_three(quantity, components):
         What three numbers are, for messages.
     """
     number = Annotated[float, quantity]
-    triple = TypeAdapter(tuple[number, number, number]).validate_python
-    readers = (((list, tuple), triple), ((int, float, str), quantity.read))
+    readers = (((list, tuple), reader_of(tuple[number, number, number])), ((int, float, str), quantity.read))
     schemas = (*quantity.schema()["anyOf"], {**_TRIPLE, "items": quantity.schema()})
     return Annotated[number | tuple[number, number, number], Either(readers, f"one number, or {components}", schemas)]
 

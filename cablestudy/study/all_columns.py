@@ -1,4 +1,4 @@
-"""Result columns by name, of one cable and of suspensions; reasons why a scene cannot have one; table of all."""
+"""Result columns by name, of one cable and of suspensions; reasons why a scene cannot have a column; table of all."""
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import quantity_of
@@ -54,22 +54,22 @@ def columns_table(text=""):
     Parameters
     ----------
     text : str
-        Only columns with this text in their names; blanks are underscores, as in headings.
+        Only columns with this text in their names or units; blanks in it stand for the underscores of headers.
 
     Raises
     ------
     SceneError
-        No column has this text in its name.
+        No column has this text in its header, or is named so.
     """
-    text_in_name = "_".join(text.split())
+    text_in_header = "_".join(text.split())
     kinds = {"cable": (*of_one_cable.COLUMNS, *of_one_cable.FAMILIES), "suspension": of_suspensions.families()}
-    columns_of_kind = [(kind, c) for kind, columns in kinds.items() for c in columns if text_in_name in c.header]
+    columns_of_kind = [(kind, c) for kind, columns in kinds.items() for c in columns if text_in_header in c.header]
     if not columns_of_kind:  # perhaps a member of a family, which is listed as a pattern only: n1.sag, or frequency_3
         try:
-            column = find(text_in_name)
+            column = find(text_in_header)
         except ValueError as error:
             raise SceneError(str(error)) from None
-        of_suspension = "." in text_in_name or text_in_name.startswith("frequency_")
+        of_suspension = "." in text_in_header or text_in_header.startswith("frequency_")
         columns_of_kind = [("suspension" if of_suspension else "cable", column)]
     rows = [
         {"of": kind, "column": c.header, "unit": c.unit, "meaning": c.meaning, "needs": c.needs, "key": keys_of(c)}

@@ -71,4 +71,5 @@ def frozen(value):
     """A table of the scene, or a tuple of tables, as nested tuples of plain values that can be compared and hashed."""
     if value is None or isinstance(value, PLAIN):
         return value
-    return tuple(map(frozen, value if isinstance(value, tuple | list) else value.__dict__.values()))
+    parts = value if isinstance(value, (tuple, list)) else value.__dict__.values()
+    return tuple([part if part is None or isinstance(part, PLAIN) else frozen(part) for part in parts])

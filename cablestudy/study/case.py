@@ -105,6 +105,11 @@ class Case:
         return self.results.span.frame[self.index]
 
     @property
+    def point_masses(self):
+        """Point masses on the cable, as of its `span`; raises as this."""
+        return self._closed_form.point_masses
+
+    @property
     def catenary(self):
         """The closed-form equilibrium: `Catenary`.
 
@@ -447,12 +452,17 @@ class _ClosedForm:
         # a conductor is stretched for good by all load cases
         conductor = cable.stress_strain and (cable.stress_strain, cable.state, *scene.cases.items())
         ground = scene.ground if scene.load_case.grows_with_height else None
-        return scene.gravity, *map(frozen, (*properties, conductor, scene.load_case, scene.model, ground))
+        return frozen((scene.gravity, *properties, conductor, scene.load_case, scene.model, ground))
 
     @cached_property
     def span(self):
         self._results.check(self._index)
         return self._results.span.take(self._index)
+
+    @cached_property
+    def point_masses(self):
+        self._results.check(self._index)
+        return () if self._results.span.load_masses is None else self.span.point_masses
 
     @cached_property
     def catenary(self):

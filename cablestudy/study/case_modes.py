@@ -1,4 +1,4 @@
-"""The modes of a case, to its accuracy."""
+"""Modes of a case, by elements refined to the accuracy that its scene states, or by the elements that it fixes."""
 
 from collections import Counter
 
@@ -14,7 +14,7 @@ from cablestudy.study.row import evaluate
 
 
 def modes(case, count=None, upto=None, estimate=False):
-    """The modes of a case, to its accuracy.
+    """Compute the modes of a case, with frequencies to the accuracy that its scene states, and notes on the model.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def modes(case, count=None, upto=None, estimate=False):
     upto : float, optional
         All up to this frequency instead. [Hz]
     estimate : bool
-        Whether the error of fixed elements is to be estimated, for the notes.
+        Whether the notes have an estimated error of the frequencies of fixed elements, which costs a second solution.
 
     Returns
     -------
@@ -37,6 +37,7 @@ def modes(case, count=None, upto=None, estimate=False):
     Raises
     ------
     NoSolutionError, ConvergenceError
+        There is no equilibrium, or the finest model does not reach the accuracy or lacks modes.
     """
     solved_case, modes_found, search = solved_modes(case, count, upto)
     if search is None:
@@ -48,23 +49,20 @@ def modes(case, count=None, upto=None, estimate=False):
 
 
 def solved_modes(case, count=None, upto=None):
-    """The modes of a case to its accuracy, as `modes` but without notes, with the search for the elements.
+    """Compute the modes of a case as `modes` does, and return the search for the elements instead of notes.
 
     Parameters
     ----------
     case, count, upto
-        As for `modes`.
+        As for `modes`, which describes the errors too.
 
     Returns
     -------
     case : Case
+        With the discretisation that was used.
     modes : Modes
     search : Refinement or None
-        None where the scene fixes the elements.
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
+        Search for fine enough elements; None where the scene fixes the elements.
     """
 
     def modes_with(level):
@@ -111,7 +109,7 @@ def frequency_errors(case, modes_of_case):
     errors : list of float
         None where it is not known. [-]
     reason : str
-        Message of the failure by which some are not known.
+        Message of the failure by which some are not known; empty where there was none.
     """
     if case.exact_statics:
         return modes_of_case.errors.tolist(), ""

@@ -75,17 +75,17 @@ class ColumnRequirements:
         failures : dict
             Header -> CablestudyError of a column without a value.
         """
-        return _frequencies(case, [column for column in self.modes if column.header not in refused])
+        kept = [column for column in self.modes if column.header not in refused] if refused else self.modes
+        return _frequencies(case, kept, _by_plane(kept) if refused else self._planes)
 
 
-def _frequencies(case, columns):
-    """Values, errors and failures of columns of modes, as `ColumnRequirements.sample`.
+def _frequencies(case, columns, planes):
+    """Values, errors and failures of columns of modes, also given by planes, as `ColumnRequirements.sample`.
 
     All are computed in one call; where this fails each by itself, so that one missing mode leaves the others.
     """
     if not columns:
         return {}, {}, {}
-    planes = _by_plane(columns)
     try:
         frequencies, errors = case.frequencies(tuple(tuple([column.mode for column in plane]) for plane in planes))
     except CablestudyError as error:
@@ -93,7 +93,7 @@ def _frequencies(case, columns):
             return {}, {}, {columns[0].header: error}
         values, errors, failures = {}, {}, {}
         for column in columns:
-            value, relative_error, failure = _frequencies(case, [column])
+            value, relative_error, failure = _frequencies(case, [column], _by_plane([column]))
             values, errors, failures = values | value, errors | relative_error, failures | failure
         return values, errors, failures
     headers = [column.header for plane in planes for column in plane]
@@ -102,8 +102,10 @@ def _frequencies(case, columns):
 
 def _by_plane(columns):
     """Columns of modes in the plane, and of those out of plane: two lists."""
-    across = [column for column in columns if column.mode[1] == "out-of-plane"]
-    return [column for column in columns if column not in across], across
+    in_plane, across = [], []
+    for column in columns:
+        (across if column.mode[1] == "out-of-plane" else in_plane).append(column)
+    return in_plane, across
 
 
 def _half_waves(column):
@@ -127,12 +129,13 @@ class ClosedForm:
     errors: dict = field(default_factory=dict)  # case -> {header: relative error}, where it exceeds `rounding`
     least_errors: dict = field(default_factory=dict)  # header -> estimated relative error of all other cases
 
-    def cells(self):
-        """List of dict: header -> number of each case, None where there is none."""
-        if not self.numbers:
+    def cells(self, headers):
+        """List of dict: each header -> number of each case, None where there is none."""
+        if not headers:
             return [{} for _ in range(self.count)]
-        rows = zip(*(numbers.tolist() for numbers in self.numbers.values()), strict=True)
-        cells = [dict(zip(self.numbers, row, strict=True)) for row in rows]
+        none = [None] * self.count
+        columns = [self.numbers[header].tolist() if header in self.numbers else none for header in headers]
+        cells = [dict(zip(headers, row, strict=True)) for row in zip(*columns, strict=True)]
         for case, failed in self.failures.items():
             cells[case].update((header, None) for header in failed if header in cells[case])
         return cells

@@ -1,4 +1,4 @@
-"""The columns: name, unit, meaning, and the one function that computes each.
+"""Result columns of one cable: name, unit, meaning, and the one function that computes each.
 
 To add a column, add a line to COLUMNS, or a family with a K in its name to FAMILIES. The function takes `Results` and
 returns an array with an axis of cases, or takes one `Case` and returns a number.
@@ -288,7 +288,7 @@ def _shedding(name, meaning, index):
 
 
 def loop_columns(keys):
-    """The columns of the winch loop, of one cable or of a suspension, with `Column.key` of `keys`: list of Column.
+    """The columns of the winch loop, of one cable or of a suspension: list of Column, each with `keys` as `Column.key`.
 
     Their functions take a case with `in_wind`, and return a number and its estimated relative error.
     """

@@ -1,17 +1,18 @@
-"""Conductors with permanent elongation: the linear cables that hang as they do, in the state that each scene asks for.
+"""Linear cables that hang as conductors with permanent elongation do, in the state that each scene asks for.
 
-A stated tension or sag is that of the new conductor in the reference state; its length without tension there is the one
-that all states share. The load that stretches a conductor is the case in which its mean tension is largest; creep is
-that of the conductor without a case, for 10 years. In the state `final` it creeps first and is loaded then.
+A tension or sag that a scene states is that of the new conductor in the reference state; the length without tension of
+this conductor holds for all states. The load that stretches a conductor is the load case in which its mean tension is
+largest; creep is that of 10 years without a load case. In the state `final` the load follows the creep.
 
-Motion and stiffness are those about the equilibrium with the final moduli of the parts that are tight: what falls below
-the tension of a day, and comes back, follows these. The end that the force of a load case pushes goes along the curve.
+Motion and stiffness about the equilibrium follow the final moduli of the parts that are tight, as does a tension that
+falls and comes back. An end that the force of a load case has moved followed the curve.
 
 The permanent sets by creep and load do not depend on the case that a scene is in: scenes that differ in nothing else
 share them.
 
-The catenary is that of a linear cable. At a strain e of the conductor its tangent gives one (`cable.stress_strain`),
-whose mean tension in turn gives the next strain: Newton's method, to the strain at which both have one tension.
+The catenary is that of a linear cable. At a strain of the conductor, the tangent of its curve gives a linear cable
+(`cable.stress_strain`), whose mean tension in turn gives the next strain: Newton's method, to the strain at which
+conductor and linear cable have the same tension.
 """
 
 from dataclasses import dataclass, fields
@@ -40,7 +41,7 @@ class LinearCables:
         Unstretched length over that of the new conductor in the reference state, less one. [-]
     length_ratio : ndarray, shape (...)
         Length without tension of the conductor in its case over the unstretched length of the linear cable: ice and
-        wind are stated per length of the former. [-]
+        wind are stated per length of the conductor. [-]
     condition : Condition
         State of the conductors.
     strain : ndarray, shape (...)
@@ -136,6 +137,10 @@ class Conductors:
 
     Attributes
     ----------
+    curves : Curves
+        Curves of tension over strain of all conductors, of `shape`.
+    states : ndarray of str, of `shape`
+        State that the scene asks for: `initial`, `after_creep`, `after_load` or `final`.
     reference : tuple
         Result of `solve_reference` with the new conductors.
     """
@@ -193,7 +198,7 @@ class Conductors:
     def _sets(self):
         """Permanent sets of both parts of each conductor in its state, shape (..., 2) [-], and the heaviest load case.
 
-        By creep; by creep and the heaviest case; by this case alone. Then the names of these cases, shape (...).
+        Four arrays: sets by creep; by creep and the heaviest case; by this case alone; names of these cases (...).
         """
         unset, with_creep, with_load = self.curves.unset, np.isin(self.states, CREPT), np.isin(self.states, LOADED)
         by_creep = np.where(with_creep[..., None], self._sets_by_creep, unset) if with_creep.any() else unset
@@ -213,9 +218,10 @@ class Conductors:
         Returns
         -------
         sets, by_load : ndarray, shape (..., 2)
-            Permanent sets after the load, and the sets that the load would leave in a new conductor. [-]
+            Permanent sets after the load; and the sets that the strain under the load leaves by itself, without earlier
+            ones. [-]
         heaviest : ndarray of str, shape (...)
-            Name of the heaviest case; empty without one.
+            Name of the heaviest case, followed by BEYOND where the strain is beyond the curve; empty without a case.
         """
         # all load cases of all scenes, but those in which cables are lost, are solved together
         rows_and_scenes = [(row, scene.model_copy(update={"case": name}))
@@ -231,7 +237,7 @@ class Conductors:
         beyond = condition.beyond(strain).any(axis=-1)
         for index, row in enumerate(rows.tolist()):
             heavier = tension[index] > largest[row]
-            # sets by this load alone: from the strain, on the curves of a new conductor
+            # sets by this load alone: from the strain, on the curves of a conductor without earlier sets
             without_sets = Condition(condition.curves.take(index), condition.temperature[index],
                                      np.full(sets[row].shape, NO_SET), condition.creeping[index])  # fmt: skip
             new_sets = without_sets.sets_after(strain[index])
@@ -269,7 +275,7 @@ class Conductors:
         linear = self._linear((strain, tension, slope), condition, rows)
         labels = np.array(states, dtype=object)
         if with_load.any():
-            # the one of creep and load governs that alone leaves the conductor longer, with less tension at a strain
+            # creep or load governs, whichever alone leaves the conductor longer: with less tension at the same strain
             by_creep_alone, by_load_alone = (
                 Condition(condition.curves, condition.temperature, part_sets, condition.creeping).pull(strain)[0]
                 for part_sets in (by_creep, by_load)

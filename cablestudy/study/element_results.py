@@ -1,4 +1,4 @@
-"""Statics of cases with a fixed number of elements: those on equal meshes at once, as arrays over cases."""
+"""Statics of cases with a fixed number of elements: cases on equal meshes are solved at once, as arrays over cases."""
 
 import numpy as np
 
@@ -20,7 +20,7 @@ class ElementResults(Results):
     Parameters
     ----------
     closed : Results
-        The closed form of these and other cases.
+        Results in closed form of these and other cases.
     indices : ndarray of int, shape (n,)
         Rows of these cases in `closed`.
     models : BatchElements
@@ -71,7 +71,7 @@ def element_results(results):
     Parameters
     ----------
     results : Results
-        The closed form of n cases, each with a fixed number of elements.
+        Results in closed form of n cases, each with a fixed number of elements.
 
     Returns
     -------
@@ -85,7 +85,7 @@ def element_results(results):
     in_equilibrium[list(results.failures)] = False
     for case in np.flatnonzero(results.folded & in_equilibrium).tolist():
         failures[case] = NoSolutionError(LIMP if results.limp[case] else NO_MOTION)
-    # the others: a folded cable, with next to no tension somewhere, has no stiffness there
+    # folded cables are failures: with next to no tension somewhere, they have no stiffness there
     cases = np.flatnonzero(in_equilibrium & ~results.folded)
     for group in _on_equal_meshes(results, cases):
         try:

@@ -59,7 +59,7 @@ class _KeyStudy:
         self.entries = (Entry(((self._key, self._values, lambda _: self._location),)),)
 
     def case(self, index):
-        """Overrides and CableScene of one case."""
+        """Overrides (key -> value), and the scene of one case."""
         value = self._values[index]
         return {self._key: value}, read_scene(self._document.with_sets([(self._key, value, self._location)]))
 
@@ -109,7 +109,7 @@ def search(goal, document, enclose=False):
     statuses : dict
         Each value of the key that was tried -> status text of the scene's row there.
     notes : list of str
-        The range that was searched, unless the goal states it, and the gaps in it that were not.
+        The range that was searched, unless the goal states it, and the gaps in it that were left unsearched.
 
     Raises
     ------
@@ -120,6 +120,7 @@ def search(goal, document, enclose=False):
     statuses = {}
 
     def difference(values):
+        """Column less the value of the goal at values of the key, shape (n,); NaN without a value of the column."""
         doing(f"{counted(len(statuses) + len(values), 'value')} of {goal.key.name} tried for {goal}")
         numbers, row_statuses = _column_values(goal, document, values)
         statuses.update(zip(values.tolist(), row_statuses, strict=True))
@@ -132,7 +133,7 @@ def search(goal, document, enclose=False):
         ranges = [[points_between(goal.quantity.low, goal.quantity.high, 2 * effort.points)]]
     else:
         ranges = ranges_about(start, goal.quantity.low, goal.quantity.high, effort.points, effort.reach)
-    # a zero of the least margin of all limits is first searched with the limits that decide there
+    # a zero of the least margin is first searched with those limits alone that decide there, which costs less
     of_limits = goal.column.name == "limit_margin" and not goal.value
     cheaper = partial(_margin_function, goal, document) if of_limits else None
     zeros_found = zeros(difference, ranges, effort, enclose, cheaper)
@@ -152,6 +153,8 @@ def _margin_function(goal, document, low, high):
 
     Parameters
     ----------
+    goal, document
+        See `solve`; the column of the goal is `limit_margin`.
     low, high : float
         The two values of the key, in SI; the margins of the scene are known at both.
 
@@ -317,7 +320,7 @@ def shown_columns(goal, document, names=None):
     document : Document
         File of the scene.
     names : str, optional
-        Names of columns, joined by commas; by default a few columns of the statics.
+        Names of columns, joined by commas; by default `SceneKind.usual_columns`, a few columns of the statics.
 
     Raises
     ------

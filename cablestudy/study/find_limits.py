@@ -26,7 +26,7 @@ def ranges(goal, document, columns):
     document : Document
         File of the scene.
     columns : list of Column
-        Further columns of the table.
+        Further columns of the table; columns of the limits themselves are left out.
 
     Returns
     -------
@@ -63,9 +63,10 @@ def ranges(goal, document, columns):
 def _range_ends(zeros_found, statuses):
     """The two ends of each range of a key in which all limits hold, rising.
 
-    A range is a run of neighbouring values of the key whose least margin is not negative. It ends at a zero or a jump
-    of the margin, before a value without an answer, or where the search ended. `zeros_found` has the zeros and jumps of
-    the least margin, and all values with a margin; `statuses` is each value that was tried -> status of its row.
+    A range is a run of neighbouring values of the key whose least margin is not negative, and positive at some of them.
+    It ends at a zero or a jump of the margin, before a value without an answer, or where the search ended.
+    `zeros_found` has the zeros and jumps of the least margin, and all values with a margin; `statuses` is each value
+    that was tried -> status of its row.
 
     Returns
     -------
@@ -79,6 +80,7 @@ def _range_ends(zeros_found, statuses):
     points, ends = sorted(margins), []
 
     def end(word, index, next_index):
+        """One end, `from` or `to`, at a point; the next point beyond it, if there is one, tells the reason."""
         searched = 0 <= next_index < len(points)
         reason = f"beyond, {statuses.get(points[next_index])}" if searched else "the end of what was searched"
         return word, points[index], "" if points[index] in crossings else reason

@@ -31,7 +31,7 @@ def freeze_cable(document, scene):
     Raises
     ------
     NoSolutionError, ConvergenceError
-        There is no reference state.
+        There is no equilibrium in the reference state.
     """
     contents, case, length = document.given, Case(_without_case(scene)), scene.cable.unstretched_length
     case.results.check(case.index)

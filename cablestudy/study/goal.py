@@ -118,7 +118,7 @@ def read_goal(stated, locations, document):
     locations : dict
         Position of each part for messages, see `Goal`.
     document : Document
-        File of the scene, whose reader words the message on a key that does not exist.
+        File of the scene, for the messages on a key that does not exist and on a tension in percent.
 
     Raises
     ------

@@ -31,7 +31,7 @@ class SceneLimit:
     bound : float
         In the unit of its columns.
     terms : tuple of (str, str, Column)
-        Load case, cable or "", and what is compared there.
+        Load case, cable or "", and the column that is compared there.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Check:
     case, cable : str
         The load case that governs, and of a column of several cables the cable, else "".
     value, error : float or None
-        Of the column there, and its estimated relative error; None where there is none.
+        Value of the column there, and its estimated relative error; None where there is none.
     failures : dict
         Load case -> why there is no value in it.
     """
@@ -69,7 +69,7 @@ class Check:
 
     @property
     def margin(self):
-        """Relative, None without a value. [-]"""
+        """Margin relative to the limit; None without a value. [-]"""
         return None if self.value is None else self.limit.margin(self.value)
 
     @property
@@ -123,8 +123,8 @@ def _limit(scene, name, table):
 
     Its terms are the load cases that the table names, by default all and the reference state, each with all cables that
     the column can be of. A term is left out if the scene cannot have the column there, or the cable is lost in the
-    case. ValueError for a limit that cannot be checked: its column is no result, its number is zero, or there is no
-    term.
+    case. ValueError for a limit that cannot be checked: its column is no result, its number is zero or does not fit
+    the unit of the column, or the scene cannot have the column: in a load case named, or by default in all of them.
     """
     stated = comparison(table.that)
     # (cable, column of this cable); of a column that belongs to no cable one pair, with "" for the cable

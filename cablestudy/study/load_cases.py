@@ -75,7 +75,7 @@ def placed_on_cable(positions, length):
     Returns
     -------
     ndarray, shape (..., k)
-        Arc lengths, not sorted. [m]
+        Arc lengths from end 1, in the order of the entries. [m]
     """
     end = length[..., None]
     absent = ~(positions < end)
@@ -215,7 +215,8 @@ def uneven_drag_errors(drag, catenary, stretched=False):
     catenary : Catenary
         Their equilibria under the uniform drag, shape (n,).
     stretched : bool
-        Whether the uniform drag was computed for the stretched length, not for the unstretched one.
+        Whether the uniform drag was computed for the stretched length, not for the unstretched one; not used for a
+        wind that grows with the height.
 
     Returns
     -------
@@ -302,7 +303,7 @@ def wind_direction(angle):
     Parameters
     ----------
     angle : ndarray, shape (...)
-        From x towards y. [rad]
+        Direction in which the wind blows, from x towards y. [rad]
     """
     level = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
     return np.where(np.abs(level) < STUDY.rounded_direction, 0.0, level)

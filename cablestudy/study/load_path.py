@@ -25,13 +25,13 @@ class LoadPath:
     Attributes
     ----------
     name : str
-        Of the load.
+        Name of the load.
     cables : list of LoadedCable
         The cable with the load in each position that has an answer.
     table : Table
         A row for each position, by its share of the unstretched length.
     failures : list of str
-        Why rows lack an answer, or a clearance.
+        Reasons why rows lack an answer, or a clearance, with their positions.
     """
 
     name: str
@@ -57,7 +57,7 @@ def load_path(document, scene, option):
     Raises
     ------
     SceneError
-        There is no such load, or no such number.
+        There is no such load, or the number of positions is wrong.
     NoSolutionError, ConvergenceError
         There is no reference state.
     """

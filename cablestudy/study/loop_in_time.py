@@ -28,7 +28,7 @@ MILLI = 1e3
 
 @dataclass(frozen=True)
 class TimeOptions:
-    """Options of the command, and their numbers; SceneError for those that are wrong, or have no effect."""
+    """Options of `loop` for a response in time, as texts, and their values; SceneError where one is wrong or unused."""
 
     duration: str  # DURATION, or DURATION:COUNT
     input: str | None = None
@@ -39,7 +39,7 @@ class TimeOptions:
     def __post_init__(self):
         if self.length is not None and self.input != "gust":
             raise SceneError("--length: no effect: only --input gust has a length")
-        _ = self.times, self.stated_length  # raise SceneError
+        _ = self.times, self.stated_length  # computed here, so that a wrong option raises SceneError at once
 
     @cached_property
     def times(self):
@@ -115,9 +115,9 @@ class Input:
     unit : str
         For tables and pictures: mm, mrad or m/s.
     size : float
-        [m], [rad] or [m/s]
+        Size of the step or gust. [m], [rad] or [m/s]
     components : list of time_response.Component
-        For a size of one.
+        The input with a size of one, as a sum of functions of time.
     values : ndarray, shape (m,)
         The input at the points of time. [m], [rad] or [m/s]
     """
@@ -144,13 +144,13 @@ class TimeCase:
     input : Input
     response : TimeResponse
     gain : float
-        Of the loop. [rad/s]
+        Gain of the loop. [rad/s]
     name, unit : str
-        Of the measured coordinate; the unit mm or mrad.
+        Name of the measured coordinate, and its unit for tables, mm or mrad.
     winches : tuple of str
-        Their names.
+        Names of the winches.
     remarks : tuple of str
-        On approximations, and warnings.
+        Remarks on approximations, and warnings.
     """
 
     options: TimeOptions
@@ -226,7 +226,7 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
     scene : CableScene or SuspensionScene
         As the user wrote it.
     closed_loop : ClosedLoop
-        A stable loop.
+        A suspension with a stable loop.
     options : TimeOptions
         Options of the command `loop`.
     names : dict, optional
@@ -245,7 +245,7 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
     references = {names.get(key := f"reference.{name}", key): key for name in closed_loop.measured}
     outputs = [names.get(key := f"{closed_loop.body_name}.{name}", key) for name in closed_loop.measured]
     kind = options.input or next(iter(winches))
-    number_of("--input", kind, [*winches, *references, *OF_WIND])
+    number_of("--input", kind, [*winches, *references, *OF_WIND])  # SceneError for an unknown input
     output_number = number_of("--output", options.output, outputs) if options.output else 0
     if kind in references and not options.output:
         output_number = list(references).index(kind)
@@ -259,8 +259,8 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
     of_unit_input = in_time(closed_loop, output, input_name, driving_input.components, options.times)
     response = of_unit_input.times(driving_input.size)
     dampings = [cable.damping for cable in closed_loop.scene.cables.values()]
-    delayed_up_to = 0.0 if closed_loop.loop.slight_delay else closed_loop.loop.right_up_to
-    remarks = remarks_of(closed_loop.scene.control, delayed_up_to, response, dampings)
+    phase_right_up_to = 0.0 if closed_loop.loop.slight_delay else closed_loop.loop.right_up_to
+    remarks = remarks_of(closed_loop.scene.control, phase_right_up_to, response, dampings)
     measured = outputs[output_number], f"m{unit_of(closed_loop.measured[output_number])}"
     return TimeCase(options, driving_input, response, closed_loop.loop.gain, *measured, tuple(winches), remarks)
 
@@ -374,15 +374,17 @@ def _response_in_space(closed_loop, motion, space, output, input_, components, t
     loads, allocation = np.zeros((len(closed_loop.motion), 1)), loop.allocation
     if closed_loop.gusts is not None:
         gust_force = uniform_gust(closed_loop.gusts)
-        loads[: len(gust_force), 0] = gust_force
+        loads[: len(gust_force), 0] = gust_force  # strokes of reaction masses, the last coordinates, bear no wind
     if space is not None:
         loads, allocation = space.T @ loads, replace(allocation, measured=allocation.measured @ space)
     coordinate_count = len(motion) - sum(not actuator.wheel for actuator in closed_loop.actuators)
     names = [f"coordinate_{k + 1}" for k in range(coordinate_count)]
     system = labelled(closed_loop, motion, names, loads, ((WIND_INPUT, "m/s"),))
     control = LinearControl(allocation, loop.gain, loop.notches, loop.law_space, loop.law_names)
-    with_loop = state_space_of(system, None, control, measured_by(closed_loop), closed_loop.actuators, added=True)
-    without_loop = state_space_of(system, actuators=closed_loop.actuators)
+    actuators, measured = closed_loop.actuators, measured_by(closed_loop)
+    # `added`: inputs are references, and lengths that winches reel in beyond those of the loop: either may make a step
+    with_loop = state_space_of(system, loop=control, measured=measured, actuators=actuators, added=True)
+    without_loop = state_space_of(system, actuators=actuators)
     winch_indices = [with_loop.output_names.index(name) for name, _ in system.inputs[: len(closed_loop.winches)]]
     indices = with_loop.output_names.index(output), winch_indices, with_loop.input_names.index(input_)
     return loop_response.responses(with_loop, without_loop, *indices, components, times)

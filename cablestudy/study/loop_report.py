@@ -1,4 +1,4 @@
-"""The loop of winches over frequency, and the table of its margins of one cable, for the command `loop`."""
+"""The loop of winches over frequency; for one cable the table of stability margins too. For the command `loop`."""
 
 from dataclasses import replace
 
@@ -170,7 +170,8 @@ def decibels(value):
 def response_table(closed_loop, span):
     """Table over frequency of the loop gain L, the sensitivity S and the complementary sensitivity T of a loop.
 
-    Of one measured coordinate magnitude [dB] and phase [deg]; of several the largest and smallest singular value [dB].
+    For one measured coordinate it has magnitude [dB] and phase [deg] of each; for several coordinates the largest and
+    smallest singular value [dB].
 
     Parameters
     ----------
@@ -185,7 +186,7 @@ def response_table(closed_loop, span):
         magnitudes = decibels(singular_values(value)).T
         if len(magnitudes) == 1:
             columns[Field(f"{name}_dB", title, "dB")] = magnitudes[0]
-            columns[Field(f"{name}_phase_deg", f"{title} phase", "deg")] = Phase()(value[:, 0, 0])
+            columns[Field(f"{name}_phase_deg", f"{title} phase", "deg")] = Phase()(value[:, 0, 0])  # unwrapped
         else:
             columns[Field(f"{name}_largest_dB", f"{title} largest", "dB")] = magnitudes[0]
             columns[Field(f"{name}_smallest_dB", f"{title} smallest", "dB")] = magnitudes[-1]

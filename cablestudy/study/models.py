@@ -12,7 +12,6 @@ from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.results import along
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.ends import Ends
 
 
 class BatchElements:
@@ -43,6 +42,8 @@ class BatchElements:
 
     def ends(self, planes):
         """`Ends` of all cables, with up to `modes_at_ends` modes."""
+        from cablestudy.system.ends import Ends
+
         if planes not in self._ends:
             dynamics = self.dynamics(planes)
             self._ends[planes] = Ends(dynamics, self.span.frame, min(dynamics.dof, STUDY.modes_at_ends))
@@ -147,7 +148,7 @@ def mesh_of(case):
         No equilibrium, a cable that hangs folded, more loads than elements, or more nodes than `fixed_nodes`.
     """
     results, index = case.results, case.index
-    pieces, point_masses = results.pieces(index), case.span.point_masses
+    pieces, point_masses = results.pieces(index), case.point_masses
     if case.level is not None:
         elements, order = case.level
         if len(pieces) == 2:
@@ -225,7 +226,7 @@ def give_elements(cases, groups):
             continue
         for index, number in enumerate(numbers.tolist()):
             case = cases.get(number)
-            if case is not None and not case.span.point_masses:
+            if case is not None and not case.point_masses:
                 _set_model(case, CableElements(batch, index))
 
 

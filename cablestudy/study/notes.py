@@ -9,7 +9,6 @@ from cablestudy.scene.words import first_of
 from cablestudy.study.columns import over_strength, relative, stress_of, tensions_at_peak
 from cablestudy.study.status import SLACK
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.superelement import grows_with_modes
 
 STATED_TENSIONS = ("preload",), ("tension", "value")  # paths in the table of a cable
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
@@ -284,6 +283,8 @@ def assumed_damping(scene):
 
 def growing_damping(scene):
     """Notes, at most one: the modal damping of fixed elements grows with their number. Returns a tuple of str."""
+    from cablestudy.system.superelement import grows_with_modes
+
     elements = scene.model.elements
     if elements is None or not grows_with_modes(scene.cable.damping):
         return ()

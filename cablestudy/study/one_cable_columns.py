@@ -1,4 +1,5 @@
-"""Columns of suspensions for a scene of one cable: its own by another name, or of gondola and cable as a suspension."""
+"""Columns of suspensions for a scene of one cable: a column of one cable by another name, or a column that is computed
+for gondola and cable as a suspension."""
 
 from dataclasses import replace
 from functools import cache
@@ -58,7 +59,8 @@ def column_of_one_cable(column, bare):
         return column
     if name := own_name(column.name, bare):
         return find_of_one(name)
-    # stage of the computation of suspensions -> stage for one cable
+    # stage of a suspension -> stage of one cable, where coupled modes are those of the gondola, and each suspension is
+    # made about an equilibrium
     needs = {"modes": "gondola", "scene": "statics"}.get(column.needs, column.needs)
     closed_loop = column.needs == "wind" and "_open_loop" not in column.name
 

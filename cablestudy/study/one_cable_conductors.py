@@ -1,4 +1,4 @@
-"""Conductors with permanent elongation, of scenes of one cable; see `study.conductors`."""
+"""Linear cables in place of conductors with permanent elongation, in scenes of one cable; see `study.conductors`."""
 
 from dataclasses import dataclass, replace
 
@@ -24,7 +24,7 @@ class EquivalentCables:
     chord_strain : ndarray, shape (k,)
         Chord strain of the new conductors in the reference state. [-]
     reasons : dict
-        Index from 0 to k - 1 -> why there is no such cable.
+        Index from 0 to k - 1 -> why there is no such linear cable.
     """
 
     rows: np.ndarray
@@ -54,14 +54,14 @@ class EquivalentCables:
         return labels
 
 
-def equivalent_cables(values, results):
+def equivalent_cables(values, results_class):
     """Replace the conductors with permanent elongation of many scenes by linear cables with the same equilibria.
 
     Parameters
     ----------
     values : SceneValues or CaseTable
         Values of n scenes; a `CaseTable` never has such conductors.
-    results : type
+    results_class : type
         The class `Results`, which solves load cases; passed by its module, since imports point one way.
 
     Returns
@@ -78,12 +78,14 @@ def equivalent_cables(values, results):
     values_without_case = SceneValues(different)
 
     def solve_reference(stiffness, elongation, _):
+        """Mean tensions and chord strains in the reference state, as `Conductors` asks for them."""
         return _reference_state(values_without_case, stiffness, elongation)
 
-    def solve_cases(rows, cases, reference, *linear):
-        cables, chord_strains = LinearCables(*linear, None, None, None), reference[1]
-        equivalent = EquivalentCables(np.arange(len(rows)), cables, chord_strains[rows], {})
-        loaded = results(SceneValues(cases), equivalent)
+    def solve_cases(chosen, cases, reference, *linear):
+        """Mean tensions in load cases, as `Conductors` asks for them; not a number without an equilibrium."""
+        cables, chord_strains = LinearCables(*linear, condition=None, strain=None, labels=None), reference[1]
+        equivalent = EquivalentCables(np.arange(len(chosen)), cables, chord_strains[chosen], {})
+        loaded = results_class(SceneValues(cases), equivalent)
         tension = np.array(loaded.catenary.mean_tension)
         tension[list(loaded.failures)] = np.nan
         return tension

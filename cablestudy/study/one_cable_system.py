@@ -30,7 +30,7 @@ ALONG_X = np.array([[True, False, False, False, False, False]])
 
 @dataclass(frozen=True)
 class Held:
-    """Record of convergence of poses that are not searched: end 2 of the cable does not move.
+    """Record of convergence of poses that need no search, since the scene states where the ends of the cable are.
 
     Attributes
     ----------
@@ -47,11 +47,11 @@ class CableAirflow(Airflow):
     ----------
     scene : SuspensionScene
     drag : Drag
-        By which the air damps the motion: of the gondola along x, or of the bare cable.
+        Drag by which the air damps the motion: of the gondola along x, or of the bare cable.
     wind : Wind
-        Of the scene of one cable.
+        Wind of the scene of one cable.
     on_cable : Drag
-        Of the cable, in the direction of the mean wind.
+        Drag of the cable, in the direction of the mean wind.
     side : str
         Name of the direction of the wind.
     """
@@ -78,21 +78,21 @@ class InCableWind:
     sides : list of DynamicAnalysis
         One for each direction of the wind.
     moved : list of str
-        Outputs whose RMS decides which of the winds displaces it more.
+        Outputs whose largest RMS decides which of the winds `side` returns.
     """
 
     def __init__(self, sides, moved):
         self.sides, self._moved = sides, moved
 
     def rms(self, names, variance, open_loop):
-        """`DynamicAnalysis.rms` of the output, and in the wind, in which it is largest; raises as that."""
+        """Largest `DynamicAnalysis.rms` among some outputs and the winds, and its error; raises as that method."""
         return self._largest(self.sides, names, variance, open_loop)[0]
 
     def rms_to(self, accuracy, names):
         """`rms` of displacements or tensions of a bare cable, with more modes until its error is an accuracy."""
-        (rms, error), side = self._largest(self.sides, names, "value", True)
+        (rms, error), side = self._largest(self.sides, names, "value", open_loop=True)
         while error > accuracy and side.finer is not None:
-            (rms, error), side = self._largest([side.finer], names, "value", True)
+            (rms, error), side = self._largest([side.finer], names, "value", open_loop=True)
         return rms, error
 
     @staticmethod
@@ -102,7 +102,7 @@ class InCableWind:
         return max(largest, key=lambda rms_and_wind: rms_and_wind[0][0])
 
     def side(self, open_loop=False):
-        """`DynamicAnalysis` in the wind that displaces it more; raises as `DynamicAnalysis.rms`."""
+        """`DynamicAnalysis` in the wind that displaces gondola or bare cable more; raises as `DynamicAnalysis.rms`."""
         return self._largest(self.sides, self._moved, "value", open_loop)[1]
 
 
@@ -114,9 +114,9 @@ def in_wind_of(case, damping=0.0, kind=DynamicAnalysis):
     case : Case
         A case with a gondola.
     damping : float
-        Viscous damping of the cable by the air, per length. [N s/m^2]
+        Viscous damping of the cable by the air, per length, added to its own damping. [N s/m^2]
     kind : callable
-        Returns the analysis: the class `DynamicAnalysis`, or a function with its arguments.
+        Returns the analysis: the class `DynamicAnalysis`, or a function with the arguments of this class.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def in_wind_of(case, damping=0.0, kind=DynamicAnalysis):
 
 
 def in_cable_wind_of(case, kind=DynamicAnalysis):
-    """Motion of a case in wind that acts on its cable and damps it: `InCableWind`, for the RMS.
+    """Motion of a case in wind that acts on its cable, whose drag damps the motion: `InCableWind`, for the RMS.
 
     The scene states no direction of the wind: it blows once across and once along the vertical plane of the cable.
 
@@ -160,7 +160,7 @@ def in_wind_from(case, direction, side, kind=DynamicAnalysis):
     case, kind
         As for `in_cable_wind_of`.
     direction : ndarray, shape (3,)
-        Of the mean wind: a horizontal unit vector. [-]
+        Direction of the mean wind, a horizontal unit vector. [-]
     side : str
         Name of the direction.
     """

@@ -87,7 +87,7 @@ def columns_of(study):
     Raises
     ------
     SceneError
-        Unknown or repeated columns, or one that needs a key which the scene lacks.
+        Unknown or repeated columns, or one that needs a key which all of the first cases (CHECK_ALL) lack.
     """
     columns = [key_column(study.find.by)] if study.find else []
     _, scene = study.case(0)

@@ -1,8 +1,8 @@
-"""Errors of cables whose drag is taken as uniform in a wind that grows with the height, against that where they hang.
+"""Errors of cable statics that take the drag as uniform along each cable, in a wind that grows with the height.
 
-The tension vector at Gauss's points is N = N_0 + c - integral of d, with N_0 under the uniform drag, the difference
-d(s) of the drag where the cable hangs from the uniform one, and the constant c for which the ends stay where they are:
-the integral of r' = N/EA + N/|N| is the chord. d depends on the form: c and d are found in turns, c by Newton's method.
+The tension vector at Gauss's points is N = N_0 + c - integral of d, with N_0 under the uniform drag, d(s) the drag
+where the cable hangs less the uniform one, and c the constant vector for which the ends stay where they are: the
+integral of r' = N/EA + N/|N| is the chord. d depends on the form: c and d are found in turns, c by Newton's method.
 """
 
 import numpy as np

@@ -1,8 +1,9 @@
 """A force along x on the end of a cable that is free along x: the position of rest of that end, of many cables at once.
 
 The force g(u) that holds end 2 at a displacement u along x grows with u: its slope, the static end stiffness, is
-positive. Newton's method on g(u) = g(0) + F, kept within a bracket that each step narrows, therefore finds the only u.
-Far out the cable is straight and g nearly linear, so that a step that goes much too far, from a soft form, comes back.
+positive. Newton's method on g(u) = g(0) + F, kept within a bracket that each step narrows, therefore finds the only
+solution u. Far out the cable is straight and g nearly linear, so that a step that goes much too far, from a soft form,
+comes back.
 """
 
 from dataclasses import dataclass
@@ -36,14 +37,14 @@ class PushRecord:
 
 @dataclass(frozen=True)
 class Push:
-    """Displaced ends.
+    """Displacements of n cable ends by forces on them.
 
     Attributes
     ----------
     shift : ndarray, shape (n,)
         Displacement of end 2 along x. [m]
     error : ndarray, shape (n,)
-        Its relative error, by the rounding of the tensions. [-]
+        Relative error of `shift`, by the rounding of the tensions. [-]
     record : PushRecord
     """
 

@@ -38,11 +38,12 @@ def chord_strain(span, values, length_ratio=None):
     states_length = np.isfinite(length)
     strain[states_length] = (span.chord[states_length] - length[states_length]) / length[states_length]
     with_loads = values.given("cable.reference.loads") > 0
-    states = [(~with_loads, span)]  # tension or sag is stated for the cable without its point loads, or with them
+    # rows of scenes, and their cables: tension or sag is stated for the cable without its point loads, or with them
+    groups = [(~with_loads, span)]
     if with_loads.any():
-        states.append((with_loads, load_cases.with_loads(span, values, of_case=False, length_ratio=length_ratio)))
-    for (of_state, spans), search in product(states, _searches(values)):
-        _search_strain(spans, of_state, search, strain, reasons)
+        groups.append((with_loads, load_cases.with_loads(span, values, of_case=False, length_ratio=length_ratio)))
+    for (rows, spans), search in product(groups, _searches(values)):
+        _search_strain(spans, rows, search, strain, reasons)
     return strain, reasons
 
 

@@ -121,7 +121,7 @@ def needs_of(case, required):
     results, axial = case.results, required.axial
     axial_waves, travel_time = float(results.axial_waves[case.index]), float(results.travel_time[case.index])
     # Dunkerley: masses on the cable lower its axial mode k at most by this
-    mass_on_cable = sum(mass for _, mass in case.span.point_masses)
+    mass_on_cable = sum(mass for _, mass in case.point_masses)
     lowered_by = np.sqrt(1 + (axial * np.pi / 2) ** 2 * mass_on_cable)
     # half of k c/(2 L): neighbouring modes shift an axial one
     least_frequency = axial * axial_waves / (4 * travel_time) / lowered_by if axial else 0.0

@@ -30,8 +30,9 @@ class Results:
     Parameters
     ----------
     values : SceneValues or CaseTable
+        Values of the n scenes.
     equivalent_cables : EquivalentCables, optional
-        Those of all cases, where the caller has them.
+        Equivalent cables of all cases, where the caller has them; else they are computed.
     """
 
     def __init__(self, values, equivalent_cables=None):
@@ -46,9 +47,10 @@ class Results:
         """Cables in their load cases: `Span`, reasons (case -> why its cable does not exist), lengths, `SteadyDrag`.
 
         A taut cable is in the place of one that does not exist. Lengths are unstretched, in the reference state. [m]
+        Sets `_push` too: displacements of ends by forces on them, or None.
         """
         span, changed = load_cases.bare_spans(self.values), None
-        none = np.zeros(len(self.values)), {}  # equivalent cables bring theirs
+        none = np.zeros(len(self.values)), {}  # `replace_in` fills in those of equivalent cables
         strain, reasons = none if self._equivalent_cables else chord_strain(span, self.values)
         if self.equivalent_cables is not None:
             span, changed = self.equivalent_cables.replace_in(span, self.values, strain, reasons)

@@ -24,7 +24,7 @@ class Effort:
     reach : float
         Largest factor between the start and a point that is tried, see `ranges_about`.
     noise : float
-        Error of the function: at a zero it is no larger than that.
+        Error of the function: at a zero the size of its value is at most this error.
     scale : float
         Size of the numbers whose difference the function is: values that differ by their rounding are equal.
     parts : int
@@ -108,7 +108,7 @@ def ranges_about(start, low, high, count, reach=np.inf):
     count : int
         Number of points on each side, in a range of about a decade.
     reach : float
-        Largest factor or, in units of the start, distance.
+        Largest factor or, where low is negative, distance over the size of the start.
 
     Yields
     ------
@@ -186,8 +186,8 @@ def zeros(function, ranges, effort, enclose=False, cheaper=None):
     enclose : bool
         Whether the search goes on until the function is negative, or has no value, at both ends of the range tried.
     cheaper : callable, optional
-        Two points -> function of one number that costs less, tried first between them: its zero is taken where
-        `function` has the same value.
+        Two points -> function of one number that costs less than `function` and is tried first between these points:
+        its zero is taken if `function` has the same value there.
     """
     scan = _Scan(function, effort, cheaper)
     ended_sides = set()

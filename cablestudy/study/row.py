@@ -26,7 +26,6 @@ from cablestudy.study.scene_values import SceneValues, load_count
 from cablestudy.study.status import MODAL, OVER_STRENGTH, SLACK, has_answer, status_of
 from cablestudy.study.table import Table
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.superelement import grows_with_modes
 
 
 @dataclass(frozen=True)
@@ -204,12 +203,12 @@ def _rows_of_batch(scenes, required, exact, cache, estimate):
     closed, elements = closed_form(results, required), ()
     if not (exact or required.scene_only):
         closed, elements = by_elements(results, required, closed)
-    cells = closed.cells()
-    closed_time = (time.perf_counter() - start_time) / len(scenes)
     solve = _solving_function(required, exact)
     if not (solve or required.run):
-        yield from _closed_rows(results, closed, cells, required, cache)
+        yield from _closed_rows(results, closed, required, cache)
         return
+    cells = closed.cells(closed.numbers)
+    closed_time = (time.perf_counter() - start_time) / len(scenes)
     rows_at_once = 1 if required.clock else STUDY.rows_at_once  # a time is that of a row alone
     for start in range(0, len(scenes), rows_at_once):
         start_time, indices = time.perf_counter(), range(start, min(start + rows_at_once, len(scenes)))
@@ -233,17 +232,17 @@ def _solving_function(required, exact):
     return _solve_to_accuracy if exact else _solve_fixed_elements
 
 
-def _closed_rows(results, closed, cells, required, cache):
+def _closed_rows(results, closed, required, cache):
     """Yield the rows of cases that need nothing but closed forms."""
     note = notes.NOTHING if required.scene_only else notes.STATIC
-    for index in range(len(results.values)):
+    for index, cells in enumerate(closed.cells(required.empty)):
         failures, errors = closed.failures.get(index, {}), closed.errors_of(index)
         if failures:
             errors = {name: error for name, error in errors.items() if name not in failures}
-        row = {**required.empty, **cells[index], "status": closed.status(index)}
+        cells["status"] = closed.status(index)
         case = Case(results.values.scenes[index], results, index, cache=cache)
         over_strength = index in closed.over_strength
-        yield Row(row, case, note, errors, () if required.scene_only else notes.of_closed_form(case, over_strength))
+        yield Row(cells, case, note, errors, () if required.scene_only else notes.of_closed_form(case, over_strength))
 
 
 def _answer(case, closed, cells, required):
@@ -297,6 +296,8 @@ def _prepare_systems(answers, required):
 
 def _modal_gondola(scene):
     """True if the damping of a gondola grows with the number of modes."""
+    from cablestudy.system.superelement import grows_with_modes
+
     return scene.gondola is not None and grows_with_modes(scene.cable.damping)
 
 

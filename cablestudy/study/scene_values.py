@@ -26,7 +26,8 @@ class SceneValues:
     """Values of scenes whose cables carry loads at equally many places."""
 
     def __init__(self, scenes):
-        self.scenes, self._values, self._numbers = scenes, {}, {}
+        self.scenes, self._numbers = scenes, {}
+        self._tables = {"": (scenes, np.arange(len(scenes)))}
 
     def __len__(self):
         return len(self.scenes)
@@ -38,20 +39,39 @@ class SceneValues:
     def given(self, path):
         """A number of each scene, like `cable.section_area`, in SI; NaN where there is none: shape (n,)."""
         if path not in self._numbers:
-            self._numbers[path] = np.array(self._values_at(path), dtype=float)
+            values, places = self._distinct_at(path)
+            self._numbers[path] = np.array(values, dtype=float)[places]
         return self._numbers[path]
 
     def _values_at(self, path):
-        """Value of each scene at a path with dots: list. The tables on the way are looked up once for all keys."""
-        if path not in self._values:
-            table, _, name = path.rpartition(".")
-            holders = self._values_at(table) if table else self.scenes
-            self._values[path] = [getattr(holder, name, None) for holder in holders]
-        return self._values[path]
+        """Value of each scene at a path with dots: list."""
+        values, places = self._distinct_at(path)
+        return [values[place] for place in places.tolist()]
+
+    def _distinct_at(self, path):
+        """Values at a path of the different tables there: list; and which of these each scene has, shape (n,)."""
+        table, _, name = path.rpartition(".")
+        tables, places = self._tables_at(table)
+        return [getattr(holder, name, None) for holder in tables], places
+
+    def _tables_at(self, path):
+        """The different tables at a path, which scenes may share, and which each scene has; see `_distinct_at`."""
+        if path not in self._tables:
+            values, places = self._distinct_at(path)
+            distinct = {id(value): value for value in values}
+            numbers = dict(zip(distinct, range(len(distinct)), strict=True))
+            self._tables[path] = list(distinct.values()), np.array([numbers[id(value)] for value in values])[places]
+        return self._tables[path]
+
+    def _arrays_at(self, path):
+        """Vectors of the scenes at a path, shape (n, 3)."""
+        vectors, places = self._distinct_at(path)
+        return np.array(vectors)[places]
 
     def words(self, path):
         """A word of each scene, like `cable.tension.at`; empty where there is none: ndarray of str, shape (n,)."""
-        return np.array([word or "" for word in self._values_at(path)])
+        words, places = self._distinct_at(path)
+        return np.array([word or "" for word in words])[places]
 
     def lacking(self, column):
         """Case -> NoSolutionError, of the cases that lack a key which a column needs."""
@@ -62,17 +82,17 @@ class SceneValues:
     @cached_property
     def ends(self):
         """Positions of end 1 and end 2, each of shape (n, 3). [m]"""
-        return np.array(self._values_at("cable.end_1")), np.array(self._values_at("cable.end_2"))
+        return self._arrays_at("cable.end_1"), self._arrays_at("cable.end_2")
 
     @cached_property
     def moves(self):
         """Displacements of end 1 and end 2 by the load cases, shape (n, 2, 3). [m]"""
-        return np.stack([np.array(self._values_at(f"load_case.moves.{end}")) for end in ("end_1", "end_2")], axis=1)
+        return np.stack([self._arrays_at(f"load_case.moves.{end}") for end in ("end_1", "end_2")], axis=1)
 
     @cached_property
     def push(self):
         """Forces of the load cases on end 2 along x, shape (n,). [N]"""
-        return np.array(self._values_at("load_case.forces.end_2"))[:, 0]
+        return self._arrays_at("load_case.forces.end_2")[:, 0]
 
     @property
     def grounds(self):
@@ -124,7 +144,7 @@ def merged_loads(loads):
 
 def load_count(scene):
     """Number of positions at which the cable carries point loads, in the reference state and in its load case. [-]"""
-    return places_of(scene.cable.loads), places_of(scene.loads)
+    return (places_of(scene.cable.loads), places_of(loads)) if (loads := scene.loads) else (0, 0)
 
 
 def places_of(loads):

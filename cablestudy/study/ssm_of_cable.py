@@ -1,4 +1,4 @@
-"""The cable of a scene as a state space: which modes are kept, and what is attached."""
+"""The cable of a scene as a state space: which modes are kept, and the gondola or winch loop that is attached."""
 
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -191,7 +191,8 @@ class CableChoice(Choice):
 def choose(document, scene, options):
     """Choose the modes that the state space of a cable keeps, by number, frequency or error: `CableChoice`.
 
-    Where these ask for more modes than are accurate in the model, a finer one is solved, with twice as many.
+    Where the options ask for more modes than are accurate in the model, a finer model is solved, for twice as many;
+    a fixed number of elements stays.
 
     Parameters
     ----------

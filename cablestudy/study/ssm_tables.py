@@ -38,8 +38,8 @@ def with_resonances(span, poles):
     """Frequencies for a response whose narrow resonances must not be missed: `FrequencyGrid`.
 
     To the frequencies at equal ratios come five at each lightly damped pole (damping ratio below `STUDY.resonant`): its
-    own and four within the width of its peak, since a large static part shifts the peak. A pole without damping is left
-    out, where the response is infinite.
+    own and four within the width of its peak, since a large static part shifts the peak. A pole without damping, where
+    the response is infinite, is left out.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Statics of cables by the closed form, and by elements, with the same attributes."""
+"""Results of the statics of cables, by the closed form or by elements: two classes with the same attributes."""
 
 import numpy as np
 

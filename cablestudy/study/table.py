@@ -1,4 +1,4 @@
-"""Tables as Markdown, CSV, JSON and JSON lines; their files, written atomically; stored tables read."""
+"""Tables: shown as Markdown, CSV, JSON or JSON lines, written to files atomically, and read from stored files."""
 
 import csv
 import glob
@@ -96,7 +96,8 @@ class Table:
     def chosen(self, names=(), top=None):
         """Table with only the columns that a user asks for, and only the first rows: `Table`.
 
-        Columns that name the rows, and those that a study varies, are kept in front, since rows mean little without.
+        Columns that name the rows, and those that a study varies, are kept in front, since rows mean little without
+        them; fields marked `kept` follow at the end.
 
         Parameters
         ----------

@@ -186,7 +186,7 @@ def _refined_value(levels, column, exact_value):
 
 
 class Measurement:
-    """Errors and times of one `Model`, for the columns that have a `Reference`.
+    """Errors and times of one `ComparedModel`, for the columns that have a `Reference`.
 
     Attributes
     ----------
@@ -311,7 +311,7 @@ def compare(scene, columns, repeats=5, models=None):
         Results whose errors and times are measured.
     repeats : int
         Timings of each model, after one run to warm up; fewer of slow models. [-]
-    models : list of Model, optional
+    models : list of ComparedModel, optional
         Default: `models_of(scene, columns)`.
 
     Raises

@@ -35,15 +35,15 @@ from cablestudy.wind.imaging import seen_weights
 DEFAULT = ("end_stiffness", "cable_frequency", "inplane_frequency_8", "gondola_frequency", "gondola_rms_open_loop")
 LEVELS = ((1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))  # elements a segment, order
 CLOSELY = (1e-8, 1e-9)  # accuracies of gondola and cable as one linear system: closer ones add rounding
-PAPER = 40  # bars
+PAPER = 40  # number of bars of the paper's model
 BARS = (5, 10, 20, 40, 80, 160, 320, 640)
 MASSES = ("lumped", "consistent", "blended")
 ORDERS = (8, 12, 16, 24, 32)  # of one element a segment
 SEVERAL = ((2, 8), (4, 8), (2, 16), (4, 16))  # elements a segment, order
 ACCURACIES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
 BASE = (1, 32)  # elements a segment and order of the cable whose modes are reduced or whose response is integrated
-MODES = (1, 3, 10, 30, 90)
-POINTS = (100, 1000, 10_000, 100_000)
+MODES = (1, 3, 10, 30, 90)  # numbers of modes that reduced models keep
+POINTS = (100, 1000, 10_000, 100_000)  # numbers of frequencies of the grids that responses are integrated on
 GRID = (1e-5, 1e2)  # ends of a frequency grid, over the static frequency of the gondola
 
 
@@ -278,7 +278,7 @@ def _with_end_model(case, model):
     if gondola is not None and gondola.mass is not None:
         system = _gondola_system(model, case)
         case.gondola_mode = ModeOfSystem(system)
-        case.in_wind = in_wind_of(case, kind=partial(OfSystem, system))
+        case.in_wind = in_wind_of(case, kind=partial(AnalysisOfSystem, system))
     return case
 
 
@@ -323,7 +323,7 @@ class ModeOfSystem:
         return min(ratio[self.number], 1.0), None
 
 
-class OfSystem(DynamicAnalysis):
+class AnalysisOfSystem(DynamicAnalysis):
     """`DynamicAnalysis` whose RMS are those of another linear system of gondola and cable in the same gusts.
 
     Parameters

@@ -36,7 +36,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Relative difference up to which numbers agree: as usual, and of columns (by header) where it is another."""
+    """Relative difference up to which numbers agree: the usual one, and those of some columns, by header."""
 
     usual: float = RTOL
     columns: dict = None
@@ -85,7 +85,7 @@ def _read_tolerance(text):
 
 
 def compare(table, path, tolerance):
-    """Compare a computed table with a stored CSV file, cell by cell, for `sweep --check`.
+    """Compare a computed table with a stored CSV file, cell by cell, for `sweep --check`; times are not compared.
 
     Parameters
     ----------

@@ -55,7 +55,7 @@ class Chunks:
     work : sequence of (iterable of int, sequence of str)
         Cases from 0, and the columns to compute of them.
     count : int
-        How many cases that are.
+        Number of cases in `work`.
     explain, estimate : bool
         Whether rows keep their notes, and the errors of the motion of fixed elements.
     """

@@ -71,7 +71,7 @@ def _executor(client):
 def _client(address):
     """Connect to the dask scheduler at an address, for a `with` block: yields the dask `Client`.
 
-    Meanwhile the log of dask is silenced, since errors are reported in one line. SceneError if there is no connection.
+    Meanwhile all logging is silenced, since errors are reported in one line. SceneError if there is no connection.
     """
     try:
         from distributed import Client

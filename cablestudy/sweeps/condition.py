@@ -152,7 +152,7 @@ class _Translator:
         tokens : list of Token
             The operands as written.
         may_be_text : bool
-            Whether the operators, == or !=, allow texts.
+            True if all operators of the comparison are == or !=, which allow texts; <, <=, > and >= do not.
         """
         operands, unknown = [], []
         for token in tokens:

@@ -42,7 +42,7 @@ class Database:
         self._connect()
 
     def _connect(self):
-        """Open the database file with a lock that excludes all other processes; try again for a while if one has it.
+        """Open the database file with a lock that excludes all other processes; try for WAIT seconds if one has it.
 
         Two processes that open the file at once can each hold a lock that the other waits for. Each attempt that fails
         therefore gives back all locks, and a random pause lets one of the processes succeed.
@@ -50,7 +50,8 @@ class Database:
         Raises
         ------
         SceneError
-            Another process keeps the lock, or the file cannot be written. A damaged file is opened.
+            Another process keeps the lock; or the file cannot be written, or is of another program. A damaged file is
+            opened.
         """
         if self.path:
             _check_beginning(self.path)
@@ -87,6 +88,11 @@ class Database:
         """Make the database empty, whatever is in it: remove all tables, or the file itself if it is damaged.
 
         Only where the file is removed is its lock given back for a moment.
+
+        Raises
+        ------
+        SceneError
+            Another sweep has taken the file in that moment.
         """
         try:
             tables = [name for (name,) in self.execute("SELECT name FROM sqlite_master WHERE type = 'table'")]
@@ -95,7 +101,7 @@ class Database:
                 for name in tables:
                     self.execute(f'DROP TABLE "{name}"')
             if tables:
-                self.execute("VACUUM")  # the file as new: damage among its free pages would stay
+                self.execute("VACUUM")  # writes the file anew: damage among its free pages would stay
             if not self.value("SELECT count(*) FROM sqlite_master"):
                 return
         except sqlite3.Error:

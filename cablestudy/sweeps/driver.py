@@ -1,4 +1,7 @@
-"""Computes the chunks of a sweep, through an executor of `concurrent.futures`: here, in processes, on a cluster."""
+"""Computes the chunks of a sweep, through an executor of `concurrent.futures`: here, in processes, on a cluster.
+
+A `chunks.Chunk` holds some cases, a `chunks.Done` their results; `chunks.Chunks` hands the cases out.
+"""
 
 import multiprocessing
 import os
@@ -38,7 +41,7 @@ def compute_here(chunks, jobs=None):
     Raises
     ------
     NoSolutionError
-        Worker processes end by themselves.
+        Worker processes die again and again, see `retry`.
     """
     seconds = 0.0
     for done in submit_all(chunks, SerialExecutor()):

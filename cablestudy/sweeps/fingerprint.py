@@ -37,18 +37,23 @@ def digest(identity):
 
 
 def origin(command, identity, started, **entries):
-    """Record of where numbers come from: command, fingerprint, time, versions and platform; dict of plain values.
+    """Record of where the numbers of a table come from, for the YAML file beside it: dict of plain values.
 
     Parameters
     ----------
     command : str
         The command as typed.
     identity : dict
-        All that the numbers depend on, see `identity`.
+        All that the numbers depend on, from the function `identity`.
     started : datetime
         Start of the run; start of the last part of a run that was resumed.
     **entries
         Further entries of the record.
+
+    Returns
+    -------
+    dict
+        command, fingerprint, start and duration [s], the further entries, versions and platform.
     """
     return {
         "command": command,

@@ -1,4 +1,4 @@
-"""Shards of a study joined into its table."""
+"""Shards of a study, each some of its rows computed by `sweep --shard K/N`, joined into its table."""
 
 import sqlite3
 from contextlib import closing
@@ -15,7 +15,7 @@ SHOWN = 10  # missing rows that are named
 
 
 class MergedRun(Run):
-    """A run whose rows come from the shards of its study; `words` are the command that computes it, for hints."""
+    """A run whose rows come from the shards of its study; `words`: the command that computes the study, for hints."""
 
     def __init__(self, study, files, words, quiet=False):
         super().__init__(study, files, SweepOptions(keep=True, quiet=quiet))

@@ -1,4 +1,4 @@
-"""Which rows of an earlier run an edited study can use: more cases, fewer, in another order, other columns."""
+"""Rows of an earlier run that an edited study uses again: with more cases, fewer, in another order, other columns."""
 
 from cablestudy.study.all_columns import find_header
 from cablestudy.study.scene_values import tables_of
@@ -14,8 +14,9 @@ def usable(old, new):
     """Columns whose stored values a run with other columns can use again, since it would compute the same digits.
 
     Closed forms do not depend on the other columns. The model of the motion is refined until all columns that need it
-    are accurate, so their values are used again only all together. A column on the computation itself (dof, error
-    estimate) depends on all columns of the row: with one, nothing is used again.
+    are accurate, so their values are used again only if both runs have the same such columns. A column on the
+    computation itself (dof, error estimate) depends on all columns of the row: where the new run has such a column, and
+    not exactly the stored columns, no value is used again.
 
     Parameters
     ----------

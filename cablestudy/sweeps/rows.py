@@ -34,7 +34,10 @@ class LazyRows(Sequence):
 
 
 class Rows(LazyRows):
-    """The rows of a study's table, read from a store; `reference` is from `prepare`, `cases` are numbers from 0."""
+    """The rows of a study's table, read from a `RowStore`.
+
+    `columns` (list of Column) and `reference` are from `prepare`; `cases` is a range of numbers from 0.
+    """
 
     def __init__(self, study, columns, reference, store, cases):
         super().__init__(cases, lambda case: self._row(store.row(case)))
@@ -99,7 +102,7 @@ class Rows(LazyRows):
         return self._copied_lines(set(varied)) if others == stored and in_order and not self._texts else None
 
     def _copied_lines(self, varied_headers):
-        """Yield the lines of the CSV file: cells of varied keys, of these headers, then the stored numbers as text.
+        """Yield the lines of the CSV file: cells of varied keys, by their headers, then the stored numbers as text.
 
         Stored rows are JSON lists of numbers, with the text of a CSV line but for brackets and `null`: to copy it is
         much faster than to read and to write the numbers.

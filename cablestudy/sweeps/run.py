@@ -65,6 +65,13 @@ class SweepOptions:
 class Run:
     """One run of a study: its stored rows, the computation of those that are missing, its table. A context manager.
 
+    Parameters
+    ----------
+    study : StudyFile
+    files : TableFiles
+        Paths of the files that the run writes.
+    options : SweepOptions
+
     Raises
     ------
     SceneError
@@ -111,7 +118,8 @@ class Run:
     def compute(self):
         """Compute the rows that are missing, and store each chunk of them as soon as it is done.
 
-        Whatever ends the run, the rows that are done stay stored, and a later run goes on with them.
+        Whatever ends the run, the rows that are done stay stored, and a later run goes on with them. With `fail_fast`
+        it ends after the first chunk in which a row has no answer.
 
         Raises
         ------
@@ -130,18 +138,18 @@ class Run:
         progress = Progress(len(self.cases), self._reused, options.quiet)
         try:
             with Interrupts() as interrupts, closing(self._results(chunks)) as results, closing(progress):
-                for chunk in results:
+                for result in results:
                     with interrupts.deferred():
-                        store.add(chunk.headers, chunk.records)
-                    done += len(chunk.records)
-                    progress(done, chunk.seconds)
-                    if options.fail_fast and chunk.failed:
+                        store.add(result.headers, result.records)
+                    done += len(result.records)
+                    progress(done, result.seconds)
+                    if options.fail_fast and result.failed:
                         return
         except NoSolutionError as error:
             raise NoSolutionError(f"{error}{self._resumable()}") from None
 
     def _results(self, chunks):
-        """Iterator of the chunks that are done."""
+        """Iterator of the results of the chunks: `Done`, in any order."""
         if self.options.scheduler is None:
             return compute_here(chunks, self.options.jobs)
         from cablestudy.sweeps.cluster import compute_on_cluster

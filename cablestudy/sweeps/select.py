@@ -18,7 +18,7 @@ class Selection:
     """Selection of the rows of a study's table that are shown, and their order."""
 
     condition: object = None  # DataFrame -> Series of True, False or NA (unknown)
-    bare: tuple = ()  # numbers of the condition without a unit, as "14 is 14 m"
+    bare: tuple = ()  # texts such as "14 is 14 m" on numbers of the condition without a unit
     objectives: tuple = ()  # (Variable, whether it is to be large): only rows on their Pareto front are shown
     key: Variable | None = None  # by which the rows are ordered
     descending: bool = False
@@ -27,8 +27,8 @@ class Selection:
     def table(self, table):
         """Select and sort the rows of a study's table. Equal rows keep their order, rows with an empty cell are last.
 
-        Returns the table with these rows, and notes: how many rows are shown, how many have no value of an objective,
-        and numbers without a unit that may be a mistake.
+        Returns the `Table` with these rows, and notes, a list of str: how many rows are shown, how many have no value
+        of an objective, and numbers without a unit that may be a mistake.
 
         Raises
         ------
@@ -87,7 +87,7 @@ def _numbers(key, frame):
 def read_selection(study, where=None, sort=None, best=None, pareto=None):
     """Read the options that select and sort the rows of a study: `Selection`, or None without any option.
 
-    Columns that they name and the study does not have are added to the study.
+    Columns that the options name and the study does not have are added to the study.
 
     Parameters
     ----------

@@ -88,6 +88,12 @@ def _bootstrap_means(terms, seed):
 class Sensitivity:
     """Sobol's indices of the columns of a study that has a `sample` of the method saltelli.
 
+    Attributes
+    ----------
+    study : StudyFile
+    columns : list of Column
+        Columns of numbers that depend on the scene alone: others, such as the time that a row took, have no indices.
+
     Raises
     ------
     SceneError
@@ -110,7 +116,7 @@ class Sensitivity:
             raise SceneError(Mistake(where, "", "--sensitivity: none of the columns depends on the scene alone"))
 
     def table(self, table):
-        """Compute Sobol's indices of all columns of a study, from the table of the results of all its cases.
+        """Compute Sobol's indices of `columns` from the table of the results of all cases of the study.
 
         Returns
         -------

@@ -213,13 +213,13 @@ class RowStore:
     def resume(self):
         """Take over the rows that an earlier run has left in the file, to go on with them; or begin without rows.
 
-        It begins without rows if the file has none or cannot be read. If the study was edited since, `identity` becomes
-        that of the stored rows, and `row_reuse` takes those that still hold.
+        The store begins without rows if the file is empty or cannot be read. If the study was edited since, `identity`
+        becomes that of the stored rows, of which `row_reuse.reuse_rows` then keeps those that the edited study has too.
 
         Raises
         ------
         SceneError
-            The stored rows are of another scene or version.
+            The stored rows are of another scene or version, or the description of their study was changed.
         """
         try:
             stored = stored_description(self.database)
@@ -302,7 +302,8 @@ def open_store(path, identity, count, resume=False, restart=False, reuse=0):
     resume, restart : bool
         Go on with the stored rows; or begin without rows, even if the earlier run is unfinished.
     reuse : int
-        Go on with the stored rows also if they are exactly so many of this study; 0 for never.
+        Number of complete rows: if the file has exactly so many, of this study, they are used without `resume` too; 0
+        for never.
 
     Raises
     ------

@@ -27,12 +27,12 @@ WHOLE = re.compile("-?[0-9]+")
 
 @dataclass(frozen=True)
 class Stored:
-    """Rows that are stored of a study."""
+    """Stored results of a study."""
 
     table: Table
     path: str  # of the file that it is from
-    notes: tuple  # lines about its age and its gaps
-    complete: bool
+    notes: tuple  # lines about the versions that it was computed with, and its gaps
+    complete: bool  # True if all rows are there
 
 
 class PlainRows(list):
@@ -77,19 +77,19 @@ def stored_table(study, files, again):
     fields, current = fields_of(study, columns, reference[0]), identity(study, columns)
     problems = []
     with ExitStack() as opened:
-        store, age = _open_rows(study, files.rows, current, problems)
+        store, notes = _open_rows(study, files.rows, current, problems)
         if store:
             opened.enter_context(closing(store))
         cases, done = range(study.count), store.how_many(range(study.count), COMPLETE) if store else 0
         table = table_of(study, columns, reference, store, cases) if store else None
         if done == study.count:
-            yield Stored(table, files.rows, tuple(age), True)
+            yield Stored(table, files.rows, tuple(notes), True)
             return
         stored = _stored_csv(study, fields, files, current, problems)
         if stored is None and done:
             rows = PlainRows((table.rows[case] for case in store.select(cases, COMPLETE)), [f.name for f in fields])
             gaps = f"{files.rows}: {done} of {study.count} rows are done; to go on: {again} --resume"
-            stored = Stored(Table(fields, rows, more=table.more), files.rows, (*age, gaps), False)
+            stored = Stored(Table(fields, rows, more=table.more), files.rows, (*notes, gaps), False)
         if stored is None:
             nothing = [] if problems else [f"{files.csv}: no such file, nor {files.rows}"]
             hint = f"nothing to show; to compute the study as it is now: {again}"
@@ -140,7 +140,7 @@ def _open_rows(study, path, current, problems):
             store.close()
         problems += [f"{path}: {line}" for line in reasons]
         return None, []
-    return store, [*_age(path, description[0], current), *store.warnings]
+    return store, [*_other_versions(path, description[0], current), *store.warnings]
 
 
 def _why_other_study(stored, current):
@@ -150,7 +150,7 @@ def _why_other_study(stored, current):
     return [*lines, *(f"of the study before it was edited: {what} changed" for what in changed)]
 
 
-def _age(path, stored, current):
+def _other_versions(path, stored, current):
     """Lines on the versions with which rows were computed, where these differ from those that are here."""
     return [f"{path}: {line}" for line in differences({**stored, "scene": {}}, {**current, "scene": {}})]
 
@@ -158,7 +158,8 @@ def _age(path, stored, current):
 def _stored_csv(study, fields, files, current, problems):
     """Read the CSV file of a study, if there is one that belongs to the study as it is now: `Stored`, or None.
 
-    `fields` are the fields of the study's table, `files` its `TableFiles`; `current` and `problems` as of `_open_rows`.
+    `fields` are the fields of the study's table, `files` its `TableFiles`, `current` is the study as it is now, from
+    `fingerprint.identity`. Reasons why the file cannot be used are appended to the list `problems`.
     """
     if not os.path.isfile(files.csv):
         return None
@@ -178,7 +179,8 @@ def _stored_csv(study, fields, files, current, problems):
         problems += wrong_rows
         return None
     table = Table(fields, rows, more=more_fields(study, fields))
-    return Stored(table, files.csv, tuple(_age(files.csv, recorded, current) if recorded else ()), True)
+    notes = _other_versions(files.csv, recorded, current) if recorded else ()
+    return Stored(table, files.csv, tuple(notes), True)
 
 
 def _read_rows(study, path, stored_rows, rows):

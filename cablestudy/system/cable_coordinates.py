@@ -4,7 +4,8 @@ The residual vectors replace the modes left out by their response to the inertia
 
     V = K^-1 M U,
 
-at most six vectors, which leave an error of the order (w/W)^6 in the mass that a motion at w meets (W the lowest mode
+K and M being those of the cable with fixed ends and U its static shapes, one for each end displacement: at most six
+vectors, which leave an error of the order (w/W)^6 in the dynamic mass at the ends for a motion at w (W the lowest mode
 left out; Ritz vectors: Wilson, Yuan and Dickens, Earthquake Engineering and Structural Dynamics 10, 1982).
 """
 
@@ -25,9 +26,9 @@ class Kept:
     Attributes
     ----------
     element : Superelement
-        In these coordinates.
+        The cable in these coordinates.
     modes : int
-        Modes with fixed ends that are kept.
+        Number of modes with fixed ends that are kept.
     shapes : ndarray, shape (n, k)
         The coordinates in terms of all modes of the model: those kept, then residual vectors.
     """
@@ -44,14 +45,14 @@ class Kept:
 
 @dataclass(frozen=True)
 class MeshGroup:
-    """Group of g cables that have the same mesh, so that arrays of them can be computed together.
+    """Group of g cables that have the same mesh, so that their arrays can be computed together.
 
     Attributes
     ----------
     cable_indices : ndarray of int, shape (g,)
         Index of each cable of the group among all cables.
     ends : Ends
-        Their modes with fixed ends, and matrices of their ends.
+        Modes of these cables with fixed ends, and matrices of their ends.
     """
 
     cable_indices: np.ndarray
@@ -80,7 +81,7 @@ class MeshGroup:
         return rows, positions
 
     def take(self, chosen):
-        """`MeshGroup` of those that are among some chosen cables, with their indices there; None without any."""
+        """`MeshGroup` of the cables of this group that are in `chosen`, with their indices there; None without any."""
         rows, positions = self.rows(chosen)
         return MeshGroup(positions, self.ends.take(rows)) if len(positions) else None
 
@@ -136,14 +137,14 @@ class GroupCoordinates:
     Attributes
     ----------
     group : MeshGroup
-    vectors : ndarray, shape (g, n, 6)
-        Residual vectors in terms of the modes, orthonormal; zero where there are fewer.
-    omega : ndarray, shape (g, n + 6)
+    vectors : ndarray, shape (g, n, k)
+        Residual vectors in terms of the modes, orthonormal, k = min(6, n); zero where there are fewer.
+    omega : ndarray, shape (g, n + k)
         Of all modes, then of the residual vectors. [rad/s]
-    coupling : ndarray, shape (g, n + 6, 6)
+    coupling : ndarray, shape (g, n + k, 6)
         Their momentum per velocity of the ends. [sqrt(kg)]
-    used : ndarray of bool, shape (g, n + 6)
-        True for those that are coordinates.
+    used : ndarray of bool, shape (g, n + k)
+        True for the modes and vectors that are coordinates.
     """
 
     group: MeshGroup
@@ -174,8 +175,8 @@ class GroupCoordinates:
 
         Notes
         -----
-        Sum of |m u|^2 w^2/(W^2 - w^2) over the modes left out, less the sum over the residual vectors, which supply a
-        part of it.
+        Sum of |m u|^2 w^2/(W^2 - w^2) over the modes left out, m being their coupling and W their omega, less the same
+        sum over the residual vectors, which supply a part of this mass.
         """
         is_mode = np.arange(self.used.shape[-1]) < self.modes
         sign = np.where(is_mode, 1.0, -1.0)
@@ -202,7 +203,8 @@ class Coordinates:
     of_groups : list of GroupCoordinates
         Those of the cables of each group.
     limits : ndarray, shape (c,), or None
-        Up to which modes are kept, see `Models.coordinates`; None of modes that were chosen.
+        Angular frequency up to which modes of each cable are kept, see `Models.coordinates`; None where the modes were
+        chosen one by one. [rad/s]
     """
 
     models: object
@@ -250,7 +252,7 @@ class Coordinates:
         Parameters
         ----------
         shapes : ndarray, shape (N or more, r)
-            Their first rows are those of the coordinates.
+            The first N rows are those of the coordinates of the cables.
         """
         by_group = np.empty((len(self.omega), shapes.shape[-1]))
         by_group[self._cable_and_order[1]] = shapes[: len(self.omega)]

@@ -37,7 +37,7 @@ class FixedModel:
     elements, order : int
     mass : {"lumped", "consistent", "blended"}
     drag : SteadyDrag, optional
-        Of a steady wind, of shape (c,). The elements follow it.
+        Drag by a steady wind, of shape (c,), under which the elements are in equilibrium.
     """
 
     elements: int
@@ -60,11 +60,11 @@ class Cables:
     damping : Damping or sequence of Damping
         Of all cables, or of each: model, and ratio [-], loss_factor [-] or time [s]; viscous [N s/m^2].
     static : ndarray, shape (c, 3, 3), optional
-        Their `Catenary.global_end_stiffness`, where it is known. [N/m]
+        `Catenary.global_end_stiffness` of the cables, where it is known. [N/m]
     drag : SteadyDrag, optional
-        As of `FixedModel`.
+        As for `FixedModel`.
     planes : tuple, optional
-        Of `Dynamics`: directions in which they move; without it all.
+        As for `Dynamics`: directions in which the cables move; by default all.
     """
 
     def __init__(self, catenary, damping, static=None, drag=None, planes=None):
@@ -184,11 +184,14 @@ class Cables:
         return Superelement(*no_modes, stiffness, inertia, strain, residual_damping=viscous)
 
     def meshes(self, orders):
-        """Mesh of each cable with a sum of orders along its piece with most waves.
+        """Mesh of each cable, for a sum of the orders of the elements along the piece that has most waves.
+
+        Other pieces (`edges`) have fewer elements, by the time that a wave takes along each.
 
         Parameters
         ----------
         orders : ndarray, shape (c,)
+            This sum of each cable, which is rounded up.
 
         Returns
         -------
@@ -214,7 +217,7 @@ class Models:
     cables : Cables
     meshes : list of (Mesh or None)
     fixed : bool
-        True if the elements are in their own equilibrium, not on the closed form.
+        True if the elements are in their own equilibrium, False if on the closed form of the catenary.
     most_modes : int
         Modes of each cable that are computed at most; six vectors stand for the others.
     """
@@ -240,16 +243,16 @@ class Models:
         return taken
 
     def with_all_modes(self, most_displacements, coarser=0):
-        """Models of the same cables all of whose modes are computed: themselves, or on other meshes.
+        """`Models` of the same cables with all modes of their meshes: this one if it has them, or one on other meshes.
 
-        Of cables that were taken from a batch they are computed for the whole batch at once.
+        Where this one was taken from a batch, they are computed for the whole batch at once.
 
         Parameters
         ----------
         most_displacements : int
-            Of a cable.
+            Largest number of displacements of the nodes of a cable: larger meshes get elements of a lower order.
         coarser : int
-            By so much the order of the meshes is less.
+            Amount by which the order of the elements of each mesh is lowered, to estimate errors; at least 1 is left.
         """
         if not coarser and self.complete:
             return self
@@ -372,7 +375,7 @@ class Models:
         ----------
         coordinates : Coordinates
         square : ndarray, shape (c, r)
-            Of the frequencies. [rad^2/s^2]
+            Squared frequencies of r modes of the suspension, at each cable. [rad^2/s^2]
         ends : ndarray, shape (c, 6, r)
             Displacements of the ends in the modes, mass-normalised. [1/sqrt(kg)]
 
@@ -383,8 +386,8 @@ class Models:
 
         Notes
         -----
-        A mode left out adds the mass |m u|^2 w^2/(W^2 - w^2) at the ends: over that of the motion, which is 1, it is
-        the relative error of w^2.
+        A mode left out, with the frequency W and the momentum m per velocity of the ends, whose displacements are u,
+        adds the mass |m u|^2 w^2/(W^2 - w^2): over that of the motion, which is 1, this is the relative error of w^2.
         """
         error = np.zeros(square.shape)
         for of_group in coordinates.of_groups:
@@ -455,7 +458,7 @@ class Models:
         return (span.chord[:, None] * span.frame[:, 0])[:, None, :] * np.array([[0.0], [1.0]])
 
     def kinetic(self, amplitudes, ends):
-        """Moving mass of each cable by direction: in its plane, out of it, and along the cable.
+        """Moving mass of each cable by direction: across it in its plane, out of this plane, and along the cable.
 
         Parameters
         ----------
@@ -465,7 +468,7 @@ class Models:
         Returns
         -------
         ndarray, shape (c, 3, r)
-            Twice the kinetic energy over w^2: for mass-normalised motions, whose total is 1, a share of it. [-]
+            Twice the kinetic energy over w^2: for mass-normalised motions, whose total is 1, a share of the total. [-]
         """
         moving_mass = np.zeros((len(ends), 3, ends.shape[-1]))
         for group, of_group in zip(self.groups, amplitudes, strict=True):

@@ -96,8 +96,8 @@ def observed(system):
 
     Notes
     -----
-    A coordinate is in an output if a motion z of it alone, with the energy k z^2 = 1, changes the output by more than
-    rounding of the largest change that any coordinate makes.
+    A coordinate affects an output C0 z + C1 z' + C2 z'' directly if its vibration alone, with an amplitude z of the
+    energy k z^2 = 1, changes the output by more than rounding of the largest change that any coordinate makes.
     """
     root_k, root_m = np.sqrt(np.diagonal(system.stiffness).real), np.sqrt(np.diagonal(system.mass))
     with np.errstate(divide="ignore", invalid="ignore"):  # coordinates without mass

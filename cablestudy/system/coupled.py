@@ -2,12 +2,12 @@
 
 Its coordinates are those of all cables, one cable after the other, and then the free displacements of the bodies and
 junctions, x y z and small rotations about global axes at the reference points. An end at r from the reference point of
-its body moves by B = [I, -[r x]] times the body's displacements. To the end stiffness of the cables the bodies add
+its body moves by [I, -[r x]] times the body's displacements. To the end stiffness of the cables the bodies add
 
     [0, 0; 0, -sum [F x][r x] - [W x][r_G x]],
 
-F being the forces of cables and links on them and W their weight with its arm r_G (`tangent`), and their own mass.
-Links add stiffness and damping of the bodies and no coordinates.
+F being the forces of cables and links on a body and W its weight with the arm r_G (`tangent`), and their mass
+matrices. Links add stiffness and damping between bodies, and no coordinates.
 """
 
 from dataclasses import dataclass
@@ -72,7 +72,7 @@ class Layout:
     def _all_connections(self):
         """Displacements of the six ends of all cables, then links, per free displacement, shape (..., 6 (c + l), d).
 
-        An end on a body moves by [I, -[r x]] times the body's displacements, one on the ground by none.
+        An end on a body moves by [I, -[r x]] times the body's displacements, an end on the ground does not move.
         """
         owner, arms = self.equilibrium.suspension.owner, self.equilibrium.arms
         line, end = np.nonzero(owner != GROUND)  # index of the cable or link, and its end, of all ends on bodies

@@ -1,8 +1,8 @@
 """Search for the coupled modes of a suspension to an accuracy.
 
-The errors come from one model: the energy of each mode in the highest polynomials of the elements tells what the mesh
-of each cable leaves out (`cables.Models.unresolved`), and what the coordinates of the cables leave out adds a known
-mass (`cables.Models.omitted`). Cables whose mesh is too coarse are refined.
+The errors are estimated from a single model: the energy of each mode in the highest polynomials of the elements tells
+what the mesh of each cable leaves out (`cables.Models.unresolved`), and what the coordinates of the cables leave out
+adds a known mass (`cables.Models.omitted`). Cables whose mesh is too coarse are refined.
 """
 
 from functools import partial
@@ -22,7 +22,7 @@ ORDER_STEPS = np.array([6, 8, 10, 12, 14, 16, 20, 24, 32, 40])  # sums of orders
 
 
 class Search:
-    """Search for the lowest modes of n suspensions, or rows, with equal names and connections, c cables each.
+    """Search for the lowest modes of n suspensions, called rows, with equal names and connections, c cables each.
 
     Rows are solved together until each has its accuracy. No digit of a row depends on the others.
 
@@ -31,6 +31,7 @@ class Search:
     equilibrium : Equilibrium
         Of these rows, shape (n,); or of one, without an axis of rows.
     count : int
+        Number of modes of each row, from the lowest.
     accuracy : float
         Relative, of the frequencies. [-]
     cables : Cables
@@ -48,8 +49,8 @@ class Search:
     def solve(self):
         """`CoupledModes` of each row, or why it has none: list of (CoupledModes or Exception).
 
-        NoSolutionError: there is no equilibrium, or it is not stable; a cable with mass hangs folded, or slack without
-        weight. ConvergenceError: the accuracy cannot be had.
+        NoSolutionError: the equilibrium is not stable; a cable with mass hangs folded, or slack without weight.
+        ConvergenceError: the search for the equilibrium found none; the accuracy cannot be had.
         """
         outcomes = self.refused
         rows = np.array([row for row, refused in enumerate(outcomes) if refused is None], dtype=int)
@@ -88,20 +89,20 @@ class Search:
         return [failure if outcome is None else outcome for outcome in outcomes]
 
     def with_chosen(self, models, limits, chosen, lowest, highest):
-        """`CoupledModes` of one row: the lowest, and those far above of which chosen modes of cables are a part.
+        """`CoupledModes` of the only row: the lowest, and those in a band above, with further coordinates of cables.
 
         Parameters
         ----------
         models : Models
         limits, chosen
-            As for `Models.coordinates`.
+            Modes of cables that are coordinates, as for `Models.coordinates`: those below a limit, and chosen ones.
         lowest, highest : float
-            Frequencies between which they lie. [rad/s]
+            Ends of the band of frequency. [rad/s]
 
         Returns
         -------
         CoupledModes
-            Their errors are those by the meshes.
+            With the errors by the meshes alone.
 
         Raises
         ------
@@ -115,7 +116,7 @@ class Search:
         return modes_of_row(trial, 0, np.maximum(trial.unresolved[0].sum(axis=0) / 2, SYSTEM.frequency_rounding))
 
     def of_elements(self, model):
-        """`CoupledModes` of each row with an exact choice of elements, with some modes of each cable.
+        """`CoupledModes` of each row with an exact choice of elements; all computed modes of cables are coordinates.
 
         Parameters
         ----------
@@ -124,7 +125,7 @@ class Search:
         Returns
         -------
         list of (CoupledModes or Exception)
-            An exception, where a row has none: as `solve` gives it; or these elements have no equilibrium.
+            An exception where a row has no modes: as `solve` gives it; or since these elements have no equilibrium.
         """
         outcomes, rows_together, meshes = self.refused, {}, fixed_meshes(self.cables, model)
         for row, refused in enumerate(outcomes):
@@ -280,7 +281,7 @@ class Search:
         return np.where(far_above | ~self._heavy[rows], 0.0, self._margin * highest)
 
     def _with_enough_coordinates(self, rows, models, highest, limits):
-        """Modes of rows with so many coordinates of cables that what these leave out is within the accuracy.
+        """Modes of rows with enough coordinates of cables: the error by the modes left out is within the accuracy.
 
         Parameters
         ----------
@@ -290,14 +291,15 @@ class Search:
         highest : ndarray, shape (m,)
             Estimate of the highest frequency. [rad/s]
         limits : ndarray, shape (m, c)
-            To begin with.
+            Angular frequency up to which each cable keeps its modes in the first trial. [rad/s]
 
         Returns
         -------
         outcomes : list of ((Trial, int) or Exception)
-            Modes of each row, or of one that is not stable, and its number among those of the trial.
+            For each row a trial with its modes, or one that shows it to be not stable, and its index in the trial; a
+            ConvergenceError if no trial had enough coordinates.
         highest, limits : ndarray
-            Of these modes.
+            As the parameters, after the last trial of each row.
         """
         allowed = 2 * SYSTEM.coordinates_share * self.accuracy  # of squared frequencies
         outcomes = [self._accuracy_error("too many modes of cables")] * len(rows)
@@ -329,11 +331,11 @@ class Search:
         Parameters
         ----------
         error : ndarray, shape (m, c)
-            Largest error of a squared frequency that each cable leaves. [-]
+            Largest error of a squared frequency by the modes of each cable left out. [-]
         allowed : float
-            Such an error by all cables of a row. [-]
+            Allowed sum of these errors over the cables of a row. [-]
         limits : ndarray, shape (m, c)
-            Of the last trial. [rad/s]
+            Limits of the last trial: angular frequency up to which each cable keeps its modes. [rad/s]
         near : ndarray of bool, shape (m, c)
             True where the first mode of a cable is among those asked for, or near.
         highest : ndarray, shape (m,)
@@ -359,6 +361,9 @@ class Search:
 def modes_of_row(trial, row, error, finer=None):
     """`CoupledModes` of one row of a `Trial`.
 
+    Modes whose frequencies agree within their errors all have the largest of these errors, and are combined so that
+    different coordinates move in each.
+
     Parameters
     ----------
     trial : Trial
@@ -380,7 +385,7 @@ def modes_of_row(trial, row, error, finer=None):
     for first, last in coincident:
         run = slice(first - 1, last)
         error[run] = error[run].max()  # their order is not certain
-        # modes that coincide: separated by which coordinates move
+        # combinations by the principal axes of the mean number of the coordinates that move
         by_number = shapes[:, run].T @ (number * solution.reduced.weighed(shapes[:, run]))
         shapes[:, run] = shapes[:, run] @ np.linalg.eigh(by_number + by_number.T)[1]
     return CoupledModes(solution.omega / (2 * np.pi), error, coincident, solution, shapes, finer)
@@ -398,9 +403,9 @@ def coupled_modes(equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=Non
     damping : Damping or sequence of Damping
         Of all cables, or of each.
     model : FixedModel, optional
-        An exact choice of elements, in place of an accuracy; all their modes are kept.
+        An exact choice of elements, in place of an accuracy: see `Search.of_elements`.
     cables : Cables, optional
-        With their damping, where they are known.
+        The cables with their damping, where they are known.
 
     Raises
     ------
@@ -428,7 +433,7 @@ def coupled_modes_of_cases(equilibrium, count, accuracy, damping, planes=None, d
     planes : tuple, optional
         As for `Cables`.
     model : FixedModel, optional
-        As for `coupled_modes`, its drag that on all of these cables.
+        As for `coupled_modes`, with the drag on all n c cables.
 
     Returns
     -------

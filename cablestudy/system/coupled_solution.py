@@ -65,7 +65,7 @@ class CableRecord:
 
 
 class Trial:
-    """The lowest modes of n rows with one choice of the coordinates of their cables, c of each row.
+    """The lowest modes of n rows (suspensions, see `Search`) with one choice of the coordinates of their c cables each.
 
     Parameters
     ----------
@@ -108,12 +108,14 @@ class Trial:
         return taken
 
     def _systems(self, row):
-        """Yield rows, the indices of their coordinates of cables, and their `ReducedSystem`: of equal size together.
+        """Yield rows, the indices of their coordinates of cables, and their `ReducedSystem`, to be solved together.
+
+        Together are rows with equally many coordinates of cables, and equally many that are coupled to the bodies.
 
         Parameters
         ----------
         row : ndarray of int, shape (N,)
-            Of each coordinate of the cables.
+            Row of each coordinate of the cables.
         """
         if not self.layout.shape:
             yield 0, np.arange(len(row)), self.reduced(0)
@@ -237,7 +239,7 @@ class Solution:
     shapes : ndarray, shape (n, k)
         Mass-normalised.
     omitted : ndarray, shape (c, k)
-        See `Trial`. [-]
+        `Trial.omitted` of this row. [-]
     all_modes : Solution or None
         With all modes that were computed, of which these are the lowest; None where these are all.
     """

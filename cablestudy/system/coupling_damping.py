@@ -18,14 +18,15 @@ from cablestudy.system.tolerances import SYSTEM
 class PoleSum:
     """Forces on the e end displacements of a cable per end displacement: a polynomial and a sum over N poles in x.
 
-        P_0 + x P_1 + ... + x^n P_n - x^n sum of R/(x - pole)
+        P_0 + x P_1 + ... + x^d P_d - x^d sum of residue/(x - pole)
 
     The variable x is s, or s^2 + viscous s (`CouplingDamping`). The polynomial is that of the static shapes, so that
     the stiffness against slow movements is exact to rounding, whatever the error of the poles.
 
     Attributes
     ----------
-    polynomial : list of n + 1 ndarray, shape (e, e)
+    polynomial : list of d + 1 ndarray, shape (e, e)
+        P_0 to P_d.
     poles : ndarray, shape (N,)
     residues : ndarray, shape (N, e, e)
     """
@@ -49,7 +50,7 @@ class PoleSum:
         Notes
         -----
         The forces are Q_ee - Q_en Q_nn^-1 Q_ne, Q being the polynomial of modes n and ends e. The product Q_en left
-        right Q_ne at each pole is over pole^n, as the sum of a `PoleSum` is times x^n.
+        right Q_ne at each pole is divided by pole^d, since the sum of a `PoleSum` is times x^d.
         """
         n = len(left)
         static, *_, mass = matrices
@@ -91,7 +92,7 @@ class PoleSum:
 
 @dataclass(frozen=True)
 class Strain:
-    """Damping of the elastic strain.
+    """Damping of the elastic strain, with the elastic parts E, R, S of the stiffness: see `superelement`.
 
     Attributes
     ----------
@@ -99,11 +100,11 @@ class Strain:
     amount : float
         Loss factor [-], or time [s].
     modes : ndarray, shape (n, n)
-        E. [1/s^2]
+        E, of the n modes with fixed ends. [1/s^2]
     coupling : ndarray, shape (n, 6)
-        R. [N/(m sqrt(kg))]
+        R, of modes against static shapes of the ends. [N/(m sqrt(kg))]
     ends : ndarray, shape (6, 6)
-        S. [N/m]
+        S, of the static shapes. [N/m]
     """
 
     law: str

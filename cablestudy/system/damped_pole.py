@@ -20,6 +20,8 @@ from cablestudy.system.tolerances import SYSTEM
 def damped_pole(layout, elements, near, displacements, damping, far):
     """The pole next to a complex frequency, by inverse iteration with a Newton step along each vector.
 
+    Its real part is then taken from the losses, by the last equation of the module's docstring.
+
     Parameters
     ----------
     layout : Layout
@@ -27,13 +29,13 @@ def damped_pole(layout, elements, near, displacements, damping, far):
     elements : list of Superelement
         Of the cables.
     near : complex
-        Above the real axis. [rad/s]
+        Estimate of the pole, above the real axis. [rad/s]
     displacements : ndarray, shape (d,)
         Estimate of the free displacements of the pole.
     damping : ndarray, shape (d, d), or 0
         C_b without that of links. [N s/m]
     far : float
-        Relative distance from `near`, from which on it is another pole. [-]
+        Relative distance from `near` from which on a pole counts as another one. [-]
 
     Returns
     -------
@@ -43,7 +45,7 @@ def damped_pole(layout, elements, near, displacements, damping, far):
     Raises
     ------
     ConvergenceError
-        No pole is found there.
+        No pole is found nearer than `far`.
     """
     cables, damping = [element.matrices() for element in elements], damping + layout.damping
     pole, vector = near, displacements.astype(complex)
@@ -51,7 +53,7 @@ def damped_pole(layout, elements, near, displacements, damping, far):
         stiffness, slope = _dynamic_stiffness(layout, cables, pole, damping)
         try:
             vector = _solved(stiffness, slope @ vector)
-        except (np.linalg.LinAlgError, RuntimeError):  # singular: it is a pole to the last digit
+        except (np.linalg.LinAlgError, RuntimeError):  # singular: `pole` is one to the last digit
             return _pole_by_losses(layout, cables, pole, vector, damping)
         vector = vector / np.linalg.norm(vector)
         step = (vector @ (stiffness @ vector)) / (vector @ (slope @ vector))

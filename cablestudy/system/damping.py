@@ -1,4 +1,4 @@
-"""Damping ratios of coupled modes, by the poles of the damped system in a space of its undamped modes."""
+"""Damping ratios of coupled modes, from the poles of the damped system in a space spanned by its undamped modes."""
 
 import numpy as np
 
@@ -21,7 +21,7 @@ def damped_poles(system, omega, shapes, coupled=SYSTEM.coupled_modes):
     shapes : ndarray, shape (n, k)
         Mass-normalised shapes of these modes.
     coupled : int
-        Number of other modes that damping may couple to them: the pole is found in the space of all of them.
+        Number of other modes that damping may couple to these: the poles are found in the space of all.
 
     Returns
     -------

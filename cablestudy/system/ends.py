@@ -68,7 +68,7 @@ class Ends:
         damping : Damping
             model, and ratio [-], loss_factor [-] or time [s]; viscous [N s/m^2].
         index : int
-            Of the cable among many.
+            Index of the cable among many; () if there is but one, without an axis of cables.
         """
         omega, coupling, stiffness, inertia = (matrix[index] for matrix in self._undamped)
         participation = -(omega[:, None] ** 2) * coupling
@@ -83,12 +83,12 @@ class Ends:
         return Superelement(omega, participation, ratio, stiffness, inertia, strain, viscous, carried=carried)
 
     def motion(self, amplitudes, ends):
-        """Displacements of the nodes of all cables.
+        """Displacements of the nodes of all cables, from amplitudes of modes and displacements of ends.
 
         Parameters
         ----------
         amplitudes : ndarray, shape (..., n, r)
-            Of the modes, about the static shapes. [sqrt(kg) m]
+            Amplitudes of the modes, relative to the static shapes. [sqrt(kg) m]
         ends : ndarray, shape (..., 6, r)
             Displacements of the ends, global axes. [m]
 
@@ -236,10 +236,10 @@ class Ends:
 
 
 class EndsOfLarge(Ends):
-    """`Ends` of one cable whose modes are not all computed: six vectors, or fewer, stand for the others.
+    """`Ends` of one cable whose modes are not all computed: six residual vectors, or fewer, stand for the others.
 
-    As in `cables`, they are the response of the other modes to the inertia of the static shapes; here by solving with
-    the inertia and taking off the part of the modes.
+    As in `cable_coordinates`, they are the response of the other modes to the inertia forces of the static shapes; here
+    the whole response, from which the part of the computed modes is taken off.
     """
 
     def take(self, rows):
@@ -252,21 +252,26 @@ class EndsOfLarge(Ends):
         # a model of its own: what the eigen-solution leaves in it is ten times as large as the modes
         modes = Dynamics(self.state, self._dynamics.planes).modes(self._count).first(self._count)
         omega, shapes = 2 * np.pi * modes.frequency[0], modes.shapes[0]
-        vectors = [self._response(system, static[0], shapes) for system, _, static in self._static_shapes]
+        vectors = [self._vectors_of_plane(system, static[0], shapes) for system, _, static in self._static_shapes]
         vector_omega, vector_shapes = zip(*vectors, strict=True)
         return np.concatenate([omega, *vector_omega])[None], np.concatenate([shapes, *vector_shapes], axis=-1)[None]
 
-    def _response(self, system, static, shapes):
-        """Angular frequencies and shapes, mass-normalised, of the vectors of one plane.
+    def _vectors_of_plane(self, system, static, shapes):
+        """Angular frequencies and shapes, mass-normalised, of the residual vectors in one plane of motion.
 
         Parameters
         ----------
         system
-            Of the plane, see `Dynamics.systems`.
+            Equations of the plane, from `Dynamics.systems`.
         static : ndarray, shape (nodes, axes, 2 axes)
-            See `_static_shapes`.
+            Static shapes of its end movements, see `_static_shapes`.
         shapes : ndarray, shape (nodes, 3, n)
-            Of the modes computed.
+            Shapes of the computed modes.
+
+        Returns
+        -------
+        tuple of ndarray, shapes (k,), (nodes, 3, k)
+            Frequencies [rad/s] and shapes of k independent vectors.
         """
         dynamics, axes = self._dynamics, list(system.axes)
         cable_mass = (dynamics.mass * dynamics.length).item()

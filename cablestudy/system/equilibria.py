@@ -7,7 +7,7 @@ from cablestudy.system.tolerances import SYSTEM
 
 
 class Equilibria:
-    """Cache of the latest searches. It changes no digit: the result of a case does not depend on the others solved."""
+    """Cache of the results of the latest searches. It changes no digit: no case depends on others solved with it."""
 
     def __init__(self):
         self.forget()

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from cablestudy.cable.vectors import size
 from cablestudy.system import stated, tangent
-from cablestudy.system.descent import REASONS, UNMET
-from cablestudy.system.rigid import size
+from cablestudy.system.descent import DISAGREED, REASONS, UNMET
 from cablestudy.system.tolerances import SYSTEM
 
 MOTIONS = ("along x", "along y", "along z", "about x", "about y", "about z")
@@ -24,6 +24,8 @@ def explain(equilibrium):
         As "no convergence in the largest number of steps (100 steps): 4600 N m about z are left on disk".
     """
     record = equilibrium.record
+    if record.reason == DISAGREED:  # the last search, under forces of the wind that are fixed, leaves but rounding
+        return REASONS[DISAGREED]
     text = f"{REASONS[int(record.reason)]} ({int(record.steps)} steps)"
     detail = _describe_unmet(equilibrium) if record.reason == UNMET else _describe_net_force(equilibrium)
     return f"{text}: {detail}" if detail else text

@@ -3,8 +3,8 @@
     x' = (A0 + gain sum A_j) x + B0 u + B1 u' + B2 u''
 
 The entries of each matrix row are coefficients of the states x and, where there are inputs, of u, u' and u''. States:
-h z (z the coordinates, h the `unit` of each), z', the low-passed movement of each actuator with a high-pass filter, two
-states of each notch filter, the states of the control law of each independent movement of the winches, and these
+z times `LinearSystem.unit` (z the coordinates), z', the low-passed movement of each actuator with a high-pass filter,
+two states of each notch filter, the states of the control law of each independent movement of the winches, and these
 movements themselves. Inputs: with the loop the references r of the measured coordinates; the lengths that the winches
 reel in, beyond those that the loop commands; forces.
 """
@@ -105,8 +105,8 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
     Notes
     -----
     Of an integrator v' and v'' are sums of states: v' = -gain A e with e = N (y - r) = c n + d (y - r), and v'' = -gain
-    A (c n' + d (y' - r')). The allocation A is taken as U R with independent columns U, so that the winches have as
-    many states as movements. Another law is between U and R: v' = U q, q = c l + d w, l' = a l + b w, w = -gain R e.
+    A (c n' + d (y' - r')). A, `Allocation.shares`, is taken as U R with independent columns U, so that the winches have
+    as many states as movements. Another law is between U and R: v' = U q, q = c l + d w, l' = a l + b w, w = -gain R e.
     """
     a, b, c, d = law
     m, unit = len(motion), motion.unit
@@ -199,7 +199,7 @@ def _filter_by_notches(notches, error, error_rate, fixed, begin):
 
 
 def _independent(shares):
-    """A as the product of independent movements of the winches, shape (i, r), and their rates by errors, (r, k).
+    """Allocation A as a product U R: independent movements of the winches, (i, r), and their rates by errors, (r, k).
 
     The sign of each movement is such that the winch that moves most reels in.
     """

@@ -3,15 +3,16 @@
 Damping couples modes that are near to each other in frequency strongly, and others weakly: what it does to two modes is
 of the order of its coupling over the distance of their poles. So the eigenvalue problem
 
-    Q(x) v = 0,    Q = D(x) + sum of x^n P_n,    D diagonal, P_n with zeros there,
+    Q(x) v = 0,    Q = D(x) + sum of x^k P_k,    D diagonal, P_k with zeros on the diagonal,
 
-is solved for the modes N in one window and some on both of its sides; the poles inside are taken. All other modes F
-follow them by two steps of an iteration, and change the pole to first order:
+is solved for the modes A in one window and some on both of its sides; the poles inside are taken. All other modes F
+follow those by two steps of an iteration, and change the pole to first order (Q' the derivative of Q by x):
 
-    v_F = -D_F^-1 (Q_FN v_N + (Q_FF - D_F) v_F),    x = x_N - v_N^T Q_NF v_F/(v^T Q' v).
+    v_F = -D_F^-1 (Q_FA v_A + (Q_FF - D_F) v_F),    x = x_A - v_A^T Q_AF v_F/(v^T Q' v).
 
-That takes some 10 n^3 multiplications where the whole eigenvalue problem takes 200 n^3, and leaves an error of second
-order in the coupling to modes that are not in the window, where poles of the window nearly coincide, else of third.
+For n modes that takes some 10 n^3 multiplications where the whole eigenvalue problem takes 200 n^3. It leaves an error
+of second order in the coupling to modes that are not in the window, where poles of the window nearly coincide, else of
+third.
 """
 
 import numpy as np
@@ -55,7 +56,7 @@ def poles_in_windows(matrices, omega):
         factor = 1 if begin else SYSTEM.lowest_window
         is_last = begin + (factor + 0.5) * SYSTEM.window >= len(size)
         end = len(size) if is_last else begin + factor * SYSTEM.window
-        near = np.unique(mode[max(begin - SYSTEM.window_margin, 0) : end + factor * SYSTEM.window_margin])  # N
+        near = np.unique(mode[max(begin - SYSTEM.window_margin, 0) : end + factor * SYSTEM.window_margin])  # modes A
         poles, vectors = eigen([matrix[np.ix_(near, near)] for matrix in matrices], omega[near])
         high = np.inf if is_last else _gap_near(np.abs(poles), size[end])
         inside = (np.abs(poles) >= low) & (np.abs(poles) < high)
@@ -69,9 +70,10 @@ def poles_in_windows(matrices, omega):
 
 
 def eigen(matrices, omega):
-    """All poles x of the symmetric matrix polynomial of the modes of a cable, by one eigenvalue problem.
+    """All poles x of the symmetric matrix polynomial of the modes of a cable, by one linear eigenvalue problem.
 
-    Modes that damping does not couple are solved apart: of a level cable the symmetric and the antisymmetric ones.
+    Groups of modes that damping does not couple have a problem each: of a level cable the symmetric and the
+    antisymmetric modes.
 
     Parameters
     ----------
@@ -138,7 +140,7 @@ def _gap_near(size, near):
 def _completed(coupling, diagonal, near, poles, vectors):
     """Poles, shapes of all modes, and v^T Q' v, from those of the modes `near` alone: shapes (p,), (n, p), (p,).
 
-    The two steps of the module's docstring; `near` are N there, the others F.
+    The two steps of the module's docstring; `near` are A there, the others F.
     """
     d = sum(part[:, None] * poles**order for order, part in enumerate(diagonal))
     d[near] = np.inf  # these do not follow

@@ -1,7 +1,7 @@
 """Frequency response of a linear system as a sum over its poles: one eigenvalue problem, then a sum per frequency.
 
-x' = A x + B u,   y = C x + D u        A = V L V^-1,   L = diag(l_a)
-y = [D + sum c_a b_a/(s - l_a)] u      c_a the columns of C V, b_a the rows of V^-1 B
+x' = A x + B u,   y = C x + D u        A = V L V^-1,   L = diag(l_j)
+y = [D + sum c_j b_j/(s - l_j)] u      c_j the columns of C V, b_j the rows of V^-1 B
 
 Eigenvectors of poles that coincide, or nearly, need care, since V^-1 is then lost to rounding.
 """
@@ -67,8 +67,8 @@ def eigen(a):
 
 def _eigen_of_group(a):
     """`eigen` of a matrix whose states all depend on each other."""
-    if eigen_of_springs := _eigen_of_springs(a):
-        return eigen_of_springs
+    if half_size := _eigen_with_complex_stiffness(a):
+        return half_size
     order = np.argsort(-np.abs(a).sum(axis=1), kind="stable")
     a, back = a[np.ix_(order, order)], np.argsort(order)
     poles, right = np.linalg.eig(a)
@@ -88,12 +88,12 @@ def _independent(right, left):
     return shares.max(initial=0.0) <= SYSTEM.dependent_shares and largest <= SYSTEM.singular_inverse
 
 
-def _eigen_of_springs(a):
-    """`eigen` of a system damped by a complex stiffness alone, A = [0 U; B 0] with diagonal U and complex B.
+def _eigen_with_complex_stiffness(a):
+    """`eigen` of a system damped by a complex stiffness alone (hysteretic): A = [0 U; S 0], U diagonal, S complex.
 
-    The eigenvalue problem for the displacements p is half as large: (U B)^-1 p = p/l^2, l being a pole. It is written
-    with the inverse since the slow poles then are the largest eigenvalues, which rounding spares. None where A has
-    another form, or eigenvectors that are nearly dependent.
+    The eigenvalue problem for the displacements p is half as large: (U S)^-1 p = p/l^2, l being a pole. The inverse is
+    taken since the slow poles then are the largest eigenvalues, which rounding spares. None where A has another form,
+    or eigenvectors that are nearly dependent.
     """
     half = len(a) // 2
     if not np.iscomplexobj(a) or len(a) % 2 or a[:half, :half].any() or a[half:, half:].any():
@@ -111,14 +111,14 @@ def _eigen_of_springs(a):
     poles = np.sqrt(1 / squares)
     speeds, by_speeds = right * poles / unit[:, None], left * unit / poles[:, None]
     right, left = np.block([[right, right], [speeds, -speeds]]), np.block([[left, by_speeds], [left, -by_speeds]]) / 2
-    return Eigen(np.concatenate([poles, -poles]), right, left, True)
+    return Eigen(np.concatenate([poles, -poles]), right, left, one_sided=True)
 
 
 def _separating_change(a, poles, right):
     """Random matrix, shape (N, N), a small multiple of which, added to A, takes poles apart that nearly coincide.
 
-    It acts in the space of poles whose eigenvectors are nearly parallel, with a norm of their size; other poles do not
-    change. `poles` and `right` are the eigenvalues and eigenvectors computed for A as it is.
+    It acts in the space of poles whose eigenvectors are nearly parallel, with a norm of the size of these poles; others
+    do not change. `poles` and `right` are the eigenvalues and eigenvectors computed for A as it is.
     """
     random, total, is_real = np.random.default_rng(0), np.zeros_like(a), not np.iscomplexobj(a)
     remaining = np.arange(len(poles))
@@ -177,9 +177,9 @@ class Residues:
     poles : ndarray, complex, shape (N,)
         [rad/s]
     inputs : ndarray, complex, shape (N, i)
-        b_a.
+        b_j.
     outputs : ndarray, complex, shape (o, N)
-        c_a.
+        c_j.
     direct : ndarray, shape (o, i)
         D.
     one_sided : bool
@@ -209,7 +209,7 @@ class Residues:
         return replace(self, poles=self.poles[chosen], inputs=self.inputs[chosen], outputs=self.outputs[:, chosen])
 
     def statically(self, fast):
-        """Residues with some poles, an array of bool, replaced by their static response -c_a b_a/l_a."""
+        """Residues with some poles, an array of bool, replaced by their static response -c_j b_j/l_j."""
         static = (self.outputs[:, fast] / -self.poles[fast]) @ self.inputs[fast]
         return replace(self.take(~fast), direct=self.direct + (static if self.one_sided else static.real))
 
@@ -242,7 +242,7 @@ class DelayedResponse:
 
 
 def delayed_response(response, slow, fast, highest):
-    """Combine the response of a system with a delay with sharp poles of two approximations: `DelayedResponse`.
+    """`DelayedResponse` of a system with a delay: its response, with the sharp poles of two rational approximations.
 
     Below a limit the poles are those of `slow`, above it those of `fast`. The limit is in the widest gap between poles
     of `fast` in a band below `highest`, so that no pole which both systems have is taken twice, or lost.

@@ -1,7 +1,8 @@
 """A cable at its two ends: static stiffness, mass, damping and the modes with fixed ends, in global axes.
 
-This is the Craig-Bampton form (Craig and Bampton, AIAA Journal 6, 1968). With u the displacements of the ends and q the
-modal amplitudes of the motion relative to the static shapes that the ends impose, m = -p/W^2,
+This is the Craig-Bampton form (Craig and Bampton, AIAA Journal 6, 1968). With u the displacements of the ends, q the
+modal amplitudes of the motion relative to the static shapes that the ends impose, W = diag(`omega`) and m = -W^-2 p, p
+being `participation`,
 
     M = [I    m]      K = [W^2  0]      C = damping(M, K, strain)
         [m^T  J],         [0    k],
@@ -72,7 +73,7 @@ def any_grows_with_modes(cables):
 
 @dataclass(frozen=True)
 class Superelement:
-    """The cable between its two ends. Ends are ordered end 1 x, y, z, end 2 x, y, z.
+    """A cable as seen from its two ends, in the form of the module's docstring: end 1 x, y, z, then end 2 x, y, z.
 
     Attributes
     ----------
@@ -99,8 +100,8 @@ class Superelement:
     air : ndarray, shape (n + 6, n + 6), or None
         Damping by the wind, of modes and ends. [1/s], [N s/m]
     near : Superelement or None
-        Of the same modes and ends and nearly the same numbers: where damping couples modes, the poles follow from its
-        poles to first order.
+        Similar cable, with the same modes and ends and nearly the same numbers: where damping couples modes, the poles
+        follow from those of `near` to first order.
     windowed : bool
         True if the poles of many modes that damping couples may be found in windows, which leaves a small error.
     """
@@ -180,11 +181,12 @@ class Superelement:
         )
 
     def at_ends(self, shapes):
-        """Copy of the cable for movements of its ends in some shapes alone, which take the place of the six ends.
+        """Copy of the cable whose ends move in e shapes alone: these take the place of the six end displacements.
 
         Parameters
         ----------
         shapes : ndarray, shape (6, e)
+            End displacements in each shape.
         """
         n, strain, air = len(self.omega), self.strain, self.air
         if strain is not None:
@@ -256,8 +258,8 @@ class Superelement:
     def truncate(self, chosen):
         """Copy with some modes, without the static part and the inertia of the others, as the paper truncates modes.
 
-        The absolute amplitude y = q + m u of the others is zero; D stays K11 of all modes, so that the static stiffness
-        is wrong.
+        The absolute amplitude q + m u of the others is zero: `stiffness` is larger by p p^T/W^2 of each of them, and is
+        no longer the static stiffness.
 
         Parameters
         ----------
@@ -302,7 +304,7 @@ class Superelement:
         -------
         ndarray, shape (n,)
             Sums to one. Its sum over omitted modes bounds their share in the lowest term of the response that their
-            static part, kept in D, does not cover: |p_r p_c| w^2/W^4. [-]
+            static part, which `stiffness` keeps, does not cover: |p_r p_c| w^2/W^4. [-]
         """
         mass = np.abs(self.coupling)
         return shares(mass[:, force] * mass[:, displacement])
@@ -339,7 +341,7 @@ class Superelement:
         return mass, damping, stiffness
 
     def dynamic_stiffness(self, s, rows=slice(None), columns=slice(None)):
-        """Force at the ends per displacement of the ends.
+        """Dynamic stiffness: force at the ends per displacement of the ends, for each frequency.
 
         Parameters
         ----------
@@ -361,7 +363,7 @@ class Superelement:
         Notes
         -----
         With g = s^2 + nu s: modal damping k + g (J - m^T m) + sum of p p^T r/(W^2 (W^2 + r)), r = g + 2 zeta W s;
-        damped strain k + c S + g J - (c R + g m)^T (W^2 + c E + g)^-1 (c R + g m).
+        damped strain k + c S + g J - (c R + g m)^T (W^2 + c E + g)^-1 (c R + g m), c being `Strain.factor` at s.
         """
         s = np.asarray(s, dtype=complex)
         if self.strain is not None:

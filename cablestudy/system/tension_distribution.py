@@ -26,11 +26,11 @@ class Distribution:
     Attributes
     ----------
     tension : ndarray, shape (m,)
-        Where no tensions are within the bounds, those that are outside by the least sum. [N]
+        Where none that balance the loads are within the bounds, those that exceed the bounds by the least sum. [N]
     unbounded : ndarray, shape (f,)
         The unknowns y.
     left : ndarray, shape (e,)
-        Net forces that no tensions balance: zero where the loads can be held. [N]
+        Net forces left over, which no tensions balance: zero where the loads can be held. [N]
     held, within : bool
         True if any tensions hold the loads, and if tensions within the bounds do.
     """
@@ -60,7 +60,7 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
         Weight, beside the objective, of the forces of the unknowns y and of the changes of tensions, for steps of an
         iteration; the changes of small tensions, whose forces are the least linear, weigh more. [-]
     current : ndarray, shape (m,), optional
-        Tensions from which they change, where they are damped. [N]
+        Present tensions, changes from which are damped; needed with `damping`. [N]
 
     Returns
     -------
@@ -79,12 +79,12 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
     unit = max(np.abs(values).max(initial=1e-300) for values in tensions)  # tensions are solved for in this unit
     objective, target = _objective(method, count, len(particular)), np.zeros(len(particular))
     target[:count] = reference if method == "closest" else 0.0
-    objective_value = objective @ target
+    target_value = objective @ target
     if damping:
         weights = damping * np.append(np.sqrt(current.max() / current), norms[count:])
         objective = np.vstack([objective, np.diag(weights)])
-        objective_value = np.concatenate([objective_value, weights[:count] * current, np.zeros(len(norms) - count)])
-    coordinates = _least_distance(particular, null_space, count, objective, objective_value, low, high, unit)
+        target_value = np.concatenate([target_value, weights[:count] * current, np.zeros(len(norms) - count)])
+    coordinates = _least_distance(particular, null_space, count, objective, target_value, low, high, unit)
     within = coordinates is not None
     if not within:
         coordinates = _least_excess(particular, null_space, count, low, high, unit)
@@ -113,7 +113,7 @@ def _objective(method, count, unknowns):
     return np.vstack([deviations, SYSTEM.tensions_themselves * tensions])
 
 
-def _least_distance(particular, null_space, count, objective, objective_value, low, high, unit):
+def _least_distance(particular, null_space, count, objective, target_value, low, high, unit):
     """Coordinates z of the solution t_0 + Z z of the equations with the least objective, or None if none is in bounds.
 
     Parameters
@@ -121,8 +121,8 @@ def _least_distance(particular, null_space, count, objective, objective_value, l
     particular, null_space : ndarray, shapes (m + f,), (m + f, q)
         t_0 and Z; the first m = `count` unknowns are tensions.
     count : int
-    objective, objective_value : ndarray, shapes (p, m + f), (p,)
-        S, and its value f at the target.
+    objective, target_value : ndarray, shapes (p, m + f), (p,)
+        S, and its product d with the target.
     low, high : ndarray, shape (m,)
         Bounds of the tensions. [N]
     unit : float
@@ -130,13 +130,13 @@ def _least_distance(particular, null_space, count, objective, objective_value, l
 
     Notes
     -----
-    The objective is |S (t_0 + Z z) - f|^2. By the singular value decomposition S Z = U s V^T the solution is
-    z = V (w + U^T (f - S t_0))/s with the w of least size within the bounds: a least-distance problem.
+    The objective is |S (t_0 + Z z) - d|^2. By the singular value decomposition S Z = U s V^T the solution is
+    z = V (w + U^T (d - S t_0))/s with the w of least size within the bounds: a least-distance problem.
     """
     left_vectors, values, right_vectors = np.linalg.svd(objective @ null_space, full_matrices=False)
     kept = values > SYSTEM.rank * values.max(initial=0.0)  # motions that change no tension are left out
     basis = right_vectors[kept].T / values[kept]
-    optimum = basis @ (left_vectors[:, kept].T @ (objective_value - objective @ particular))
+    optimum = basis @ (left_vectors[:, kept].T @ (target_value - objective @ particular))
     tension, slopes = particular[:count] + null_space[:count] @ optimum, null_space[:count] @ basis
     lower, upper = np.isfinite(low), np.isfinite(high)
     rows = np.vstack([slopes[lower], -slopes[upper]])  # rows @ w >= bounds

@@ -1,15 +1,15 @@
 """Coherence of turbulence over distance, and the variance of a sum of forces along a cable under it.
 
 The cross-spectrum of the wind at two points a distance r apart along the cable is S exp(-r/l), with a coherence length
-l that falls with frequency. The variance of an integral of g over the cable is then
+l = 1/kappa that falls with frequency. The spectrum of the integral of the wind times g over the cable is then S I,
 
     I = integral of g(a) g(b) exp(-|a - b|/l) da db.
 
 exp(-r/l) is Green's function of a rod: y = integral of exp(-|a - b|/l) g(b) db solves y/l^2 - y'' = 2 g/l with
 y' = y/l at the near end and y' = -y/l at the far one. So y comes from the cable's own shape functions by Galerkin's
 method, right for any l against the size of an element: I goes to the square of the integral of g for a long l, to 2 l
-times the integral of g^2 for a short one. The eigenvectors of the rod with free ends, once found, leave a sum for
-each frequency.
+times the integral of g^2 for a short one. In the eigenfunctions of the rod with free ends, found once for a cable, I is
+a sum at each frequency.
 """
 
 from collections.abc import Callable
@@ -43,14 +43,14 @@ class Coherence:
     error: float
 
     @property
-    def least(self):
+    def least_kappa(self):
         """The least kappa, that of slow gusts. [1/m]"""
         return float(self.kappa(np.zeros(1))[0])
 
     @property
     def constant(self):
         """True if kappa is the same at all frequencies."""
-        return bool(self.kappa(np.ones(1))[0] == self.least)
+        return bool(self.kappa(np.ones(1))[0] == self.least_kappa)
 
 
 def davenport(wind):
@@ -78,7 +78,7 @@ def along_cable(wind):
 
 @dataclass(frozen=True)
 class Rod:
-    """Eigenfunctions of a free rod, in which loads along a cable are expanded.
+    """Eigenfunctions of the rod of a cable with free ends (module's docstring), in which loads along it are expanded.
 
     They are orthonormal over the stretched length of the cable, which counts as 1.
     """
@@ -89,12 +89,13 @@ class Rod:
     shapes: np.ndarray  # values of each function at the nodes, shape (nodes, r)
 
     def covariance(self, loads, ratio):
-        """I between pairs of loads under the coherence exp(-kappa r).
+        """Integrals I of the module's docstring for pairs of loads, under the coherence exp(-kappa r).
 
         Parameters
         ----------
         loads : ndarray, shape (c, i, r)
-            Integrals of i loads by c uncorrelated components times each function.
+            Integral over the cable of each of i loads, by each of c uncorrelated components of the wind, times each of
+            the r eigenfunctions.
         ratio : ndarray, shape (m,)
             The cable's stretched length times kappa. [-]
 
@@ -116,9 +117,9 @@ class Rod:
     def _covariance_terms(self, load, ratio):
         """Terms of which half of the covariance of loads, shape (i, r), is the sum, for m ratios, shape (m, 1).
 
-        With rho = ratio, the rod has the matrix K = diag(square/rho + rho) + v0 v0^T + v1 v1^T, v0 and v1 being the
-        functions at its ends, and I = 2 load K^-1 load^T. K is inverted by Woodbury's formula, with the even and the
-        odd combination of v0 and v1. The constant function is taken apart, since only the ends restrain it.
+        With rho = ratio, that is length/l, the rod has the matrix K = diag(square/rho + rho) + v0 v0^T + v1 v1^T, v0
+        and v1 being the functions at its ends, and I = 2 load K^-1 load^T. K is inverted by Woodbury's formula, with
+        the even and the odd combination of v0 and v1. The constant function, without slope, is treated apart.
 
         Returns
         -------
@@ -172,21 +173,22 @@ def gauss(order):
 
 
 def galerkin(mesh, stretch):
-    """Length, stiffness and mass of the rod of a cable, in its shape functions.
+    """Matrices of the rod of a cable (module's docstring) in the shape functions of its mesh, by Galerkin's method.
 
     Parameters
     ----------
     mesh : Mesh
         n elements of p + 1 nodes.
     stretch : ndarray, shape (n, p)
-        |r'| at the points of the tensions. [-]
+        |r'| of the cable at the Gauss points of its elements. [-]
 
     Returns
     -------
     length : float
         Stretched over unstretched length. [-]
     stiffness, mass : sparse array, shape (nodes, nodes)
-        Integrals of products of slopes, and of values, of the functions over the stretched length, counted as 1. [-]
+        Integrals of products of the slopes of two functions, and of their values, over the stretched length, which
+        counts as 1. [-]
     """
     element, (points, weights) = basis(mesh.order), gauss(mesh.order)
     values, interpolation = lagrange(element.nodes, points), lagrange(element.points, points)

@@ -1,8 +1,8 @@
 """Drag of the wind on a cable, linear in the turbulence; and vortex shedding frequencies.
 
-Only the wind across the cable counts (the independence principle of a round cylinder). With the part U_n of the mean
-wind that is normal to the cable, a = |U_n| and the tangent t, turbulence u' changes the drag rho C_d d/2 |u_n| u_n per
-length by
+Only the wind across the cable counts (the independence principle of a round cylinder of diameter d). With the part U_n
+of the mean wind that is normal to the cable, a = |U_n| and the tangent t, turbulence u' changes the drag per length,
+rho C_d d/2 |u_n| u_n of the normal wind u_n = U_n + u'_n, by
 
     rho C_d d/2 [a (I - t t^T) + U_n U_n^T/a] u':
 
@@ -35,20 +35,20 @@ def drag_matrices(tangent, wind_direction):
     """
     normal_wind = wind_direction - tangent * (tangent @ wind_direction)[..., None]  # U_n/v
     a = np.sqrt((normal_wind**2).sum(axis=-1))[..., None, None]  # |U_n|/v
-    unit = normal_wind / np.where(a > 0, a, 1.0)[..., 0]  # zero of a cable along the wind
+    unit = normal_wind / np.where(a > 0, a, 1.0)[..., 0]  # zero where the cable is along the wind
     across = np.eye(3) - tangent[..., :, None] * tangent[..., None, :]
     return a * (across + unit[..., :, None] * unit[..., None, :]) / 2
 
 
 def body_damping(wind, area, drag_coefficient):
-    """Viscous damping rho C_d A v of a body that moves along the mean wind; zero without aerodynamic damping.
+    """Viscous damping rho C_d A v of a body that moves along the mean wind v; zero if `wind` has no such damping.
 
     Parameters
     ----------
     wind : Wind
-        Has speed, air_density and aerodynamic_damping.
+        Has speed v [m/s], air_density rho [kg/m^3] and aerodynamic_damping, a bool.
     area, drag_coefficient : float
-        Of the body across the wind. [m^2], [-]
+        A and C_d of the body across the wind. [m^2], [-]
 
     Returns
     -------
@@ -57,16 +57,17 @@ def body_damping(wind, area, drag_coefficient):
 
     Notes
     -----
-    Drag rho/2 C_d A (v - x')^2, linear in x': Simiu and Scanlan, Wind Effects on Structures (1996).
+    Drag rho/2 C_d A (v - x')^2, linearised in the velocity x' of the body: Simiu and Scanlan, Wind Effects on
+    Structures (1996).
     """
     return wind.air_density * drag_coefficient * area * wind.speed if wind.aerodynamic_damping else 0.0
 
 
 def cable_damping(wind, diameter):
-    """Viscous damping per length of a cable's motion, rho C_d d v/2; zero without aerodynamic damping.
+    """Viscous damping per length of a cable's motion, rho C_d d v/2; zero if `wind` has no such damping.
 
-    It is that of motion normal to the cable and to the wind; along the wind it is twice as large. So motion of the
-    cable in any direction is damped by no less, where the wind is across the cable.
+    This is the damping of motion normal to the cable and to the wind; that of motion along the wind is twice as large.
+    So motion of the cable in any direction is damped by no less, where the wind is across the cable.
 
     Parameters
     ----------

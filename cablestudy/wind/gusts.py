@@ -13,7 +13,8 @@ from math import ceil
 
 import numpy as np
 
-from cablestudy.system.rigid import cross_matrix, size
+from cablestudy.cable.vectors import size
+from cablestudy.system.rigid import cross_matrix
 from cablestudy.wind.coherence import Coherence
 from cablestudy.wind.mean import body_forces
 from cablestudy.wind.spectrum import admittance, speed_spectrum
@@ -184,7 +185,7 @@ class Gusts:
 
         None and one covariance where it does not depend on the frequency.
         """
-        least, extent = self.coherence.least, self._extent
+        least, extent = self.coherence.least_kappa, self._extent
         if self.coherence.constant or not extent:
             return None, self._computed_covariance(np.array([least]))
         linear = WIND.linear_covariance / extent

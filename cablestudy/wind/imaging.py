@@ -1,4 +1,4 @@
-"""Factors of the spectrum of a motion by which a telescope sees it: within an exposure, behind a correcting mirror.
+"""Factors of the spectrum of a motion with which a telescope sees it: within an exposure, behind a correcting mirror.
 
 Both are factors of the variance at each frequency, so their product holds for exposures behind a mirror.
 """
@@ -78,7 +78,7 @@ def correction_weight(frequency, bandwidth, delay):
 
 
 def seen_weights(exposure=None, correction=None):
-    """Factors of a motion's spectrum by which a telescope sees it: name -> function of frequencies [Hz].
+    """Factors of a motion's spectrum with which a telescope sees it: name -> function of frequencies [Hz].
 
     Parameters
     ----------

@@ -35,7 +35,8 @@ def speed_spectrum(frequency, speed, rms, length_scale, kind="von_karman"):
     Notes
     -----
     With x = f L/v, S v/(sigma^2 L) is:
-    von Karman 4/(1 + 70.7 x^2)^(5/6), the paper's; its integral is 1.00057 sigma^2, exactly sigma^2 with 70.78.
+    von Karman 4/(1 + 70.7 x^2)^(5/6), that of the paper that this program follows; its integral is 1.00057 sigma^2,
+    exactly sigma^2 with 70.78.
     Davenport (1961) (2/3) x/(1 + x^2)^(4/3), for which L is 1200 m. Kaimal (IEC 61400-1) 4/(1 + 6 x)^(5/3).
     """
     time_scale = length_scale / speed
@@ -57,7 +58,8 @@ def admittance(frequency, speed, area, kind="vickery"):
 
     Notes
     -----
-    chi = 1/(1 + (f/f_c)^(4/3)), f_c = v/(2 sqrt(A)): the paper's equation (7), to the first power or squared.
+    chi = 1/(1 + (f/f_c)^(4/3)), f_c = v/(2 sqrt(A)): equation (7) of the paper that this program follows, to the first
+    power or squared.
     """
     if kind == "none":
         return np.ones_like(frequency)

@@ -179,7 +179,7 @@ class Strip:
 
 
 def strips(models, kept, equilibrium, drag):
-    """`Strip` of each cable that the wind acts on: list.
+    """`Strip` of each cable that the wind acts on, for gust forces and aerodynamic damping: list.
 
     Parameters
     ----------
@@ -187,8 +187,9 @@ def strips(models, kept, equilibrium, drag):
     kept : list of Kept
         Coordinates of each cable.
     equilibrium : Equilibrium
-    drag : Drag
         Of one case.
+    drag : Drag
+        Of this case.
     """
     if not (drag.cables > 0).any():
         return []
@@ -207,7 +208,7 @@ def strips(models, kept, equilibrium, drag):
 
 
 def nodal_shapes(models, kept, cables):
-    """Yield index, `Mesh`, positions of the nodes and their displacements per coordinate, of each of some cables.
+    """Yield index, `Mesh`, positions of the nodes and their displacements per coordinate, for each of some cables.
 
     Parameters
     ----------
@@ -215,6 +216,7 @@ def nodal_shapes(models, kept, cables):
     kept : list of Kept
         Coordinates of each cable.
     cables : ndarray of int
+        Indices of the cables.
 
     Yields
     ------
@@ -266,8 +268,9 @@ def on_cables(solution, layout, shapes, drag):
 def amplitudes(solution, layout, shapes, cables):
     """Amplitudes of the coordinates of cables in shapes of the suspension, and in two end movements of each cable.
 
-    In an end movement one end is moved out of its cable along the tangent by one, and nothing else: the work of a load
-    on it is the decrease of the tension there by that load.
+    They turn the wind forces of a `Strip` into those on the shapes, and into tensions. In an end movement one end is
+    moved out of its cable along the tangent by one, and nothing else: the work of a load on this movement is the
+    decrease of the tension at that end by the load.
 
     Parameters
     ----------
@@ -281,7 +284,7 @@ def amplitudes(solution, layout, shapes, cables):
     Returns
     -------
     list of ndarray, shape (k, m + 2 c)
-        Those of each of the c cables: rows are its coordinates, modes first and then its ends.
+        Amplitudes for each of the c cables: rows are its coordinates, modes first and then its ends.
     """
     if not cables:
         return []
@@ -305,7 +308,7 @@ def _direction_and_stretch(mesh, state, frame, mean_stretch, wind_direction):
     ----------
     mesh : Mesh
     state : State or None
-        None of a straight cable.
+        Static state of the cable; None without mass: the cable then counts as straight.
     frame : ndarray, shape (3, 3)
         Chord frame of the cable.
     mean_stretch : float

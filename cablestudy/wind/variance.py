@@ -1,16 +1,20 @@
 """Variances of the outputs of a linear system that turbulence drives, by its poles.
 
-With y = [D + sum c_a b_a/(s - l_a)] u (`system.residues`) and the one-sided spectral matrix S(f) of the inputs, the
-covariance X of the amplitudes of the poles solves Lyapunov's equation with coloured noise,
+With the response y = [D + sum over j of c_j b_j/(s - l_j)] u of the outputs to the inputs, a sum over the poles l_j
+(`system.residues`), and the one-sided spectral matrix S(f) of the inputs, the covariance X of the amplitudes of the
+poles solves Lyapunov's equation with coloured noise,
 
-    l_a X_ab + X_ab conj(l_b) = -(G_ab + conj(G_ba)),   G_ab = integral of r_a b_a S conj(b_b)^T df,
-    r_a = 1/(i w - l_a) + 1/(-i w - l_a) = -2 l_a/(w^2 + l_a^2),
+    l_j X_jk + X_jk conj(l_k) = -(H_jk + conj(H_kj)),   H_jk = integral of r_j b_j S conj(b_k)^T df,
+    r_j = 1/(i w - l_j) + 1/(-i w - l_j) = -2 l_j/(w^2 + l_j^2),
 
-since (i w - l_a)^-1 (-i w - conj(l_b))^-1 is a sum of two fractions. S is smooth: it is a sum of matrices times
-functions of frequency. What is narrow is in r_a alone, and Gauss's rule of each panel is corrected for its pole.
+since (i w - l_j)^-1 (-i w - conj(l_k))^-1 is a sum of two fractions. S is smooth: it is a sum of matrices times
+functions of frequency. Narrow peaks are in r_j alone, and Gauss's rule on each panel of frequency is corrected for
+them.
 
-A complex stiffness has a response for positive frequencies alone, and its poles are no pairs: r_a is then
-2/(i w - l_a), the sums run over all poles, and the real part is the variance.
+A complex stiffness has a response for positive frequencies alone, and its poles are no pairs: r_j is then
+2/(i w - l_j), the sums run over all poles, and the real part is the variance.
+
+The response of a system with a delay has a remainder beside such a sum: `variances_with_remainder`.
 """
 
 from dataclasses import dataclass
@@ -56,9 +60,10 @@ def with_turns(edges, delay):
 
 
 def smooth_on(edges, functions):
-    """Halve panels until Gauss's rule on each resolves all of some smooth functions: edges, ascending. [Hz]
+    """Halve panels of frequency until Gauss's rule resolves all of some smooth functions: edges, ascending. [Hz]
 
-    A function is resolved on a panel where its two highest Legendre coefficients are next to nothing.
+    A function is resolved on a panel where its two highest Legendre coefficients are next to nothing. A panel that is
+    not resolved after `WIND.panel_halvings` steps stays as it is.
 
     Parameters
     ----------
@@ -82,7 +87,7 @@ def smooth_on(edges, functions):
 
 
 class Panels:
-    """Gauss points on panels in log frequency, and all below the lowest one by its value there.
+    """Gauss points on panels in log frequency; below the lowest panel an integrand counts with its value at that edge.
 
     Parameters
     ----------
@@ -106,7 +111,9 @@ class Panels:
         self.weights = np.append((self._half[:, None] * WEIGHTS * on_panels).ravel(), edges[0])
 
     def resolvents(self, poles, one_sided=False):
-        """r_a times the weights, shape (N, n), so that sums of them with a smooth function are integrals over f.
+        """r_j of the module's docstring times the weights, shape (N, n).
+
+        Sums over the n points of their products with a smooth function are integrals over frequency.
 
         Parameters
         ----------
@@ -123,11 +130,11 @@ class Panels:
         return fractions * self.weights_for(poles)
 
     def weights_for(self, poles):
-        """Weights, shape (N, n), for functions with a simple pole each at i w = l_a; `poles` as for `resolvents`.
+        """Weights, shape (N, n), for functions with a simple pole each at i w = l_j; `poles` as for `resolvents`.
 
         Notes
         -----
-        In z = log f, such a function has a pole at log(l_a/(2 pi i)). Gauss's rule of n points x_i is exact for a
+        In z = log f, such a function has a pole at log(l_j/(2 pi i)). Gauss's rule of n points x_i is exact for a
         polynomial over x - z where its weights are multiplied by 1 + n P_(n-1)(x_i) Q_n(z), P and Q being Legendre's
         functions of the first and second kind: Christoffel's sum of (2 k + 1) P_k(x) Q_k(z) (Whittaker and Watson,
         Modern Analysis, 15.4).
@@ -154,7 +161,7 @@ def variances(residues, panels, noise, weights):
     Parameters
     ----------
     residues : Residues
-        Response of a stable system of o outputs; of complex poles both of each pair.
+        Response of a stable system of o outputs, with both poles of each complex pair.
     panels : Panels
     noise : Noise
         Spectral matrix of the inputs.
@@ -170,10 +177,10 @@ def variances(residues, panels, noise, weights):
     poles, inputs, outputs = residues.poles[upper], residues.inputs[upper], residues.outputs[:, upper]
     if not residues.one_sided:  # the real part of a pair of poles is twice that of one
         outputs = outputs * np.where(poles.imag > 0, 2.0, 1.0)
-    # integrals of r_a b_a S and of S
+    # integrals of r_j b_j S and of S
     by_pole, spectra = _spectral_integrals(inputs, panels, noise, weights, panels.resolvents(poles, residues.one_sided))
     # Lyapunov's equation of the module's docstring
-    pole_sums = poles[:, None] + residues.poles.conj()  # l_a + conj(l_b)
+    pole_sums = poles[:, None] + residues.poles.conj()  # l_j + conj(l_k)
     covariance = by_pole @ residues.inputs.conj().T / -pole_sums  # X is this plus its conjugate transpose
     pole_output_covariance = covariance @ residues.outputs.conj().T + by_pole @ residues.direct.conj().T
     by_direct = ((residues.direct @ spectra) * residues.direct.conj()).sum(axis=-1).real
@@ -184,23 +191,27 @@ def variances(residues, panels, noise, weights):
     return np.where(variance > WIND.variance_rounding * largest, variance, 0.0)
 
 
-def mixed_variances(residues, smooth, noise_times, panels, noise, weights):
-    """Variances of the outputs of a system whose response is a sum over poles P and a smooth function of frequency G.
+def variances_with_remainder(residues, remainder, noise_times, panels, noise, weights):
+    """Variances of the outputs of a system with a delay, driven by noise, as by `variances`.
+
+    Its response is a sum over its sharp poles, P, and a remainder, G, that is smooth over frequency: see
+    `system.residues.DelayedResponse.split`.
 
     Parameters
     ----------
     residues : Residues
-        P: stable poles, without a direct part; of complex ones both of each pair.
-    smooth : callable
+        P: stable poles, both of each complex pair, without a direct part.
+    remainder : callable
         G: s = i w, shape (f,) [rad/s] -> complex, shape (f, o, i).
     noise_times : callable
         Frequencies, shape (f,) [Hz], and columns, complex, shape (f, i, o) -> spectral matrix S times the columns.
     panels, noise, weights
-        As for `variances`.
+        Points of quadrature; S, as `Noise`; w functions at these points, shape (w, n): as for `variances`.
 
     Returns
     -------
     ndarray, shape (w, o)
+        Of each of o outputs, with each of the w weights.
 
     Notes
     -----
@@ -211,7 +222,7 @@ def mixed_variances(residues, smooth, noise_times, panels, noise, weights):
     fractions = panels.weights_for(residues.poles).T / (s[:, None] - residues.poles)
     for begin in range(0, len(s), WIND.frequencies_at_once):
         batch = slice(begin, begin + WIND.frequencies_at_once)
-        g = smooth(s[batch])
+        g = remainder(s[batch])
         s_g = noise_times(panels.frequency[batch], np.swapaxes(g, 1, 2).conj())  # S G*
         g_s_g = (g * np.swapaxes(s_g, 1, 2)).sum(axis=-1).real * panels.weights[batch, None]
         p_s_g = ((residues.inputs @ s_g) * fractions[batch, :, None] * residues.outputs.T).sum(axis=1)
@@ -220,10 +231,10 @@ def mixed_variances(residues, smooth, noise_times, panels, noise, weights):
 
 
 def _spectral_integrals(inputs, panels, noise, weights, resolvents):
-    """Integrals of the noise for `variances`: of r_a b_a S, shape (w, N, i), and of S, shape (w, i, i).
+    """Integrals of the noise for `variances`: of r_j b_j S, shape (w, N, i), and of S, shape (w, i, i).
 
     They are integrals over frequency, times each of w weights, with the symbols of the module's docstring: `inputs` are
-    the b_a of N poles, shape (N, i), `resolvents` the r_a times the weights of the quadrature, shape (N, n).
+    the b_j of N poles, shape (N, i), `resolvents` the r_j times the weights of the quadrature, shape (N, n).
     """
     poles, size = inputs.shape
     real_resolvents = np.concatenate([resolvents.real, resolvents.imag])

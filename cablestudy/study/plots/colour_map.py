@@ -22,10 +22,10 @@ from cablestudy.study.plots.style import (
 from cablestudy.study.plots.words import number, panels_left_out, shortened
 
 PANELS = 6  # in one picture
-SPARSE = 4  # places of a grid over rows, above which it is no grid
+SPARSE = 4  # cells of a grid over rows, above which the rows are drawn as points instead
 CELLS = 9  # along a side, up to which each cell has its number
 SMOOTH, LINES = 4, 7  # least cells along a side with lines of equal values; how many of these, about
-MANY = 3000  # cells or points from which they are drawn as an image in a file of lines, else far larger
+MANY = 3000  # cells or points above which a vector file has them as an image, which is far smaller
 EMPTY = "#f0f0f0"  # cells without a value
 
 

@@ -69,7 +69,7 @@ def between_nodes(mesh, nodal):
     Returns
     -------
     positions : ndarray, shape (j,)
-        Arc lengths over the unstretched length; some 400 points, or the nodes of straight elements. [-]
+        Arc lengths over the unstretched length: 401 or more, or the nodes of straight elements. [-]
     values : ndarray, shape (j, ...)
         Values there.
     """
@@ -83,15 +83,15 @@ def between_nodes(mesh, nodal):
     return positions[keep], values[keep]
 
 
-def _paint(x, label, loads, title, height, lines, figure, place):
-    """Draw a panel of lines, each with its look, and a dotted line at each load."""
+def _paint(x, x_label, loads, title, y_words, lines, figure, place):
+    """Draw a panel of lines over x, each with its look, and a dotted line at each load."""
     axes = figure.add_subplot(place)
     scale, unit = _length_unit([values for values, _ in lines])
     for values, look in lines:
         axes.plot(x, values * scale, **(look if len(lines) > 1 else look | {"label": ""}))
     for load in loads:
         axes.axvline(load, color=ORANGE, lw=1.2, ls=":", zorder=0.5)
-    axes.set(ylabel=f"{height}[{unit}]", xlabel=label, xlim=padded(x.min(), x.max(), 0.03, 0.03))
+    axes.set(ylabel=f"{y_words}[{unit}]", xlabel=x_label, xlim=padded(x.min(), x.max(), 0.03, 0.03))
     axes.set_title(title, loc="left", color=GREY)
     axes.margins(y=0.12)
     plain(axes, 8, 5)

@@ -1,4 +1,4 @@
-"""Description of what the pictures of a case show: places of cables, points, bodies, loads, ground; views of them."""
+"""Places of all that the pictures of a case show, cables, points, bodies, loads, ground; and views of these places."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,7 +15,7 @@ from cablestudy.system.suspension import GROUND
 
 FINE, COARSE, FEW = 401, 61, 12  # points along a cable of a few, and of more cables than these
 FLAT = 1e-3  # extent over that of the scene below which it is none
-STATED = 5e-4  # relative difference from which a number is another one than the scene states, in four digits
+STATED = 5e-4  # relative difference from which a number and the one that the scene states differ in four digits
 AZIMUTH, ELEVATION, DISTANCE = np.radians(-58), np.radians(18), 3.0  # of the eye; distance over the size of the scene
 
 
@@ -29,9 +29,9 @@ class View:
     axes : ndarray, shape (3, 2)
         Directions to the right and upwards on the paper, unit vectors.
     labels : tuple of str
-        Of the axes.
+        Labels of the axes on the paper.
     origin : ndarray, shape (3,)
-        [m]
+        Place at the origin of the paper. [m]
     """
 
     title: str
@@ -89,12 +89,12 @@ class Drawing:
     cables : ndarray, shape (c, j, 3)
         Points along each cable. [m]
     shares : ndarray, shape (c, j)
-        Arc length there over the unstretched length. [-]
+        Arc length at these points over the unstretched length. [-]
     ends : ndarray, shape (c, 2, 3)
-        [m]
+        Ends 1 and 2 of each cable. [m]
     form : Catenary of shape (c,), or State of the only cable
     statics : ClosedStatics or ElementStatics
-        Of the same.
+        Statics of the same cables.
     stated : tuple
         Preload [N] and sag [m] that the scene states of its only cable.
     links : ndarray, shape (l, 2, 3)
@@ -104,7 +104,7 @@ class Drawing:
     junctions, bodies : dict
         Name -> place; name -> places of its attachments and its reference point, shape (k, 3). [m]
     markers, winches : ndarray, shape (k, 3)
-        [m]
+        Places of markers, and of the ends of cables that winches reel or move. [m]
     loads : list of (ndarray, ndarray, float)
         Of each point load its place [m] and force [N], shape (3,), and arc length along the unstretched cable [m].
     ground : float, sequence of (float, float) or None
@@ -138,12 +138,12 @@ class Drawing:
 
     @cached_property
     def places(self):
-        """All of them, with those along cables, shape (n, 3). [m]"""
+        """Places of `held`, and those along cables and lost cables, shape (n, 3). [m]"""
         return np.concatenate([*(part.reshape(-1, 3) for part in (self.cables, self.lost)), self.held])
 
     @cached_property
     def size(self):
-        """Diagonal of the box that holds them. [m]"""
+        """Diagonal of the box that holds all `places`. [m]"""
         return float(np.linalg.norm(np.ptp(self.places, axis=0)))
 
     @property
@@ -262,7 +262,7 @@ def drawing_of(case):
                for name, winch in scene.winches.items()]  # fmt: skip
     attachments, markers = _places_of_bodies(scene, equilibrium)
     along_cables, shares = _curves(case)
-    first_cable = next(iter(case.scene.cables.values()), None)  # what it states is shown of an only cable
+    first_cable = next(iter(case.scene.cables.values()), None)  # if it is the only one, stated values are shown
     return Drawing(
         case=case.scene.case,
         cables=along_cables,
@@ -341,9 +341,10 @@ def _lost(case):
 
 
 def upright_plane(drawings):
-    """Side view of the one vertical plane in which all cables end: `View`; None where there is no such plane.
+    """Side view of the vertical plane that holds all ends, bodies and markers: `View`; None without such a plane.
 
-    The horizontal axis is the distance from end 1 of the only cable, x, y, or the distance from the first end.
+    The horizontal axis is x or y in a plane along one of these; else the distance from the first place in the plane.
+    For a scene of one cable it is the distance from end 1.
 
     Parameters
     ----------
@@ -355,7 +356,7 @@ def upright_plane(drawings):
     offsets = held[:, :2] - held[0, :2]
     farthest = offsets[np.argmax(np.hypot(*offsets.T))]
     level = direction(farthest, size)
-    if np.abs(offsets @ [-level[1], level[0]]).max() > FLAT * size:  # some end is out of the plane
+    if np.abs(offsets @ [-level[1], level[0]]).max() > FLAT * size:  # some place is out of the plane
         return None
     if first.single:
         return view_from_end_1(held[0], level, first.ground)

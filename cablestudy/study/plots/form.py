@@ -68,7 +68,7 @@ def case_forms(cases):
 
 
 class _Picture:
-    """Figure of the static form of a scene in one load case, or in several, with the panels that show something.
+    """Figure of the static form of a scene in one load case or in several, with those panels that show something.
 
     Parameters
     ----------
@@ -76,6 +76,25 @@ class _Picture:
         One for each load case.
     case : Case or SuspensionCase, optional
         The only load case, for the deflections by its point loads.
+
+    Attributes
+    ----------
+    first : Drawing
+        The first of the drawings; `alone` is True if it is the only one.
+    places : ndarray, shape (n, 3)
+        All places that are drawn. [m]
+    plane : View or None
+        Side view of the vertical plane of the scene, from `upright_plane`.
+    seen : ndarray of bool, shape (3,)
+        Axes along which the scene has an extent.
+    in_space : bool
+        Whether the scene is drawn in perspective and from three sides.
+    upright : bool
+        Whether the only cable hangs between ends above each other.
+    loaded : bool
+        Whether the deflection of the only cable by its point loads is drawn.
+    looks, scale
+        From `_looks`.
     """
 
     def __init__(self, drawings, case=None):
@@ -83,8 +102,6 @@ class _Picture:
         self.places, self.plane = np.concatenate([drawing.places for drawing in drawings]), upright_plane(drawings)
         extent = np.ptp(self.places, axis=0)
         self.seen, (least, middle, most) = extent > FLAT * extent.max(), np.sort(extent)
-        # in_space: drawn in perspective and from three sides; upright: the only cable hangs between ends above each
-        # other; loaded: the deflection of the only cable by its point loads is drawn
         self.in_space = self.alone and self.plane is None and least > FLAT * most and middle >= LONG * most
         held = np.concatenate([drawing.held for drawing in drawings])
         self.upright = self.first.single and np.ptp(held[:, :2], axis=0).max() < FLAT * most
@@ -103,8 +120,8 @@ class _Picture:
         entries = {
             label: artist for axes in marked for artist, label in zip(*axes.get_legend_handles_labels(), strict=True)
         }
-        marks_first = sorted(entries.items(), key=lambda entry: entry[0] in ("chord", "ground", "winch"))
-        legend_below(figure, [(artist, label) for label, artist in marks_first])
+        cables_first = sorted(entries.items(), key=lambda entry: entry[0] in ("chord", "ground", "winch"))
+        legend_below(figure, [(artist, label) for label, artist in cables_first])
         title_of_several = f"Load cases: {max(self.drawings, key=lambda drawing: len(drawing.cables)).contents}"
         heading(figure, self.first.title(not (self.upright and self.loaded)) if self.alone else title_of_several)
         full_width = [axes for axes in figure.axes if axes.get_subplotspec().get_gridspec() is grid]
@@ -119,7 +136,7 @@ class _Picture:
 
     @cached_property
     def panels(self):
-        """Height [in] of each panel, and what draws it in a cell of a grid: figure, cell -> None; list."""
+        """List of (height [in], function that draws the panel: figure, cell of its grid -> None)."""
         plane, panels = self.plane, [(4.2, self._against_length)] if self.upright else self._views()
         aside = [np.abs(self._aside(drawing)).max(initial=0.0) / drawing.size for drawing in self.drawings if plane]
         if max(aside, default=0.0) > SIDEWAYS and not self.loaded:
@@ -131,7 +148,7 @@ class _Picture:
         return panels
 
     def _views(self):
-        """Panels of views from the sides, or in space; of steep cables those from the chord."""
+        """Panels of views from the sides or in space, as of `panels`; of steep cables the distance from the chord."""
         views = self._chosen_views()
         grounds = [ground_in(view, self.first.ground, view(self.places)[:, 0]) for view in views]
         windows = self._windows(views, grounds)
@@ -274,8 +291,8 @@ class _Picture:
 def _looks(drawings, unnamed):
     """Colours, dashes and labels with which load cases are drawn, and a scale of the colours.
 
-    A single load case has its cables in colours of their mean tension; of several each has one colour. If `unnamed`,
-    the label of the only cable is its name alone, without sag or tension.
+    A single load case has its cables in colours of their mean tensions, if these differ; each of several load cases has
+    one colour. If `unnamed`, the label of an only cable is its name alone, without sag or tension.
 
     Returns
     -------

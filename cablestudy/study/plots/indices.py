@@ -26,10 +26,11 @@ def sensitivity_plot(study, table):
     ----------
     study : StudyFile
     table : Table
-        From `Sensitivity.table`: rows with `column`, `parameter`, the indices and the ends of their intervals.
+        From `Sensitivity.table`: rows with `column`, `parameter` (the varied key), values of keys that vary beside the
+        sample, the indices, and the ends of their confidence intervals.
     """
     fixed = ("column", "parameter", *(f"{kind}{end}" for kind in KINDS for end in ("", "_low", "_high")))
-    others = [field for field in table.fields if field.name not in fixed]
+    others = [field for field in table.fields if field.name not in fixed]  # keys that vary beside the sample
     groups = _groups(table.rows, others)
     count = min(len(groups), PANELS)
     columns = 1 if count == 1 else 2

@@ -1,4 +1,4 @@
-"""The path of a load that travels along its cable, above the ground, and the tension that it makes."""
+"""The path of a load that travels along its cable, above the ground, and the largest tension of the cable."""
 
 import numpy as np
 from matplotlib.figure import Figure

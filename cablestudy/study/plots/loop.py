@@ -27,7 +27,7 @@ from cablestudy.study.plots.style import (
 from cablestudy.study.plots.words import with_minus
 
 TURN = 2 * np.pi
-BELOW, ABOVE = 0.02, 3.0  # of the range without another one: of the lowest and the highest frequency that is marked
+BELOW, ABOVE = 0.02, 3.0  # ends of the default range over the lowest and highest marked frequency, see `_span`
 POINTS = 1500  # of a curve, without those near resonances
 LEAST = -100.0  # magnitude that is drawn [dB]
 LINE = 0.052  # height of a line of text beside the Nyquist plot, over that of the plot
@@ -91,7 +91,7 @@ def _title(closed_loop):
 
 
 def _span(closed_loop):
-    """Range of frequencies in which something happens. [Hz]"""
+    """Default range of frequencies, about those that are marked, and number of points: (low [Hz], high [Hz], int)."""
     marked = [*closed_loop.coupled_frequencies, closed_loop.loop.gain / TURN]
     marked += [closed_loop.limit.omega / TURN] if _has_limit(closed_loop) else []
     marked += [notch.rolloff_omega / TURN for notch in closed_loop.notches if notch]
@@ -290,7 +290,8 @@ def loop_in_time(solved):
 def _displacement(axes, solved):
     """Draw the measured displacement over time, with and without the loop, its overshoot and its settling time.
 
-    `solved` is a `TimeCase`; only the response to a step has an overshoot and settles.
+    `solved` is a `TimeCase`. Only the response to a step settles; it has an overshoot unless it ends near zero
+    (`StepResponse.taken_back`).
     """
     time, response, unit, step = solved.time, solved.response, solved.unit, solved.step
     if response.open_loop is not None:

@@ -106,6 +106,7 @@ def draw_parts(axes, drawing, view, colours, label="", lost="", dashes="-", own=
     ----------
     axes : matplotlib.axes.Axes
     drawing : Drawing
+        Places of all that is drawn of one load case.
     view : callable
         Positions, shape (..., 3) -> coordinates on the paper, shape (..., 2).
     colours : color or list of color

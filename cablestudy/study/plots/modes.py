@@ -1,4 +1,4 @@
-"""Mode shapes beside the static form: of one cable between fixed ends, and of all that moves together."""
+"""Pictures of mode shapes on the static form: of one cable between fixed ends, and of a whole suspension."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -29,7 +29,7 @@ from cablestudy.study.plots.style import (
 from cablestudy.study.plots.words import quantity_text, shortened
 from cablestudy.system.suspension import GROUND
 
-# of one cable: kind of mode -> colour, what is drawn upwards, and that among directions along, across and sideways
+# of one cable: kind of mode -> colour, words for what is drawn upwards, its axis (1: across the chord, 2: sideways)
 KINDS = {
     "in-plane": (BLUE, "distance above the chord", 1),
     "out-of-plane": (RED, "sideways", 2),
@@ -37,13 +37,13 @@ KINDS = {
 }
 COLOURS = {"bodies": RED, "points": GREEN, "cables": BLUE}
 STILL = "#b0b0b0"
-PAPER = 0.1  # largest displacement of one cable that is drawn, as in the paper's Fig. 5 [m]
-PEAK = 0.08  # that over the size of a scene of more
-TURN = 0.6  # largest rotation drawn [rad]
+PAPER_PEAK = 0.1  # largest displacement of one cable that is drawn, as in the paper's Fig. 5 [m]
+PEAK_OVER_SIZE = 0.08  # largest displacement of a suspension that is drawn, over the size of the scene
+LARGEST_TURN = 0.6  # largest rotation drawn [rad]
 FULL = 0.25  # share of the largest displacement from which a part has its full colour
 PANELS = 48  # mode shapes in one picture, at most
 LAYOUT = {1: 0.6, 2: 0.45, 3: 0.5}  # columns: height over width of a panel
-POINTS = 80  # along a cable of several, about
+POINTS = 80  # that are drawn along each cable of a suspension, about
 SMALL = 0.08  # size of a body over that of the scene, below which its rotation is drawn enlarged
 MANY = 100  # cables from which lines are thin
 TALL = 1.8  # height over width of the tallest panel in perspective
@@ -107,7 +107,7 @@ class ModeDrawing:
 
     def factor(self, peak):
         """Factor to a largest displacement [m], or to a smaller one where a body would turn too far."""
-        return min(peak / self.largest, TURN / self.turn if self.turn else np.inf)
+        return min(peak / self.largest, LARGEST_TURN / self.turn if self.turn else np.inf)
 
     def colour_of(self, moved):
         """Colour of a part with displacements, shape (k, 3): of what moves, grey where it hardly moves."""
@@ -131,7 +131,10 @@ def mode_shapes(case, modes, share=None):
     chord = float(case.span.chord)
     depth = float(np.abs(case.statics.shape(np.linspace(0.0, 1.0, 401))[0][:, 1]).max() * case.span.unstretched_length)
     # of a sag as it is too large for the paper's 0.1 m, of a chord too small
-    peak = nice(0.3 * depth) if depth * 0.2 > PAPER else PAPER if chord >= 100 * PAPER else nice(chord / 100)
+    if depth * 0.2 > PAPER_PEAK:
+        peak = nice(0.3 * depth)
+    else:
+        peak = PAPER_PEAK if chord >= 100 * PAPER_PEAK else nice(chord / 100)
     return _figure(shown, modes.frequency, len(modes), peak, share, None, "distance along the chord [m]")
 
 
@@ -158,8 +161,8 @@ def _of_cable(case, modes, count):
 def coupled_mode_shapes(case, modes, listed=None, share=None):
     """Figure of the first coupled modes of a suspension: a panel each, with the displaced scene over its static form.
 
-    Where all cables end in one vertical plane it is seen from the side, and movement out of the plane is drawn upwards;
-    other scenes are drawn in perspective.
+    Where all cables end in one vertical plane, that plane is seen from the side, and movement out of it is drawn
+    upwards; other scenes, and those without a width, are drawn in perspective.
 
     Parameters
     ----------
@@ -170,12 +173,12 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
     listed : int, optional
         Number of modes that are asked for; a figure has at most PANELS. Default: all.
     share : float, optional
-        Displacement over the amplitude, from -1 to 1, of one picture of an animation; see `mode_shapes`.
+        Displacement over the amplitude, from -1 to 1, of one of several pictures in a row; see `mode_shapes`.
     """
     listed, drawing = len(modes) if listed is None else listed, drawing_of(case)
-    plane, peak = upright_plane([drawing]), nice(PEAK * drawing.size)  # peak: largest displacement drawn [m]
+    plane, peak = upright_plane([drawing]), nice(PEAK_OVER_SIZE * drawing.size)  # peak: largest displacement drawn [m]
     if plane is not None and not np.ptp(plane(drawing.places)[:, 0]) < FLAT * drawing.size:
-        peak = nice(PEAK * drawing.size / Window(*plane(drawing.places).T, LAYOUT[columns_of(listed)]).factor)
+        peak = nice(PEAK_OVER_SIZE * drawing.size / Window(*plane(drawing.places).T, LAYOUT[columns_of(listed)]).factor)
     else:
         plane = None
     shown = [_coupled(case, modes, drawing, plane, number) for number in range(min(listed, PANELS))]
@@ -183,10 +186,10 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
 
 
 def _coupled(case, modes, drawing, plane, number):
-    """Collect what is drawn of one of the `CoupledModes`, with its number from 0: `ModeDrawing`.
+    """Collect what is drawn of the mode of a number, from 0, among the `CoupledModes`: `ModeDrawing`.
 
-    Positions and displacements of cables, bodies and points, seen in the plane in which all cables end; in perspective
-    if `plane` is None. `drawing` is the static form.
+    Positions and displacements of cables, bodies and points. `plane` is the side view of the plane in which all cables
+    end; None draws in perspective. `drawing` is the static form.
     """
     equilibrium = case.equilibrium
     suspension = equilibrium.suspension

@@ -1,4 +1,4 @@
-"""Columns of a study against what it varies, with the printed values."""
+"""Pictures of a study: columns over the keys that it varies, beside the numbers printed in a publication."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -109,7 +109,8 @@ def _draw_panels(grid, along_x, along_y, series, joined, side):
     along_x : (DrawnQuantity, bool or None)
         Quantity along x, and whether it is logarithmic; None where the values decide.
     along_y : (list of DrawnQuantity, bool or None, bool)
-        Columns, whether they are logarithmic, and whether values that span decades make them so whatever x is.
+        Columns, whether they are logarithmic (None as for x), and whether values that span decades make them so even
+        over a linear x.
     series : list of Series
     joined : bool
         Whether the points of a series are joined by lines.

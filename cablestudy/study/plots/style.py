@@ -1,4 +1,4 @@
-"""Common look of all pictures: colours, sizes, scales, ticks; and their files."""
+"""Common look of all pictures (colours, sizes, scales, ticks), and the writing of their files."""
 
 import io
 import logging
@@ -346,9 +346,9 @@ def wrapped(text, room, size):
 
 
 def name_axis(axes, which, names, room):
-    """Write names instead of numbers at the positions 0, 1, 2, ... along an axis; of very many only some.
+    """Write names instead of numbers at the positions 0, 1, 2, ... along an axis, MOST_NAMES at most.
 
-    Names along x stand in lines below their positions where they fit, else at an angle.
+    Names along x stand in lines below their positions where they fit, else at an angle or, of many, upright.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Error against time, one panel for each column."""
+"""Picture of the command `trade`: error of models against their time, one panel for each column."""
 
 import re
 

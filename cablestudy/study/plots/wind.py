@@ -1,4 +1,4 @@
-"""A body, or a cable at mid-span, in the wind: spectra, cumulative variance and ellipses of its motion."""
+"""Picture of a body, or of a cable at mid-span, in the wind: spectra, cumulative variance, ellipses of its motion."""
 
 from contextlib import suppress
 from dataclasses import dataclass
@@ -15,8 +15,8 @@ from cablestudy.wind.spectrum import admittance, speed_spectrum
 TURN = 2 * np.pi
 RANGE, POINTS = (1e-3, 1e2), 1200  # frequencies of a picture [Hz], and how many of equal ratios
 NARROW = 0.3  # damping ratio below which a pole gets frequencies of its own
-HALF_WIDTHS = np.sinh(np.linspace(-3.6, 3.6, 57))  # their distances from it, in half-widths
-DECADES = 10  # of the largest spectrum that are shown
+HALF_WIDTHS = np.sinh(np.linspace(-3.6, 3.6, 57))  # distances of these frequencies from the pole, in its half-widths
+DECADES = 10  # that are shown below the largest value of a spectrum
 PAIRS = ((0, 1), (0, 2), (1, 2))
 COLOURS, WIDTHS = (BLUE, GREEN, ORANGE), (1.8, 1.2, 0.7)
 MM = 1e3
@@ -247,8 +247,8 @@ def _spectra(axes, frequency, states, kind, several):
     """Draw the spectra of one kind of motion, displacements or rotations, in all states of control.
 
     A single output has the colour of its state, several outputs have the colours of their axes. `kind` has the names of
-    the outputs, and scale, name and unit of the motion. If there are `several` winds, the spectrum by the last one, on
-    the cable, is drawn too.
+    the outputs, and scale, name and unit of the motion. If there are `several` winds, the spectrum of the first output
+    by the last of them, the wind on the cable, is drawn too.
     """
     names, scale, motion, unit = kind
     for state in states:

@@ -1,4 +1,4 @@
-"""The coupled mode of a body along one of its coordinates: that with the largest share in its static compliance."""
+"""The coupled mode of a body along a coordinate: the mode with the largest share in the static compliance there."""
 
 from dataclasses import dataclass
 
@@ -17,11 +17,12 @@ from cablestudy.system.tolerances import SYSTEM
 
 @dataclass(frozen=True)
 class BodyMode:
-    """The coupled mode of a body along one of its coordinates, one of several modes.
+    """The mode with the largest share in the static compliance of a body along one of its coordinates.
 
     Attributes
     ----------
     modes : CoupledModes
+        The lowest modes of the suspension.
     number : int
         Number of the mode among them, from 0.
     body, axis : int
@@ -35,7 +36,7 @@ class BodyMode:
 
     @classmethod
     def search(cls, modes_of, name, body, axis):
-        """The mode with the largest share: modes are computed from the lowest until all others have less together.
+        """Find the mode: more of the lowest modes are computed until those left out together have less than its share.
 
         Parameters
         ----------
@@ -80,24 +81,29 @@ class BodyMode:
     def share(self):
         """Share in the static compliance, by a finer model, and its estimated relative error. [-]
 
-        The error is the change to the finer model; not a number for an exact choice of elements.
+        The error is the change to the finer model, or what the errors of the frequencies of that allow
+        (`_error_by_mixing`) where this is larger; not a number for an exact choice of elements.
         """
         fine = self.modes.damped
-        share = fine.compliance_shares(self.body, self.axis)[self._number_in(fine)]
-        error = max(STUDY.rounding, abs(share - self.shares[self.number]) / share)
-        return float(share), np.nan if np.isnan(self.modes.error[self.number]) else float(error)
+        number, shares = self._number_in(fine), fine.compliance_shares(self.body, self.axis)
+        share = shares[number]
+        if np.isnan(self.modes.error[self.number]):
+            return float(share), np.nan
+        by_mixing = _error_by_mixing(number, shares, fine.frequency, fine.error)
+        return float(share), float(max(STUDY.rounding, abs(share - self.shares[self.number]) / share, by_mixing))
 
     def damping_ratio(self, airflow=None):
         """Damping ratio of the pole of this mode, and its estimated relative error. [-]
 
-        All modes of the cables are in the model of the pole. A mode that does not oscillate has the ratio 1, and a
-        ratio of no more than rounding is zero. The error is the change from coarser meshes. It is not a number where
-        the scene fixes the elements, for modal damping, which grows with the number of modes, and without oscillation.
+        All modes of the cables are in the model of the pole; with an exact choice of elements, those of the coupled
+        modes. A mode that does not oscillate has the ratio 1, and a ratio of no more than rounding is zero. The error
+        is the change from coarser meshes; it is not a number for an exact choice of elements, for modal damping, which
+        grows with the number of modes, and without oscillation.
 
         Parameters
         ----------
         airflow : Airflow, optional
-            Adds its aerodynamic damping.
+            Its aerodynamic damping is added.
 
         Returns
         -------
@@ -106,7 +112,7 @@ class BodyMode:
         Raises
         ------
         ConvergenceError
-            Its pole is not found.
+            The pole is not found.
         """
         fine, exact = self.modes.damped, np.isnan(self.modes.error[self.number])
         models, search = fine.solution.models, _PoleSearch(fine, self._number_in(fine), airflow)
@@ -156,6 +162,30 @@ def largest_share(share):
     return int(np.argmax(share >= share.max() * (1 - STUDY.equal_shares)))
 
 
+def _error_by_mixing(number, shares, frequency, error):
+    """Relative error of the share of one mode by those of the frequencies of all modes, of a model too stiff. [-]
+
+    With eigenvalues l and relative errors e of frequencies the model adds to the stiffness a positive semidefinite
+    matrix with 2 e l on the diagonal, whose other entries are at most the geometric means of these. To first order it
+    adds to a mode k the modes j with the factors of at most 2 sqrt(e_j l_j e_k l_k)/|l_j - l_k|. The eigenvalue itself
+    changes by 2 e_k, and inertia that modes left out would add changes a share by at most as much again.
+
+    Parameters
+    ----------
+    number : int
+        Of the mode, from 0.
+    shares, frequency, error : ndarray, shape (m,)
+        Of the modes.
+    """
+    eigenvalues = frequency**2
+    amplitudes, added = np.sqrt(shares * eigenvalues), np.sqrt(error * eigenvalues)
+    gap = np.abs(eigenvalues - eigenvalues[number])
+    apart = gap > STUDY.equal_shares * eigenvalues[number]  # modes that coincide are one pair, whose sum counts
+    factors = 2 * added[number] * added[apart] / gap[apart]
+    by_modes = (amplitudes[apart] * factors).sum() / amplitudes[number]
+    return float(2 * by_modes + 4 * error[number])
+
+
 def _ratio(pole):
     """Damping ratio of a pole. [-]"""
     ratio = float(-pole.real / abs(pole))
@@ -164,14 +194,16 @@ def _ratio(pole):
 
 @dataclass(frozen=True)
 class _PoleSearch:
-    """The search for the damped pole of a coupled mode, one of several.
+    """The search for the damped pole of one coupled mode.
 
     Attributes
     ----------
     modes : CoupledModes
+        Modes of the suspension, with damping.
     number : int
-        From 0.
+        Number of the mode among them, from 0.
     airflow : Airflow or None
+        Its aerodynamic damping is added.
     """
 
     modes: CoupledModes
@@ -179,10 +211,10 @@ class _PoleSearch:
     airflow: object
 
     def pole(self, models, kept):
-        """The pole with the `kept` modes of the cables of some `Models`; -w where the mode does not oscillate. [rad/s]
+        """The pole, with the modes of the cables that are `kept` (a `Kept` of each cable) of `Models`. [rad/s]
 
-        The search begins, with light damping, at the pole by the losses of the undamped shape, else at that of the
-        model of the coupled modes.
+        The search begins, with light damping, at the pole by the losses of the undamped shape, else at the pole of the
+        model of the coupled modes. The result is -w, w the undamped frequency, where the mode does not oscillate.
         """
         omega, shapes = self.modes.solution.omega[: self.number + 1], self.modes.shapes[:, : self.number + 1]
         system = self.modes.system if self.airflow is None else self.airflow.damped_system(self.modes)

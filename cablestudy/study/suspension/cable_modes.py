@@ -26,9 +26,9 @@ class CablesAtRest(Results):
     scene : SuspensionScene
         With fixed elements these follow the drag of a steady wind.
     catenary : Catenary
-        Of shape (c,).
+        All c cables in equilibrium, shape (c,).
     drag : SteadyDrag or None
-        As of `FixedModel`.
+        Drag that fixed elements follow, see `FixedModel`.
     """
 
     def __init__(self, scene, catenary, drag):
@@ -63,8 +63,8 @@ class CableModes:
 
     Parameters
     ----------
-    scene, catenary, drag
-        As of `CablesAtRest`.
+    scene, catenary, drag : SuspensionScene, Catenary, SteadyDrag or None
+        See `CablesAtRest`.
     """
 
     def __init__(self, scene, catenary, drag):

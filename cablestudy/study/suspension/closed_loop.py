@@ -12,7 +12,7 @@ from cablestudy.control.loop import Loop, allocate, decay_beyond_doubt, moved_by
 from cablestudy.control.notch import Notch
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, result_of
-from cablestudy.scene.suspension_tables import MOTIONS
+from cablestudy.scene.determinacy import MOTIONS
 from cablestudy.study.suspension.driven_cables import DrivenCables
 from cablestudy.study.suspension.driven_waves import Effects
 from cablestudy.study.suspension.turbulence import Turbulence

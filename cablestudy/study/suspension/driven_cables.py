@@ -1,15 +1,17 @@
 """The loop gain of a suspension with all modes of its cables that a gain could drive, and what follows from it.
 
-A gain drives a mode if it could turn its decay into growth; a bound decides for which modes that is impossible
-(`driven_waves`). The largest stable gain is the smallest one at which any pole crosses the imaginary axis: where an
-eigenvalue of the loop gain is real and negative (`control.loop_gain`). All modes of the cables' elements are in the
-loop gain; where damping couples them, and the accuracy allows it, six vectors stand for those far above what the gain
-could drive (`system.cable_coordinates`). Frequencies beside the poles of the model, and of the modes that the gain
-could drive, show all crossings. Waves across a cable take power from those along it where it sags, so that the pole
-that crosses first decides how far they are resolved; it is sought again with them.
+A gain could drive a mode if it could turn the decay of the mode into growth; a bound decides for which modes that is
+impossible (`driven_waves`). The largest stable gain is the smallest one at which any pole crosses the imaginary
+axis: where an eigenvalue of the loop gain is real and negative (`control.loop_gain`). All modes of the cables' elements
+are in the loop gain; where damping couples them, and the accuracy allows it, six vectors stand for those far above what
+the gain could drive (`system.cable_coordinates`). So that no crossing is missed, the loop gain is computed at
+frequencies beside the poles of the model and of the modes that the gain could drive. Where a cable sags, waves across
+it take power from those along it: waves across must be resolved beyond the frequency of the pole that crosses first,
+which is then sought again.
 
-Another law than an integrator may make the loop gain large far above the frequencies of the body. All modes are then
-needed up to where the loop gain of waves that do not return is below `broad_loop_gain`.
+A control law other than an integrator may make the loop gain large far above the frequencies of the bodies. All modes
+are then needed up to the frequency above which the loop gain on cables that reflect no wave is below
+`broad_loop_gain`.
 """
 
 from dataclasses import replace
@@ -48,45 +50,46 @@ def open_poles(closed_loop):
 class DrivenCables:
     """The loop gain with the modes of single cables that a gain could drive.
 
-    Where so much strain is damped that rounding spoils the response of a cable, it is that of the coupled modes.
+    Where so much strain is damped that rounding spoils the response of a cable, the loop gain of the coupled modes is
+    used instead.
 
     Parameters
     ----------
     closed_loop : ClosedLoop
         With control, and stable without.
     gain : float
-        [rad/s]
+        Gain of the controller. [rad/s]
     others : sequence of DrivenCables
-        Of other gains of this loop: models and loop gain are taken from one whose modes are equal.
+        Those of other gains of this loop: models and loop gain are taken from one whose modes are equal.
 
     Attributes
     ----------
     models : Models
-        Of the cables, with the waves resolved that the gain could drive.
+        Elements of the cables, fine enough for the waves that the gain could drive.
     kept : list of Kept
         Modes of each cable in the loop gain, and vectors that stand for its others.
     loop_gain : LoopGain or callable
         L over the gain: s, shape (f,) -> shape (f, k, k).
     poles : ndarray
-        Without control: those of the model, and estimates of those of the modes that the gain could drive. [rad/s]
+        Poles of the model without control, and estimates of the poles of the modes that the gain could drive. [rad/s]
     gains : StableGains
-        The largest gain among them, right if it is at most `gain`.
+        Stable gains by the loop gain; the largest is right if it is at most `gain`.
 
     Raises
     ------
     NoSolutionError
-        They are too many.
+        The gain could drive more modes than can be computed.
     """
 
     def __init__(self, closed_loop, gain, others=()):
         self._closed_loop, self._gain, self._effects = closed_loop, gain, closed_loop.effects
-        self._base, self._elements = closed_loop.modes.solution, closed_loop.plant.model is not None
+        self._base, self._fixed_elements = closed_loop.modes.solution, closed_loop.plant.model is not None
         resolved_to = self._highest_resolved
         models = self._models(resolved_to)
         for _ in range(STUDY.resolution_trials):
             self._resolve(models, resolved_to, others)
             limit = self.gains.limit  # the pole that crosses first decides how far waves are resolved
-            self.resolved = limit is None or self._elements or limit.omega <= resolved_to
+            self.resolved = limit is None or self._fixed_elements or limit.omega <= resolved_to
             if self.resolved or resolved_to == self._highest_resolvable or limit.factor > gain:
                 break
             resolved_to = min(STUDY.resolved_beyond * limit.omega, self._highest_resolvable)
@@ -135,8 +138,8 @@ class DrivenCables:
     def _models(self, resolved_to):
         """`Models` of the cables with elements fine enough for the waves that the gain could drive.
 
-        Waves across all cables are resolved at least up to the frequency `resolved_to` [rad/s]. The models of the
-        coupled modes serve where they are fine enough, or where the scene chooses the elements exactly.
+        Waves across all cables are resolved at least up to the frequency `resolved_to` [rad/s]. The meshes of the
+        coupled modes are used where they are fine enough, or where the scene states the elements (`model.elements`).
 
         Raises
         ------
@@ -145,7 +148,7 @@ class DrivenCables:
         """
         base, highest, travel_time = self._base, self._highest_driven, self._effects.travel_time
         resolved = max(highest.max(initial=0.0), resolved_to) <= self._highest_resolved
-        if (resolved and base.models.complete) or self._elements:
+        if (resolved and base.models.complete) or self._fixed_elements:
             return base.models if base.models.complete else Models(base.models.cables, base.models.meshes, fixed=True)
         # half-waves along each cable, across it (first row) and along it, at the highest frequency that is needed
         half_waves = np.maximum(highest, [[resolved_to], [0.0]]) * travel_time / np.pi
@@ -158,7 +161,7 @@ class DrivenCables:
         meshes = cables.meshes(search.orders_of(half_waves.max(axis=0)))
         models = Models(cables, meshes, most_modes=STUDY.driven_modes_of_cable)
         try:
-            models.first  # noqa: B018 all modes are computed
+            models.first  # noqa: B018 computes the modes of the elements, or raises
         except ConvergenceError as error:
             hertz = largest / travel_time[direction, cable] / 2
             message = f"{self._gain_in_words} needs modes of a cable up to {hertz:.4g} Hz: {error}"
@@ -172,7 +175,7 @@ class DrivenCables:
         multiples of the driven and resolved frequencies, or up to a `share` of these multiples.
         """
         plant, in_loop = self._closed_loop.plant, [np.ones(len(part.omega), dtype=bool) for part in models.elements]
-        if self._elements or plant.accuracy <= STUDY.all_modes_from:
+        if self._fixed_elements or plant.accuracy <= STUDY.all_modes_from:
             return in_loop
         multiples = [share * multiple for multiple in STUDY.kept_multiples]
         for cable, element in enumerate(models.elements):
@@ -197,21 +200,21 @@ class DrivenCables:
         Raises
         ------
         NoSolutionError
-            They are too many.
+            There are too many of them.
         """
         modes_driven, needed = self._effects.driven(self.loop_gain, self._gain), []
         for driven, kept, element in zip(modes_driven, self.kept, self.loop_gain.elements, strict=True):
             is_mode = np.arange(len(driven)) < kept.modes  # vectors that stand for modes come after them
             needed.append((driven | (element.omega < self.all_modes_up_to)) & is_mode)
         count = sum(int(modes.sum()) for modes in needed)
-        if count > CONTROL.driven_modes and not self._elements:
+        if count > CONTROL.driven_modes and not self._fixed_elements:
             raise too_many(self._gain_in_words, count, self._highest_driven.max(initial=0.0))
         return needed
 
     def _loop_gain(self, kept):
         """Loop gain over the gain, from the bodies without cables and the kept modes of each cable: `LoopGain`.
 
-        Where rounding spoils the response of a cable, that of the coupled modes takes its place, a function of s.
+        Where rounding spoils the response of a cable, the loop gain of the coupled modes is returned, a function of s.
         `kept` is a list of Kept, one for each cable.
         """
         closed_loop, effects = self._closed_loop, self._effects
@@ -269,9 +272,10 @@ class DrivenCables:
     def with_critical_modes(self, plant, gain):
         """Copy of a `Plant` with further modes, near the one that would grow first as the gain is raised.
 
-        With a gain just below the largest stable one, this mode is hardly damped, and gusts excite it. Added are the
-        modes near its frequency that the gain could drive, or all there where rounding spoils the response of a cable.
-        The plant itself is returned where `gain` [rad/s] is lower or unstable, or where its modes reach up that far.
+        With a gain near the largest stable one this mode is hardly damped, and gusts excite it. Added are the modes
+        near its frequency that the gain could drive, or all modes there where rounding spoils the response of a cable.
+        The plant itself is returned where `gain` [rad/s] is unstable or below `nearly_largest_gain` of the largest
+        stable one, or where the modes of the plant reach up to that frequency.
         """
         limit, base = self.gains.limit, self._base
         if limit is None or limit.omega <= base.omega[-1]:
@@ -351,7 +355,7 @@ class DrivenCables:
     def errors(self):
         """Estimated relative errors of the largest gain and of its frequency; not numbers where not known. [-]"""
         limit = self.gains.limit
-        if limit is None or not self.resolved or self._elements or self._spoilt:
+        if limit is None or not self.resolved or self._fixed_elements or self._spoilt:
             return np.nan, np.nan
         perturbed = [limit_near(loop_gain, limit) for loop_gain in self._perturbed]
         if None in perturbed:
@@ -361,7 +365,7 @@ class DrivenCables:
 
     def perturbed_margins(self, margins, gain):
         """`Margins` of the perturbed loop gains, near the frequencies that decide the margins with a gain [rad/s]."""
-        if self._elements or self._spoilt:
+        if self._fixed_elements or self._spoilt:
             return []
         omega, near = margins.omega, margins.deciding
         chosen = (np.abs(omega[:, None] - near) < STUDY.margin_window * near).any(axis=1)

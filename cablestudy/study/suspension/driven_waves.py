@@ -24,7 +24,7 @@ import numpy as np
 
 from cablestudy.control.suspension import reeled
 from cablestudy.control.tolerances import CONTROL
-from cablestudy.scene.suspension_tables import MOTIONS
+from cablestudy.scene.determinacy import MOTIONS
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.linear import dense
 from cablestudy.system.rigid import cross_matrix

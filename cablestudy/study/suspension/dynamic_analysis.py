@@ -1,4 +1,4 @@
-"""A suspension in the wind and under control: with as many modes as its numbers need."""
+"""A suspension in the wind and under control, with as many modes as the accuracy of its results needs."""
 
 from dataclasses import replace
 from functools import cached_property
@@ -29,18 +29,20 @@ class DynamicAnalysis:
     ----------
     scene : SuspensionScene
     without_wind : Equilibrium
-        Without wind.
+        Equilibrium without wind.
     equilibrium : Equilibrium
-        In the mean wind, or in the steady wind of its load case.
+        Equilibrium in the mean wind, or in the steady wind of its load case.
     airflow : Airflow or None
+        None without turbulent wind.
     model : FixedModel or None
+        Exact choice of elements; None where the scene states an accuracy.
     known : dict
-        Plants and loops by keys, shared by the cases of this equilibrium whose winds damp it alike: it is filled.
+        Plants and loops by keys, to be filled; cases of this equilibrium whose winds damp it alike share the dict.
     cables : Cables, optional
-        Of this equilibrium, with damping.
+        Cables of this equilibrium, with damping.
     modes : dict, optional
-        `CoupledModes` of this equilibrium, or why there are none, by their number, which cases in other winds share
-        too: it is filled, by `solve_modes` with those of many cases.
+        Number of modes -> `CoupledModes` of this equilibrium, or the error that says why there are none; to be filled,
+        by `solve_modes` for many cases at once. Cases of this equilibrium in other winds share the dict too.
     """
 
     def __init__(self, scene, without_wind, equilibrium, airflow, model, known, cables=None, modes=None):
@@ -51,7 +53,7 @@ class DynamicAnalysis:
         self._midspans, self._fewest_modes = False, 0
 
     def closed_loop_of(self, count, responses=False, among=0):
-        """`ClosedLoop` with a number of modes; it may be unstable. Cases that differ in nothing it depends on share it.
+        """`ClosedLoop`, stable or not, with a number of modes; cases that agree in all that it depends on share it.
 
         Parameters
         ----------
@@ -522,8 +524,8 @@ def solve_modes(analyses, equilibrium):
         damping = [cable.damping for analysis in group for cable in analysis.scene.cables.values()]
         if elements and elements.drag is not None:
             model = replace(elements, drag=concatenate([analysis._model.drag for analysis in group]))
-        arguments = equilibrium.take(np.array(indices)), count, accuracy, damping, planes, True, model
-        for analysis, modes in zip(group, coupled_modes_of_cases(*arguments), strict=True):
+        arguments = equilibrium.take(np.array(indices)), count, accuracy, damping, planes
+        for analysis, modes in zip(group, coupled_modes_of_cases(*arguments, damped=True, model=model), strict=True):
             # the modes with damping, or the error that says why there are none
             result = modes if isinstance(modes, Exception) else outcome_of(lambda modes=modes: modes.damped)
             analysis._modes[count] = result

@@ -1,8 +1,8 @@
-"""Variances of a suspension in turbulent wind: displacements, rates, tensions, and what actuators do.
+"""Variances of a suspension in turbulent wind: displacements, rates, tensions, strokes and forces of actuators.
 
-One quadratic form: with Y(f) the response of an output to forces on the coordinates and S(f) the spectral matrix of the
-forces by all places together, its spectrum is Y S Y^H. Its integral follows from the poles (`wind.variance`), with the
-loop closed or with the winches at rest.
+The spectrum of an output is Y S Y^H, Y(f) being its response to forces on the coordinates and S(f) the spectral matrix
+of the forces by the gusts at all places together. The variance, the integral of the spectrum, follows from the poles of
+Y (`wind.variance`), with the loop closed or with the winches at rest.
 """
 
 from collections.abc import Callable
@@ -55,16 +55,17 @@ class Variances:
 
 
 class GustResponse:
-    """The response of a `ClosedLoop` to its gusts, with the loop where it does something.
+    """The response of a `ClosedLoop` to its gusts; the winches are at rest where the loop does nothing.
 
     Parameters
     ----------
     closed_loop : ClosedLoop
         With wind, and stable.
     scene : SuspensionScene
-        Its scene, or one with another exposure or correction.
+        Scene of the loop, or one that differs in the exposure time or the correcting mirror of a telescope.
     before : GustResponse, optional
-        Of a model with fewer modes and coarser cables: the change from it may tell more of the error than one model.
+        Response of a model with fewer modes and coarser cables: the change from it may tell more of the error than one
+        model.
     """
 
     def __init__(self, closed_loop, scene, before=None):
@@ -90,15 +91,15 @@ class GustResponse:
 
     # ------------------------------------------------------------------------------------------------ frequencies
 
-    def spectra(self, frequency, space=None):
+    def spectra(self, frequency, combinations=None):
         """One-sided spectra of the outputs in the gusts, or of combinations of them.
 
         Parameters
         ----------
         frequency : ndarray, shape (f,)
-            [Hz]
-        space : ndarray, shape (o, r), optional
-            Columns: r combinations of the o outputs, whose spectra are returned instead.
+            Frequencies. [Hz]
+        combinations : ndarray, shape (o, r), optional
+            Columns: weights of the o outputs in r sums, whose spectra are returned instead.
 
         Returns
         -------
@@ -106,8 +107,8 @@ class GustResponse:
             Squares of the units of the outputs, per Hz.
         """
         residues, gusts = self._turbulence.residues, self.closed_loop.gusts
-        if space is not None:
-            residues = residues.combined(space)
+        if combinations is not None:
+            residues = residues.combined(combinations)
         # frequencies in blocks, whose responses bound the memory
         block_size, spectra = max(1, STUDY.response_entries // len(self.closed_loop.motion) ** 2), []
         for block in np.split(frequency, range(block_size, len(frequency), block_size)):

@@ -75,7 +75,7 @@ def moved_note(case):
 
     Where cables state a tension or sag, their lengths follow with all forces of the scene acting, so that a force which
     was meant to displace a body changes the lengths instead. A movement less than the longest stretch of the cables of
-    a body may as well be by their tension, and is not told.
+    a body may as well be by their tension, and is not reported.
     """
     scene = case.scene
     if scene.solve_for != "pose" or all(cable.unstretched_length is not None for cable in scene.cables.values()):
@@ -123,8 +123,8 @@ def _of_slack(equilibrium):
 def _of_wind(case):
     """Yield notes on the model of the motion in the wind and under control, where it was computed.
 
-    The modes by which the loop is judged, modes and static shapes of the model, the state about which it is linear,
-    aerodynamic damping, the loop, and modal damping.
+    In this order: the modes by which the loop is judged, modes and static shapes of the model, the state about which it
+    is linear, with aerodynamic damping or without, the loop, and modal damping.
     """
     if not case.moves:
         return

@@ -1,6 +1,7 @@
 """One suspension in the mean wind as a linear system without its loop: coordinates, actuators, gusts.
 
-Scenes that differ in the loop of the winches, the exposure or the correction alone share it.
+Scenes that differ only in the loop of the winches, or in the exposure time or the correcting mirror of a telescope,
+share it.
 """
 
 from copy import copy
@@ -34,6 +35,11 @@ def drag_of(scenes, body_names, cable_names):
         With wind, and with equal names of bodies and cables.
     body_names, cable_names : sequence of str
         Bodies and junctions, and cables, in the order of the `SuspendedSystem`.
+
+    Returns
+    -------
+    Drag
+        Its arrays have the axis of cases. Drag is 0 where a scene has no wind on the cables, or none on the bodies.
     """
     winds = [scene.wind for scene in scenes]
     angle = np.array([wind.direction for wind in winds])
@@ -121,14 +127,15 @@ class Plant:
     ----------
     scene : SuspensionScene
     equilibrium : Equilibrium
-        In the mean wind, of this case.
+        Equilibrium of this case, in the mean wind.
     airflow : Airflow or None
-        Of this case; None without wind.
+        Air about this case; None without wind.
     modes : CoupledModes
-        Those of the model.
+        Modes of the suspension that the model has.
     accuracy : float
-        Relative, of their frequencies. [-]
+        Relative accuracy of their frequencies. [-]
     model : FixedModel, optional
+        Exact choice of elements; by default the accuracy decides.
     driven : int
         How many of the modes, the last ones, are in the model because the loop would drive them first.
     loops : dict, optional
@@ -304,9 +311,9 @@ class Plant:
         motion : LinearSystem
             `motion` of this object, or that in a space of its coordinates.
         loop : Loop, optional
-            Loop of this motion; without it the winches are at rest.
+            Loop about this motion; without a loop the winches are at rest.
         space : ndarray, shape (m, r), optional
-            Basis of that space.
+            Basis of the space of `motion`, where it is one of fewer coordinates than this object has.
         speeds : bool
             True for the speeds of the winches instead of the outputs.
         """

@@ -321,7 +321,7 @@ def mode_errors(case, modes, count):
     """Estimated relative errors of frequency and damping ratio of the lowest coupled modes.
 
     A model to an accuracy states its errors. Modes of fixed elements are compared with those of a finer model whose
-    shapes are most similar.
+    shapes are most similar; where that has no modes, `case.reason` is set and no error is known.
 
     Parameters
     ----------

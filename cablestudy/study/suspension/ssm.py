@@ -31,7 +31,7 @@ class SuspensionChoice(CoupledChoice):
     found : CoupledModes
         The lowest modes.
     whole : LinearSystem
-        In the coordinates of cables and bodies.
+        Linear model in the coordinates of cables and bodies.
     chosen : ndarray of int
         Modes to keep, from 0.
     highest : float or None
@@ -125,8 +125,8 @@ def choose(document, scene, options, highest=None):
     options : StateSpaceOptions
         Options without meaning for a suspension are ignored.
     highest : float, optional
-        Of a response [Hz]: without other choice the modes up to it are kept, at least `default_modes` and not many more
-        than `response_modes`.
+        Highest frequency of a response [Hz]: without other choice the modes up to it are kept, at least `default_modes`
+        and not many more than `response_modes`.
 
     Returns
     -------
@@ -253,7 +253,8 @@ def with_node_forces(system, layout, models, kept):
     Returns
     -------
     LinearSystem
-        With the inputs `CABLE.force_node_1_x` and so on, global axes, numbered from the end `from` on. [N]
+        With the inputs `CABLE.force_node_1_x` and so on, global axes, numbered from the end `from` on [N]; none on
+        cables without mass.
     """
     names, (direction, _) = layout.equilibrium.suspension.cable_names, outward(layout.equilibrium)
     sizes, ends = [len(cable.element.omega) for cable in kept], dense(layout.connection)
@@ -267,7 +268,7 @@ def with_node_forces(system, layout, models, kept):
         on_coordinates, on_outputs = np.zeros((len(system), count)), np.zeros((len(system.outputs), count))
         on_coordinates[first_mode[cable] : first_mode[cable + 1]] = displacements[:, :modes].T
         on_coordinates[first_mode[-1] :] = ends[6 * cable : 6 * cable + 6].T @ displacements[:, modes:].T
-        # tensions are less by the share of each force that reaches the ends statically
+        # where nothing moves, a force on a node is held at the ends in shares, by which the tensions there are less
         at_ends = displacements[:, modes:].reshape(-1, 2, 3)
         rows = slice(first_tension + 2 * cable, first_tension + 2 * cable + 2)
         on_outputs[rows] = -np.einsum("ea,fea->ef", direction[cable], at_ends)

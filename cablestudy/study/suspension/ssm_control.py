@@ -54,11 +54,11 @@ class ControlledChoice(CoupledChoice):
     options : StateSpaceOptions
     case : SuspensionCase
     whole : ClosedLoop
-        From which the loop follows.
+        Closed loop with enough modes, from which `loop` follows.
     closed_loop : ClosedLoop
-        With the modes that are kept; the same, or one with fewer modes.
+        Closed loop with the modes that are kept: `whole`, or one with fewer modes.
     loop : Loop or None
-        That of `whole` on what is kept; None where it is open, and the winches are inputs.
+        Loop of `whole` on the modes that are kept; None where it is open, and the winches are inputs.
     highest : float or None
         Highest frequency of the response asked for. [Hz]
     """

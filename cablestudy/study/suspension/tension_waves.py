@@ -1,10 +1,10 @@
 """Changes of the variances of tensions by waves along and across cables that are faster than the modes of a model.
 
-Of the gusts' force on a cable a model transfers to the ends at once the share that none of its modes takes up. In truth
-this share comes with waves, most of it with the first ones above the highest mode, and each follows its part as a mass
-on a spring does. The estimate lets all of the share follow as the first wave along the cable, or as the first one
-across it: it is larger by the resonance of that wave, and less by all that is faster. The ends are taken to be held,
-and the winches at rest.
+A part of the gusts' force on a cable is taken up by none of a model's modes: the model transfers this share to the ends
+at once. In truth waves carry it there, most of it the first ones above the highest mode, and each wave responds to its
+part as a mass on a spring does. The estimate lets the whole share act by way of the first wave along the cable, or of
+the first one across it: the variance grows by the resonance of that wave, and loses all that is faster. The ends are
+taken to be held, and the winches at rest.
 """
 
 from dataclasses import replace
@@ -21,7 +21,7 @@ def change_by_waves(plant, weights):
     """Estimate how much waves on cables change the variances of tensions in the wind: an error of the model.
 
     The share of the gusts' force that a model transfers to the ends of cables at once follows a wave instead, and the
-    variances are computed again (module's docstring).
+    variances are computed again (see the head of this file).
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def _first_waves(plant):
         for name in ("ratio", "loss_factor", "time", "viscous")
     )
     air = wind.air_density * wind.speed * drag_width / 2 if plant.braked else 0.0  # across wind and cable
-    poles = []
+    poles = []  # a wave across strains the cable by a share of its energy alone, and loses less by strain
     for force, strain_share, rate in ((stiffness, 1.0, viscous), (tension, STUDY.strained_share, viscous + air)):
         lowest = np.pi / length * np.sqrt(force / mass)
         omega = lowest * np.maximum(np.ceil(plant.modes.solution.omega[-1] / lowest), 1.0)  # above those of the model

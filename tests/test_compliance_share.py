@@ -1,0 +1,54 @@
+"""The share of a mode in a body's static compliance, and its stated error, against continuous cables."""
+
+import numpy as np
+import pytest
+from references.continuous_cable import dynamic_end_stiffness
+from scipy.optimize import brentq
+from solved import end_force, solve
+
+TURN = 2 * np.pi
+# span [m], rise [m], unstretched length [m], axial stiffness [N], mass per length [kg/m]: one slack and heavy cable,
+# whose modes are the lowest, and two light ones, whose modes lie far above those that are computed
+SLACK, STEEP = (50.0, -20.0, 56.0, 1e7, 1.0), (40.0, -30.0, 55.0, 1e7, 2.0)
+LIGHT, HEAVIER = (
+    ((20.0, -8.0, 21.5, 2e5, mass), (-20.0, -6.0, 20.8, 3e5, mass)) for mass in (0.02, 0.05)
+)  # fmt: skip
+
+
+def suspension(cables, mass, accuracy):
+    """A body free along x at the origin, held there by a dead force beside the cables: a mapping."""
+    table, forces = {}, []
+    for number, (span, rise, length, stiffness, per_length) in enumerate(cables):
+        own = {"unstretched_length": length, "axial_stiffness": stiffness, "mass_per_length": per_length}
+        own["diameter"] = 0.01
+        begin = [-span, 0.0, -rise]
+        forces.append(end_force({"cable": own | {"ends": [begin, [0.0, 0.0, 0.0]]}}))
+        table[f"c{number}"] = own | {"from": begin, "to": "b.a"}
+    body = {"at": [0.0] * 3, "mass": mass, "free": ["x"], "attachments": {"a": [0.0] * 3}}
+    body["force"] = [-float(np.sum(forces, axis=0)[0]), 0.0, 0.0]
+    return {"bodies": {"b": body}, "cables": table, "model": {"accuracy": accuracy}}
+
+
+def share_near(cables, mass, frequency):
+    """Of the root of D(w) = k(w) - M w^2 near a frequency [Hz]: -k(0)/(w^2 dD/d(w^2)), by a complex step."""
+
+    def stiffness(omega):
+        return sum(dynamic_end_stiffness(*cable, 9.81, omega, n=60)[0, 0] for cable in cables)
+
+    omega = TURN * frequency
+    omega = brentq(lambda w: stiffness(w).real - mass * w**2, omega * (1 - 1e-4), omega * (1 + 1e-4), xtol=1e-13)
+    step = 1e-20 * omega**2
+    slope = stiffness(np.sqrt(omega**2 + 1j * step)).imag / step - mass
+    return -stiffness(1e-7 * omega).real / slope / omega**2
+
+
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-4])
+@pytest.mark.parametrize("light", [LIGHT, HEAVIER], ids=["light", "heavier"])
+@pytest.mark.parametrize("slack", [SLACK, STEEP], ids=["slack", "steep"])
+def test_the_stated_error_of_a_share_is_true_where_modes_of_cables_lie_far_above(slack, light, accuracy):
+    """Two models without a mode of the light cables agree with each other to more digits than they are right."""
+    cables, mass = (slack, *light), 3000.0
+    found = solve(suspension(cables, mass, accuracy), "b.share_x", "b.frequency_x")
+    expected = share_near(cables, mass, found.values["b.frequency_x"])
+    error, stated = abs(found.values["b.share_x"] / expected - 1), found.errors["b.share_x"]
+    assert error <= stated <= max(accuracy * 1e-2, 1e-5)
