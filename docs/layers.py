@@ -5,6 +5,7 @@ the column. All dots lie on one side: imports point one way.
 """
 
 import ast
+from functools import cache
 from html import escape
 from pathlib import Path
 
@@ -16,6 +17,7 @@ ROW, LEFT, STEP, TOP = 30, 830, 38, 70  # height of a row, where the dots begin,
 STYLE = "font-family='sans-serif' font-size='13' fill='#222'"
 
 
+@cache
 def imported():
     """Package -> the packages that its modules import, itself left out."""
     found = {name: set() for name in ORDER}

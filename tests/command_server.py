@@ -8,19 +8,25 @@ import gc
 import json
 import math
 import os
+import pickle
 import pkgutil
 import socket
 import subprocess
 import sys
 import tempfile
 from contextlib import chdir, contextmanager, redirect_stdout
+from functools import partial
+from hashlib import blake2b
 from importlib import import_module
 from pathlib import Path
 
+from found_once import lengths_found_once
 from picture import undrawn
 
 ROOT = Path(__file__).parent.parent
-FIRST = (  # so that no fork does again what is done once: validators of pydantic, imports inside functions, fonts
+FIRST = (  # so that no fork does again what is done once: validators of pydantic, imports, fonts, lengths of cables
+    *(("static", f"{name}.yaml") for name in ("carlina", "slack", "carlina-inclined", "zipline")),
+    ("static", "line.yaml", "--case", "all"),
     ("static", "guy.yaml", "--case", "all", "--plot", "guy.svg"),
     ("modes", "suspensions/fast.yaml"),
     ("windrms", "carlina.yaml"),
@@ -43,23 +49,27 @@ os._exit(int(server.recv(8) or b"70"))
 
 
 @contextmanager
-def served():
-    """A folder for PATH, in which `cablestudy` is a command that a server runs."""
+def served(rows):
+    """A folder for PATH, in which `cablestudy` is a command that a server runs.
+
+    `rows` is a folder, of several servers perhaps, that keeps rows of sweeps: none is computed twice.
+    """
     with tempfile.TemporaryDirectory(prefix="cablestudy-commands-") as folder:
         program, address = Path(folder, "bin", "cablestudy"), str(Path(folder, "socket"))
         program.parent.mkdir()
         program.write_text(CLIENT.format(python=sys.executable, address=address), encoding="utf-8")
         program.chmod(0o755)
-        with subprocess.Popen([sys.executable, __file__, address], stdout=subprocess.PIPE) as server:
+        with subprocess.Popen([sys.executable, __file__, address, str(rows)], stdout=subprocess.PIPE) as server:
             server.stdout.readline()  # it listens
             yield program.parent
             server.terminate()
 
 
-def listen(address):
+def listen(address, rows):
     """Import the program and run each of FIRST, then each command that comes in a process of its own."""
     import cablestudy
     from cablestudy.cli import main
+    from cablestudy.sweeps.chunks import evaluate_tables
 
     for module in pkgutil.walk_packages(cablestudy.__path__, "cablestudy."):
         if module.name != "cablestudy.__main__":
@@ -67,7 +77,12 @@ def listen(address):
     for name in USED_LATER:
         import_module(name)
     undrawn().__enter__()
+    lengths_found_once().__enter__()
     cablestudy.sweeps.driver.WORTHWHILE = math.inf  # the other cores have tests to run: no sweep starts processes
+    cablestudy.sweeps.chunks.SECONDS = cablestudy.sweeps.chunks.MAX_GROWTH = math.inf  # nor divides its rows by time
+    tolerances = type(cablestudy.study.tolerances.STUDY)
+    tolerances.timing_budget = tolerances.brief_run = 0.0  # no example shows a time, which would be another each time
+    cablestudy.sweeps.chunks.evaluate_tables = partial(_once, Path(rows), evaluate_tables)
     with tempfile.TemporaryDirectory() as folder, chdir(folder), open(os.devnull, "w") as sink, redirect_stdout(sink):
         for command, file, *options in FIRST:
             main([command, str(ROOT / "configs" / file), *options, "--quiet"], standalone_mode=False)
@@ -89,6 +104,19 @@ def listen(address):
             for stream in streams:
                 os.close(stream)
             _reap()
+
+
+def _once(folder, evaluate_tables, tables, columns, *how):
+    """Rows of a sweep, from a folder if a command has computed the same columns of the same cases before."""
+    from cablestudy.sweeps.chunks import keys_of
+
+    scenes = [(table.cases.tolist(), keys_of(table)) for table in tables]
+    known = folder / blake2b(repr((scenes, [column.name for column in columns], how)).encode()).hexdigest()
+    if not known.exists():
+        unfinished = known.with_suffix(f".{os.getpid()}")
+        unfinished.write_bytes(pickle.dumps(evaluate_tables(tables, columns, *how)))
+        unfinished.rename(known)
+    return pickle.loads(known.read_bytes())
 
 
 def _reap():
@@ -139,4 +167,4 @@ def _run():
 
 
 if __name__ == "__main__":
-    listen(sys.argv[1])
+    listen(*sys.argv[1:])

@@ -3,9 +3,11 @@
 import gc
 import math
 import os
+from contextlib import nullcontext
 
 import pytest
 from campaign import deselected
+from found_once import lengths_found_once
 from hypothesis import HealthCheck, settings
 
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -17,13 +19,24 @@ settings.register_profile("any machine", deadline=None, suppress_health_check=[H
 settings.load_profile("any machine")
 
 
+@pytest.fixture(scope="module", autouse=True)
+def searches(request):
+    """Lengths of cables are searched once for all tests but those of the search itself."""
+    with nullcontext() if request.module.__name__ == "test_initial_length" else lengths_found_once():
+        yield
+
+
 @pytest.fixture(scope="session", autouse=True)
 def undivided_sweeps():
-    """A sweep starts processes where they are asked for alone: the other cores have tests to run."""
-    from cablestudy.sweeps import driver
+    """A sweep starts processes where they are asked for alone: the other cores have tests to run.
+
+    Its second chunk has all rows after the first, however busy the machine is: many small ones take far longer.
+    """
+    from cablestudy.sweeps import chunks, driver
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(driver, "WORTHWHILE", math.inf)
+        for module, name in ((driver, "WORTHWHILE"), (chunks, "SECONDS"), (chunks, "MAX_GROWTH")):
+            patch.setattr(module, name, math.inf)
         yield
 
 

@@ -210,11 +210,12 @@ def limited(seconds):
         signal.signal(signal.SIGPROF, before)
 
 
-def rows_for(seed, names, every, drowned=False):
+def rows_for(seed, names, every=(), drowned=False):
     """Yield (columns, accuracy): the rows that a scene is asked for.
 
     What is static in one row; of the columns of motion each alone in half of all scenes, and in a quarter of them all
-    but the axial one together; each row at one accuracy. With `every` all of them in every scene, at every accuracy.
+    but the axial one together; each row at one accuracy. With `every` all of them in every scene, at each of these
+    accuracies.
     An axial mode that is `drowned` among transverse ones takes as long as all else: one in ten is asked for.
     """
     rng = np.random.default_rng([seed, 1])
@@ -226,12 +227,12 @@ def rows_for(seed, names, every, drowned=False):
     rows += [(0.25, [name for name in moving if "axial" not in name])]
     for share, row in rows:
         taken, place = rng.random() < share, rng.integers(len(ACCURACIES))
-        for accuracy in ACCURACIES if every else ACCURACIES[place : place + 1] if taken else ():
+        for accuracy in every or (ACCURACIES[place : place + 1] if taken else ()):
             yield row, accuracy
 
 
-def examine(seed, every=False, limit=60):
-    """The cells of one scene; with `every`, of every row at every accuracy.
+def examine(seed, every=(), limit=60):
+    """The cells of one scene; with `every`, of every row at each of these accuracies.
 
     A warning or an exception that is not the program's own is a cell with the note "crash: ...", and what took more
     than `limit` seconds of CPU one with "slow: ...".

@@ -42,10 +42,10 @@ def contents(path, *sets, case=None):
     return dict(cs.load(str(path), set=sets, case=case).document.value)
 
 
-def rows_of_study(path):
-    """The mapping of the scene of each row of a study file: list."""
+def rows_of_study(path, most):
+    """The mapping of the scene of each of the first rows of a study file: list."""
     study = read_study(str(path))
-    return [dict(study.document_of(index).value) for index in range(study.count)]
+    return [dict(study.document_of(index).value) for index in range(min(study.count, most))]
 
 
 def solve_all(scenes, names, estimate=False):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from cables import along_x, pole_of_mass
+from campaign import campaign
 from command import CARLINA, run, table_of
 from complex_stiffness import ComplexStiffness, damped_mode, excited
 from one_loop import OneLoop
@@ -145,7 +146,7 @@ def test_an_undamped_cable_is_damped_by_the_air():
     assert "undamped" in outcome.err
 
 
-@pytest.mark.parametrize("model", ["{elements: 40}", "{accuracy: 1e-4}"])
+@pytest.mark.parametrize("model", campaign(["{elements: 40}", "{accuracy: 1e-4}"], ["{accuracy: 1e-4}"]))
 def test_rows_in_several_winds_are_as_alone(model):
     names = ("gondola_rms", "gondola_rms_open_loop", "gondola_rms_all_wind", "gain_margin", "gondola_damping_ratio")
     columns = [find(name) for name in names]

@@ -14,7 +14,7 @@ import cablestudy as cs
 from cablestudy.study import plots
 
 SCENES = {"one cable": CONFIGS / "guy.yaml", "suspension": CONFIGS / "suspensions" / "fast.yaml"}
-GIF = ("modes", CONFIGS / "guy.yaml", "-n", "2", "--animate")
+GIF = ("modes", CONFIGS / "guy.yaml", "-n", "1", "--animate")
 
 
 def answer_of(kind):

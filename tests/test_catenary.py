@@ -34,9 +34,12 @@ def exactly(span, found):
     return Exact(span, span.frame.T @ found.at(np.array([0.0]))[1][0])
 
 
-def compare(span):
-    """All quantities of one cable; also the shape at a few places. Every tolerance is a multiple of rounding."""
-    found = solve(span)
+def compare(span, tension=None):
+    """All quantities of one cable; also the shape at a few places. Every tolerance is a multiple of rounding.
+
+    The search begins from a tension vector at mid-length, if one is given.
+    """
+    found = solve(span, tension)
     assert found.record.converged
     exact = exactly(span, found)
     highest, lowest = exact.max_tension(), exact.min_tension()
@@ -67,6 +70,17 @@ def test_random_cables(steep, seed, loads):
     """Within a degree to 1e-12 degrees of the vertical H may be 1e-12 of the weight, on the strain's last digits."""
     steps = [compare(span).record.steps for span in random_cables(campaign(120, 25), seed + loads, loads, steep)]
     assert steep or max(steps) <= 15
+
+
+@pytest.mark.parametrize("loads", [False, True], ids=["plain", "point loads"])
+def test_a_search_from_a_tension_nearby_ends_in_the_same_place(loads):
+    rng = np.random.default_rng(7)
+    for span in random_cables(campaign(60, 12), 11 + loads, loads):
+        tension = solve(span).middle_tension
+        wrong = 0.3 * np.linalg.norm(tension) * rng.uniform(-1, 1, size=3)
+        compare(span, tension + wrong)
+        assert compare(span, tension).record.steps <= 2
+        compare(span, np.full(3, np.nan))
 
 
 @pytest.mark.crossed

@@ -314,54 +314,76 @@ def test_the_licence_is_in_the_project_file():
     assert (ROOT / name).read_text(encoding="utf-8").startswith("BSD 3-Clause License\n")
 
 
-def _imported(*arguments):
-    script = f"""
-import sys
+IMPORTS = f"""
+import json, os, sys
 from cablestudy.cli import main
-try:
-    main({list(map(str, arguments))!r})
-except SystemExit as stop:
-    assert not stop.code, stop.code
-print(*sorted(set({(*HEAVY, *PARTS)!r}) & sys.modules.keys()), file=sys.stderr)
+commands = json.load(sys.stdin)
+for place, command in enumerate(commands):
+    if place and (child := os.fork()):
+        assert os.waitpid(child, 0)[1] == 0
+        continue
+    try:
+        with open(os.devnull, "w") as sys.stdout:
+            main(command)
+    except SystemExit as stop:
+        assert not stop.code, stop.code
+    imported = sorted(set({(*HEAVY, *PARTS)!r}) & sys.modules.keys())
+    sys.__stdout__.write(json.dumps(imported) + chr(10))
+    sys.__stdout__.flush()
+    if place:
+        os._exit(0)
 """
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=LONGEST)
-    return set(done.stderr.splitlines()[-1].split())
 
 
-@pytest.mark.parametrize("arguments", [("--help",), ("sweep", "--help"), ("--version",)])
-def test_help_imports_nothing_but_click(arguments):
-    assert _imported(*arguments) == set()
+def imported(*commands):
+    """Set of those of HEAVY and PARTS that are imported by each command: the first in a process, others in its forks.
+
+    So each has what the first one imports.
+    """
+    given = json.dumps([list(map(str, words)) for words in commands])
+    command = [sys.executable, "-c", IMPORTS]
+    done = subprocess.run(command, input=given, capture_output=True, text=True, check=True, timeout=LONGEST)
+    found = [set(json.loads(line)) for line in done.stdout.splitlines()]
+    assert len(found) == len(commands)
+    return found
+
+
+def test_help_imports_nothing_but_click():
+    assert imported(("--help",), ("sweep", "--help"), ("--version",)) == [set(), set(), set()]
 
 
 def test_a_command_imports_only_what_it_needs(folder):
     scene = folder / "plain.yaml"
     scene.write_text("cable: {ends: [[0, 0, 0], [10, 0, 0]], elastic_modulus: 1e9, density: 1000, area: 1e-6,\n"
                      "        unstretched_length: 9.9}\n", encoding="utf-8")  # fmt: skip
-    assert _imported("static", scene, "--format", "csv") & {"pint", "pandas", "matplotlib"} == set()
-    study = _imported("sweep", CONFIGS / "preload.yaml", "--out", folder)
-    assert study & {"pint", "pandas", "matplotlib"} == set()
-    assert "pandas" not in _imported("static", scene)
-    assert "pint" in _imported("static", scene, "--set", "cable.area=0.01 inch^2")
-    assert "pandas" not in _imported("columns")
-    assert _imported("columns", "--format", "csv") & {"pint", "pandas", "matplotlib"} == set()
+    csv = "--format", "csv"
+    numbers, study, tables, units, columns, column_rows = imported(
+        ("static", scene, *csv), ("sweep", CONFIGS / "preload.yaml", "--out", folder), ("static", scene),
+        ("static", scene, "--set", "cable.area=0.01 inch^2"), ("columns",), ("columns", *csv),
+    )  # fmt: skip
+    for found in (numbers, study, column_rows):
+        assert found & {"pint", "pandas", "matplotlib"} == set()
+    assert "pandas" not in tables | columns
+    assert "pint" in units
 
 
-@pytest.mark.parametrize(
-    ("command", "file", "slow"),
-    [
-        ("static", "guy.yaml", set()),  # lengths from a preload, units such as kg/m^3
-        ("static", "line.yaml", set()),  # the clearance above a profile of the ground
-        ("static", "suspensions/trifilar.yaml", {SUSPENSIONS}),
-        ("static", "suspensions/cable-robot.yaml", {SUSPENSIONS}),  # tensions that no bound changes
-        ("modes", "carlina.yaml", set()),  # masses are lumped
-        ("windrms", "carlina.yaml", set()),
-        ("loop", "carlina.yaml", set()),
-        ("windrms", "suspensions/fast-wind.yaml", {"scipy", "scipy.linalg", "scipy.optimize", SUSPENSIONS}),
-    ],
-)
-def test_what_is_slow_to_import_is_imported_for_what_needs_it_alone(command, file, slow):
+NEEDED = {
+    ("static", "guy.yaml"): set(),  # lengths from a preload, units such as kg/m^3
+    ("static", "line.yaml"): set(),  # the clearance above a profile of the ground
+    ("static", "suspensions/trifilar.yaml"): {SUSPENSIONS},
+    ("static", "suspensions/cable-robot.yaml"): {SUSPENSIONS},  # tensions that no bound changes
+    ("modes", "carlina.yaml"): set(),  # masses are lumped
+    ("windrms", "carlina.yaml"): set(),
+    ("loop", "carlina.yaml"): set(),
+    ("windrms", "suspensions/fast-wind.yaml"): {"scipy", "scipy.linalg", "scipy.optimize", SUSPENSIONS},
+}
+
+
+def test_what_is_slow_to_import_is_imported_for_what_needs_it_alone():
     """Half of the time of most commands on one scene is that of imports."""
-    assert _imported(command, CONFIGS / file, "--quiet") - {"numpy", "pydantic", "yaml"} <= slow
+    found = imported(*((command, CONFIGS / file, "--quiet") for command, file in NEEDED))
+    for command, modules in zip(NEEDED, found, strict=True):
+        assert modules - {"numpy", "pydantic", "yaml"} <= NEEDED[command], command
 
 
 @pytest.mark.parametrize(

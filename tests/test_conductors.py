@@ -9,6 +9,7 @@ import itertools
 
 import numpy as np
 import pytest
+from campaign import campaign
 from command import CONFIGS, run, table_of
 from scenes import scene
 from scipy.optimize import brentq
@@ -386,15 +387,16 @@ def test_cases_of_a_suspension_together_are_as_each_alone(tmp_path, monkeypatch)
     monkeypatch.setattr(statics, "pose", lambda suspension: searches.append(1) or search(suspension))
     equilibria.shared.forget()
     together = table_of("static", path, "--case", "all", "--table", "cables")
-    alone, number = [], len(searches)
-    for case in dict.fromkeys(row["case"] for row in together):
+    alone, number, cases = [], len(searches), list(dict.fromkeys(row["case"] for row in together))
+    cases = campaign(cases, ["hot"])  # what the heaviest load leaves decides its state too
+    for case in cases:
         equilibria.shared.forget()
         searches.clear()
         given = ("--case", case) if case in ("hot", "ice") else ()
         alone += [{"case": case} | row for row in table_of("static", path, *given, "--table", "cables")]
         assert number <= len(searches) + 2  # its own equilibrium, and that without its loads
     assert {row["state"] for row in together} > {"after_load (ice)"}
-    assert alone == together
+    assert alone == [row for row in together if row["case"] in cases]
 
 
 def test_stiffness_is_that_of_the_final_moduli_of_the_parts_that_are_tight(tmp_path):
@@ -464,7 +466,8 @@ def test_a_state_of_load_without_a_case_is_refused(tmp_path):
 def test_extremes_have_an_answer_or_a_reason(tmp_path):
     """From slack to far beyond strength, hot and cold, steep and level: a number, or one line; never a warning."""
     path = line(tmp_path / "line.yaml", 700, 6000, TABLE_700)
-    for tension, temperature, ice in itertools.product(("30 lbf", "60 klbf"), ("-200 degC", "900 degC"), (0, 1e5)):
+    extremes = list(itertools.product(("30 lbf", "60 klbf"), ("-200 degC", "900 degC"), (0, 1e5)))
+    for tension, temperature, ice in campaign(extremes, [extremes[place] for place in (0, 3, 5, 6)]):  # two of each
         sets = [f"cable.tension.value={tension.replace('klbf', '000 lbf').replace('60 000', '60000')}"]
         sets += [f"cases={{c0: {{temperature: {temperature}, ice: {{weight: {ice}}}}}}}"]
         results = solved(path, "final", *sets)

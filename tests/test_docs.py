@@ -27,9 +27,12 @@ def folder():
 
 
 @pytest.fixture(scope="module")
-def programs():
+def programs(tmp_path_factory):
     """Where the shell finds a `cablestudy` that does not start anew each time."""
-    with served() as path:
+    own = tmp_path_factory.getbasetemp()
+    rows = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "rows"
+    rows.mkdir(exist_ok=True)
+    with served(rows) as path:
         yield path
 
 
@@ -86,6 +89,18 @@ def test_yaml_examples_are_valid_and_scenes_have_an_answer(page, folder):
         run("validate", file)
         if "vary:" not in block and "over:" not in block:
             run("static", file)
+
+
+# those that take long are checked by `make test` after the tests
+SHORT = sorted(set(ROOT.glob("results/*.csv")) - {*ROOT.glob("results/trade-*"), *ROOT.glob("results/carlina-*")})
+
+
+@pytest.mark.parametrize("table", SHORT, ids=lambda table: table.stem)
+def test_short_studies_have_their_stored_tables(table, folder, programs):
+    """As `make tables` has it; the rows of most of them are examples too, and are computed once."""
+    (study,) = Path(folder, "configs").rglob(table.with_suffix(".yaml").name)
+    shell = f"cablestudy sweep {study} --out {ROOT / 'results'} --check --jobs 1"
+    assert refresh.run(shell, folder, programs).splitlines()[-1] == f"{table}: agrees"
 
 
 TOUR = [

@@ -38,6 +38,7 @@ def cases(*arguments, text=VARY, code=0):
     return rows_of(outcome.out, "json")
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("style", ["md", "csv", "json", "jsonl"])
 @pytest.mark.parametrize(
     "text",

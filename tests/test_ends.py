@@ -184,6 +184,7 @@ def test_a_critically_damped_pair_of_poles():
     assert np.abs(here - near).max() < 1e-8 * np.abs(here).max()
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(
     ("law", "amounts"),
     [

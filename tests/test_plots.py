@@ -6,6 +6,7 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 import pytest
+from campaign import campaign
 from command import CONFIGS, run, study_file, table_of
 from matplotlib.collections import LineCollection
 from picture import curves
@@ -555,9 +556,10 @@ def test_names_and_titles_may_have_any_letters(folder):
     title = r"研究 😀 $preload {a_b^ $x$ and $\frac{"
     vary = "vary: [{cable.preload: [10 kN, 20 kN]}]\ncolumns: [缆一.max_tension]\n"
     Path("study.yaml").write_text(f"title: '{title}'\nbase: mast.yaml\n{vary}", encoding="utf-8")
-    for kind in ("png", "svg", "pdf"):
-        assert run("modes", "mast.yaml", "-n", "1", "--plot", f"modes.{kind}").lines[-1] == f"written: modes.{kind}"
-        assert run("sweep", "study.yaml", "--no-write", "--plot", f"study.{kind}").lines[-1] == f"written: study.{kind}"
+    commands = {"modes": ("modes", "mast.yaml", "-n", "1"), "study": ("sweep", "study.yaml", "--no-write")}
+    pictures = [f"{name}.{kind}" for kind in ("png", "svg", "pdf") for name in commands]
+    for picture in campaign(pictures, ("modes.png", "study.svg", "modes.pdf")):
+        assert run(*commands[picture[:5]], "--plot", picture).lines[-1] == f"written: {picture}"
     run("report", "study.yaml", "--out", "study.html")
 
 

@@ -13,6 +13,7 @@ import time
 from collections import Counter
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing, contextmanager
+from functools import cache
 from itertools import count
 from pathlib import Path
 from types import SimpleNamespace
@@ -35,7 +36,7 @@ pytestmark = pytest.mark.usefixtures("folder")
 ROWS = Path("results/study.rows.sqlite")
 TABLE = Path("results/study.csv")
 FEW = "vary: [{cable.unstretched_length: [186 m, 187 m, 188 m, 189 m]}]\ncolumns: [preload, sag]\n"
-LONG = "vary: [{cable.unstretched_length: {from: 186 m, to: 190 m, count: 900}}]\ncolumns: [sag, cable_frequency]\n"
+LONG = "vary: [{cable.unstretched_length: {from: 186 m, to: 190 m, count: 900}}]\ncolumns: [sag, preload]\n"
 
 
 @pytest.fixture
@@ -63,10 +64,16 @@ def names():
     return sorted(path.name for path in Path("results").iterdir())
 
 
-def is_the_table_of_one_run(*options, code=0):
+def is_the_table_of_one_run(code=0):
     """Whether results/ has the bytes of a sweep that begins anew and is not ended."""
-    run("sweep", "study.yaml", "--out", "whole", *options, code=code)
-    assert TABLE.read_bytes() == Path("whole/study.csv").read_bytes()
+    assert TABLE.read_bytes() == table_of_one_run(Path("study.yaml").read_bytes(), code)
+
+
+@cache
+def table_of_one_run(_, code):
+    """Bytes of the table of study.yaml, whose content is given, by a sweep that begins anew and is not ended."""
+    run("sweep", "study.yaml", "--out", "whole", code=code)
+    return Path("whole/study.csv").read_bytes()
 
 
 def descendants(pid):

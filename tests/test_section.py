@@ -73,6 +73,7 @@ def test_metal_and_outline_are_two_things():
     assert (both.section_area, both.section_diameter) == (AREA, 0.016)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("key", ["axial_stiffness", "mass_per_length", "breaking_force", "diameter", "area"])
 def test_a_study_of_arrays_gives_the_numbers_of_each_scene(way, key):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import rows_of, run, study_file
+from command import rows_computed_once, rows_of, run, study_file
 
 from cablestudy.scene.study import read_study
 from cablestudy.study import pareto
@@ -15,6 +15,12 @@ from cablestudy.sweeps.select import read_selection
 
 # the third one is over strength, the fourth too slack for its weight
 STUDY = "vary: [{cable.preload: [1345 N, 600 N, 100 kN, 1 N, 2 kN]}]\ncolumns: [mass, sag]\n"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def solved_once():
+    with rows_computed_once():
+        yield
 
 
 @pytest.fixture(autouse=True)

@@ -7,6 +7,7 @@ import math
 from copy import deepcopy
 
 import pytest
+from campaign import campaign
 from random_suspensions import MODES, STATIC, errors_of_statics, examine, replay, truth_of
 from references.suspension_truth import Bars
 
@@ -14,7 +15,7 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.suspension.case import SuspensionCase
 
-SCENES = (90_001, 90_003, 90_004, 90_006, 90_011, 90_012)
+SCENES = campaign([90_001, 90_003, 90_004, 90_006, 90_011, 90_012], [90_001, 90_003, 90_004, 90_006])
 TIMES = 10  # no error is larger than so many times the stated one
 
 
@@ -29,7 +30,7 @@ def test_nothing_crashes_and_nothing_warns(cells):
 
 def test_no_error_is_larger_than_stated(cells):
     judged = [cell for cell in cells if cell.error is not None]
-    assert len(judged) > 60
+    assert len(judged) > campaign(60, 40)
     assert {cell.column for cell in judged} == {*STATIC, *(f"frequency_{k + 1}" for k in range(MODES))}
     assert [(cell.column, cell.error, cell.estimate, replay(cell.seed)) for cell in judged if cell.excess > TIMES] == []
 

@@ -27,6 +27,7 @@ from cablestudy.study.suspension.case import SuspensionCase, cases_of
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.system.coupled import Layout
+from cablestudy.system.tolerances import SYSTEM
 
 G, D, ALPHA, DENSITY, EA = 9.81, 0.022, 19e-6, 3500.0, 70e9 * math.pi * 0.022**2 / 4
 MASS = DENSITY * math.pi * D**2 / 4
@@ -179,7 +180,7 @@ def balanced(day, lengths):
     return found.x, np.linalg.norm(forces(found.x), axis=-1)
 
 
-@pytest.mark.parametrize("day", ["cold", "ice", "storm", "oblique"])
+@pytest.mark.parametrize("day", campaign(["cold", "ice", "storm", "oblique"], ["ice", "oblique"]))
 def test_a_body_on_four_cables(made, day):
     place, tensions = balanced(day, [77.0] * 4)
     names = [*(f"gondola.{axis}" for axis in "xyz"), *(f"{name}.tension_to" for name in ANCHORS)]
@@ -270,7 +271,7 @@ def test_a_tension_at_a_place_is_had_there(made, at, share):
         assert list(numbers(made(*text), *names).values()) == pytest.approx([wanted] * len(names), rel=1e-9)
 
 
-@pytest.mark.parametrize("at", AT)
+@pytest.mark.parametrize("at", campaign(AT, list(AT)[::4]))
 def test_a_deep_cable_with_a_tension_at_a_place(made, at):
     """It hangs from a knot on a steep one; the search begins far away."""
     text = f"""\
@@ -283,8 +284,9 @@ cables:
     assert numbers(made(text), f"deep.{AT[at]}")[f"deep.{AT[at]}"] == pytest.approx(1900, rel=1e-9)
 
 
-def test_tensions_that_no_lengths_give_are_told(made):
+def test_tensions_that_no_lengths_give_are_told(made, monkeypatch):
     """Horizontal tensions on both sides of a knot without a horizontal force are equal."""
+    monkeypatch.setattr(type(SYSTEM), "softened", campaign(SYSTEM.softened, SYSTEM.softened[-1:]))
     text = f"""\
 cable: {{{SECTION}}}
 points: {{knot: {{at: [0, 0, 2], free: true, mass: 150 kg}}}}

@@ -85,7 +85,7 @@ def from_files():
         found[name] = scene
         found |= {f"{name}, {case}": {**scene, "case": case} for case in scene.get("cases", {})}
     for name in STUDIES:
-        rows = rows_of_study(CONFIGS / f"{name}.yaml")[:ROWS]
+        rows = rows_of_study(CONFIGS / f"{name}.yaml", ROWS)
         found |= {f"{name}, row {number}": scene for number, scene in enumerate(rows, 1)}
     return found
 

@@ -14,16 +14,16 @@ Methods in Applied Mechanics and Engineering 152(1-2), 211-217.
 
 import numpy as np
 
-ROUNDING = 4 * np.finfo(float).eps  # width of a bracket over its zero, which cannot be much less
+ROUNDING = 4 * np.finfo(float).eps  # least width of a bracket, relative to the zero in it
 MINIMUM_ROUNDING = np.sqrt(np.finfo(float).eps)  # relative error of the argument of a minimum by rounding
 SMALLER_PART = 1.5 - 0.5 * 5**0.5  # of an interval in the golden section
-TINY = np.finfo(float).tiny  # a value that is as good as zero; four times as wide is a bracket about zero
+TINY = np.finfo(float).tiny  # a value as small counts as zero; 4 times it is the least width of a bracket about zero
 
 
 def bracket(function, low, high, lower_limit, upper_limit, index, steps):
     """Bracket a zero of each of n functions: search down and up from a first interval for a change of sign.
 
-    In each step the distance to a limit is halved, in both directions.
+    Each step halves the distance that is left to a limit, in both directions.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def bracket(function, low, high, lower_limit, upper_limit, index, steps):
     index : ndarray of int, shape (n,)
         Indices of the n functions, which `function` is called with.
     steps : int
-        At most.
+        Largest number of steps.
 
     Returns
     -------
@@ -79,11 +79,11 @@ def zeros_between(function, low, high, index, rtol=ROUNDING, smallest=TINY, step
     low, high : ndarray, shape (n,)
         Ends of the intervals.
     rtol : float
-        Relative accuracy: width of an interval that is not divided further, over the zero.
+        Relative accuracy: an interval is divided until its width over the zero is below this.
     smallest : float
-        Value of the function that counts as zero.
+        Largest size of a value of the function that counts as zero.
     steps : int
-        At most.
+        Largest number of steps.
 
     Returns
     -------
@@ -108,13 +108,14 @@ def zeros_between(function, low, high, index, rtol=ROUNDING, smallest=TINY, step
         solved = np.abs(value) <= smallest
         one_sign = ((np.sign(f1) == np.sign(f2)) & ~solved) | (np.isnan(f1) & np.isnan(f2))
         zeros[active] = np.where(one_sign, np.nan, best)
-        width, least = np.abs(x2 - x1), np.abs(best) * rtol + 4 * TINY
-        unfinished = ~(solved | one_sign | (width < least))
+        width, least_width = np.abs(x2 - x1), np.abs(best) * rtol + 4 * TINY
+        unfinished = ~(solved | one_sign | (width < least_width))
         if not unfinished.any():
             break
-        active, x1, x2, f1, f2, width, least = (a[unfinished] for a in (active, x1, x2, f1, f2, width, least))
+        active, x1, x2, f1, f2 = (a[unfinished] for a in (active, x1, x2, f1, f2))
         if step:
-            fraction = _next_fraction(x1, x2, x3[unfinished], f1, f2, f3[unfinished], 0.5 * least / width)
+            margin = 0.5 * least_width[unfinished] / width[unfinished]
+            fraction = _next_fraction(x1, x2, x3[unfinished], f1, f2, f3[unfinished], margin)
     return zeros
 
 
@@ -142,7 +143,7 @@ def minima_between(function, low, middle, high, index, width=TINY, rtol=MINIMUM_
     settled : float
         Relative difference of values that count as equal.
     steps : int
-        At most.
+        Largest number of steps.
 
     Returns
     -------

@@ -13,7 +13,7 @@ from cablestudy.cable.equilibrium_residual import EquilibriumResidual
 from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.midspan import arc_length_at_midspan
 from cablestudy.cable.newton import CONVERGED, STALLED, UNDETERMINED, Record, newton
-from cablestudy.cable.segment import SegmentedCable, evaluate, extension, flexibility, solve_symmetric
+from cablestudy.cable.segment import SegmentedCable, evaluate, extension, flexibility, inverse_symmetric
 from cablestudy.cable.span import Span
 from cablestudy.cable.tolerances import CABLE
 
@@ -45,8 +45,8 @@ def split(span):
     total = span.load_forces.sum(axis=-2)
     nearer_to_end_1 = np.concatenate([np.zeros_like(total)[..., None, :], span.load_forces], axis=-2)
     by_loads = total[..., None, :] / 2 - np.cumsum(nearer_to_end_1, axis=-2)
-    weight = np.asarray(span.weight)[..., None]
-    offset = tuple(weight * span.up[..., i, None] * from_midlength + by_loads[..., i] for i in range(3))
+    weight, up = np.asarray(span.weight)[..., None], span.up
+    offset = tuple(weight * up[..., i, None] * from_midlength + by_loads[..., i] for i in range(3))
     return Segments(fraction, offset, weight * fraction)
 
 
@@ -94,7 +94,10 @@ class Catenary(SegmentedCable):
     @property
     def slack(self):
         """True where a segment without weight has no tension, and no definite form, shape (...)."""
-        return (~self.mid_forces.any(axis=-1) & (self.segments.weight == 0)).any(axis=-1)
+        weightless = self.segments.weight == 0
+        if not weightless.any():
+            return np.zeros(weightless.shape[:-1], dtype=bool)
+        return (~self.mid_forces.any(axis=-1) & weightless).any(axis=-1)
 
     @property
     def mean_tension(self):
@@ -143,6 +146,12 @@ class Catenary(SegmentedCable):
         """Stretched length of the cable, shape (...). [m]"""
         return self.span.unstretched_length * (1 + self.mean_tension / self.span.axial_stiffness)
 
+    @property
+    def middle_tension(self):
+        """Tension vector at mid-length, global axes, from which `solve` can begin again, shape (..., 3). [N]"""
+        forces = self.end_forces("global")
+        return (forces[..., 0, :] - forces[..., 1, :]) / 2
+
     @cached_property
     def flexibility(self):
         """Movement of end 2 per force there, chord frame, as (qq, nn, yy, qn, qy, ny), shape (...). [m/N]"""
@@ -157,11 +166,13 @@ class Catenary(SegmentedCable):
         A folded vertical cable has no transverse stiffness, the limit of an inclined one as 1/log(H); a cable with a
         slack segment has no stiffness.
         """
-        columns = [np.stack(solve_symmetric(self.flexibility, tuple(np.eye(3)[i])), axis=-1) for i in range(3)]
-        folded = (np.abs(self.span.cosine) == 0) & (self.min_tension < 1e-50 * self.max_tension)
-        transverse = np.array([[0, 1, 1], [1, 1, 1], [1, 1, 1]], dtype=bool)
-        no_stiffness = (folded[..., None, None] & transverse) | self.slack[..., None, None]
-        return np.where(no_stiffness, 0.0, np.stack(columns, axis=-1))
+        stiffness, vertical = inverse_symmetric(self.flexibility), np.abs(self.span.cosine) == 0
+        if vertical.any():
+            folded = vertical & (self.min_tension < 1e-50 * self.max_tension)
+            transverse = np.array([[0, 1, 1], [1, 1, 1], [1, 1, 1]], dtype=bool)
+            stiffness = np.where(folded[..., None, None] & transverse, 0.0, stiffness)
+        slack = self.slack
+        return np.where(slack[..., None, None], 0.0, stiffness) if slack.any() else stiffness
 
     @cached_property
     def global_end_stiffness(self):
@@ -262,13 +273,15 @@ def travel_shares(catenary, edges):
     return (time / time.max()).tolist()
 
 
-def solve(span):
+def solve(span, tension=None):
     """Equilibrium of one cable or of a batch.
 
     Parameters
     ----------
     span : Span
         Fields of shape () or (...).
+    tension : ndarray, shape (..., 3), optional
+        Tension vectors at mid-length, global axes, from which to begin; not a number where none is known. [N]
 
     Returns
     -------
@@ -282,7 +295,7 @@ def solve(span):
     """
     span = span.broadcast()
     problem = EquilibriumResidual(span, split(span))
-    unknown = problem.start(span)
+    unknown = problem.start(span) if tension is None else problem.start_near(span, tension)
     loose = (problem.load == 0) & (problem.strain <= 0)  # no tension at all: nothing to solve
     unknown[0] = np.where(loose, problem.stiffness[..., 0], unknown[0])
     unknown, _, record = newton(problem, unknown, np.broadcast_to(~loose, problem.shape))

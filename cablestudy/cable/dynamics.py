@@ -127,7 +127,8 @@ class Dynamics:
         errors : bool
             Whether to estimate the errors (`Modes.errors`).
         estimated_count : float
-            Estimated number of modes below the highest one: as many are computed first.
+            Estimate of how many modes lie below the highest labelled one. About so many are computed first, at most a
+            quarter of those of a large model; then more until each labelled mode is among them.
 
         Returns
         -------
@@ -140,6 +141,8 @@ class Dynamics:
         ------
         NoSolutionError
             The model has no such mode.
+        ConvergenceError
+            As for `lowest`.
         """
         batch, cable = self._batch or (self, ())
         largest_count = self.dof if self.dof <= CABLE.all_modes_freedoms else self.dof // 4
@@ -185,7 +188,11 @@ class Dynamics:
         return Modes(CombinedModes(planes, self), min(count, self.dof), count >= self.dof)
 
     def _solve(self, system, count):
-        """`PlaneModes` of the lowest modes of one system, one for each symmetry subspace."""
+        """List of `PlaneModes` among which are the `count` lowest modes of one system.
+
+        Of a small system there is one for each symmetry subspace, of a large one a single one, by Lanczos iteration.
+        Raises as `lowest`.
+        """
         dof, lead = system.dof, np.shape(self.length)
         if count == 0:
             return [PlaneModes(system, np.zeros((*lead, dof, 0)))]

@@ -1,7 +1,7 @@
 """A cable element of any order: nodes, quadrature and mass on [0, 1].
 
-Positions are interpolated at Gauss-Lobatto points; strain lives at `order` Gauss points, which for order 1 is the bar
-of the paper and for any order leaves no locking. Lumped mass is Lobatto quadrature.
+Positions are interpolated at Gauss-Lobatto points, and strain is taken at `order` Gauss points: order 1 is a straight
+bar of constant strain, and no order locks. Lumped mass is Lobatto quadrature.
 """
 
 import itertools
@@ -102,7 +102,7 @@ class Mesh:
     edges: np.ndarray  # element boundaries, shape (n + 1,)
     order: int
     mass: str = "lumped"  # one of MASSES
-    point_masses: tuple = ()  # of those carried: (share of the length, mass over that of the cable)
+    point_masses: tuple = ()  # carried: pairs (share of the length, mass over that of the cable)
 
     @cached_property
     def elements(self):
@@ -187,8 +187,8 @@ def mesh_segments(fractions, elements, order=1, mass="lumped", point_masses=()):
         Share of the unstretched length of each segment. [-]
     elements : int
         Total number of elements.
-    point_masses : tuple
-        See `Mesh`; each is put on the nearest edge.
+    order, mass, point_masses
+        See `Mesh`; each point mass is put on the nearest edge.
 
     Raises
     ------
@@ -212,8 +212,9 @@ def mesh_segments(fractions, elements, order=1, mass="lumped", point_masses=()):
 def pieces(fractions, singularities):
     """Divide a cable into pieces, short where its tension T(s) changes sharply, so that one element suits each piece.
 
-    No piece is longer than the distance in the complex plane from its middle to the singularity of T(s) of its segment:
-    the polynomials of an element then converge geometrically in their order.
+    A piece longer than the distance in the complex plane from its middle to the singularity of T(s) of its segment is
+    halved, unless it is shorter than `CABLE.shortest_piece`: the polynomials of an element then converge geometrically
+    in their order.
 
     Parameters
     ----------

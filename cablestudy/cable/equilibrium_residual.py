@@ -8,6 +8,7 @@ import numpy as np
 
 from cablestudy.cable.segment import extension, flexibility, solve_symmetric
 from cablestudy.cable.tolerances import CABLE
+from cablestudy.cable.vectors import dot
 
 
 class EquilibriumResidual:
@@ -44,7 +45,7 @@ class EquilibriumResidual:
         extensions, kernel = extension(tension, self.segments.weight, self.stiffness, *self.angles)
         gap = np.empty((3, *self.shape))
         for component, per_length in enumerate(extensions):
-            gap[component] = -(per_length * self.segments.fraction).sum(axis=-1)
+            gap[component] = -self._over_segments(per_length)
         gap[0] += self.strain
         return gap, (tension, kernel)
 
@@ -52,7 +53,12 @@ class EquilibriumResidual:
         """Movement of the last segment's end per force, per unstretched length: qq, nn, yy, qn, qy, ny. [1/N]"""
         tension, kernel = point
         entries = flexibility(tension, self.segments.weight, self.stiffness, *self.angles, kernel)
-        return tuple((entry * self.segments.fraction).sum(axis=-1) for entry in entries)
+        return tuple(self._over_segments(entry) for entry in entries)
+
+    def _over_segments(self, per_length):
+        """Mean over the segments of a cable, shape (...), weighted by their lengths."""
+        one = self.segments.fraction.shape[-1] == 1
+        return per_length[..., 0] if one else (per_length * self.segments.fraction).sum(axis=-1)
 
     def step(self, gap, point):
         """Newton step of the tension vector, shape (3, ...). [N]"""
@@ -66,10 +72,11 @@ class EquilibriumResidual:
         The larger one of all components together and of those across the chord: the sag of a steep cable follows from
         its small transverse tension.
         """
-        tension = np.sqrt(sum(u * u for u in unknown)) + 1e-3 * self.load
-        transverse_tension = np.hypot(*unknown[1:]) + 1e-3 * self.transverse_load
-        whole_change = np.sqrt(sum(d * d for d in step)) / np.maximum(tension, CABLE.least_divisor)
-        transverse_change = np.hypot(*step[1:]) / np.maximum(transverse_tension, CABLE.least_divisor)
+        (q, n, y), (along, across, out) = unknown * unknown, step * step
+        tension = np.sqrt(q + n + y) + 1e-3 * self.load
+        transverse_tension = np.sqrt(n + y) + 1e-3 * self.transverse_load
+        whole_change = np.sqrt(along + across + out) / np.maximum(tension, CABLE.least_divisor)
+        transverse_change = np.sqrt(across + out) / np.maximum(transverse_tension, CABLE.least_divisor)
         return np.maximum(whole_change, transverse_change)
 
     def rounding(self, step):
@@ -85,6 +92,15 @@ class EquilibriumResidual:
         almost_nothing = -1e-100 * np.sign(span.sine) * (np.abs(q) + self.load)
         # the chord is vertical: across it is horizontal
         return np.stack([q, np.where(self.vertical, almost_nothing, n), np.where(self.vertical, 0.0, y)])
+
+    def start_near(self, span, tension):
+        """First tension vectors, shape (3, ...), near known ones of shape (..., 3), global axes; else of `start`. [N]
+
+        Those of cables without weight, or vertical, are not begun from: their energy has kinks and degenerate forms.
+        """
+        near = np.stack([dot(tension, span.frame[..., axis, :]) for axis in range(3)])
+        known = np.isfinite(near).all(axis=0) & (np.asarray(span.weight) > 0) & ~self.vertical
+        return near if known.all() else np.where(known, near, self.start(span))
 
     def kink(self, sizes):
         """Decide whether the loosest segment of a weightless cable hangs slack.

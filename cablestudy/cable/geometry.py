@@ -53,6 +53,10 @@ def _extreme_candidates(cable, normal):
 def midspan(cable):
     """Arc length at mid-span, halfway along the horizontal between the ends of a cable, over the unstretched length.
 
+    Parameters
+    ----------
+    cable : Catenary or State
+
     Returns
     -------
     ndarray, shape (...)
@@ -105,7 +109,7 @@ def sag_and_swing(cable, position):
     sag : ndarray, shape (...)
         Vertical. [m]
     swing : ndarray, shape (...)
-        Angle between the vertical and the line from chord to cable, seen along the chord; 0 for a vertical chord. [rad]
+        Angle between the vertical and the line from the middle of the chord to the cable; 0 for a vertical chord. [rad]
     """
     span, length = cable.span, np.asarray(cable.span.chord)
     chord = span.frame[..., 0, :] * length[..., None]
@@ -187,8 +191,8 @@ def tensions_at_point_loads(cable, shares):
         On the side of end 1 and on that of end 2, global axes. [N]
     """
     edges = np.asarray(cable.edges)[1:-1]  # between segments, a point load at each
-    segment_before = np.searchsorted(edges, shares - CABLE.same_place)  # that which ends at the load
-    segment_after = np.searchsorted(edges, shares + CABLE.same_place)  # that which begins there
+    segment_before = np.searchsorted(edges, shares - CABLE.same_place)  # the segment that ends at the load
+    segment_after = np.searchsorted(edges, shares + CABLE.same_place)  # the segment that begins there
     begin_forces, end_forces = cable.mid_forces - cable.half_changes, cable.mid_forces + cable.half_changes
     both_sides = np.stack([end_forces[segment_before], begin_forces[segment_after]], axis=-2)
     return cable.span.in_frame(both_sides, "global")
@@ -211,7 +215,7 @@ def heights_above(points, ground):
 
 
 def clearance(cable, end_1, ground):
-    """Least vertical distance from one cable down to the ground; negative where the cable would be below it. [m]
+    """Least vertical distance from one cable down to the ground; negative where the cable would be below ground. [m]
 
     Parameters
     ----------

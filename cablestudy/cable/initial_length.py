@@ -1,4 +1,8 @@
-"""Initial length: the unstretched length of a cable with a given mean tension or a given sag (form finding)."""
+"""Initial length: the unstretched length of a cable with a given tension or a given sag (form finding).
+
+The tension is the mean, horizontal or largest one, or that at an end (`TENSIONS`). The unknown is the chord strain:
+chord over unstretched length, less 1. Of two lengths with the same tension the shorter one is meant.
+"""
 
 from functools import lru_cache, partial
 
@@ -42,12 +46,13 @@ def shorter_strain_for_tension(span, tension, at="mean"):
     Returns
     -------
     float
-        That of the shorter one of the two cables with this tension. [-]
+        Chord strain of the shorter one of the two cables with this tension. [-]
 
     Raises
     ------
     NoSolutionError
-        The tension is below the least of all lengths, or the cable would end before its last load.
+        The tension is below the least over all lengths, the cable would end before its last load, or it has no definite
+        form at any length.
     """
     highest, name = float(_highest_strain(span, tension, at)), TENSIONS[at][0]
 
@@ -61,24 +66,24 @@ def shorter_strain_for_tension(span, tension, at="mean"):
         raise NoSolutionError(
             f"{name} of {tension:.6g} N needs a cable that ends before its last load, at {fixed_loads[-1]:.6g} m"
         )
-    strain_of_least, least = _least_tension(span, highest, at)
-    if not np.isfinite(least):
+    strain_of_least, least_tension = _least_tension(span, highest, at)
+    if not np.isfinite(least_tension):
         raise NoSolutionError(f"at no length with {name} of {tension:.6g} N has the cable a definite form")
-    if tension > least:
+    if tension > least_tension:
         return float(_bracketed_zeros(excess, [strain_of_least], [highest], [0])[0])
-    if tension >= least * (1 - CABLE.mean_tension_rounding):
+    if tension >= least_tension * (1 - CABLE.mean_tension_rounding):
         return strain_of_least
     length = span.chord / (1 + strain_of_least)
     raise NoSolutionError(
-        f"{name} of {tension:.6g} N is {BELOW_LEAST}: {least:.6g} N, at an unstretched length of {length:.6g} m"
+        f"{name} of {tension:.6g} N is {BELOW_LEAST}: {least_tension:.6g} N, at an unstretched length of {length:.6g} m"
     )
 
 
 def strains_for_tension(span, tension, at="mean"):
     """Chord strains of n taut cables with stated tensions [N] at one of TENSIONS, each of shape (n,). [-]
 
-    Not a number where no zero near the guess was found, or only the longer one of two cables with this tension:
-    `shorter_strain_for_tension` decides.
+    Not a number where no solution near a guess was found, or the longer one of two cables with this tension: there
+    `shorter_strain_for_tension` finds the shorter one, or says why there is none.
     """
     highest = _highest_strain(span, tension, at)
     # strain of the tension, less what the sag of a parabola adds to the length of its chord
@@ -146,10 +151,10 @@ def _tension(span, strain, at="mean"):
 
 
 def _rising_zeros(function, guess, highest):
-    """Zeros of n functions of the chord strain up to `highest`, near guesses if possible, and whether they rise there.
+    """Zeros of n functions of the chord strain up to `highest`, near guesses if possible, and which surely rise there.
 
-    `function` is as of `bracket`; all arrays have the shape (n,). A zero is not a number where there is none, and the
-    function is known to rise where the secant method found it, which settles on a rise alone.
+    `function` is as of `bracket`; all arrays have the shape (n,). A zero is not a number where none was found. The
+    function is known to rise (second result, bool) where the secant method found the zero: it accepts no other.
     """
     step = np.minimum(np.maximum(1e-3 * np.abs(guess), 1e-15), (highest - CABLE.loosest_strain) / 8)
     guess = np.clip(guess, CABLE.loosest_strain + 2 * step, highest - 2 * step)
@@ -173,9 +178,9 @@ def _rising_zeros(function, guess, highest):
 
 
 def _zeros_by_secant(function, guess, highest):
-    """Zeros near good guesses by the secant method, arrays as of `_rising_zeros`.
+    """Zeros of n functions near good guesses by the secant method, shape (n,); parameters as of `_rising_zeros`.
 
-    Not a number where the method does not settle, or the function was not seen to rise.
+    Not a number where the steps do not become small, or the function was not seen to rise.
     """
     zeros, index = np.full(len(guess), np.nan), np.arange(len(guess))
     previous, x = guess, guess * (1 + CABLE.length_first_secant)

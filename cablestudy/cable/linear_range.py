@@ -8,7 +8,7 @@ from cablestudy.cable.tolerances import CABLE
 
 
 def forces(at_rest, moves, distances):
-    """Restoring force of cables on a point that moves their ends: exact by the catenaries, and by their stiffness.
+    """Restoring force of cables on a point that moves their ends 2: exact by the catenaries, and linear by stiffness.
 
     Parameters
     ----------
@@ -22,8 +22,8 @@ def forces(at_rest, moves, distances):
     Returns
     -------
     force, linear : ndarray, shape (...)
-        Change of the force against the movement, and its linear approximation, stiffness times distance. `force` is
-        not a number where a cable has no equilibrium. [N]
+        Sum over the cables of the change of the force against the movement, and its linear approximation, stiffness
+        times distance. `force` is not a number where a cable has no equilibrium. [N]
     """
     span = at_rest.span
     force_at_rest = -at_rest.end_forces("global")[..., 1, :]
@@ -58,13 +58,14 @@ def linear_range(span, moves):
     ----------
     span : Span
         The cables, of shape (c,).
-    moves
-        As for `forces`.
+    moves : ndarray, shape (c, 3)
+        As for `forces`; cables with zeros do not count.
 
     Returns
     -------
     float or None
-        None where the force is linear up to `CABLE.largest_movement` of the shortest chord. [m]
+        None where the force is linear up to `CABLE.largest_movement` of the shortest chord, where no cable is moved,
+        and where there is no stiffness, or no equilibrium even at `CABLE.least_movement`. [m]
     """
     moving = np.abs(moves).max(axis=-1) > 0
     if not moving.any():

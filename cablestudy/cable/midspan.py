@@ -16,10 +16,10 @@ def arc_length_at_midspan(catenary):
     Notes
     -----
     The horizontal distance from a segment's end 1 to arc length x on it is H x (1/EA + 2 (1 + excess)/S), H being the
-    horizontal tension and S the sum of the tensions at the ends of the piece up to x; 1 + excess is the mean of 1/T
-    along it over 2/S, see `segment`. Where no load acts horizontally H is a common factor of all segments and cancels,
-    so that a vertical cable has the limit of an inclined one. The root finders of
-    scipy.optimize.elementwise give the same digits in four times the time.
+    horizontal tension and S the sum of the tensions T at the ends of the piece up to x; 1 + excess is the mean of 1/T
+    along this piece over 2/S, see `segment`. Where no load acts horizontally H is a common factor of all segments and
+    cancels, so that a vertical cable has the limit of an inclined one. The root finders of scipy.optimize.elementwise
+    give the same digits in four times the time.
     """
     span, kernel, fraction = catenary.span, catenary.kernel, catenary.segments.fraction
     stiffness = np.asarray(span.axial_stiffness, dtype=float)[..., None]

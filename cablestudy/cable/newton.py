@@ -1,12 +1,13 @@
 """Newton's method for the statics of a batch of cables: a convex energy, a guarded step and a record.
 
-The tension vector that a cable's end conditions determine minimises the complementary energy U*, which is strictly
+The tension vector N that a cable's end conditions determine minimises the complementary energy U*, which is strictly
 convex. With the residual g = -dU*/dN (distance of the computed end 2 from its place) and the flexibility F = d2U*/dN2,
 
     N <- N + share F^-1 g,
 
-with a share of 1, halved until the slope of U* along the step no longer grows. This converges from any start, and the
-solution is unique (Boyd & Vandenberghe 2004, Convex Optimization, section 9.5).
+with a share of 1, which is halved as long as the step overshoots: as long as the slope of U* along the step has changed
+its sign at the end and is more than half as steep as at the start. This converges from any start, and the solution is
+unique (Boyd & Vandenberghe 2004, Convex Optimization, section 9.5).
 """
 
 from dataclasses import dataclass
@@ -26,7 +27,7 @@ REASONS = (
 
 @dataclass(frozen=True)
 class Record:
-    """Newton steps of one cable or of a batch; not a number once a cable has stopped."""
+    """Newton steps of one cable or of a batch; values of steps after a cable has stopped are not a number."""
 
     residual: np.ndarray  # largest component before each step, shape (steps, ...) [-]
     correction: np.ndarray  # size of each full step relative to the tension, shape (steps, ...) [-]
@@ -76,8 +77,8 @@ def newton(problem, unknown, active):
     problem : EquilibriumResidual or ElementResidual
         With methods `residual(unknown) -> g, point`, `step(g, point) -> F^-1 g`, `relative(step, unknown, point)` (size
         of a step relative to the unknown), `rounding(step)` (error of the slope along a step), and the attributes
-        `tolerance` (relative size of a step at which the iteration ends) and `stalled` (below which it also ends where
-        the steps no longer halve).
+        `tolerance` (relative size of a step at which the iteration ends) and `stalled` (relative size below which the
+        iteration also ends once a step is more than half the one before).
     unknown : ndarray, shape (d, ...)
         The start: components first, then the batch. [N] or in the problem's unit of force.
     active : ndarray of bool, shape (...)

@@ -19,6 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.tolerances import CABLE
+from cablestudy.cable.vectors import largest
 
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
 
@@ -126,7 +127,7 @@ def _shallow(tension, weight, cosine, sine, kernel):
     i1 = -2 * (q * sine + n * cosine) * weight / np.maximum(total * product, CABLE.least_divisor)
     wq, wn = weight * sine, weight * cosine  # w
     tau, share = (column.reshape(-1, *[1] * np.ndim(i0)) / 2 for column in (GAUSS_POINTS, GAUSS_WEIGHTS))
-    square = (q + wq * tau) ** 2 + (n + wn * tau) ** 2 + y**2  # T^2
+    square = q**2 + n**2 + y**2 + tau * (2 * (q * wq + n * wn) + tau * (wq**2 + wn**2))  # T^2
     # summed point by point, so that the digits of a cable do not depend on its batch
     i2 = sum(share * tau**2 / np.maximum(square * np.sqrt(square), CABLE.least_divisor))
     qq = q * q * i0 + 2 * q * wq * i1 + wq * wq * i2
@@ -196,14 +197,15 @@ class SegmentedCable:
     @property
     def max_tension(self):
         """Largest tension, at an end or at a load, shape (...). [N]"""
-        return self.edge_tensions.max(axis=(-2, -1))
+        return largest(self.edge_tensions).max(axis=-1)
 
     @property
     def min_tension(self):
         """Smallest tension, at an end, at a load or at the lowest point, shape (...). [N]"""
         vertical, horizontal = self._vertical_and_horizontal
         sags = np.abs(vertical) < self.segment_weights / 2
-        return np.where(sags, horizontal, self.edge_tensions.min(axis=-1)).min(axis=-1)
+        least = np.minimum(self.edge_tensions[..., 0], self.edge_tensions[..., 1])
+        return np.where(sags, horizontal, least).min(axis=-1)
 
     @property
     def half_changes(self):
@@ -222,20 +224,35 @@ class SegmentedCable:
         return self.span.in_frame(np.stack([at_end_1, -at_end_2], axis=-2), frame)
 
 
-def solve_symmetric(matrix, right):
-    """Solve symmetric 3x3 systems with the entries (qq, nn, yy, qn, qy, ny), scaled to a unit diagonal first.
+def _scaled_cofactors(matrix):
+    """Scales a, b, c of symmetric 3x3 matrices with the entries (qq, nn, yy, qn, qy, ny), which make a unit diagonal.
 
-    Solutions are tuples of 3 arrays, by the cofactors of the scaled matrix [[1, d, e], [d, 1, f], [e, f, 1]].
+    With them the cofactors of the scaled matrix [[1, d, e], [d, 1, f], [e, f, 1]], and its determinant.
     """
     qq, nn, yy, qn, qy, ny = matrix
     a, b, c = (1 / np.sqrt(np.maximum(diagonal, CABLE.least_divisor)) for diagonal in (qq, nn, yy))
     d, e, f = qn * a * b, qy * a * c, ny * b * c
-    x, y, z = right[0] * a, right[1] * b, right[2] * c
     c11, c12, c13 = 1 - f * f, e * f - d, d * f - e
     determinant = np.maximum(c11 + d * c12 + e * c13, 1e-30)
-    c22, c23, c33 = 1 - e * e, d * e - f, 1 - d * d
+    return (a, b, c), (c11, 1 - e * e, 1 - d * d, c12, c13, d * e - f), determinant
+
+
+def solve_symmetric(matrix, right):
+    """Solutions of symmetric 3x3 systems with the entries (qq, nn, yy, qn, qy, ny): tuple of 3 arrays."""
+    (a, b, c), (c11, c22, c33, c12, c13, c23), determinant = _scaled_cofactors(matrix)
+    x, y, z = right[0] * a, right[1] * b, right[2] * c
     return (
         a * (c11 * x + c12 * y + c13 * z) / determinant,
         b * (c12 * x + c22 * y + c23 * z) / determinant,
         c * (c13 * x + c23 * y + c33 * z) / determinant,
     )
+
+
+def inverse_symmetric(matrix):
+    """Inverses of symmetric 3x3 matrices with the entries (qq, nn, yy, qn, qy, ny), shape (..., 3, 3)."""
+    scales, (c11, c22, c33, c12, c13, c23), determinant = _scaled_cofactors(matrix)
+    inverse = np.empty((*determinant.shape, 3, 3))
+    for i, row in enumerate(((c11, c12, c13), (c12, c22, c23), (c13, c23, c33))):
+        for j, cofactor in enumerate(row):
+            inverse[..., i, j] = scales[i] * (cofactor * scales[j]) / determinant
+    return inverse

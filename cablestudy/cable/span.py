@@ -10,6 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.vectors import cross
+
 # number of dimensions that each field of a span has for one cable, behind those of the batch
 CORES = dict.fromkeys(("chord", "cosine", "sine", "chord_strain", "axial_stiffness", "mass", "gravity"), 0) | {
     "load_positions": 1,
@@ -184,7 +186,7 @@ class Span:
         """Rows e, n, y in global coordinates, shape (..., 3, 3). [-]"""
         cosine, sine = np.asarray(self.cosine)[..., None], np.asarray(self.sine)[..., None]
         along, across = cosine * self.level + sine * self.vertical, cosine * self.vertical - sine * self.level
-        out = np.broadcast_to(np.cross(self.vertical, self.level), along.shape)
+        out = np.broadcast_to(cross(self.vertical, self.level), along.shape)
         return np.stack([along, across, out], axis=-2)
 
     def in_frame(self, vectors, frame):
@@ -232,9 +234,10 @@ class Span:
         """Copy of the batch with all fields in its full shape."""
         arrays = self._arrays
         batch_dimensions = {name: array.ndim - CORES[name] for name, array in arrays.items()}
-        shape = np.broadcast_shapes(*(array.shape[: batch_dimensions[name]] for name, array in arrays.items()))
-        if not shape:
+        shapes = {array.shape[: batch_dimensions[name]] for name, array in arrays.items()}
+        if len(shapes) == 1:
             return self
+        shape = np.broadcast_shapes(*shapes)
         core_shapes = {name: array.shape[batch_dimensions[name] :] for name, array in arrays.items()}
         full = {name: np.broadcast_to(array, shape + core_shapes[name]) for name, array in arrays.items()}
         return replace(self, **full)

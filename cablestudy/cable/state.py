@@ -86,14 +86,15 @@ def interpolate(state, positions):
     state : State
         In equilibrium, fields of shape (...).
     positions : ndarray, shape (..., j)
-        Unstretched arc length over unstretched length; at a load, the side of end 1. [-]
+        Unstretched arc length over unstretched length; at a load it means the side of end 1. [-]
 
     Returns
     -------
     displacement : ndarray, shape (..., j, 3)
         From the chord, in unstretched lengths, chord frame. [-]
     tension : ndarray, shape (..., j)
-        Size of the tension vector, which is linear along each element. [N]
+        Size of the tension vector, which is linear along each element, by its weight; the change by an `uneven` load
+        within the element is neglected. [N]
     """
     positions = np.broadcast_to(positions, (*np.shape(state.force), np.shape(positions)[-1]))
     element, local = state.mesh.located(positions)  # index of the element, and position in it from 0 to 1
@@ -121,7 +122,8 @@ def sag(state, start):
     state : State
         Fields of shape (n,), or of one cable.
     start : ndarray, shape (n,) or ()
-        Arc length at mid-span of the continuous cable, over unstretched length; used as it is for a vertical cable. [-]
+        Arc length at mid-span of the continuous cable, over unstretched length. The sag is taken there where the cable
+        is vertical, or the elements too are at mid-span there; elsewhere their mid-span is searched for. [-]
 
     Returns
     -------

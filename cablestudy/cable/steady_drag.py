@@ -1,9 +1,9 @@
 """Drag of a steady wind along a cable: only the part of the wind across it counts.
 
 With the unit vector u of the wind and the tangent t of the cable, u_n = u - t (t . u), the force per unstretched length
-is C_d q D (1 + strain) |u_n| u_n. As a uniform load it is that of the chord, in the place of the tangent, without
-strain. Over the height h above the ground the dynamic pressure q may grow as (h/h_0)^(2 a), with the exponent a of the
-speed; the uniform load then has the mean of q along the cable where it hangs.
+is C_d q D (1 + strain) |u_n| u_n with the drag coefficient C_d, the dynamic pressure q and the diameter D. The uniform
+load has the chord's direction for t, and no strain. Over the height h above the ground q may grow as (h/h_0)^(2 a),
+with the exponent a of the speed; the uniform load then has the mean of q along the cable where it hangs.
 """
 
 from dataclasses import dataclass, replace
@@ -40,7 +40,7 @@ class Profile:
 
     @classmethod
     def of(cls, exponent, height, grounds):
-        """Collect the power laws of n load cases in one `Profile`; None if no wind of them grows with height.
+        """Collect the power laws of n load cases in one `Profile`; None if in no case the wind grows with the height.
 
         Parameters
         ----------
@@ -192,8 +192,8 @@ def uneven_drag(drag):
     Returns
     -------
     callable or None
-        `State` of these cables -> force per unstretched length at the Gauss points, chord frame, shape (n, e, q, 3)
-        [N/m]; None where no wind blows.
+        `State` of these cables -> force per unstretched length at the q Gauss points of each of e elements, chord
+        frame, shape (n, e, q, 3) [N/m]; None where no wind blows on any of them.
     """
     if not drag.normal_drag.any():
         return None

@@ -2,12 +2,12 @@
 
 Both parts, outer strands and core, are as long as the cable, whose strain is e. A part that would be longer by
 a_p = alpha_p (T - T_c) without tension, with the temperature T_c of its curves, has the strain
-e_p = (1 + e)/(1 + a_p) - 1 of its own, and carries by
+e_p = (1 + e)/(1 + a_p) - 1 of its own, and carries the tension
 
     N_p = max(0, min(I_p(e_p), F_p (e_p - z_p))),
 
 with the initial curve I_p and, once it was stretched, the line of the final modulus F_p that rises from its permanent
-set z_p. A part that would be pushed is slack: the knee of the conductor is where the outer strands become it. After
+set z_p. A part that would be pushed is slack: the knee of the conductor is where the outer strands become slack. After
 years under the everyday tension a part is on its creep curve C_p instead, which leaves it a set of e_p - C_p(e_p)/F_p.
 
 A curve is a polynomial as far as it is measured, and goes on along its tangent; so it does below zero.

@@ -69,8 +69,9 @@ def symmetric_roots(count, lambda_2):
 
     Notes
     -----
-    Root y = Omega/2 of cos(y) (1 - q) + q sin(y)/y = 0 with q = lambda^2/Omega^2: Irvine's tan(y) = y - 4 y^3/lambda^2
-    without its poles. Root k lies between (k - 1/2) pi (no sag) and (k + 1/2) pi.
+    With span l, tension F and mass per length m; Omega/2 is a root y of cos(y) (1 - q) + q sin(y)/y = 0 with
+    q = lambda^2/Omega^2: Irvine's tan(y) = y - 4 y^3/lambda^2 without its poles. Root k lies between (k - 1/2) pi
+    (no sag) and (k + 1/2) pi.
     """
     lambda_2 = np.asarray(lambda_2, dtype=float)[..., None]
     without_sag = (np.arange(1, count + 1) - 0.5) * np.pi

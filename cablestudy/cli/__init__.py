@@ -19,9 +19,12 @@ class OneLine(Grouped):
     """A group of commands whose usage errors are one line each, like all other errors."""
 
     def main(self, *arguments, standalone_mode=True, **options):
-        """Run the command line and end the program with its exit code; arguments are those of click."""
+        """Run the command line and end the program with its exit code; arguments are those of click.
+
+        Without `standalone_mode` return what the command returns, and let errors pass.
+        """
         words = arguments[0] if arguments else options.get("args")
-        options["obj"] = {"words": list(sys.argv[1:] if words is None else words)}  # for messages that repeat it
+        options["obj"] = {"words": list(sys.argv[1:] if words is None else words)}  # for messages that repeat them
         if not standalone_mode:
             return super().main(*arguments, standalone_mode=False, **options)
         try:

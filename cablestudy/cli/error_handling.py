@@ -90,7 +90,8 @@ def finish(scene, answer, style, plot=None, explain=False, quiet=False):
     """Print the notes, failures and tables of an `Answer`, save its picture, and return the exit code of the command.
 
     `scene` is the name of the scene in messages, `style` the format of the tables (`Style`), `plot` the file of the
-    picture. With `explain` explanations are printed too; with `quiet` nothing but failures and tables.
+    picture. With `explain` explanations are printed too; with `quiet` nothing but failures and tables. An option
+    without effect is a SceneError.
     """
     end_display()
     if style.top and answer.table is not None and answer.table.single:

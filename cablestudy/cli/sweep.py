@@ -69,7 +69,7 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
             print_table(study.cases(), style)
             return 0
         select = study.selection(style.columns, sensitivity, where=where, sort=sort, best=best, pareto=pareto)
-        if study.asked and keep:
+        if study.asked and keep:  # columns that options name and the study does not list
             keep = False
             echo_notes([f"not written: the study does not list {', '.join(study.asked)}"], quiet)
         tolerance = None
@@ -99,7 +99,8 @@ def compute(run, words):
 def finish(study, run, style, plot, tolerance, command, select=None, indices=False):
     """Write and print the table of a complete run, or compare it with the stored one; return the exit code.
 
-    It is compared where there is a tolerance; `select` is from `Study.selection`, `indices` says that it selects these.
+    The table is compared where there is a tolerance. `select` is from `Study.selection`; with `indices` it gives
+    Sobol's indices in place of rows.
     """
     table, files, quiet = run.table(), run.files, run.options.quiet
     if run.options.keep:
@@ -143,7 +144,7 @@ def show(study, sets, vary, out, style, plot, quiet, sensitivity, **selection):
     study = Study(study, sets, vary)
     with study.stored(out) as stored:
         select = study.selection(style.columns, sensitivity, **selection)
-        if study.asked:
+        if study.asked:  # columns that options name and the study does not list
             names, similar = ", ".join(study.asked), study.varied_alike
             hint = f"did you mean {' or '.join(similar)}? else " if similar else ""
             how = "'cablestudy sweep' with these options computes it"
@@ -171,4 +172,4 @@ def merge(study, sets, vary, out, style, plot, quiet):
         echo_notes(study.notes, quiet)
         with study.merged(out, quiet) as run:
             echo_notes([*run.failures(study.words), *run.warnings()], quiet)
-            return finish(study, run, style, plot, None, command_text(words))
+            return finish(study, run, style, plot, tolerance=None, command=command_text(words))

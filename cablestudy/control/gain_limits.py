@@ -1,9 +1,10 @@
 """Gains with which a loop of several winches is stable, and with which the peak of its sensitivity is bounded.
 
-Of a loop that is stable without gain, a pole crosses to the right or to the left at each gain at which an eigenvalue of
-the loop gain L is -1 at some frequency (`margins_crossings`): with any gain as many poles are to the right as have
-crossed to the right more often than to the left, and the least gain of a crossing to the right is the largest stable
-one. So stability follows from the curve of L over frequency alone, with all modes that L has.
+Of a loop that is stable without gain, a pole crosses the imaginary axis to the right or to the left at each gain at
+which an eigenvalue of the loop gain L is -1 at some frequency (`margins_crossings`). The number of unstable pairs of
+poles with a gain is that of the crossings to the right at smaller gains, less that of the crossings to the left; the
+least gain of a crossing to the right is the largest stable one. So stability follows from the curve of L over frequency
+alone, with all modes that L has.
 """
 
 from dataclasses import dataclass, replace
@@ -41,8 +42,8 @@ class Limit:
     omega : float
         Frequency of the pole there. [rad/s]
     rate : float
-        Its growth over frequency per relative change of the gain: about the damping ratio of a mode without control
-        that the gain takes away. [-]
+        Growth of the pole, over its frequency, per relative change of the gain: about the damping ratio of a mode
+        without control that the gain takes away. [-]
     """
 
     factor: float
@@ -51,21 +52,21 @@ class Limit:
 
     @property
     def undamped(self):
-        """True if that mode is as good as undamped."""
+        """True if the mode whose pole crosses is as good as undamped: its damping ratio is below `CONTROL.undamped`."""
         return self.rate < CONTROL.undamped
 
     def of(self, loop_gain):
         """`Limit` of this crossing in another loop gain, which is similar or the same.
 
-        Of a mode as good as undamped it is where the mode grows by `negligible_growth`; its factor is infinite if the
-        mode never does.
+        For a mode as good as undamped it is where the mode grows by `CONTROL.negligible_growth` times its frequency;
+        the factor is infinite if the mode never does.
         """
         if not self.undamped:
             limit = limit_near(loop_gain, self)
             return replace(limit, rate=self.rate) if limit else self
 
         def damped(s):
-            """The loop gain on a line of poles that grow by it, whose crossings are looked for."""
+            """The loop gain on the line of poles that grow so much; crossings of this line are looked for."""
             return loop_gain(s + CONTROL.negligible_growth * np.abs(s))
 
         step = max(self.rate, CONTROL.negligible_growth) * self.omega * ASIDE
@@ -83,7 +84,7 @@ class StableGains:
     loop_gain : callable
         L over the gain: s, shape (f,) -> shape (f, k, k).
     poles : ndarray
-        Without control, all stable: L changes fast beside them. [rad/s]
+        Poles without control, all stable: L changes fast beside them. [rad/s]
     notches : tuple of (Notch or None)
     law : Law
     most : float
@@ -127,14 +128,14 @@ class StableGains:
 
         Notes
         -----
-        With l the eigenvalue of L, 1 + g l(s) = 0, so that the pole moves by 1/(g dl/ds) per relative change of g. One
-        of a mode as good as undamped is called unstable only from the gain on with which it grows by
-        `negligible_growth`.
+        With l the eigenvalue of L, 1 + g l(s) = 0, so that the pole moves by 1/(g dl/ds) per relative change of g. A
+        mode as good as undamped is called unstable only from the gain on with which its growth over its frequency is
+        `CONTROL.negligible_growth`.
         """
         remaining, limits = self._crossings, []
         while len(remaining) and (not limits or remaining.factor[0] < limits[0].factor):
-            least, remaining = _split_least(self.loop_gain, remaining)
-            limits += [limit for limit, outward in self._limits_of(least) if outward and limit.factor < np.inf]
+            first, remaining = _split_first(self.loop_gain, remaining)
+            limits += [limit for limit, outward in self._limits_of(first) if outward and limit.factor < np.inf]
             limits.sort(key=lambda limit: limit.factor)
         return limits
 
@@ -254,7 +255,7 @@ class StableGains:
         Returns
         -------
         ndarray, shape (k,)
-            Infinite without limit, 0 where the loop is unstable without this coordinate.
+            Infinite without limit, 0 where the loop is unstable without the gain of this coordinate.
 
         Notes
         -----
@@ -282,20 +283,20 @@ def _growth_allowed(loop_gain, remaining):
     """
     net = 0
     while len(remaining):
-        least, remaining = _split_least(loop_gain, remaining)
-        if len(least):
-            net += np.where(least.outward, 1, -1)[least.factor < 1].sum()
-            above = least.factor[least.outward & (least.factor > 1)]
+        first, remaining = _split_first(loop_gain, remaining)
+        if len(first):
+            net += np.where(first.outward, 1, -1)[first.factor < 1].sum()
+            above = first.factor[first.outward & (first.factor > 1)]
             if len(above):
                 return float(above.min()) if net >= 0 else 0.0
     return np.inf if net >= 0 else 0.0
 
 
-def _split_least(loop_gain, remaining):
-    """The least of sorted `Crossings`, located to rounding, and the others."""
+def _split_first(loop_gain, remaining):
+    """The first of sorted `Crossings`, those with about the least factor, located to rounding; and the others."""
     near = remaining.factor <= CONTROL.refined_together * remaining.factor[0]
-    least = refined(loop_gain, remaining.take(near))
-    return least if len(least) else remaining.take(slice(0)), remaining.take(~near)
+    first = refined(loop_gain, remaining.take(near))
+    return first if len(first) else remaining.take(slice(0)), remaining.take(~near)
 
 
 def limit_near(loop_gain, similar):
@@ -308,7 +309,7 @@ def limit_near(loop_gain, similar):
     loop_gain : callable
         L over the gain, as for `StableGains`.
     similar : Limit
-        Limit of the similar loop gain, near which the search begins.
+        The known limit, at whose frequency the search begins.
     """
     omega = similar.omega
     candidates = -1 / eigenvalues(loop_gain(np.array([1j * omega])))[0]  # complex; real where a pole crosses

@@ -1,14 +1,16 @@
 """The loop of several winches that hold the pose of a body.
 
-Each measured coordinate y_j is filtered by a notch N_j, and shared among the winches by the weighted pseudo-inverse A
-of the static gain G from winches to pose; one control law (`law`) drives all winches:
+Each measured coordinate y_j, y = P z of the coordinates z of the motion, is filtered by a notch N_j, and shared among
+the winches by the weighted pseudo-inverse A of the static gain G from winches to pose; one control law (`law`) drives
+all winches:
 
     v = -gain C1(s) A N(s) y,        A = W^-1 G^T (G W^-1 G^T)^+
 
 which is the movement with the least sum of w_k v_k^2 that corrects y, W = diag(w). The loop gain at the measured
 coordinates is L = gain C1 (y/v) A N; without dynamics L = gain C1. C1 = 1/s of an integrator.
 
-A delay is the same factor of all eigenvalues of L, so that what `law` says of its approximants and of -1 holds of each.
+A delay is the same factor of all eigenvalues of L, so that what `law` shows of one loop gain holds for each of them:
+approximants of the delay leave the number of unstable poles as it is.
 """
 
 from dataclasses import astuple, dataclass, field, replace
@@ -35,7 +37,7 @@ def moved_by_winches(motion, measured, sizes):
     ----------
     motion : LinearSystem
     measured : ndarray, shape (k, m)
-        Measured coordinates by the m coordinates of the motion.
+        P: measured coordinates by the m coordinates of the motion.
     sizes : ndarray, shape (k,)
         Length by which a rotation is multiplied to compare it with a displacement; 1 for displacements. [m]
     """
@@ -57,7 +59,7 @@ def allocate(motion, measured, sizes, weights):
     Raises
     ------
     NoSolutionError
-        No winch moves anything that is measured.
+        A measured coordinate is moved by no winch.
     """
     moves, gain = moved_by_winches(motion, measured, sizes)  # gain: G, shape (k, i)
     if not moves.all():
@@ -77,7 +79,7 @@ class Loop:
     motion : LinearSystem
     allocation : Allocation
     gain : float
-        Of an integrator; of another law what it is multiplied by. [rad/s]
+        Gain of an integrator; another law is multiplied by it. [rad/s]
     notches : tuple of (Notch or None)
         Of each measured coordinate.
     law : Law
@@ -130,7 +132,8 @@ class Loop:
     def limit_by_modes(self):
         """Gain at which the first pole of the motion crosses the axis, to first order; None where none does. [rad/s]
 
-        With x = sum of v_a b_a(s) u/(s - l_a) and y = P x, a gain g moves a pole l_a by -g b_a(l_a) A C1 N P v_a.
+        With z = sum of r_a b_a(s) v/(s - l_a) over the poles l_a and their right eigenvectors r_a, a gain g moves the
+        pole l_a by -g b_a(l_a) A C1 N P r_a.
         """
         motion, count = self.motion, len(self.motion)
         upper = motion.eigen.values.imag > 0

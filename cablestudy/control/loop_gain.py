@@ -1,17 +1,19 @@
 """The loop gain of winches from the dynamic stiffness of the bodies, with all modes that the cables' elements have.
 
-    L(s) = P Z^-1 F A C1(s) N(s),    Z = Z_b + sum of G^T S(s) G,    F = F_0 - sum of G^T S(s) H
+    L(s)/g = P Z^-1 F A C1(s) N(s),    Z = Z_b + sum of G^T S(s) G,    F = F_0 - sum of G^T S(s) H
 
-P gives the measured coordinates, A allocates them to the winches, Z_b is the dynamic stiffness of the bodies without
-cables, S that of a cable at the six displacements of its ends, G and H these displacements by the bodies and by the
-lengths reeled in, F_0 the load that a winch takes off its own end. No system larger than that of the bodies is solved,
-and no mode of the whole suspension is needed.
+g is the gain of the control law C1 behind the notches N (see `loop`). P gives the measured coordinates, A allocates
+them to the winches, Z_b is the dynamic stiffness of the bodies without cables, S that of a cable at the six
+displacements of its ends, G and H these displacements by the bodies and by the lengths reeled in, F_0 the load that a
+winch takes off its own end. No system larger than that of the bodies is solved, and no mode of the whole suspension is
+needed.
 
 A mode of one cable between fixed ends, of frequency W, has its pole with the bodies free near that of
 
     s^2 + c s + W^2 = s^4 w^T Z_r^-1 w,    w = G^T m,
 
-Z_r being Z without this mode. A gain g moves it by -g X/(2 s) to first order, with
+Z_r being Z without this mode, c twice its decay rate between fixed ends and m its coupling to the displacements of the
+ends. A gain g moves the pole by -g X/(2 s) to first order, with
 
     X = s^4 (w^T Z_r^-1 F + m^T H) A C1 N P Z_r^-1 w.
 """
@@ -67,7 +69,7 @@ class LoopGain:
 
     @np.errstate(divide="ignore", invalid="ignore")  # at the pole of an undamped mode it is infinite
     def __call__(self, s):
-        """L for s of shape (f,), shape (f, k, k)."""
+        """L/g for s of shape (f,), shape (f, k, k). [s]"""
         bodies, pulled = self._stiffness_and_forces(s)
         pulled = pulled @ self.shares
         moved = self.measured @ (pulled / bodies if bodies.shape[-1] == 1 else np.linalg.solve(bodies, pulled))
@@ -122,8 +124,9 @@ class LoopGain:
     def poles_of(self, cable, modes):
         """Estimate the poles of modes of one cable with the bodies free, and the shift of each pole per gain.
 
-        The equations of the module's docstring, each evaluated once. Z_r, which is Z without the mode, is computed
-        beside the frequency W of the mode: at W itself its resonance dominates Z, and Z_r would be lost in rounding.
+        They tell which modes of the cable a gain could drive to instability, and where the loop gain has peaks. The
+        equations of the module's docstring are evaluated once, not iterated. Z_r, which is Z without the mode, is
+        computed beside the frequency W of the mode: at W its resonance dominates Z, and Z_r would be lost in rounding.
 
         Parameters
         ----------

@@ -14,9 +14,9 @@ class TimeResponse:
     Attributes
     ----------
     measured, open_loop : ndarray, shape (m,)
-        Displacement with the loop closed, and without it; None where only the loop has the input. [m] or [rad]
+        Displacement with the loop closed, and without the loop; None where only the loop has the input. [m] or [rad]
     winch, winch_speed : ndarray, shape (m, i)
-        Movement of each winch by the loop, without what is added to it. [m], [m/s]
+        Movement of each winch by the loop, without the step of a winch that is the input. [m], [m/s]
     error : float
         Estimated relative error of the largest displacement by the modes that are left out. [-]
     final : float
@@ -37,7 +37,9 @@ class TimeResponse:
 
 
 def responses(closed, alone, output, winches, input_, components, time):
-    """Compute the `TimeResponse` of one displacement and of the winches to one input; its error is left at 0.
+    """Compute the `TimeResponse` of one displacement and of the winches to one input.
+
+    Its attribute `error` is left at 0; `compared` sets it.
 
     Parameters
     ----------

@@ -36,10 +36,10 @@ def by_forces(motion, forces, loop=None, actuators=(), direct=None):
     b, c, d : ndarray, shapes (N, j), (p, N), (p, j)
         For N states and p outputs: those of the motion, then those of the actuators.
     """
-    _, state_rate, winch_rows, output_matrix = rows(motion, None, loop, actuators)
+    _, state_rate, winch_rows, output_matrix = rows(motion, loop=loop, actuators=actuators)
     input_matrix = _input_matrix(motion, forces, len(state_rate))
     direct_matrix = np.zeros((len(output_matrix), forces.shape[1]), output_matrix.dtype)
-    # a force changes an output at once by the accelerations z'' and, with a loop, by v' and v'' of the winches
+    # a force changes an output at once by the accelerations z'' and, with a loop, by rates and accelerations of winches
     at_once = motion.c[2] @ input_matrix[len(motion) : 2 * len(motion)]
     if loop:
         at_once = at_once + sum(part @ (row @ input_matrix) for part, row in zip(motion.d[1:], winch_rows, strict=True))
@@ -49,71 +49,74 @@ def by_forces(motion, forces, loop=None, actuators=(), direct=None):
 
 def winch_speeds(motion, forces, loop, actuators=(), direct=None):
     """State-space matrices B, C and D as of `by_forces`, with the speeds of the winches as outputs."""
-    _, state_rate, (reeled, speed), _ = rows(motion, None, loop, actuators)
+    _, state_rate, (reeled, speed), _ = rows(motion, loop=loop, actuators=actuators)
     input_matrix = _input_matrix(motion, forces, len(state_rate))
     return input_matrix, speed, reeled @ input_matrix
 
 
 def _input_matrix(motion, forces, size):
     """Change of each state by forces on the coordinates, shape (N, j)."""
-    given = np.zeros((size, forces.shape[1]))
-    given[len(motion) : 2 * len(motion)] = motion.accelerated(forces)
-    return given
+    matrix = np.zeros((size, forces.shape[1]))
+    matrix[len(motion) : 2 * len(motion)] = motion.accelerated(forces)
+    return matrix
 
 
 class ExactResponse:
-    """A suspension with a loop whose delay is exp(-s T), to forces.
+    """Response to forces of a suspension with a loop whose delay T is exp(-s T) itself, not an approximant.
 
-    Arguments are those of `by_forces`. With the winches at rest it is a sum over poles; the loop then closes it,
-    v = -gain C1 A N (I + L)^-1 y.
+    Arguments are those of `by_forces`. With the winches at rest the response y of the measured coordinates is a sum
+    over poles; the loop then moves the winches by v = -gain C1 A N (I + L)^-1 y.
     """
 
     def __init__(self, motion, forces, loop, actuators=(), direct=None):
-        found, whole, reeled, shown = rows(motion, forces, None, actuators)
-        size, winches = len(whole), len(reeled[0])
-        inputs = (whole.shape[1] - size) // 3
+        first_order, state_rate, reeled, output_rows = rows(motion, forces, actuators=actuators)
+        size, winches = len(state_rate), len(reeled[0])
+        inputs = (state_rate.shape[1] - size) // 3
         if direct is not None:
-            shown[: len(direct), size + inputs - forces.shape[1] : size + inputs] += direct
+            output_rows[: len(direct), size + inputs - forces.shape[1] : size + inputs] += direct
         parts = [slice(size + order * inputs, size + (order + 1) * inputs) for order in range(3)]
-        shown = np.concatenate([shown, loop.allocation.measured @ found.places])
+        output_rows = np.concatenate([output_rows, loop.allocation.measured @ first_order.places])
         self._loop, self._winches = loop, winches
-        self._given = [motion.eigen.left @ whole[:, part] for part in parts]
-        self._shown, self._direct = shown[:, :size] @ motion.eigen.right, [shown[:, part] for part in parts]
+        # by eigenvectors; of inputs u, u' and u'', the winches first
+        self._inputs = [motion.eigen.left @ state_rate[:, part] for part in parts]
+        self._outputs = output_rows[:, :size] @ motion.eigen.right
+        self._direct = [output_rows[:, part] for part in parts]
 
     def outputs(self, s):
         """Those of `by_forces`, shape (f, o, j), for s of shape (f,)."""
         return self._solved(s)[0]
 
     def winch_speeds(self, s):
-        """Shape (f, i, j)."""
+        """Speeds of the winches per force, shape (f, i, j), for s of shape (f,)."""
         return s[:, None, None] * self._solved(s)[1]
 
     @property
     def alone(self):
         """`Residues` of the outputs with the winches at rest."""
         count = len(self._loop.notches)
-        given, direct = (parts[0][..., self._winches :] for parts in (self._given, self._direct))
-        own = self._loop.motion.eigen
-        return Residues(own.values, given, self._shown[:-count], direct[:-count], own.one_sided)
+        inputs, direct = (parts[0][..., self._winches :] for parts in (self._inputs, self._direct))
+        eigen = self._loop.motion.eigen
+        return Residues(eigen.values, inputs, self._outputs[:-count], direct[:-count], eigen.one_sided)
 
     @property
     def hardly_moved(self):
         """`Residues` of the speeds of winches where the loop gain is small, without a direct part."""
         loop, alone, count = self._loop, self.alone, len(self._loop.notches)
-        # to the left of -1/T exp(-s T) is no measure any more of what happens on the imaginary axis
+        # to the left of -1/T, exp(-s T) says nothing any more of what happens on the imaginary axis
         s = np.maximum(alone.poles.real, -1 / loop.law.delay) + 1j * alone.poles.imag
-        error = loop.controller(s).T * self._shown[-count:]
+        error = loop.controller(s).T * self._outputs[-count:]
         speeds = -loop.gain * alone.poles * (loop.allocation.shares @ error)
         return replace(alone, outputs=speeds, direct=np.zeros((len(speeds), alone.inputs.shape[1])))
 
     def _solved(self, s):
+        """Outputs, and lengths reeled in by the loop, per force: shapes (f, o, j) and (f, i, j)."""
         loop, count = self._loop, len(self._loop.notches)
-        fractions = self._shown / (s[:, None] - loop.motion.eigen.values)[:, None, :]
-        given = zip(self._given, self._direct, strict=True)
-        by_forces = fractions @ self._given[0][:, self._winches :] + self._direct[0][:, self._winches :]
+        fractions = self._outputs / (s[:, None] - loop.motion.eigen.values)[:, None, :]
+        by_order = zip(self._inputs, self._direct, strict=True)  # of v, v' and v''
+        by_forces = fractions @ self._inputs[0][:, self._winches :] + self._direct[0][:, self._winches :]
         by_winches = sum(
             s[:, None, None] ** order * (fractions @ b[:, : self._winches] + d[:, : self._winches])
-            for order, (b, d) in enumerate(given)
+            for order, (b, d) in enumerate(by_order)
         )
         filters = loop.controller(s)
         gain = loop.gain * (by_winches[:, -count:] @ loop.allocation.shares) * filters[:, None, :]

@@ -1,9 +1,9 @@
-"""Margins of a loop gain of k coordinates over frequency, of which that of one cable is k = 1.
+"""Margins of a loop gain of k coordinates over frequency; k = 1 for one cable.
 
 L is the loop gain at what is measured, S = (I + L)^-1 the sensitivity and T = L (I + L)^-1 = I - S the complementary
-sensitivity; what is called their size is the largest singular value (Skogestad and Postlethwaite, Multivariable
+sensitivity; the size of such a matrix is its largest singular value (Skogestad and Postlethwaite, Multivariable
 Feedback Control, 2005, sections 2.2, 2.4 and 3.3). A phase that is common to all eigenvalues of L, as that of a further
-delay, brings the loop to the limit of stability where it turns one of size 1 to -1.
+delay, brings the loop to the limit of stability where it turns an eigenvalue of size 1 to -1.
 
 The disk margin is that of Seiler, Packard and Gahinet (An introduction to disk margins, IEEE Control Systems Magazine
 40(5), 2020) without skew: the loop is stable with each factor (1 + d/2)/(1 - d/2) of the loop gain,
@@ -23,9 +23,9 @@ from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
 
 TURN = 2 * np.pi
-# bound on how far a size near a frequency lies above that of I where the loop gain is small, over the deviation of S
-# from I: a peak beside a frequency is at most `peak_reach` times its visible height higher
-PEAKS = 2 * (1 + 2 * CONTROL.peak_reach)
+# bound, where the loop gain is small, on how far a peak at or beside a frequency lies above the size of I, over that of
+# S - I there: a peak beside a frequency is at most `peak_reach` times its visible height higher
+PEAK_OVER_DEVIATION = 2 * (1 + 2 * CONTROL.peak_reach)
 
 
 @dataclass(frozen=True)
@@ -37,10 +37,10 @@ class Margins:
     loop_gain : callable
         L: s, shape (f,) -> shape (f, k, k).
     omega : ndarray, shape (f,)
-        Ascending frequencies, as close as L and S turn; see `margins_grid.frequencies`. [rad/s]
+        Ascending frequencies, close enough to show every turn of L and S; see `margins_grid.frequencies`. [rad/s]
     check_peak : callable
         Called with the frequency of a peak of the sensitivity or of the disk margin [rad/s]: raises NoSolutionError
-        where that peak is no number of this loop.
+        where that peak is that of a mode as good as undamped, whose height is rounding.
     matrices : ndarray, shape (f, k, k), optional
         L at these frequencies, where it is known.
     """
@@ -91,8 +91,8 @@ class Margins:
         large = gain == CONTROL.small_gain
         value[large] = size(self._sensitivity[large])
         highest_known = value.max(initial=size_of_identity)
-        # neither the value nor a peak beside it may be the highest where even this bound is lower
-        reach = PEAKS * deviation + CONTROL.flat_peak * highest_known
+        # bound on a peak at or beside each frequency, above the size of I: S is needed where it may be the highest
+        reach = PEAK_OVER_DEVIATION * deviation + CONTROL.flat_peak * highest_known
         may_be_highest = ~large & (reach >= highest_known - size_of_identity)
         value[may_be_highest] = size(self._sensitivity[may_be_highest])
         value[~large & ~may_be_highest] = size_of_identity
@@ -238,12 +238,14 @@ def largest(matrices):
 def gain_of_peak(unit_gain, omega, peak, most):
     """Largest gain, at most `most`, with which no singular value of the sensitivity (I + gain L)^-1 is above `peak`.
 
+    Here, and in the functions below, L is the loop gain over the gain.
+
     Parameters
     ----------
     unit_gain : callable
-        s, shape (f,) -> L over the gain, shape (f, k, k).
+        L: s, shape (f,) -> shape (f, k, k).
     omega : ndarray, shape (f,)
-        Frequencies to begin with, as dense as L changes. [rad/s]
+        Frequencies to begin with, ascending, close enough to show how L changes. [rad/s]
     peak : float
         Largest singular value that is allowed, above 1. [-]
     most : float
@@ -270,13 +272,13 @@ def gain_of_peak(unit_gain, omega, peak, most):
     """
 
     def largest_at(function, gain):
-        """Largest value over frequency of a function of L over the gain and of a gain, and its frequency."""
+        """Largest value over frequency of a function of L and of a gain, and its frequency."""
         return highest(lambda omega: function(loop_gain_at(omega), gain), omega, function(value, gain))
 
     def loop_gain_at(omega):
         return _finite(by_parts(unit_gain, omega))
 
-    gain, peak_omega, value = most, None, loop_gain_at(omega)  # value: L over the gain, shape (f, k, k)
+    gain, peak_omega, value = most, None, loop_gain_at(omega)  # value: L, shape (f, k, k)
     for _ in range(CONTROL.gain_steps):
         height, top = largest_at(_sensitivity_size, gain)
         if height <= peak * (1 + CONTROL.peak_reached):
@@ -292,12 +294,12 @@ def gain_of_peak(unit_gain, omega, peak, most):
 
 
 def _sensitivity_size(value, gain):
-    """Largest singular value of (I + gain L)^-1, shape (f,), `value` being L over the gain, shape (f, k, k)."""
+    """Largest singular value of (I + gain L)^-1, shape (f,), `value` being L, shape (f, k, k)."""
     return 1 / np.maximum(_least_singular_value(value, gain), np.finfo(float).tiny)
 
 
 def _least_singular_value(value, gain):
-    """Least singular value of I + gain L, shape (f,), `value` being L over the gain, shape (f, k, k)."""
+    """Least singular value of I + gain L, shape (f,), `value` being L, shape (f, k, k)."""
     return np.linalg.svd(np.eye(value.shape[-1]) + gain * value, compute_uv=False)[:, -1]
 
 
@@ -317,9 +319,9 @@ def _next_below(peak, value, gain):
     peak : float
         Size of the sensitivity. [-]
     value : ndarray, shape (f, k, k)
-        L over the gain. [s]
+        L. [s]
     gain : float
-        [rad/s]
+        Gain below which g is looked for. [rad/s]
 
     Returns
     -------
@@ -336,6 +338,6 @@ def _next_below(peak, value, gain):
     companion[:, size:, size:] = -(value + conjugate) / factor
     m = np.linalg.eigvals(companion)
     below = (np.abs(m.imag) <= CONTROL.real_eigenvalue * np.abs(m)) & (m.real * gain > 1)  # real, and g < gain
-    least = np.where(below, m.real, np.inf).min(axis=1, initial=np.inf)
-    result[higher] = np.where(np.isfinite(least), least, 0.0)
+    least_m = np.where(below, m.real, np.inf).min(axis=1, initial=np.inf)  # 1/g of the largest g
+    result[higher] = np.where(np.isfinite(least_m), least_m, 0.0)
     return result

@@ -1,4 +1,4 @@
-"""Gains at which a pole of a loop of k coordinates crosses the imaginary axis; that of one cable has k = 1.
+"""Gains at which a pole of a loop of k coordinates crosses the imaginary axis; k = 1 for one cable.
 
 A pole of the closed loop lies at i w for the gain g where an eigenvalue l of the loop gain L(i w) over the gain is real
 and negative, g = -1/l. With l(s(g)) = -1/g along the pole, ds/dg = 1/(g^2 l'(s)), so that it crosses to the right where
@@ -97,9 +97,9 @@ def crossings(omega, values):
 def refined(function, brackets):
     """Locate crossings to rounding: `Crossings` by ascending factor.
 
-    The loop gain is first computed at more frequencies within each bracket, which separates several crossings in one of
-    them; the secant method follows. A bracket that then shows no crossing is dropped: two eigenvalues had been mistaken
-    for one.
+    The loop gain is first computed at more frequencies within each bracket, which separates several crossings in one
+    bracket; the secant method follows. A bracket that then shows no crossing is dropped: two eigenvalues had been
+    mistaken for one.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def _by_secant(eigenvalues_at, brackets, is_single):
 
 
 def crossing_near(needed_gain, begin, step, farthest, settled):
-    """Gain and frequency at which a pole crosses the imaginary axis near a frequency [rad/s]; None if not found.
+    """Gain and frequency, both [rad/s], at which a pole crosses the imaginary axis near a frequency; None if not found.
 
     Parameters
     ----------
@@ -172,7 +172,8 @@ def crossing_near(needed_gain, begin, step, farthest, settled):
         Frequency [rad/s] -> -1/l, complex, of an eigenvalue l of the loop gain over the gain. Where it is real, it is
         the gain with which a pole crosses there. [rad/s]
     begin, step, farthest : float
-        First frequency, distance of the second one, and largest distance of the crossing. [rad/s]
+        First frequency of the search, distance from it to the second one, and largest distance from it to the
+        crossing. [rad/s]
     settled : float
         Step that ends the search. [rad/s]
 

@@ -1,6 +1,6 @@
 """Frequencies at which a loop gain of k coordinates is evaluated, and its extrema and zeros between them.
 
-A loop gain is a function of s, shape (f,) [rad/s], with values of shape (f, k, k); that of one cable has k = 1.
+A loop gain is a function of s, shape (f,) [rad/s], with values of shape (f, k, k); k = 1 for one cable.
 """
 
 from functools import partial
@@ -20,7 +20,7 @@ def frequencies(poles, notches=(), law=INTEGRATOR):
     Parameters
     ----------
     poles : ndarray
-        Poles of the open loop; those in the lower half plane are mirror images, and left out. [rad/s]
+        Poles of the open loop; those in the lower half plane, mirror images of others, are left out. [rad/s]
     notches : iterable of (Notch or None)
         Their corners, and those of the law, count as poles.
     law : Law
@@ -197,7 +197,7 @@ def highest(function, omega, value=None):
     function : callable
         Frequencies, shape (f,) -> values, shape (f,).
     omega : ndarray, shape (f,)
-        Ascending, as close as the function changes: each peak that may be the highest is refined. [rad/s]
+        Ascending, close enough to show every peak; each one that may be the highest is refined. [rad/s]
     value : ndarray, shape (f,), optional
         Values of the function there, where they are known.
     """
@@ -235,7 +235,7 @@ def maxima(function, low, top, high, *which):
     Parameters
     ----------
     function : callable
-        Frequencies, shape (q,), and `which` of these maxima they belong to -> values, shape (q,).
+        Frequencies, shape (q,), and the entries of `which` for the maxima near them, shape (q,) -> values, shape (q,).
     low, top, high : ndarray, shape (p,)
         Ascending; the value at `top` is the highest of the three. [rad/s]
     which : ndarray, shape (p,)
@@ -276,8 +276,8 @@ def passages(function, omega, value):
     function : callable
         Frequencies, shape (f,) -> values of all functions, shape (f, k).
     omega : ndarray, shape (f,)
-        Ascending, as close as the functions change. A function that passes zero and comes back between two of them is
-        seen where its values show that it may. [rad/s]
+        Ascending, close enough to show every extremum. A function that passes zero and comes back between two of them
+        is found where the values around suggest it. [rad/s]
     value : ndarray, shape (f, k)
         Values of the functions there.
 

@@ -1,12 +1,16 @@
-"""A suspension in modes and static responses as coordinates, with actuators on its bodies, moved by winches and wind.
+"""A suspension in modes and static responses as coordinates z, with actuators on its bodies, moved by winches and wind.
 
-    M z'' + C z' + K z = f + B0 v + B1 v' + B2 v'' + sum a (g_v s + g_p) h(s) r z,     h = s/(s + w_h) or 1
+    M z'' + C z' + K z = f + B0 v + B1 v' + B2 v'' + sum over actuators of p (g_v s + g_p) h(s) r.z
 
-v are the lengths that winches reel in. A reaction mass adds its stroke q along an axis a to the coordinates z. The mass
-of the body includes it, so that q adds m q' a.v + m q'^2/2 to the kinetic energy, v being the velocity of its place. Of
-its weight remains the moment m g q (a x e_z). The actuator's force g_v v.a + g_p x.a acts between body and mass: on q
-alone. A wheel of inertia J turns freely about its axis, so the body has J less about it; its torque on the body is
--g_v times the angular velocity about the axis.
+f are the forces on the coordinates and v the lengths that winches reel in. Each actuator measures the movement r.z of
+its body (`measured`); its force or torque is (g_v s + g_p) h(s) r.z with gains g_v and g_p and a high-pass filter
+h = s/(s + w_h), or h = 1; p (`acts`) is the force on each coordinate per force or torque.
+
+A reaction mass m_a adds its stroke q along an axis a to the coordinates. The mass of the body includes it, so that q
+adds m_a q' a.d' + m_a q'^2/2 to the kinetic energy, d being the displacement of its place. Of its weight remains the
+moment m_a g q (a x e_z). Its force, from r.z = a.d, acts between body and mass: on q alone. A wheel of inertia J turns
+freely about its axis, so the body has J less about it; its torque on the body is -g_v times the angular velocity about
+it.
 """
 
 from dataclasses import dataclass
@@ -63,7 +67,7 @@ class ActuatorFeedback:
     measured : ndarray, shape (m,)
         Movement of the body along or about the axis per coordinate. [m], [rad]
     acts : ndarray, shape (m,)
-        Force on each coordinate per force or torque.
+        Force on each coordinate per force or torque of the actuator.
     velocity_gain, position_gain, corner : float
         As in `Actuator`.
     """
@@ -159,8 +163,9 @@ def actuated(layout, shapes, mass, damping, stiffness, actuators):
 
     Returns
     -------
-    mass, damping, stiffness : ndarray, shape (m + q, m + q)
-        With the strokes of q reaction masses as the last coordinates.
+    mass, damping, stiffness : ndarray, shape (m + j, m + j)
+        With the strokes of j reaction masses as the last coordinates, and without the inertia of wheels about their
+        axes.
     feedback : tuple of ActuatorFeedback
         The controlled force or torque of each actuator.
     """
@@ -169,14 +174,14 @@ def actuated(layout, shapes, mass, damping, stiffness, actuators):
     feedback, stroke = [], count
     for actuator in actuators:
         movements = _movements(layout, actuator, shapes)
-        # by the coordinates: movement of the body along the axis a, about it, and g (theta x a)_z for the weight
+        # by the coordinates: movement of the body along the axis a, about a, and g (theta x a)_z, theta its rotation
         along, about, weight = (np.append(row, np.zeros(strokes)) for row in movements)
         velocity_gain, inertia, corner = actuator.velocity_gain, actuator.inertia, actuator.corner
         if actuator.wheel:
             mass -= inertia * np.outer(about, about)
             feedback.append(ActuatorFeedback(about, -about, velocity_gain, 0.0, corner))
             continue
-        # kinetic energy m q' a.v + m q'^2/2, and moment m g q (a x e_z) of the weight beside a spring
+        # kinetic energy m_a q' a.d' + m_a q'^2/2, and moment m_a g q (a x e_z) of the weight beside a spring
         for matrix, row, diagonal in ((mass, along, 1.0), (stiffness, weight, actuator.omega**2)):
             matrix[stroke] += inertia * row
             matrix[:, stroke] += inertia * row

@@ -5,11 +5,12 @@ Its coordinates are the absolute modal amplitudes y and the six displacements u 
     [I  0 ] [y]''   [      ] [y]'   [W^2  p] [y]   [modal forces        ]
     [0  Mr] [u]   + [  C   ] [u]  + [p^T  D] [u] = [forces at the ends  ]
 
-(Craig and Bampton, 1968, with modes normalised to unit mass): those of a `Superelement` with q = y - m u. D is the
-static end stiffness plus what the kept modes take off it, Mr the inertia that they leave. C holds 2 zeta W of each mode
-for modal damping, and for the ends what the omitted modes add as slow movements of the ends meet them: the sum of 2
-zeta p p^T/W^3. Hysteretic damping has no state space: each mode of the moving parts (gondola included) gets the viscous
-damping that dissipates the same energy per cycle.
+(Craig and Bampton, 1968, with modes normalised to unit mass): those of a `Superelement`, whose amplitudes are
+q = y - m u with the coupling m of its modes to the ends; p = -W^2 m. D is the static end stiffness plus what the kept
+modes take off it, Mr the inertia that they leave. C holds 2 zeta W of each mode of damping ratio zeta, and for the ends
+what the omitted modes add as slow movements of the ends meet them: the sum of 2 zeta p p^T/W^3. Hysteretic damping has
+no state space: each mode of the moving parts (gondola included) gets the viscous damping that dissipates the same
+energy per cycle.
 """
 
 from dataclasses import replace
@@ -41,18 +42,19 @@ def state_space(model, chosen=None, residual=True, nodes=None, gondola=None, loc
         The modes to keep. Default: all.
     residual : bool
         Whether the static part, the inertia and the modal damping of the omitted modes are kept. If not, their absolute
-        amplitudes are held at zero, as the paper truncates them.
+        amplitudes are held at zero, as in the paper that this program follows.
     nodes : ndarray, shape (n + 6, 3 j), optional
-        Displacements of j nodes along x, y and z by the modes [1/sqrt(kg)] and by the ends [-]: forces there are
-        inputs.
+        Displacements of j nodes along x, y and z by the modes [1/sqrt(kg)] and by the ends [-]: forces on these nodes
+        are inputs.
     gondola : (float, float), optional
         Mass [kg] and viscous damping [N s/m] of a gondola.
     location : {"ground", "gondola"}
-        Of the winch: the paper's model A, in which it moves end 1 along x, or B, in which end 2 stands at x + u.
+        Where the winch stands: on the ground it moves end 1 along x (the paper's model A), on the gondola it moves
+        end 2 along x relative to the gondola (model B).
     loop : Loop or LinearControl, optional
         Its gain, notch and law close the loop from the gondola's position to the winch.
     highest : float
-        Frequency up to which a delay of the loop is right, at least. [rad/s]
+        Frequency up to which, at least, the approximation of a delay of the loop is right. [rad/s]
 
     Returns
     -------
@@ -60,18 +62,18 @@ def state_space(model, chosen=None, residual=True, nodes=None, gondola=None, loc
         Inputs: the displacements of the ends, or winch and force on the gondola, then the forces on nodes; with a loop
         the reference of the gondola's position, the last one, in place of the winch. Outputs: position and velocity of
         a gondola; the six forces that hold the ends where they are, by the cable alone; with a loop the winch.
-        Forces at the ends need derivatives of what is imposed, the gondola's position does not; with a loop that of the
-        reference alone, where the law passes it on at once.
+        Forces at the ends need derivatives of the imposed displacements. The gondola's position needs none; with a loop
+        it needs that of the reference, where the law passes the reference on at once.
     """
     chosen = np.arange(len(model.omega)) if chosen is None else np.asarray(chosen, dtype=int)
     system, free_cable = linear_system(model, chosen, residual, nodes, gondola, location)
     if loop is None:
         return state_space_of(system, free_cable)
     (notch,), (law, law_names) = loop.notches, loop.law.state_space(highest)
-    # measured is the last coordinate, the position of the gondola: u moves it by u, or by -u with the winch on board
+    # measured is the last coordinate, the gondola's position: the winch moves it forwards, or backwards if on board
     allocation = Allocation(np.eye(len(system))[-1:], np.array([[-1.0 if location == "gondola" else 1.0]]))
     control = LinearControl(allocation, loop.gain, loop.notches, law, law_names)
-    closed = state_space_of(system, None, control, (("position", "m"),))
+    closed = state_space_of(system, loop=control, measured=(("position", "m"),))
     loop_states = [*(("notch_1", "notch_2") if notch else ()), *law_names, "winch"]
     states = (*closed.states[: 2 * len(system)], *((name, "m") for name in loop_states))
     closed = replace(closed, states=states, inputs=(("reference", "m"), *closed.inputs[1:]))

@@ -1,9 +1,9 @@
 """A `LinearSystem`, with the loop of its winches or without one, as a state space with labels.
 
-States are W q of modal amplitudes q, displacements, and their rates, so that entries of A grow like W. What outputs are
-of velocities and accelerations of inputs needs derivatives, which A, B, C, D do not contain; `StateSpace.derivatives`
-does: y = C x + D u + D1 u' + D2 u''. Where derivatives of an input act on a state, the state is its quantity less a
-multiple of the input; outputs are never shifted.
+States are modal amplitudes q times their frequency W, displacements, and the rates of both, so that entries of A grow
+like W. Outputs may depend on velocities and accelerations of inputs, which A, B, C, D cannot express:
+y = C x + D u + D1 u' + D2 u'' with D1 and D2 in `StateSpace.derivatives`. Where derivatives of an input act on a state,
+the state is its quantity less a multiple of the input; outputs are never shifted.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class StateSpace:
         return [name for name, does in zip(self.input_names, acting, strict=True) if does]
 
     def _warn_improper(self, method: str) -> None:
-        """Warn that A, B, C, D are not all of it."""
+        """Warn that A, B, C, D lack D1 and D2."""
         if self.improper:
             warnings.warn(
                 f"{method}: A, B, C, D lack D1 and D2, what the derivatives of {first_of(self.improper)} add to the "
@@ -177,9 +177,10 @@ def state_space_of(system, second_order=None, loop=None, measured=(), actuators=
         With real matrices and labels. Its first inputs are the lengths that winches reel in, or displacements; with a
         loop the others are forces.
     second_order : LinearSystem, optional
-        The system before any modes were left out, which the result keeps for its M, C and K.
+        System whose M, C and K the result keeps for the user: for one cable that with free ends, for a suspension that
+        from which no modes were left out.
     loop : LinearControl or Loop, optional
-        In the coordinates of the system.
+        Loop that measures coordinates of the system.
     measured : tuple of (str, str)
         Name and unit of each coordinate that the loop measures.
     actuators : sequence of Actuator
@@ -249,16 +250,16 @@ def _states_of_loop(loop, measured, movements):
     return found + [(f"winches_{k + 1}", "m") for k in range(movements)]
 
 
-def _from_rows(whole, shown, states, inputs, outputs, second_order=None):
+def _from_rows(state_rate, output_rows, states, inputs, outputs, second_order=None):
     """`StateSpace` of x' and y as rows over x, u, u', u'' (`first_order.rows`), without derivatives on the states.
 
     With x = q + G1 u + G2 u', G2 = B2 and G1 = B1 + A B2,
 
         q' = A q + (B0 + A G1) u,      y = C x + E0 u + E1 u' + E2 u'' = C q + (E0 + C G1) u + (E1 + C G2) u' + E2 u''.
     """
-    places = len(whole) + len(inputs) * np.arange(3)
-    a, *given = np.split(whole, places, axis=1)
-    c, *direct = np.split(shown, places, axis=1)
-    first = given[1] + a @ given[2]
-    b, d, derivatives = given[0] + a @ first, direct[0] + c @ first, (direct[1] + c @ given[2], direct[2])
+    starts = len(state_rate) + len(inputs) * np.arange(3)
+    a, *b_parts = np.split(state_rate, starts, axis=1)
+    c, *e_parts = np.split(output_rows, starts, axis=1)
+    first = b_parts[1] + a @ b_parts[2]
+    b, d, derivatives = b_parts[0] + a @ first, e_parts[0] + c @ first, (e_parts[1] + c @ b_parts[2], e_parts[2])
     return StateSpace(a, b, c, d, tuple(states), tuple(inputs), tuple(outputs), derivatives, second_order)

@@ -11,18 +11,21 @@ from cablestudy.control.tolerances import CONTROL
 class StepResponse:
     """Numbers of a response to a step.
 
+    A response is taken back if it ends near zero, as that to a disturbance (`CONTROL.taken_back`).
+
     Attributes
     ----------
     final : float
         Its value after a long time. [as the response]
     size : float
-        Value that counts as 1 for shares: the final one, and of a response that is taken back the largest one.
+        Value to which shares refer: the final one, or the largest one of a response that is taken back.
     overshoot : float or None
-        Largest value beyond the final one over that; None of a response that is taken back. [-]
+        Largest value beyond the final one, over the final one; None of a response that is taken back. [-]
     rise_time : float or None
-        From `rise[0]` to `rise[1]` of the final value; None of a response that is taken back, or within the time. [s]
+        From `rise[0]` to `rise[1]` of the final value; None of a response that is taken back, or if it takes longer
+        than the times sampled. [s]
     settling_time : float or None
-        From which on it stays within `settling_band` of its size about the final value; None if never. [s]
+        Time from which on the response stays within `settling_band` times `size` of the final value; None if never. [s]
     resolved : bool
         True if the points of time are close enough for these numbers.
     """
@@ -36,7 +39,7 @@ class StepResponse:
 
     @property
     def taken_back(self):
-        """True if it ends near zero, as the response to a disturbance does."""
+        """True if the response ends near zero."""
         return self.overshoot is None
 
     def agrees(self, other):
@@ -69,7 +72,8 @@ def step_response(time, value, final):
 def _by_spline(time, value, final, largest):
     """`StepResponse` from a cubic spline through a sampled response to a step.
 
-    `largest` is the largest size of the response, by which it is divided; `final` its value after a long time.
+    `time`, `value` and `final` are as of `step_response`; `largest` is the largest size of the values, by which the
+    spline is scaled.
     """
     from scipy.interpolate import CubicSpline
 

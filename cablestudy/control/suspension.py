@@ -100,10 +100,10 @@ def second_order(layout, kept, winches=(), markers=(), midspans=()):
     Returns
     -------
     LinearSystem
-        Inputs: `winch.CABLE` (m reeled in), then `BODY.force_x` to `BODY.moment_z` of all free displacements, at the
-        reference point. Outputs: those displacements, `BODY.MARKER.x` and so on, `CABLE.midspan.x` and so on along
-        the axes of its chord frame, `LINK.force`, `CABLE.tension_from`,
-        `CABLE.tension_to`. Displacements need no derivatives of inputs in the state space; tensions at moved ends do.
+        Inputs: `winch.CABLE` (length reeled in, m), then `BODY.force_x` to `BODY.moment_z` of all free displacements,
+        at the reference point. Outputs: those displacements, `BODY.MARKER.x` and so on, `CABLE.midspan.x` and so on
+        along the axes of its chord frame, `LINK.force`, `CABLE.tension_from`, `CABLE.tension_to`. Displacements need no
+        derivatives of inputs in the state space; tensions at moved ends do.
 
     Raises
     ------
@@ -167,9 +167,10 @@ def _coordinates(layout, kept):
 
 
 def outputs(layout, kept, end_movements, lifted, markers, midspans=()):
-    """Output matrices of a suspension: C0, C1, C2 of z, z', z'' and D0, D1, D2 of the winches' v, v', v''.
+    """Output matrices of a suspension: C0, C1, C2 of z, z', z'' and D0, D1, D2 of v, v', v''.
 
-    Outputs are displacements of bodies, of markers and at mid-spans, then forces of links, then tensions.
+    z are the coordinates and v the lengths that winches reel in. Outputs are displacements of bodies, of markers and at
+    mid-spans, then forces of links, then tensions.
 
     Parameters
     ----------

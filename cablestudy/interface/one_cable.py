@@ -90,7 +90,7 @@ def solve_loop(scene, span, time_options, table, estimate):
     time_options : TimeOptions or None
         Options of the response in time.
     table : str or None
-        Of a suspension, name of the only table that is asked for.
+        Without effect here; of a suspension the name of the only table that is asked for.
     estimate : bool
         True if errors are estimated too.
     """
@@ -99,7 +99,7 @@ def solve_loop(scene, span, time_options, table, estimate):
 
     if time_options and time_options.output is not None:
         raise SceneError("--output: no effect: the scene has one cable")
-    answer = _of_row(scene, *loop_report.loop_table(scene.document, scene.model, estimate), None)
+    answer = _of_row(scene, *loop_report.loop_table(scene.document, scene.model, estimate), draw=None)
     if (time_options and answer.failures) or not loop_report.has_loop(answer.case):
         return replace(answer, tables={}) if time_options or span else answer
     return with_loop(answer, scene, answer.case.in_wind, span, time_options, names=NAMES, wind_keys=WIND_KEYS)

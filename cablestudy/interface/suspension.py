@@ -58,7 +58,7 @@ def modes(
     count, upto
         See `one_cable.modes`.
     cable : str, optional
-        Name of the cable.
+        Name of the one cable; without it the coupled modes.
     estimate : bool
         Without effect: errors are always known.
     """

@@ -66,8 +66,8 @@ def sections(page, scene):
     Parameters
     ----------
     page : Page
-    scene : interface.scene.CableScene
-        One cable or a suspension.
+    scene : interface.scene.Scene
+        One cable, or a suspension (its subclass).
     """
     model, columns_of_loop = scene.model, {}  # columns of the loop are not shown in the wind again
     all_cases = bool(model.cases) and model.case is None

@@ -96,7 +96,8 @@ def _extremes(study, table, shown, fields):
     table, shown : Table
         All rows, and those that are shown: only these count.
     fields : sequence of Field
-        The columns, of which varied keys and columns of one value are left out.
+        The columns. Left out are text, varied keys, hidden columns, differences from printed values, and columns of
+        one value.
     """
     frame, lines = table.rows.frame(), []
     if shown is not table:

@@ -64,14 +64,15 @@ class TableGrid:
 def table_html(table, caption, where_all=""):
     """Lay out a `Table` for a page of HTML, with the estimated errors of its numbers: str, empty without rows.
 
-    A table of one row, or of many columns and few rows, has a line for each quantity; any other a line for each row.
+    A table of one row, of many columns and few rows, or with a field that heads its columns (`Table.across`) has a line
+    for each quantity; any other a line for each row.
 
     Parameters
     ----------
     table : Table
     caption : str
     where_all : str
-        Words where a reader finds all rows, for a table that is cut.
+        Words that say where a reader finds all rows, for a table that is cut.
     """
     if not len(table.rows):
         return ""
@@ -88,7 +89,7 @@ def table_html(table, caption, where_all=""):
 
 @dataclass(frozen=True)
 class _Column:
-    """A field that is shown, and the one of the differences from its printed values, or None."""
+    """A field that is shown, and the field of its differences from printed values, or None."""
 
     field: Field
     difference: Field | None = None
@@ -181,7 +182,7 @@ def _by_rows(columns, table, caption, where_all):
     cell_columns = _cell_columns(columns, [table.rows[index] for index in indices])
     foot = _add_errors(cell_columns, columns, table, is_cut)
     if is_cut or any(foot[:1]):  # with numbers of the rows before it
-        cell_columns.insert(0, _CellColumn("row", [str(index + 1) for index in indices], True))
+        cell_columns.insert(0, _CellColumn("row", [str(index + 1) for index in indices], right=True))
         foot[:0] = [""] if foot else []
     if foot:
         foot[0] = LARGEST if total > 1 else ERROR
@@ -216,7 +217,7 @@ def _add_errors(cell_columns, columns, table, is_cut):
     errors = list(table.errors()) if with_error else []
     for index in reversed(with_error):
         cells = [error_text(row.get(columns[index].name)) for row in errors]
-        cell_columns.insert(index + 1, _CellColumn(ERROR, cells, True))
+        cell_columns.insert(index + 1, _CellColumn(ERROR, cells, right=True))
     return []
 
 

@@ -1,6 +1,6 @@
 """Reaction masses and reaction wheels on the bodies of a suspension: tables of the file as typed models, in SI.
 
-They are a part of their body: what remains of it without them has mass and inertia.
+They are a part of their body: what remains of the body without them must have mass and inertia.
 """
 
 from typing import Annotated

@@ -143,7 +143,7 @@ def unheld(movable, partly_held, owners):
     movable : collection of str
         Bodies that may move, and free points.
     partly_held : collection of str
-        Those of them of which some motion is held.
+        Those of `movable` some of whose motions are held.
     owners : list of (str or None, str or None)
         Body or point at each of the two ends of each cable, and of each link that carries in the reference state; None
         is the ground.

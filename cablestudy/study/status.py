@@ -20,11 +20,13 @@ def status_of(failures, *doubts):
         Any of DOUBTS, followed by names where there are several cables or bodies; an empty one does not count. They
         come last, so that a status that begins with one has no other reason.
     """
+    if not failures:
+        return "; ".join(filter(None, doubts)) or OK
     reasons = list(dict.fromkeys(" ".join(str(error).split()) for error in failures.values()))
     reasons = [reason for reason in reasons if not any(reason in other for other in reasons if other != reason)]
     omitted = len(reasons) - STUDY.listed_reasons
     reasons[STUDY.listed_reasons :] = [f"and {omitted} more reasons"] if omitted > 0 else []
-    return "; ".join([*reasons, *filter(None, doubts)]) or OK
+    return "; ".join([*reasons, *filter(None, doubts)])
 
 
 def has_answer(status):

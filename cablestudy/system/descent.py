@@ -21,9 +21,10 @@ import numpy as np
 from cablestudy.cable import catenary
 from cablestudy.cable.newton import STALLED as CABLE_STALLED
 from cablestudy.cable.span import Span
+from cablestudy.cable.vectors import dot, largest, size, times
 from cablestudy.system import tangent
 from cablestudy.system.links import Links, joined
-from cablestudy.system.rigid import size, turn
+from cablestudy.system.rigid import turn
 from cablestudy.system.rounding import bounds, largest_ratio
 from cablestudy.system.tangent import GROUND
 from cablestudy.system.tolerances import SYSTEM
@@ -84,6 +85,8 @@ class PoseState:
         Unstretched length of each cable [m], and the distance of its ends over it less 1 [-].
     extension : ndarray, shape (n, l)
         Of the links: distance of their ends less their length. [m]
+    tension : ndarray, shape (n, c, 3)
+        Tension vector of each cable at mid-length, global axes; not a number where it is not known. [N]
     """
 
     position: np.ndarray
@@ -94,6 +97,7 @@ class PoseState:
     length: np.ndarray
     strain: np.ndarray
     extension: np.ndarray
+    tension: np.ndarray
 
     @property
     def chord(self):
@@ -117,6 +121,8 @@ class Evaluation:
         Sum of W and of the energy of the links, and its rounding. [J]
     end_forces, end_stiffness : ndarray, shape (n, c + l, 2, 3), (n, c + l, 3, 3)
         As those of `Equilibrium`.
+    tension : ndarray, shape (n, c, 3)
+        As that of `PoseState`. [N]
     solved : ndarray of bool, shape (n,)
         True where all catenaries converged.
     """
@@ -129,6 +135,7 @@ class Evaluation:
     rounding: np.ndarray
     end_forces: np.ndarray
     end_stiffness: np.ndarray
+    tension: np.ndarray
     solved: np.ndarray
 
 
@@ -171,10 +178,8 @@ def displaced_with_work(suspension, state, step):
         [J]
     """
     rotation_change, shift = turn(step[..., 3:]), np.zeros(state.ends.shape)
-    cable, end = np.nonzero(suspension.owner != GROUND)
-    body = suspension.owner[cable, end]
-    shift_by_rotation = (rotation_change[:, body] * state.arms[:, cable, end, None, :]).sum(axis=-1)
-    shift[:, cable, end] = step[:, body, :3] + shift_by_rotation
+    cable, end, body = tangent.held_ends(suspension)
+    shift[:, cable, end] = step[:, body, :3] + times(rotation_change[:, body], state.arms[:, cable, end])
     rotation = state.rotation + rotation_change @ state.rotation
     position, arms = state.position + step[..., :3], suspension.arms(rotation)
     ends = arms.copy()
@@ -182,13 +187,14 @@ def displaced_with_work(suspension, state, step):
     vector = ends[..., 1, :] - ends[..., 0, :]
     change = shift[..., 1, :] - shift[..., 0, :]
     # |d + change| - |d| without cancellation, so that the strain of a stiff cable keeps its digits
-    lengthening = ((2 * state.vector + change) * change).sum(axis=-1)
+    lengthening = dot(2 * state.vector + change, change)
     lengthening /= np.maximum(size(vector) + size(state.vector), TINY)
     cables = state.length.shape[-1]
     vector[:, cables:] = state.vector[:, cables:] + change[:, cables:]  # so that short links keep their digits
     strain = state.strain + lengthening[:, :cables] / state.length
     extension = state.extension + lengthening[:, cables:]
-    after = PoseState(position, rotation, arms, ends, vector, state.length, strain, extension)
+    unknown = np.full(state.tension.shape, np.nan)
+    after = PoseState(position, rotation, arms, ends, vector, state.length, strain, extension, unknown)
     return after, _work(suspension, state, step, rotation_change, shift)
 
 
@@ -232,7 +238,7 @@ def at_ends(suspension, state, cables, stiffness):
 
 def evaluate(suspension, state):
     """Forces, stiffness and energy in a state: `Evaluation`."""
-    cables = catenary.solve(spans(suspension, state))
+    cables = catenary.solve(spans(suspension, state), state.tension)
     span = cables.span
     forces, stiffness, links = at_ends(suspension, state, cables, cables.global_end_stiffness)
     # a force is not known better than the rounding of a strain, also where all cables hang without tension
@@ -250,8 +256,16 @@ def evaluate(suspension, state):
     solved = cables.record.reason != CABLE_STALLED
     return Evaluation(
         net, scale, rounding.least, rounding.most, energy.sum(axis=-1), EPSILON * size_of_terms.sum(axis=-1),
-        forces, stiffness, solved.all(axis=-1) & np.isfinite(net).all(axis=(-1, -2)),
+        forces, stiffness, cables.middle_tension,
+        solved.all(axis=-1) & np.isfinite(net).all(axis=(-1, -2)),
     )  # fmt: skip
+
+
+def _with_foretold_tensions(trial, state, evaluation):
+    """State `trial` with tensions as the end stiffness in another state foretells them, where they are near."""
+    change = times(evaluation.end_stiffness[:, : state.length.shape[-1]], trial.chord - state.chord)
+    near = size(change) <= SYSTEM.foretold_change * size(evaluation.tension)
+    return replace(trial, tension=np.where(near[..., None], evaluation.tension + change, np.nan))
 
 
 def _along_chord_and_mean_square(cables):
@@ -282,17 +296,16 @@ def _work(suspension, state, step, rotation_change, shift):
         [J]
     """
     center, weight = tangent.weights(suspension, state.rotation)
-    center_shift = step[..., :3] + (rotation_change * center[..., None, :]).sum(axis=-1)
-    of_bodies = (weight * center_shift).sum(axis=-1) + (suspension.force * step[..., :3]).sum(axis=-1)
-    of_bodies = of_bodies + (suspension.moment * step[..., 3:]).sum(axis=-1)
+    center_shift = step[..., :3] + times(rotation_change, center)
+    of_bodies = dot(weight, center_shift) + dot(suspension.force, step[..., :3]) + dot(suspension.moment, step[..., 3:])
     eccentricity = tangent.eccentric(suspension, state.rotation)
     if eccentricity is not None:
         of_bodies = of_bodies + (rotation_change * np.swapaxes(eccentricity, -1, -2)).sum(axis=(-1, -2))
     gravity, vertical = suspension.cable_gravity
     half_load = suspension.cable_mass * gravity * state.length / 2
     shift = shift[:, : state.length.shape[-1]]
-    rise = shift[..., 2] if vertical is None else (shift * vertical[..., None, :]).sum(axis=-1)
-    work = of_bodies.sum(axis=-1) - (half_load * rise.sum(axis=-1)).sum(axis=-1)
+    rise = shift[..., 2] if vertical is None else dot(shift, vertical[..., None, :])
+    work = of_bodies.sum(axis=-1) - (half_load * (rise[..., 0] + rise[..., 1])).sum(axis=-1)
     if suspension.load_forces is None:
         return work
     return work + (suspension.load_forces.sum(axis=-2) * shift.sum(axis=-2)).sum(axis=(-1, -2)) / 2
@@ -306,7 +319,8 @@ def longest(state):
 
 def extent(state):
     """Largest extent of all ends along x, y or z, or longest cable if that is more, shape (n,). [m]"""
-    return np.maximum(np.ptp(state.ends, axis=(-3, -2)).max(axis=-1), longest(state))
+    places = state.ends.reshape(len(state.ends), -1, 3)
+    return np.maximum(largest(np.stack([np.ptp(places[..., i], axis=-1) for i in range(3)], axis=-1)), longest(state))
 
 
 def newton_step(suspension, state, evaluation):
@@ -345,7 +359,7 @@ def newton_step(suspension, state, evaluation):
             scaled_step[case] = _sparse_step(matrix, force[case] / scales[case])
     step = np.zeros(largest_step.shape)
     step[:, free] = scaled_step / scales
-    return step / np.maximum(1.0, (np.abs(step) / largest_step).max(axis=(-1, -2)))[:, None, None]
+    return step / np.maximum(1.0, largest(step / largest_step).max(axis=-1))[:, None, None]
 
 
 def _dense_step(matrix, force, largest):
@@ -369,8 +383,9 @@ def _dense_step(matrix, force, largest):
     not leave the others without a step.
     """
     symmetric = (matrix + np.swapaxes(matrix, -1, -2)) / 2
-    definite = np.linalg.eigvalsh(symmetric)[:, 0] > SYSTEM.flattest
-    regular = np.where(definite[:, None, None], matrix, np.eye(force.shape[-1]))
+    unit = np.eye(force.shape[-1])
+    definite = np.isfinite(tangent.factors_of_each(symmetric - SYSTEM.flattest * unit)).all(axis=(-1, -2))
+    regular = matrix if definite.all() else np.where(definite[:, None, None], matrix, unit)
     exact = tangent.solved(regular, force)
     usable = definite & (np.abs(exact) <= largest).all(axis=-1)
     if usable.all():
@@ -397,7 +412,7 @@ def imbalance(suspension, evaluation):
     sizes = np.ones_like(evaluation.net)
     sizes[..., 3:] = tangent.body_sizes(suspension)[..., None]
     net = np.where(suspension.free, evaluation.net / sizes, 0.0)
-    return (np.abs(net) / np.maximum(evaluation.scale, TINY)[..., None]).max(axis=(-1, -2))
+    return (largest(net) / np.maximum(evaluation.scale, TINY)).max(axis=-1)
 
 
 def line_search(suspension, state, evaluation, step):
@@ -414,21 +429,23 @@ def line_search(suspension, state, evaluation, step):
     """
     descent = (evaluation.net * step).sum(axis=(-1, -2))  # of the energy, by the share of the step: the forces' work
     share, accepted = np.ones(len(descent)), np.zeros(len(descent), dtype=bool)
-    new_state, new_evaluation = copy_record(state), copy_record(evaluation)
+    new_state, new_evaluation = state, evaluation
     pending = np.arange(len(descent))  # cases whose step is not yet accepted
+    subset, before, at_before = suspension, state, evaluation
     for _ in range(SYSTEM.descent_halvings):
-        subset = suspension if len(pending) == len(descent) else suspension.take(pending)
         shortened = step[pending] * share[pending, None, None]
-        trial, work = displaced_with_work(subset, take_rows(state, pending), shortened)
-        at_trial = evaluate(subset, trial)
-        change = at_trial.energy - evaluation.energy[pending] - work
-        rounding = at_trial.rounding + evaluation.rounding[pending]
+        trial, work = displaced_with_work(subset, before, shortened)
+        at_trial = evaluate(subset, _with_foretold_tensions(trial, before, at_before))
+        change = at_trial.energy - at_before.energy - work
+        rounding = at_trial.rounding + at_before.rounding
         descent_at_trial = (at_trial.net * step[pending]).sum(axis=(-1, -2))
         falls = change <= -SYSTEM.sufficient_descent * share[pending] * descent[pending]
         flat = (change <= rounding) & (descent_at_trial >= -(1 - 2 * SYSTEM.slope_change) * descent[pending])
         good = at_trial.solved & (falls | flat)
-        if not accepted.any() and good.all():
-            return trial, at_trial, share
+        if not accepted.any():
+            if good.all():
+                return trial, at_trial, share
+            new_state, new_evaluation = copy_record(state), copy_record(evaluation)
         assign_rows(new_state, pending[good], take_rows(trial, good))
         assign_rows(new_evaluation, pending[good], take_rows(at_trial, good))
         accepted[pending[good]] = True
@@ -439,6 +456,7 @@ def line_search(suspension, state, evaluation, step):
         share[pending] *= factor
         if not len(pending):
             break
+        subset, before, at_before = suspension.take(pending), take_rows(state, pending), take_rows(evaluation, pending)
     return new_state, new_evaluation, np.where(accepted, share, 0.0)
 
 
@@ -466,6 +484,8 @@ def descend(suspension, state, most_steps=SYSTEM.descent_steps, small_net_force=
         return state, SearchRecord(zero.astype(int), zero, zero, np.full(cases, CONVERGED))
     final, steps = copy_record(state), np.zeros(cases, dtype=int)
     residual, correction, reason = np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
+    # without tensions, which may be those of other cables
+    state = replace(state, tension=np.full(state.tension.shape, np.nan))
     active, subset, evaluation = np.arange(cases), suspension, evaluate(suspension, state)
     best_ratio, slow_steps = np.full(cases, np.inf), np.zeros(cases, dtype=int)
     for number in range(most_steps):
@@ -485,7 +505,7 @@ def descend(suspension, state, most_steps=SYSTEM.descent_steps, small_net_force=
         residual[active], correction[active] = relative_force, change
         failure = np.where(share == 0, NO_DESCENT, TOO_MANY)
         reason[active] = np.where(converged, CONVERGED, np.where(rounded, ROUNDED, failure))
-        assign_rows(final, active, state)
+        assign_rows(final, active, replace(state, tension=evaluation.tension))
         going_on = ~(converged | rounded | (share == 0))
         if not going_on.all():
             active, state, evaluation = active[going_on], take_rows(state, going_on), take_rows(evaluation, going_on)

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from cablestudy.cable.vectors import size
 from cablestudy.system import stated, tangent
 from cablestudy.system.descent import DISAGREED, REASONS, UNMET
-from cablestudy.system.rigid import size
 from cablestudy.system.tolerances import SYSTEM
 
 MOTIONS = ("along x", "along y", "along z", "about x", "about y", "about z")

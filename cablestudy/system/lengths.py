@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.cable import catenary
+from cablestudy.cable.vectors import largest, size
 from cablestudy.errors import NoSolutionError
 from cablestudy.system import descent, rounding, stated, tangent
 from cablestudy.system.descent import (
@@ -17,7 +18,6 @@ from cablestudy.system.descent import (
     assign_rows,
     copy_record,
     displaced,
-    size,
     spans,
     take_rows,
 )
@@ -215,7 +215,7 @@ def linearised(suspension, state, which, moving):
     By a motion u the net forces change by -(K + (dF/dv) (dv/du)) u, with K the stiffness at given lengths and v what
     the cables state: their lengths follow so that v stays.
     """
-    cables, given = catenary.solve(spans(suspension, state)), suspension.given
+    cables, given = catenary.solve(spans(suspension, state), state.tension), suspension.given
     rates = stated.rates(cables, given)
     forces, stiffness, links = descent.at_ends(suspension, state, cables, rates.stiffness)
     net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, cables.max_tension)
@@ -390,7 +390,7 @@ def limited(suspension, state, iterates, solutions, moving):
     step = np.zeros((*state.position.shape[:-1], 6))
     step[:, moving] = [solution.unbounded for solution in solutions]
     step = step / body_units(suspension)
-    turn = np.abs(step[..., 3:]).max(axis=(-1, -2))
+    turn = largest(step[..., 3:]).max(axis=-1)
     share = allowed_share(suspension, state, step)
     tension = np.array([solution.tension for solution in solutions])
     tension = iterates.tension + share[:, None] * (tension - iterates.tension)
@@ -400,7 +400,7 @@ def limited(suspension, state, iterates, solutions, moving):
 def sizes_of(step, tension, iterates):
     """Sizes of steps of tensions, over the largest one, and bodies, about as if undamped, shape (k,). [-]"""
     change = np.abs(tension - iterates.tension).max(axis=-1) / iterates.tension.max(axis=-1)
-    return (change + np.abs(step).max(axis=(-1, -2))) * (1 + iterates.damping**2)
+    return (change + largest(step).max(axis=-1)) * (1 + iterates.damping**2)
 
 
 def with_infeasible(iterates, solutions, high, least_ratio):
@@ -480,7 +480,7 @@ def near_least(suspension, state, which, high):
 
     Only then the bounds of `possible_tensions` decide on an answer.
     """
-    cables = catenary.solve(spans(suspension, state))
+    cables = catenary.solve(spans(suspension, state), state.tension)
     less_than_weight = cables.mean_tension < cables.span.weight_per_length * cables.span.chord
     least = possible_tensions(suspension, state, which, 0.0, cables.mean_tension[:, which], 1.0)
     return less_than_weight[:, which].any(axis=-1) & (least <= high).all(axis=-1)
@@ -500,15 +500,15 @@ def possible_tensions(suspension, state, which, low, tension, least_ratio):
 
 def allowed_share(suspension, state, step):
     """Share of a step of bodies that is no longer than a search allows, shape (n,). [-]"""
-    displacement = np.abs(step[..., :3]).max(axis=(-1, -2)) / (SYSTEM.farthest_step * descent.extent(state))
-    rotation = np.abs(step[..., 3:]).max(axis=(-1, -2)) / SYSTEM.widest_turn
+    displacement = largest(step[..., :3]).max(axis=-1) / (SYSTEM.farthest_step * descent.extent(state))
+    rotation = largest(step[..., 3:]).max(axis=-1) / SYSTEM.widest_turn
     return 1 / np.maximum(1.0, np.maximum(displacement, rotation))
 
 
 def with_stated(suspension, state):
     """State with the lengths for which the cables have what they state, the bodies at rest."""
-    strain, _ = stated.fit(spans(suspension, state), suspension.given, suspension.value, state.strain)
-    return replace(state, strain=strain, length=size(state.chord) / (1 + strain))
+    strain, _, tension = stated.fit(spans(suspension, state), suspension.given, suspension.value, state.strain)
+    return replace(state, strain=strain, length=size(state.chord) / (1 + strain), tension=tension)
 
 
 def describe_failure(suspension, which, answer, converged, low, possible, high):

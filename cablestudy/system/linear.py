@@ -18,6 +18,7 @@ import numpy as np
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.system.first_order import equations
 from cablestudy.system.residues import eigen
+from cablestudy.system.tangent import factors_of_each
 from cablestudy.system.tolerances import SYSTEM
 
 UNSTABLE = "the equilibrium is not stable: it has no modes"
@@ -554,7 +555,7 @@ class ReducedSystem:
         """`lowest` of a small system: all eigenvectors of L^-1 M L^-T, see the notes of the class."""
         omega, modal = self.omega, self.omega.shape[-1]
         coupling, inertia, stiffness = dense(self.coupling), dense(self.inertia), dense(self.stiffness)
-        lower = _factors_of_each(stiffness)
+        lower = factors_of_each(stiffness)
         stable = np.isfinite(lower).all(axis=(-2, -1))[..., None]
         lower = np.where(stable[..., None], lower, np.eye(stiffness.shape[-1]))
         matrix = np.zeros((*omega.shape[:-1], len(self), len(self)))
@@ -762,16 +763,6 @@ def _cholesky(stiffness):
         return np.linalg.cholesky(stiffness)
     except np.linalg.LinAlgError:
         raise NoSolutionError(UNSTABLE) from None
-
-
-def _factors_of_each(matrices):
-    """Cholesky factors of matrices, shape (..., d, d); not a number where one is not positive definite."""
-    try:
-        return np.linalg.cholesky(matrices)
-    except np.linalg.LinAlgError:
-        if matrices.ndim == 2:
-            return np.full(matrices.shape, np.nan)
-        return np.stack([_factors_of_each(matrix) for matrix in matrices])
 
 
 def _factors(stiffness):

@@ -18,7 +18,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.system.rigid import size
+from cablestudy.cable.vectors import size
 from cablestudy.system.tolerances import SYSTEM
 
 

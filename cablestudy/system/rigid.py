@@ -7,11 +7,6 @@ reference point by u + a x r = B [u; a], B = [I, -[r x]].
 import numpy as np
 
 
-def size(vectors):
-    """Euclidean lengths of the vectors on the last axis."""
-    return np.sqrt((vectors**2).sum(axis=-1))
-
-
 def cross_matrix(vector):
     """[v x], the matrix of the cross product: [v x] w = v x w.
 

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cablestudy.cable.vectors import largest, size
 from cablestudy.system import tangent
 from cablestudy.system.links import joined
-from cablestudy.system.rigid import size
 from cablestudy.system.tolerances import SYSTEM
 
 
@@ -67,17 +67,14 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
     center, weight = tangent.weights(suspension, rotation)
     force, moment = size(suspension.force), size(suspension.moment)
     dead_loads = np.stack([size(weight) + force, size(weight) * size(center) + moment], axis=-1)
-    cable, end = np.nonzero(suspension.owner != tangent.GROUND)
-    body, arm = suspension.owner[cable, end], size(arms)[..., cable, end]
-
-    def on_bodies(of_cables_and_links):
-        """Rounding of the net force and moment on each body, shape (..., b, 6), from that of each cable and link."""
-        of_ends = of_cables_and_links[..., cable]
-        total = np.zeros((*of_ends.shape[:-1], *dead_loads.shape[-2:])) + dead_loads
-        np.add.at(total, (..., body, slice(None)), np.stack([of_ends, of_ends * arm], axis=-1))
-        return SYSTEM.sum_rounding * SYSTEM.rounding * np.repeat(total, 3, axis=-1)
-
-    return Bounds(on_bodies(least), on_bodies(most))
+    cable, end, body = tangent.held_ends(suspension)
+    arm, least, most = size(arms[..., cable, end, :]), least[..., cable], most[..., cable]
+    of_ends = np.stack([least, least * arm, most, most * arm], axis=-1)
+    by_ends = tangent.on_bodies(of_ends, body, dead_loads.shape[-2])
+    return Bounds(*(
+        SYSTEM.sum_rounding * SYSTEM.rounding * np.repeat(total + dead_loads, 3, axis=-1)
+        for total in (by_ends[..., :2], by_ends[..., 2:])
+    ))  # fmt: skip
 
 
 def of_values(ends, strain, cables, given, value):
@@ -102,19 +99,19 @@ def of_values(ends, strain, cables, given, value):
 
 def _of_tensions(ends, strain, cables, tension):
     """Rounding of the force of each cable over eps: `Bounds.least` and `most`, shape (..., c). [N]"""
-    length, coordinate = cables.span.unstretched_length, np.abs(ends).max(axis=(-1, -2))
-    stiffness = np.sqrt((cables.end_stiffness**2).sum(axis=(-1, -2)))
+    length, coordinate = cables.span.unstretched_length, largest(largest(ends))
+    stiffness = size(cables.end_stiffness.reshape(*length.shape, 9))
     least = tension * (1 + coordinate / cables.span.chord) + stiffness * length * np.abs(strain)
     return least, least + stiffness * (length + coordinate)
 
 
 def of_springs(ends, links):
     """Rounding of the force of each of some `Links` over eps: `Bounds.least` and `most`, shape (..., l). [N]"""
-    coordinate, least = np.abs(ends).max(axis=(-1, -2)), 2 * np.abs(links.force)
+    coordinate, least = largest(largest(ends)), 2 * np.abs(links.force)
     return least, least + links.stiffness * links.length + (links.stiffness + np.abs(links.across)) * coordinate
 
 
 def largest_ratio(suspension, net, bound):
     """Largest net force on a free degree of freedom over its bound, shape (...). [-]"""
     ratio = np.where(suspension.free, np.abs(net), 0.0) / np.maximum(bound, SYSTEM.tiny)
-    return ratio.max(axis=(-1, -2))
+    return largest(ratio).max(axis=-1)

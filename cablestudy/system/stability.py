@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cablestudy.cable.vectors import largest
 from cablestudy.system import tangent
 from cablestudy.system.tolerances import SYSTEM
 
@@ -82,7 +83,7 @@ def stability_of(equilibrium):
     motion[..., suspension.free] = vector / scales
     # a rotation counts as the displacement of the body's rim
     motion[..., 3:] *= tangent.body_sizes(suspension)[..., None]
-    motion /= np.abs(motion).max(axis=(-1, -2), keepdims=True)
+    motion /= largest(motion).max(axis=-1)[..., None, None]
     return Stability(least, verdict, motion, suspension.body_names)
 
 

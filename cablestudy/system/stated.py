@@ -20,7 +20,7 @@ import numpy as np
 
 from cablestudy.cable import catenary, initial_length
 from cablestudy.cable.span import Span
-from cablestudy.system.rigid import size
+from cablestudy.cable.vectors import size
 from cablestudy.system.tolerances import SYSTEM
 
 EXACT = SYSTEM.sum_rounding * SYSTEM.rounding  # relative error of a stated value at which its length is found
@@ -423,6 +423,8 @@ def fit(span, given, value, strain):
         Unchanged where nothing is stated. [-]
     error : ndarray, shape (..., c)
         Relative error of the stated values; zero where nothing is stated. [-]
+    tension : ndarray, shape (..., c, 3)
+        Tension vectors at mid-length in the last step, global axes. [N]
 
     Notes
     -----
@@ -435,8 +437,9 @@ def fit(span, given, value, strain):
     strain = np.where(of_force, np.minimum(strain, highest_strain), strain)
     best_size, last_size, stalled_steps = np.inf, np.inf, 0  # sizes of errors, and steps since they last fell
     ended = np.zeros(np.shape(strain), dtype=bool)  # a cable ends where it would end alone
+    tension = np.full((*np.shape(strain), 3), np.nan)  # from which the catenaries begin
     for _ in range(SYSTEM.stated_steps):
-        cables = catenary.solve(span.with_chord_strain(strain))
+        cables = catenary.solve(span.with_chord_strain(strain), tension)
         error = np.where(stated, values(cables, given) / value - 1, 0.0)
         error = np.where(np.isfinite(error), error, 1.0)
         error_size = np.abs(error)
@@ -456,7 +459,9 @@ def fit(span, given, value, strain):
         too_long = of_force & (error < 0) & ~(by_length < 0)  # so long that a longer cable would be tauter
         next_strain = np.where(too_long, highest_strain, next_strain)
         strain, last_size = np.where(ended, strain, next_strain), error_size
-    return strain, error
+        near = (error_size < SYSTEM.foretold_change)[..., None]
+        tension = np.where(ended[..., None], tension, np.where(near, cables.middle_tension, np.nan))
+    return strain, error, cables.middle_tension
 
 
 def _highest_strain(span, kinds, value):

@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from cablestudy.cable import catenary
+from cablestudy.cable.vectors import largest, size
 from cablestudy.errors import NoSolutionError
 from cablestudy.system import stated, tangent
 from cablestudy.system.descent import (
@@ -19,7 +20,6 @@ from cablestudy.system.descent import (
     displaced,
     extent,
     search,
-    size,
     spans,
     take_rows,
 )  # fmt: skip
@@ -109,7 +109,7 @@ def perturbed(suspension, state, motion, size):
     step = motion.copy()
     step[..., :3] /= extent(state)[:, None, None]
     step[..., 3:] /= tangent.body_sizes(suspension)[..., None]
-    step *= size / np.maximum(np.abs(step).max(axis=(-1, -2)), TINY)[:, None, None]
+    step *= size / np.maximum(largest(step).max(axis=-1), TINY)[:, None, None]
     step[..., :3] *= extent(state)[:, None, None]
     return displaced(suspension, state, step)
 
@@ -137,7 +137,7 @@ def search_with_softer_cables(suspension):
         softer = replace(softer, axial_stiffness=soft_stiffness)
         state, record = search_all(softer, start(softer))
         # where a search has failed it may be on the way, or have wandered off
-        distance = np.abs(state.position - suspension.position).max(axis=(-1, -2), initial=0.0)
+        distance = largest(state.position - suspension.position).max(axis=-1, initial=0.0)
         usable = (record.converged | (distance < SYSTEM.farthest_softened * reach))[:, None, None]
         softer = replace(
             softer,
@@ -171,7 +171,7 @@ def start(suspension):
     strain = (distance[:, cables] - length) / length
     extension = distance[:, cables.stop :] - (suspension.link_length if suspension.link_names else 0.0)
     pose = suspension.position.copy(), suspension.rotation.copy()
-    state = PoseState(*pose, arms, ends, vector, length, strain, extension)
+    state = PoseState(*pose, arms, ends, vector, length, strain, extension, np.full((*length.shape, 3), np.nan))
     if length_stated.all():
         return state
     sought = np.broadcast_to(~length_stated, value.shape)
@@ -184,7 +184,8 @@ def start(suspension):
 def with_lengths(state, change):
     """State with unstretched lengths changed by dL/L, shape (n, c), the bodies at rest."""
     strain = stated.with_relative_length(state.strain, change)
-    return replace(state, length=state.length * (1 + change), strain=strain)
+    unknown = np.full(state.tension.shape, np.nan)
+    return replace(state, length=state.length * (1 + change), strain=strain, tension=unknown)
 
 
 def errors(suspension, state, which):
@@ -206,7 +207,7 @@ def errors(suspension, state, which):
     cables : Catenary
         All of them.
     """
-    cables = catenary.solve(spans(suspension, state))
+    cables = catenary.solve(spans(suspension, state), state.tension)
     error = (stated.values(cables, suspension.given) / suspension.value - 1)[:, which]
     rounding = of_values(state.ends[:, suspension.of_cables], state.strain, cables, suspension.given, suspension.value)
     rounding = Bounds(rounding.least[:, which], rounding.most[:, which])
@@ -255,7 +256,7 @@ def satisfy_stated(suspension, state, record):
         if len(going_on) < len(active):
             active, state, error = active[going_on], take_rows(state, going_on), error[going_on]
             subset = suspension.take(active)
-            cables = catenary.solve(spans(subset, state))
+            cables = catenary.solve(spans(subset, state), state.tension)
     return final, final_record
 
 
@@ -448,7 +449,8 @@ def equilibrium(suspension, flat, state, record):
     def shaped(array):
         return array.reshape(shape + array.shape[1:])
 
-    cables = catenary.solve(span_of_shape(spans(flat, state), (*shape, state.length.shape[-1])))
+    span = span_of_shape(spans(flat, state), (*shape, state.length.shape[-1]))
+    cables = catenary.solve(span, shaped(state.tension))
     record = replace(record, **{f.name: shaped(getattr(record, f.name))[()] for f in fields(record)})
     result = Equilibrium(suspension.broadcast(), shaped(state.position), shaped(state.rotation), cables, record)
     return _with_links(result, shaped(state.vector), shaped(state.extension)) if suspension.link_names else result

@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.catenary import Catenary
+from cablestudy.cable.vectors import times
 from cablestudy.system import stability, tangent, uncertainty
 from cablestudy.system.descent import take_rows
 from cablestudy.system.links import Links, joined
@@ -216,11 +217,13 @@ class SuspendedSystem:
         ndarray, shape (..., c + l, 2, 3)
             [m]
         """
-        fixed = self.owner == GROUND
-        if fixed.all():
+        cable, end = np.nonzero(self.owner != GROUND)
+        if not len(cable):
             return self.place
-        arms = (rotation[..., self.owner, :, :] * self.place[..., None, :]).sum(axis=-1)
-        return np.where(fixed[..., None], self.place, arms)
+        shape = np.broadcast_shapes(rotation.shape[:-3], self.place.shape[:-3])
+        arms = np.broadcast_to(self.place, (*shape, *self.place.shape[-3:])).copy()
+        arms[..., cable, end, :] = times(rotation[..., self.owner[cable, end], :, :], self.place[..., cable, end, :])
+        return arms
 
     def ends(self, position, rotation):
         """Positions of the ends of cables and links for a pose of the bodies.

@@ -15,8 +15,9 @@ from functools import lru_cache
 
 import numpy as np
 
+from cablestudy.cable.vectors import cross, dot, size, times
 from cablestudy.system.links import joined
-from cablestudy.system.rigid import at_attachments, cross_matrix, size
+from cablestudy.system.rigid import at_attachments
 
 GROUND = -1  # owner of a cable end that is fixed to the ground
 
@@ -64,7 +65,36 @@ def pairs(suspension):
 
 def wrenches(arms, forces):
     """Forces at the ends of arms as forces and moments about the other ends: [F; r x F], shape (..., 6)."""
-    return np.concatenate([forces, np.cross(arms, forces)], axis=-1)
+    return np.concatenate([forces, cross(arms, forces)], axis=-1)
+
+
+def held_ends(suspension):
+    """Cable (or link), end and body of each end that a body holds, body by body: 3 ndarrays of int, shape (e,)."""
+    cable, end = np.nonzero(suspension.owner != GROUND)
+    body = suspension.owner[cable, end]
+    order = np.argsort(body, kind="stable")
+    return cable[order], end[order], body[order]
+
+
+def on_bodies(values, body, count):
+    """Sums of values over all that belong to each of `count` bodies.
+
+    Parameters
+    ----------
+    values : ndarray, shape (..., e, k)
+    body : ndarray of int, shape (e,)
+        To which each value belongs, ascending.
+    count : int
+
+    Returns
+    -------
+    ndarray, shape (..., count, k)
+    """
+    total = np.zeros((*values.shape[:-2], count, values.shape[-1]))
+    bodies, first = np.unique(body, return_index=True)
+    if len(bodies):
+        total[..., bodies, :] = np.add.reduceat(values, first, axis=-2)
+    return total
 
 
 def free_values(suspension, values):
@@ -86,6 +116,16 @@ def solved(matrices, vectors):
         return np.linalg.solve(matrices, vectors[..., None])[..., 0]
     except np.linalg.LinAlgError:
         return np.array([_solved_or_nearest(*system) for system in zip(matrices, vectors, strict=True)])
+
+
+def factors_of_each(matrices):
+    """Cholesky factors of matrices, shape (..., d, d); not a number where one is not positive definite."""
+    try:
+        return np.linalg.cholesky(matrices)
+    except np.linalg.LinAlgError:
+        if matrices.ndim == 2:
+            return np.full(matrices.shape, np.nan)
+        return np.stack([factors_of_each(matrix) for matrix in matrices])
 
 
 def _solved_or_nearest(matrix, vector):
@@ -124,7 +164,7 @@ def by_body(suspension, cables, values):
 
 def weights(suspension, rotation):
     """Arm of the center of mass and weight of each body, global axes, shape (..., b, 3). [m], [N]"""
-    arm = (rotation * suspension.center[..., None, :]).sum(axis=-1)
+    arm = times(rotation, suspension.center)
     down = -suspension.mass * np.asarray(suspension.gravity)[..., None]
     return arm, down[..., None] * np.array([0.0, 0.0, 1.0])
 
@@ -164,22 +204,17 @@ def net_forces(suspension, rotation, arms, end_forces, tension):
         Sum of the sizes of the loads and of the tensions of the cables, beside which the net force is judged. [N]
     """
     center, weight = weights(suspension, rotation)
-    moment = suspension.moment + np.cross(center, weight)
+    moment = suspension.moment + cross(center, weight)
     eccentricity = eccentric(suspension, rotation)
     moment = moment if eccentricity is None else moment + _moment_from_outer_product(eccentricity)
-    shape = np.broadcast_shapes(end_forces.shape[:-3], moment.shape[:-2])
-    net = np.empty((*shape, moment.shape[-2], 6))
-    net[..., :3], net[..., 3:] = weight + suspension.force, moment
-    scale = np.empty(net.shape[:-1])
-    scale[...] = size(weight) + size(suspension.force)
-    cable, end = np.nonzero(suspension.owner != GROUND)
-    body = suspension.owner[cable, end]
+    cable, end, body = held_ends(suspension)
     force, arm = end_forces[..., cable, end, :], arms[..., cable, end, :]
     if suspension.link_names:
         tension = joined(tension, size(end_forces[..., len(suspension.cable_names) :, 0, :]), -1)
-    np.add.at(net, (..., body, slice(None)), wrenches(arm, force))
-    np.add.at(scale, (..., body), tension[..., cable])
-    return net, scale
+    of_ends = np.concatenate([wrenches(arm, force), tension[..., cable, None]], axis=-1)
+    by_ends = on_bodies(of_ends, body, moment.shape[-2])
+    net = by_ends[..., :6] + np.concatenate([weight + suspension.force, moment], axis=-1)
+    return net, by_ends[..., 6] + (size(weight) + size(suspension.force))
 
 
 def blocks(suspension, rotation, arms, end_forces, end_stiffness):
@@ -203,26 +238,28 @@ def blocks(suspension, rotation, arms, end_forces, end_stiffness):
     # B_1^T K B_2 of each pair of ends, and then the terms with the forces on each body
     between = at_attachments(end_stiffness[..., cable, :, :], arms[..., cable, row, :], arms[..., cable, column, :])
     center, weight = weights(suspension, rotation)
-    geometric = -cross_matrix(weight) @ cross_matrix(center)
+    bodies = np.arange(center.shape[-2])
+    held_cable, end, body = held_ends(suspension)
+    force, arm = end_forces[..., held_cable, end, :], arms[..., held_cable, end, :]
+    outer = (arm[..., :, None] * force[..., None, :]).reshape(*force.shape[:-1], 9)
+    of_ends = np.concatenate([outer, (size(force) * size(arm))[..., None]], axis=-1)
+    by_ends = on_bodies(of_ends, body, len(bodies))
+    # sum of r F^T over all loads on each body: -[F x][r x] = (r.F) I - r F^T
+    outer = by_ends[..., :9].reshape(*by_ends.shape[:-1], 3, 3) + center[..., :, None] * weight[..., None, :]
+    leverage = by_ends[..., 9] + size(weight) * size(center)
     eccentricity = eccentric(suspension, rotation)
     if eccentricity is not None:
-        geometric = geometric + np.trace(eccentricity, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - eccentricity
-    held_cable, end = np.nonzero(owner != GROUND)
-    force, arm, body = end_forces[..., held_cable, end, :], arms[..., held_cable, end, :], owner[held_cable, end]
-    by_end_forces = -cross_matrix(force) @ cross_matrix(arm)
-    shape = np.broadcast_shapes(between.shape[:-3], geometric.shape[:-3])
-    of_bodies = np.zeros((*shape, geometric.shape[-3], 6, 6))
-    of_bodies[..., 3:, 3:] = geometric
-    np.add.at(of_bodies[..., 3:, 3:], (..., body, slice(None), slice(None)), by_end_forces)
-    leverage = np.zeros(of_bodies.shape[:-2]) + size(weight) * size(center)
-    leverage += 0.0 if eccentricity is None else np.sqrt((eccentricity**2).sum(axis=(-1, -2)))
-    np.add.at(leverage, (..., body), size(force) * size(arm))
-    bodies = np.arange(of_bodies.shape[-3])
+        outer = outer + eccentricity
+        leverage = leverage + np.sqrt((eccentricity**2).sum(axis=(-1, -2)))
+    shape = np.broadcast_shapes(between.shape[:-3], outer.shape[:-3])
+    matrices = np.zeros((*shape, len(cable) + len(bodies), 6, 6))
+    matrices[..., : len(cable), :, :] = between if (row == column).all() else sign * between
+    matrices[..., len(cable) :, 3:, 3:] = np.trace(outer, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - outer
     return Blocks(
         np.concatenate([owner[cable, row], bodies]),
         np.concatenate([owner[cable, column], bodies]),
-        np.concatenate([np.broadcast_to(sign * between, (*shape, len(cable), 6, 6)), of_bodies], axis=-3),
-        leverage,
+        matrices,
+        np.broadcast_to(leverage, (*shape, len(bodies))),
     )
 
 
@@ -278,12 +315,12 @@ def body_sizes(suspension):
     The root mean square distance of the ends of cables and links on it from the reference point; 1 m without any.
     """
     count = len(suspension.body_names)
-    cable, end = np.nonzero(suspension.owner != GROUND)
-    body = suspension.owner[cable, end]
-    square = np.zeros((*suspension.place.shape[:-3], count))
-    np.add.at(square, (..., body), (suspension.place[..., cable, end, :] ** 2).sum(axis=-1))
-    square /= np.maximum(np.bincount(body, minlength=count), 1)
-    square = np.maximum(square, (suspension.center**2).sum(axis=-1))
+    cable, end, body = held_ends(suspension)
+    places = suspension.place[..., cable, end, :]
+    square = on_bodies(dot(places, places)[..., None], body, count)[..., 0] / np.maximum(
+        np.bincount(body, minlength=count), 1
+    )
+    square = np.maximum(square, dot(suspension.center, suspension.center))
     return np.where(square > 0, np.sqrt(square), 1.0)
 
 
@@ -293,9 +330,9 @@ def magnitudes(blocks, suspension):
     As scales of the rows and columns they make each eigenvalue comparable with the rounding of the terms.
     """
     diagonal = np.abs(np.diagonal(blocks.matrices, axis1=-2, axis2=-1))
-    on_diagonal = blocks.rows == blocks.columns
-    total = np.zeros((*blocks.matrices.shape[:-3], *suspension.free.shape))
-    np.add.at(total, (..., blocks.rows[on_diagonal], slice(None)), diagonal[..., on_diagonal, :])
+    on_diagonal = np.flatnonzero(blocks.rows == blocks.columns)
+    on_diagonal = on_diagonal[np.argsort(blocks.rows[on_diagonal], kind="stable")]
+    total = on_bodies(diagonal[..., on_diagonal, :], blocks.rows[on_diagonal], len(suspension.free))
     total[..., 3:] += np.asarray(blocks.leverage)[..., None]
     return free_values(suspension, total)
 

@@ -16,9 +16,10 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.vectors import cross, largest, size
 from cablestudy.system import rounding, stated, tangent
 from cablestudy.system.links import joined
-from cablestudy.system.rigid import at_attachments, size
+from cablestudy.system.rigid import at_attachments
 from cablestudy.system.tolerances import SYSTEM
 
 LENGTH = 2 * SYSTEM.rounding  # rounding of a length, relative
@@ -58,7 +59,7 @@ class Uncertainty:
     @cached_property
     def determined(self):
         """True where the places are answers, shape (...)."""
-        return self.relative.max(axis=(-1, -2), initial=0.0) <= SYSTEM.undetermined
+        return largest(self.relative).max(axis=-1, initial=0.0) <= SYSTEM.undetermined
 
     def reason(self, case=()):
         """Why the place of one case is no answer; an empty string where it is one."""
@@ -110,31 +111,36 @@ def _sampled(equilibrium):
     generator = np.random.default_rng(SYSTEM.seed)
     body_signs = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, *free.shape))
     cable_signs = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, len(kinds)))
-    value_changes = np.concatenate([cable_signs * value_rounding[..., None, :], -error[..., None, :]], axis=-2)
-    end_forces = force_changes[..., None, :, :, :, 3] * value_changes[..., None, None]  # (..., samples + 1, c, 2, 3)
-    stiffness = force_changes[..., :, :, :3]
+    # samples on the last axis: relative changes of stated values, and of the forces of links with their lengths
+    changes = np.concatenate([cable_signs.T * value_rounding[..., None], -error[..., None]], axis=-1)
+    end_forces, stiffness = force_changes[..., 3], force_changes[..., :, :, :3]  # by such a change, and by end 2
     if suspension.link_names:
-        stiffness, end_forces = _with_links(equilibrium, stiffness, end_forces, generator)
+        stiffness, end_forces, changes = _with_links(equilibrium, stiffness, end_forces, changes, generator)
     # net force on each body in each sample: its own rounding, or residual, and the changes of the end forces
-    forces = np.concatenate([body_signs * net_rounding[..., None, :, :], net[..., None, :, :]], axis=-3)
-    cable, end = np.nonzero(suspension.owner != tangent.GROUND)
-    body = suspension.owner[cable, end]
-    arm = arms[..., None, cable, end, :]
-    wrench = tangent.wrenches(arm, end_forces[..., cable, end, :])
-    for held_end, owner in enumerate(body.tolist()):
-        forces[..., owner, :] += wrench[..., held_end, :]
-    displacement, tension = np.zeros(forces.shape), end_forces[..., 1, :]
+    signs = np.moveaxis(body_signs, 0, -1)
+    forces = np.concatenate([signs * net_rounding[..., None], net[..., None]], axis=-1)
+    cable, end, body = tangent.held_ends(suspension)
+    arm = arms[..., cable, end, :]
+    wrench = np.ascontiguousarray(tangent.wrenches(arm, end_forces[..., cable, end, :]))
+    for owner in np.unique(body).tolist():
+        of_owner = slice(*np.searchsorted(body, [owner, owner + 1]).tolist())
+        by_ends = np.swapaxes(wrench[..., of_owner, :], -1, -2) @ changes.take(cable[of_owner], axis=-2)
+        forces[..., owner, :, :] += by_ends
+    tension = end_forces[..., 1, :, None] * changes[..., None, :]  # (..., c + l, 3, samples + 1)
+    displacement = np.zeros(forces.shape)
     if free.any():
-        free_forces = tangent.free_values(suspension, forces)
-        displacement[..., free] = _solved(suspension, _blocks(equilibrium, stiffness), free_forces)
-        end_displacement = np.zeros((*tension.shape[:-1], 2, 3))
-        by_rotation = np.cross(displacement[..., body, 3:], arm)
-        end_displacement[..., cable, end, :] = displacement[..., body, :3] + by_rotation
-        relative = (end_displacement[..., 1, :] - end_displacement[..., 0, :])[..., None]
-        tension = tension + (stiffness[..., None, :, 1, :, :] @ relative)[..., 0]
+        every = displacement.reshape(*displacement.shape[:-3], -1, displacement.shape[-1])
+        which = np.flatnonzero(free)
+        free_forces = forces.reshape(every.shape).take(which, axis=-2)
+        every[..., which, :] = _solved(suspension, _blocks(equilibrium, stiffness), free_forces)
+        by_body = np.where(end == 1, 1.0, -1.0)[:, None, None] * stiffness[..., cable, 1, :, :]
+        by_body = np.concatenate([by_body, cross(arm[..., None, :], by_body)], axis=-1)  # K [I, -[r x]]
+        by_end = np.ascontiguousarray(by_body) @ displacement.take(body, axis=-3)
+        for place, of_cable in enumerate(cable.tolist()):
+            tension[..., of_cable, :, :] += by_end[..., place, :, :]
     unit = np.maximum(cables.max_tension, SYSTEM.tiny)
     unit = joined(unit, equilibrium.links and np.ones_like(equilibrium.links.extension), -1)
-    return _rms(displacement, -3), _rms(size(tension) / unit[..., None, :], -2)
+    return _rms(displacement), _rms(size(np.swapaxes(tension, -1, -2)) / unit[..., None])
 
 
 def _force_changes(equilibrium, kinds):
@@ -156,16 +162,18 @@ def _force_changes(equilibrium, kinds):
     return force_changes, length_known
 
 
-def _with_links(equilibrium, stiffness, end_forces, generator):
-    """Append the links to the stiffness of the cables and to the sampled changes of their end forces by rounding.
+def _with_links(equilibrium, stiffness, end_forces, changes, generator):
+    """Append the links to the stiffness of the cables, to the changes of their end forces, and to the samples of these.
 
     Parameters
     ----------
     equilibrium : Equilibrium
     stiffness : ndarray, shape (..., c, 2, 3, 3)
         Force on each end of the cables per movement of end 2. [N/m]
-    end_forces : ndarray, shape (..., samples + 1, c, 2, 3)
-        Changes of the end forces of the cables by rounding, in each sample. [N]
+    end_forces : ndarray, shape (..., c, 2, 3)
+        Changes of the end forces of the cables by a relative change of what they state. [N]
+    changes : ndarray, shape (..., c, samples + 1)
+        Relative changes of what the cables state by rounding, in each sample. [-]
     generator : numpy.random.Generator
         Draws the sign of the rounding of each link.
 
@@ -173,31 +181,32 @@ def _with_links(equilibrium, stiffness, end_forces, generator):
     -------
     stiffness : ndarray, shape (..., c + l, 2, 3, 3)
         Of the cables and then the links. [N/m]
-    end_forces : ndarray, shape (..., samples + 1, c + l, 2, 3)
+    end_forces : ndarray, shape (..., c + l, 2, 3)
         Of the cables and then the links. [N]
+    changes : ndarray, shape (..., c + l, samples + 1)
+        Of the cables and then the links. [-]
     """
     links, ends = equilibrium.links, equilibrium.ends[..., len(equilibrium.suspension.cable_names) :, :, :]
     least, most = rounding.of_springs(ends, links)
     sign = generator.choice([-1.0, 1.0], size=(SYSTEM.samples + 1, least.shape[-1]))
-    by_length = (most - least)[..., None, :]  # force per relative rounding of lengths and places: stiffness times these
-    tension_change = LENGTH * sign * by_length
-    tension_change[..., -1, :] = 0.0  # the last sample is that of the residuals
-    force_change = tension_change[..., None] * links.direction[..., None, :, :]
+    sign[-1] = 0.0  # the last sample is that of the residuals
+    # force per relative rounding of lengths and places: stiffness times these
+    force = (most - least)[..., None] * links.direction
     link_stiffness = np.stack([links.end_stiffness, -links.end_stiffness], axis=-3)
-    of_links = np.stack([-force_change, force_change], axis=-2)
-    return joined(stiffness, link_stiffness, -4), joined(end_forces, of_links)
+    of_links = np.stack([-force, force], axis=-2)
+    changes_of_links = np.broadcast_to(LENGTH * sign.T, (*least.shape, len(sign)))
+    return joined(stiffness, link_stiffness, -4), joined(end_forces, of_links), joined(changes, changes_of_links, -2)
 
 
-def _rms(samples, axis):
-    """Root mean square of all samples but the last along an axis, and a multiple of the last: that of the residuals."""
-    samples = np.moveaxis(np.abs(samples), axis, 0)
-    return np.sqrt((samples[:-1] ** 2).mean(axis=0)) + SYSTEM.curved * samples[-1]
+def _rms(samples):
+    """Root mean square of all samples on the last axis but the last, and a multiple of this: that of the residuals."""
+    return np.sqrt((samples[..., :-1] ** 2).mean(axis=-1)) + SYSTEM.curved * np.abs(samples[..., -1])
 
 
 def _stayed(equilibrium):
     """True where all bodies are where the search began, shape (...)."""
     suspension, longest = equilibrium.suspension, equilibrium.longest
-    distance = np.abs(equilibrium.position - suspension.position).max(axis=(-1, -2), initial=0.0) / longest
+    distance = largest(equilibrium.position - suspension.position).max(axis=-1, initial=0.0) / longest
     turn = np.abs(equilibrium.rotation - suspension.rotation).max(axis=(-1, -2, -3), initial=0.0)
     return np.maximum(distance, turn) <= SYSTEM.stayed
 
@@ -218,7 +227,7 @@ def _residuals(equilibrium, given, length_known):
     bounds = rounding.bounds(suspension, equilibrium.rotation, arms, ends, strain, cables, tension, equilibrium.links)
     ends = ends[..., suspension.of_cables, :, :]
     of_values = rounding.of_values(ends, strain, cables, given, suspension.value).least
-    of_lengths = LENGTH * (1 + np.abs(ends).max(axis=(-1, -2)) / cables.span.chord)
+    of_lengths = LENGTH * (1 + largest(largest(ends)) / cables.span.chord)
     error = np.where(length_known, 0.0, stated.values(cables, given) / suspension.value - 1)
     return net, bounds.least, error, np.where(length_known, of_lengths, of_values)
 
@@ -235,9 +244,9 @@ def _blocks(equilibrium, end_stiffness):
 
 
 def _solved(suspension, blocks, forces):
-    """Displacements of the free degrees of freedom by forces on them, both of shape (..., samples, d)."""
+    """Displacements of the free degrees of freedom by forces on them, both of shape (..., d, samples)."""
     scales = np.sqrt(np.maximum(tangent.magnitudes(blocks, suspension), SYSTEM.tiny))
-    right = np.swapaxes(forces / scales[..., None, :], -1, -2)
+    right = forces / scales[..., None]
     solution = np.full(right.shape, np.inf)
     if scales.shape[-1] <= SYSTEM.dense_freedoms:
         matrices = tangent.scaled_dense(blocks, suspension, scales)
@@ -249,7 +258,7 @@ def _solved(suspension, blocks, forces):
         for case in np.ndindex(scales.shape[:-1]):
             matrix = tangent.scaled_sparse(blocks.of(case), suspension, scales[case])
             solution[case] = _solved_or_infinite(matrix, right[case], lambda m, r: splu(m).solve(r))
-    return np.swapaxes(solution, -1, -2) / scales[..., None, :]
+    return solution / scales[..., None]
 
 
 def _dense_solutions(matrices, right):

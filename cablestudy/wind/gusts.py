@@ -13,7 +13,8 @@ from math import ceil
 
 import numpy as np
 
-from cablestudy.system.rigid import cross_matrix, size
+from cablestudy.cable.vectors import size
+from cablestudy.system.rigid import cross_matrix
 from cablestudy.wind.coherence import Coherence
 from cablestudy.wind.mean import body_forces
 from cablestudy.wind.spectrum import admittance, speed_spectrum

@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.cable.steady_drag import Profile
+from cablestudy.cable.vectors import size
 from cablestudy.system.descent import DISAGREED, ROUNDED
 from cablestudy.system.equilibria import pose
-from cablestudy.system.rigid import size
 from cablestudy.system.tangent import GROUND
 from cablestudy.system.tolerances import SYSTEM
 from cablestudy.wind.tolerances import WIND

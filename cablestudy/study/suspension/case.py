@@ -16,7 +16,7 @@ from cablestudy.study.suspension.body_mode import BodyMode, to_accuracy
 from cablestudy.study.suspension.cable_modes import CableModes
 from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis, solve_modes
 from cablestudy.study.suspension.group import Group, HangingCable
-from cablestudy.study.suspension.numbers import CableValues, each_with, kind_of_case, loads_of, topology_of
+from cablestudy.study.suspension.numbers import CableValues, distinct_connections, kind_of_case, loads_of, topology_of
 from cablestudy.study.suspension.plant import drag_of
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cables import FixedModel
@@ -52,11 +52,13 @@ class SuspensionCase:
         Header -> relative error of each number that was compared with `finer`, None where it is not known.
     reason : str
         Message of the failure by which some are not known.
+    lost : tuple of str
+        Names of the cables that the load case lacks.
     """
 
     def __init__(self, scene, group=None, index=0, estimate=False):
         self.scene, self.with_all_cables, self._group = scene.without_lost(), scene, group
-        self.index, self._modes = index, {}
+        self.index, self._modes, self.lost = index, {}, scene.load_case.lost
         self.estimate, self.differences, self.reason = estimate and self.model is not None, {}, ""
 
     @cached_property
@@ -74,7 +76,7 @@ class SuspensionCase:
 
     def refuse_lost(self, name, words="{0} is lost in the load case {1}"):
         """Raise the NoSolutionError of a cable that the load case lacks, in words with the names of both."""
-        if name in self.scene.load_case.lost:
+        if name in self.lost:
             raise NoSolutionError(words.format(name, self.scene.case))
 
     @property
@@ -165,7 +167,10 @@ class SuspensionCase:
     @property
     def over_strength(self):
         """Name of each cable whose largest tension is above its breaking force -> their ratio: dict. [-]"""
-        utilisations = zip(self.group.cable_indices, self.group.cables.utilisation[self.index].tolist(), strict=True)
+        cables = self.group.cables
+        if not cables.overloaded[self.index]:
+            return {}
+        utilisations = zip(self.group.cable_indices, cables.utilisation[self.index].tolist(), strict=True)
         return {name: utilisation for name, utilisation in utilisations if utilisation > 1}
 
     def cable(self, name):
@@ -209,6 +214,10 @@ class SuspensionCase:
     def of_cables(self, column):
         """Numbers of all cables in a `Column` of single cables, shape (c,)."""
         return self.group.cables.column(column.name, column.compute)[self.index]
+
+    def over_cables(self, column, extreme):
+        """Least, largest or sum over all cables of a `Column` of `of_cables`, as of `CableResults.over_all`."""
+        return self.group.cables.over_all(column.name, column.compute, extreme)[self.index]
 
     def pose_of(self, name):
         """Position of a body or free point, shape (3,) [m], and its rotation matrix, shape (3, 3)."""
@@ -285,7 +294,7 @@ class SuspensionCase:
         """Estimated relative error of a column that needs no motion; zero of one that the scene states. [-]"""
         if column is not None and column.needs == "scene":
             return 0.0
-        largest = max(STUDY.rounding, self.group.rounding_error(self.index), self.group.drag_error(self.index))
+        largest = self.group.statics_errors[self.index]
         if column is None or column.determined_by != "sag":
             return largest
         return max(largest, self.group.sag_error(self.index, self.cable(column.name.rpartition(".")[0])))
@@ -503,10 +512,12 @@ def cases_of(scenes):
     list of SuspensionCase
     """
     groups = {}
-    for index, (scene, connections) in enumerate(zip(scenes, each_with(_connections, scenes), strict=True)):
+    first_scenes, runs = distinct_connections(scenes)
+    connections = [_connections(scene) for scene in first_scenes]
+    for index, (scene, run) in enumerate(zip(scenes, runs, strict=True)):
         method = scene.tensions and scene.tensions.method
         kinds = scene.case is None, scene.wind and scene.wind.mean, *kind_of_case(scene)
-        groups.setdefault((connections, scene.solve_for, method, *kinds), []).append(index)
+        groups.setdefault((connections[run], scene.solve_for, method, *kinds), []).append(index)
     cases = [None] * len(scenes)
     for indices in groups.values():
         groups_at_rest = _different_at_rest(scenes, indices)

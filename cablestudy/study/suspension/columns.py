@@ -292,16 +292,14 @@ def _frequency(number):
 
 
 def _over_all(name, unit, meaning, values, extreme, key=""):
-    """Column of the least, largest or sum, by a function `extreme`, of numbers of all cables that have them.
+    """Column of the least, largest or sum, by a ufunc `extreme`, of numbers of all cables that have them.
 
     `values` is a function of `CableResults` for these numbers, shape (n, c), not a number where a cable has none.
     """
     each = Column(name, unit, meaning, "statics", values)
 
     def compute(case):
-        values_of_case = case.of_cables(each)
-        values_of_case = values_of_case[~np.isnan(values_of_case)]
-        return extreme(values_of_case) if len(values_of_case) else np.nan if case.scene.cables else None
+        return case.over_cables(each, extreme) if case.group.cable_indices else None
 
     return Column(name, unit, meaning, "statics", compute, key)
 
@@ -309,12 +307,12 @@ def _over_all(name, unit, meaning, values, extreme, key=""):
 WHOLE = (
     *LOOP,
     *WINCHES,
-    _over_all("min_tension", "N", "smallest tension in any cable", lambda r: r.statics.min_tension, np.min),
-    _over_all("max_tension", "N", "largest tension in any cable", lambda r: r.statics.max_tension, np.max),
+    _over_all("min_tension", "N", "smallest tension in any cable", lambda r: r.statics.min_tension, np.fmin),
+    _over_all("max_tension", "N", "largest tension in any cable", lambda r: r.statics.max_tension, np.fmax),
     _over_all("max_utilisation", "", "largest tension over breaking force of any cable", lambda r: r.utilisation,
-              np.max, "cables.*.section_breaking_force"),
+              np.fmax, "cables.*.section_breaking_force"),
     PEAK_UTILISATION,
-    _over_all("cable_mass", "kg", "mass of all cables", lambda r: r.mass, np.sum),
+    _over_all("cable_mass", "kg", "mass of all cables", lambda r: r.mass, np.add),
     *(column for column in COLUMNS if column.needs in ("limits", "run")),
 )  # fmt: skip
 

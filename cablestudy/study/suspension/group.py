@@ -89,6 +89,27 @@ class CableResults(CableValues):
         """Largest tension over breaking force of each cable, shape (n, c), not a number without one. [-]"""
         return utilisation_of(self)
 
+    @cached_property
+    def overloaded(self):
+        """True for cases with a cable whose largest tension is above its breaking force: list of bool."""
+        return (self.utilisation > 1).any(axis=-1).tolist()
+
+    def over_all(self, name, compute, extreme):
+        """Least, largest or sum over all cables that have a number in a column, not a number without any: list.
+
+        Parameters
+        ----------
+        name, compute
+            As for `column`.
+        extreme : {numpy.fmin, numpy.fmax, numpy.add}
+        """
+        if (name, extreme) not in self._values:
+            values = self.column(name, compute)
+            known = ~np.isnan(values)
+            numbers = extreme.reduce(np.where(known, values, 0.0) if extreme is np.add else values, axis=-1)
+            self._values[name, extreme] = np.where(known.any(axis=-1), numbers, np.nan).tolist()
+        return self._values[name, extreme]
+
     def column(self, name, compute):
         """Numbers of all cables in a column of single cables, shape (n, c), computed once.
 
@@ -258,13 +279,17 @@ class Group:
         """Error as of `drag_error` of the sag of a cable, relative. [-]"""
         return float(self._drag_change.sag[index, cable])
 
-    def rounding_error(self, index):
-        """Estimated relative error of tensions, positions and attitudes of a case by rounding and its search. [-]"""
-        return self._rounding_errors[index]
+    @cached_property
+    def statics_errors(self):
+        """Estimated relative errors of all cases by rounding, by the search, and by drag: list of float. [-]"""
+        return [
+            max(STUDY.rounding, by_rounding, self.drag_error(index))
+            for index, by_rounding in enumerate(self._rounding_errors)
+        ]
 
     @cached_property
     def _rounding_errors(self):
-        """`rounding_error` of all cases: list of float."""
+        """Estimated relative errors of tensions, positions and attitudes by rounding and the search: list of float."""
         errors = [self.reference.record.correction] if None in self.reference.suspension.given else []
         for state in {id(state): state for state in (self.reference, self.equilibrium)}.values():
             uncertainty = state.uncertainty

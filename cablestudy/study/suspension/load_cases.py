@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.cable.steady_drag import Profile, SteadyDrag
+from cablestudy.cable.vectors import size
 from cablestudy.study.load_cases import (
     bounded,
     drag_width,
@@ -27,7 +28,6 @@ from cablestudy.study.suspension.plant import drag_areas_of_bodies
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system import stated, tangent
 from cablestudy.system.equilibria import pose
-from cablestudy.system.rigid import size
 from cablestudy.system.suspension import Equilibrium
 from cablestudy.wind.mean import Drag, equilibrium_in_wind
 

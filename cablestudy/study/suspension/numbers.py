@@ -33,7 +33,10 @@ class CableValues:
         """A number that each cable states, or its scene, shape (n, c), not a number where there is none."""
         table, _, name = path.rpartition(".")
         if table == "cable":
-            values = [[getattr(cable, name, None) for cable in scene.cables.values()] for scene in self._scenes]
+            values = []
+            for scene, before in zip(self._scenes, [None, *self._scenes], strict=False):
+                alike = before is not None and scene.cables is before.cables
+                values.append(values[-1] if alike else [getattr(cable, name, None) for cable in scene.cables.values()])
         elif name in OF_CASE_AND_CABLE:
             values = [
                 [getattr(scene.load_case.of_cable(owner), name)(cable) for owner, cable in scene.cables.items()]
@@ -123,13 +126,20 @@ def connected_alike(scene, other):
     )
 
 
-def each_with(compute, scenes):
-    """Results from the connections of each scene, computed once for neighbours that share them: list."""
-    results = []
+def distinct_connections(scenes):
+    """The first of each run of neighbours that share their connections, and the number of the run of each scene.
+
+    Returns
+    -------
+    first_scenes : list of SuspensionScene
+    runs : list of int
+    """
+    first_scenes, runs = [], []
     for number, scene in enumerate(scenes):
-        shared = number and connected_alike(scene, scenes[number - 1])
-        results.append(results[-1] if shared else compute(scene))
-    return results
+        if not number or not connected_alike(scene, scenes[number - 1]):
+            first_scenes.append(scene)
+        runs.append(len(first_scenes) - 1)
+    return first_scenes, runs
 
 
 def numbers_of(scenes):
@@ -150,33 +160,45 @@ def numbers_of(scenes):
     ValueError
         The scenes differ in more than numbers.
     """
-    topology, *other_topologies = each_with(topology_of, scenes)
-    if any(other is not topology and other != topology for other in other_topologies):
+    first_scenes, runs = distinct_connections(scenes)
+    topology, *other_topologies = map(topology_of, first_scenes)
+    if any(other != topology for other in other_topologies):
         raise ValueError("the scenes differ in their names, connections, free motions, or in what their cables state")
-    cable_numbers = each_with(_cable_numbers, scenes)
-    numbers_of_scenes = [_numbers(scene) | numbers for scene, numbers in zip(scenes, cable_numbers, strict=True)]
+    numbers_of_lines = [_numbers_of_lines(scene) for scene in first_scenes]
+    bodies = [list(scene.bodies.values()) for scene in scenes]
+    points = [[point for point in scene.points.values() if point.free] for scene in scenes]
     n, b, c = len(scenes), len(topology["body_names"]), len(topology["cable_names"])
     links = len(topology["link_names"])
 
-    def array(name, *shape):
-        return np.array([numbers[name] for numbers in numbers_of_scenes], dtype=float).reshape(n, *shape)
+    def of_lines(name, *shape):
+        numbers = np.array([of_scene[name] for of_scene in numbers_of_lines], dtype=float)
+        return numbers.reshape(len(first_scenes), *shape)[runs]
 
-    density = array("force_density", c)
+    def of_bodies(name, *shape, of_points=True):
+        """Numbers of bodies and free points, or zero in place of those of points."""
+        numbers, count = np.zeros((n, b, *shape)), len(bodies[0])
+        if count:
+            numbers[:, :count] = [[getattr(body, name) for body in of_scene] for of_scene in bodies]
+        if of_points and b > count:
+            numbers[:, count:] = [[getattr(point, name) for point in of_scene] for of_scene in points]
+        return numbers
+
+    density = of_lines("force_density", c)
     return SuspendedSystem(
-        gravity=array("gravity"),
-        position=array("position", b, 3),
-        rotation=rigid.from_angles(array("angles", b, 3)),
-        mass=array("mass", b),
-        center=array("center", b, 3),
-        inertia=array("inertia", b, 6)[..., TENSOR],
-        force=array("force", b, 3),
-        moment=array("moment", b, 3),
-        place=array("place", c + links, 2, 3),
-        axial_stiffness=array("axial_stiffness", c),
-        cable_mass=array("cable_mass", c),
-        value=array("value", c),
+        gravity=np.array([scene.gravity for scene in scenes], dtype=float),
+        position=of_bodies("at", 3),
+        rotation=rigid.from_angles(of_bodies("start_angles", 3, of_points=False)),
+        mass=of_bodies("mass"),
+        center=of_bodies("center_of_mass", 3, of_points=False),
+        inertia=of_bodies("inertia_tensor", 6, of_points=False)[..., TENSOR],
+        force=of_bodies("force", 3),
+        moment=of_bodies("moment", 3, of_points=False),
+        place=of_lines("place", c + links, 2, 3),
+        axial_stiffness=of_lines("axial_stiffness", c),
+        cable_mass=of_lines("cable_mass", c),
+        value=of_lines("value", c),
         force_density=None if np.isnan(density).all() else density,
-        **({name: array(name, links) for name in OF_LINKS} if links else {}),
+        **({name: of_lines(name, links) for name in OF_LINKS} if links else {}),
         **topology
         | {
             "free": np.array(topology["free"], dtype=bool).reshape(b, 6),
@@ -220,25 +242,8 @@ def _reference(tensions, cable):
     return reference.get(cable, 0.0) if isinstance(reference, dict) else reference or 0.0
 
 
-def _numbers(scene):
-    """Name -> nested lists of numbers of one scene without its cables, ordered as `topology_of`; None if absent."""
-    bodies = list(scene.bodies.values())
-    points = [point for point in scene.points.values() if point.free]
-    holders, zeros = [*bodies, *points], [ORIGIN] * len(points)
-    return {
-        "gravity": scene.gravity,
-        "position": [holder.at for holder in holders],
-        "angles": [*(body.start_angles for body in bodies), *zeros],
-        "mass": [holder.mass for holder in holders],
-        "center": [*(body.center_of_mass for body in bodies), *zeros],
-        "inertia": [*(body.inertia_tensor for body in bodies), *[(0.0,) * 6] * len(points)],
-        "force": [holder.force for holder in holders],
-        "moment": [*(body.moment for body in bodies), *zeros],
-    }
-
-
-def _cable_numbers(scene):
-    """Numbers as of `_numbers` of the cables and links of one scene, and the positions of their ends."""
+def _numbers_of_lines(scene):
+    """Name -> list of numbers of the cables and links of one scene, and of the positions of their ends, in a row."""
     cables, links = scene.cables.values(), scene.links.values()
     return {
         "place": [number for line in scene.lines.values() for end in line.ends for number in scene.attachment(end)[1]],

@@ -1,6 +1,7 @@
 """Rows of a table of suspensions: the columns of cases, with the reason where one has no value."""
 
 import time
+from dataclasses import dataclass
 from math import isfinite, isnan
 
 import numpy as np
@@ -19,6 +20,31 @@ from cablestudy.study.suspension.wind_columns import exceeded_limits, slackened
 from cablestudy.study.tolerances import STUDY
 
 OF_THE_WHOLE = {column.name: column for column in WHOLE}
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """Columns of a table of suspensions.
+
+    Attributes
+    ----------
+    headers : list of str
+        Of all columns, in their order.
+    computed : list of Column
+        Those of the suspensions, in the order in which they cost least; the others are of the run.
+    in_wind : bool
+        Whether some are of the motion in the wind.
+    """
+
+    headers: list
+    computed: list
+    in_wind: bool
+
+    @classmethod
+    def of(cls, columns):
+        """`_Wanted` of a sequence of Column."""
+        computed = [column for column in most_modes_first(columns) if column.needs != "run"]
+        return cls([column.header for column in columns], computed, any(column.needs == "wind" for column in columns))
 
 
 def evaluate_suspensions(scenes, columns, estimate=False):
@@ -40,7 +66,7 @@ def evaluate_suspensions(scenes, columns, estimate=False):
     need_statics = any(column.needs in ("statics", "stiffness", "modes", "loop", "wind") for column in columns)
     need_motion = any(column.needs in SYSTEM for column in columns)
     compared = estimate or any(column.name == "error_estimate" for column in columns)
-    rows, most_cables = [], max((len(scene.cables) for scene in scenes), default=1)
+    rows, wanted, most_cables = [], _Wanted.of(columns), max((len(scene.cables) for scene in scenes), default=1)
     batch_size = max(STUDY.suspensions_at_once, STUDY.suspended_cables_at_once // max(1, most_cables))
     for batch in batched(scenes, batch_size):  # equilibria solved together
         start = time.perf_counter()
@@ -56,7 +82,7 @@ def evaluate_suspensions(scenes, columns, estimate=False):
             if need_motion:
                 prepare(block)
             seconds_of_row = seconds + (time.perf_counter() - start) / len(block)
-            rows += [_row(case, columns, seconds_of_row, estimate) for case in block]
+            rows += [_row(case, wanted, seconds_of_row, estimate) for case in block]
     return rows
 
 
@@ -68,19 +94,19 @@ def _compare(cases, columns):
             case.estimate, case.finer = True, finer
 
 
-def _row(case, columns, seconds, noted):
+def _row(case, wanted, seconds, noted):
     """The `Row` of a case; `seconds` is its share of the time of the work done for several cases."""
     start = time.perf_counter()
-    cells, errors, failures = _cells(case, columns)
-    known_errors = [error for error in errors.values() if error is not None]
-    run = {
-        "dof": case.size,
-        "error_estimate": max(known_errors, default=0.0) if len(known_errors) == len(errors) else None,
-        "solve_time_ms": 1e3 * (seconds + time.perf_counter() - start),
-    }
-    cells.update((header, number) for header, number in run.items() if header in cells)
+    cells, errors, failures = _cells(case, wanted)
+    if "dof" in cells:
+        cells["dof"] = case.size
+    if "error_estimate" in cells:
+        unknown = None in errors.values()
+        cells["error_estimate"] = None if unknown else max(errors.values(), default=0.0)
+    if "solve_time_ms" in cells:
+        cells["solve_time_ms"] = 1e3 * (seconds + time.perf_counter() - start)
     overloaded = list(case.over_strength) if case.solved else []
-    slack_cables = slackened(case) if any(column.needs == "wind" for column in columns) and case.moves else []
+    slack_cables = slackened(case) if wanted.in_wind and case.moves else []
     doubts = (OVER_STRENGTH, overloaded), (SLACK, slack_cables), (FALLEN, fallen(case) if case.solved else [])
     cells["status"] = status_of(
         failures, *(f"{words}: {first_of(names, STUDY.listed_parts)}" for words, names in doubts if names)
@@ -88,18 +114,16 @@ def _row(case, columns, seconds, noted):
     return Row(cells, case, notes_of(case) if noted else (), errors, strength_warning(case) if overloaded else ())
 
 
-def _cells(case, columns):
+def _cells(case, wanted):
     """Numbers of the columns, None where there is none, estimated relative errors, and failures: dicts by header."""
-    cells, errors, failures = {column.header: None for column in columns}, {}, {}
-    for column in most_modes_first(columns):
-        if column.needs == "run":
-            continue
+    cells, errors, failures = dict.fromkeys(wanted.headers), {}, {}
+    for column in wanted.computed:
         try:
             cells[column.header], errors[column.header] = value(case, column)
         except CablestudyError as error:
             failures[column.header] = error
     if not failures:
-        failures.update(_doubts(case, any(column.needs == "wind" for column in columns)))
+        failures.update(_doubts(case, wanted.in_wind))
     return cells, errors, failures
 
 
@@ -134,7 +158,8 @@ def value(case, column):
     NoSolutionError, ConvergenceError
         There is no value.
     """
-    case.refuse_lost(column.name.partition(".")[0])
+    if case.lost:
+        case.refuse_lost(column.name.partition(".")[0])
     result = column.compute(case)
     number, error = result if isinstance(result, tuple) else (result, case.statics_error(column))
     if column.needs in ("loop", "wind") and error:
