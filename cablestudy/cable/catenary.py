@@ -252,17 +252,19 @@ class Catenary(SegmentedCable):
 def travel_shares(catenary, edges):
     """Time that a transverse wave takes along each piece of one cable, over the longest of these times.
 
+    By these times the finite elements of a cable are distributed over its pieces (`element.counts_of_pieces`).
+
     Parameters
     ----------
     catenary : Catenary
         Of one cable.
     edges : sequence of float
-        Of the pieces, shares of the unstretched length.
+        Ends of the n pieces along the cable, shares of the unstretched length: n + 1 of them, ascending from 0 to 1.
 
     Returns
     -------
     list of float
-        By the speed sqrt(T/m), with Gauss's rule on each piece. [-]
+        n numbers, the largest of which is 1; of the wave speed sqrt(T/m), by Gauss's rule on each piece. [-]
     """
     nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     low, high = np.array(edges[:-1]), np.array(edges[1:])

@@ -337,7 +337,9 @@ def newton_step(suspension, state, evaluation):
     Returns
     -------
     ndarray, shape (n, b, 6)
-        No component is longer than `farthest_step` or `widest_turn`. [m], [rad]
+        Displacement and rotation of each of the b bodies. Where one is larger than `SYSTEM.farthest_step` times the
+        extent of the suspension, or a rotation larger than `SYSTEM.widest_turn`, the step of the whole case is
+        shortened. [m], [rad]
     """
     free = suspension.free
     force, end_forces = tangent.free_values(suspension, evaluation.net), evaluation.end_forces
