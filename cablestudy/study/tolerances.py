@@ -190,6 +190,7 @@ class StudyTolerances:
     delay_right_up_to: int = 20  # times the gondola's frequency: up to there a delay is right at least
     resonant: float = 0.5**0.5  # damping ratio from which a motion has no peak over frequency
     undamped_motion: float = 1e-12  # its damping ratio
+    equal_values: float = 1e-9  # relative distance of equal values of cables, of which the first is named
     equal_frequencies: float = 1e-9  # relative distance of equal frequencies
     drawn_groups: int = 5000  # groups of neighbouring frequencies in a picture
     response_modes: int = 96  # beyond which a response does not ask for more by itself

@@ -7,6 +7,7 @@ import numpy as np
 from cablestudy.study.columns import find
 from cablestudy.study.suspension.plant import wind_diameters
 from cablestudy.study.table import Field
+from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.drag import STROUHAL
 
 LOCK_IN = Field("lock_in_speed_m_per_s", "lock-in speed", "m/s")
@@ -106,8 +107,9 @@ def tension_notes(scene, values):
     """
     if scene.nonzero_gravity is None or scene.load_case.ice or scene.load_case.wind:
         return ()
-    constants = np.ravel(find("catenary_constant").compute(values)).tolist()
-    name, largest = max(zip(scene.cables, constants, strict=True), key=lambda pair: pair[1])
+    constants = np.ravel(find("catenary_constant").compute(values))
+    first_of_largest = int(np.argmax(constants >= constants.max() * (1 - STUDY.equal_values)))
+    name, largest = list(scene.cables)[first_of_largest], float(constants[first_of_largest])
     of_cable, material = f" of {name}" if len(constants) > 1 else "", scene.cables[name].material
     if material is None or material in scene.materials:
         safe = f"{SAFE}; {OTHERS}"
