@@ -164,8 +164,8 @@ class Catenary(SegmentedCable):
     def end_stiffness(self):
         """Static stiffness of end 2, end 1 fixed, chord frame: the inverse flexibility, shape (..., 3, 3). [N/m]
 
-        A folded vertical cable has no transverse stiffness, the limit of an inclined one as 1/log(H); a cable with a
-        slack segment has no stiffness.
+        A folded vertical cable has no transverse stiffness: that of an inclined one goes to zero as 1/log(H) with its
+        horizontal tension H. A cable with a slack segment has no stiffness.
         """
         stiffness, vertical = inverse_symmetric(self.flexibility), np.abs(self.span.cosine) == 0
         if vertical.any():

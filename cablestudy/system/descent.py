@@ -473,6 +473,7 @@ def descend(suspension, state, most_steps=SYSTEM.descent_steps, small_net_force=
     suspension : SuspendedSystem
         With cases of shape (n,).
     state : PoseState
+        Where the searches begin; its tensions are not used.
     most_steps : int
     small_net_force : float
         Net force over the sum of forces that counts as none, even if it is more than rounding. [-]

@@ -56,10 +56,7 @@ def _describe_net_force(equilibrium):
 
 
 def _describe_unmet(equilibrium):
-    """Text that names the cable farthest from its stated value, and the least preload it can have if that is more.
-
-    Empty where every cable has its stated value.
-    """
+    """Text on the cable farthest from its stated value, with its least preload if that is more; empty if all are met."""
     suspension, cables = equilibrium.suspension, equilibrium.catenary
     actual = stated.values(cables, suspension.given)
     error = np.nan_to_num(np.abs(actual / suspension.value - 1))

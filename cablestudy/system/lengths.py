@@ -216,7 +216,7 @@ def linearised(suspension, state, which, moving):
 
     Notes
     -----
-    By a motion u the net forces change by -(K + (dF/dv) (dv/du)) u, with K the stiffness at given lengths and v what
+    By a motion u the net forces F change by -(K + (dF/dv) (dv/du)) u, with K the stiffness at given lengths and v what
     the cables state: their lengths follow so that v stays.
     """
     cables, given = catenary.solve(spans(suspension, state), state.tension), suspension.given
@@ -433,7 +433,10 @@ def with_infeasible(iterates, solutions, high, least_ratio):
 
 
 def with_reasons(iterates, linear, solutions, change, last):
-    """`Iterates` with their smallest change, and the reason why each ends: index in REASONS, or GOING_ON."""
+    """`Iterates` with their smallest change, and the reason why each ends: index in REASONS, or GOING_ON.
+
+    `change` is the size of the steps from `sizes_of`; `last` is true in the last step that a search may take.
+    """
     falling = change < SYSTEM.lengths_progress * iterates.least_change
     iterates = replace(
         iterates,
@@ -451,7 +454,7 @@ def with_reasons(iterates, linear, solutions, change, last):
 
 
 def with_damping(iterates, tension, change, turn, number):
-    """`Iterates` with the damping of the next step, after the changes of this one."""
+    """`Iterates` with the damping of the next step, more where this one, of a `number` from 0, diverges; see `damped`."""
     direction = (tension - iterates.tension) / iterates.tension
     reversed_step = (iterates.direction * direction).sum(axis=-1) < 0
     diverging = (

@@ -198,7 +198,7 @@ class CablesOfCase:
 
 
 def loaded_state(reference, scenes, forced=True, cables=None):
-    """Find the equilibria of suspensions in the load cases of their scenes, on the lengths of the reference state.
+    """Find the equilibria of suspensions in the load cases of their scenes, with the lengths of the reference state.
 
     Parameters
     ----------

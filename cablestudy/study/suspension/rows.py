@@ -149,7 +149,7 @@ def value(case, column):
     Returns
     -------
     number : float or None
-        None for a limit that the case does not have.
+        None where the case has no such number and none is missing, such as a limit.
     error : float or None
         None where it is not known. [-]
 
