@@ -56,7 +56,7 @@ def _describe_net_force(equilibrium):
 
 
 def _describe_unmet(equilibrium):
-    """Text on the cable farthest from its stated value, with its least preload if that is more; empty if all are met."""
+    """Text on the cable farthest from its stated value, with its least preload if that is more; empty without one."""
     suspension, cables = equilibrium.suspension, equilibrium.catenary
     actual = stated.values(cables, suspension.given)
     error = np.nan_to_num(np.abs(actual / suspension.value - 1))

@@ -454,7 +454,7 @@ def with_reasons(iterates, linear, solutions, change, last):
 
 
 def with_damping(iterates, tension, change, turn, number):
-    """`Iterates` with the damping of the next step, more where this one, of a `number` from 0, diverges; see `damped`."""
+    """`Iterates` with the damping of the next step, more where step `number` (from 0) diverges; see `damped`."""
     direction = (tension - iterates.tension) / iterates.tension
     reversed_step = (iterates.direction * direction).sum(axis=-1) < 0
     diverging = (
