@@ -190,8 +190,8 @@ def test_the_rounding_of_the_energy_is_known():
         vector = state.vector + moved
         points.append(evaluate(scene, replace(state, vector=vector)))
     energies = np.array([point.energy[0] for point in points])
-    assert np.ptp(energies) <= 2 * points[0].rounding[0]
-    assert points[0].rounding[0] < 1e-13 * abs(energies[0])
+    assert np.ptp(energies) <= 2 * points[0].energy_rounding[0]
+    assert points[0].energy_rounding[0] < 1e-13 * abs(energies[0])
 
 
 def test_a_body_that_is_too_heavy_for_its_preload_is_refused_in_few_steps():

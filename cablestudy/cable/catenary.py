@@ -1,7 +1,8 @@
 """The elastic catenary in closed form (Irvine 1981, section 1.3): statics and end stiffness of a batch of cables.
 
 A cable is divided into segments at its point loads (`segment`). The tension vector at mid-length is the only unknown
-(`equilibrium_residual`); Newton's method finds it (`newton`).
+(`equilibrium_residual`); Newton's method finds it (`newton`). With point loads that name stands for the mean of the
+tension vectors at both ends, which without them is the tension vector at mid-length.
 """
 
 from dataclasses import dataclass, replace
@@ -26,7 +27,7 @@ class Segments:
 
     fraction: np.ndarray  # share of the unstretched length [-]
     offset: tuple  # 3 arrays: tension vector at mid-segment minus the unknown at mid-length, chord frame [N]
-    weight: np.ndarray  # [N]
+    weight: np.ndarray  # of each segment [N]
 
     def take(self, index):
         """`Segments` of one cable of a batch of shape (n,), or of several."""
@@ -163,8 +164,8 @@ class Catenary(SegmentedCable):
     def end_stiffness(self):
         """Static stiffness of end 2, end 1 fixed, chord frame: the inverse flexibility, shape (..., 3, 3). [N/m]
 
-        A folded vertical cable has no transverse stiffness, the limit of an inclined one as 1/log(H); a cable with a
-        slack segment has no stiffness.
+        A folded vertical cable has no transverse stiffness: that of an inclined one goes to zero as 1/log(H) with its
+        horizontal tension H. A cable with a slack segment has no stiffness.
         """
         stiffness, vertical = inverse_symmetric(self.flexibility), np.abs(self.span.cosine) == 0
         if vertical.any():
@@ -188,7 +189,8 @@ class Catenary(SegmentedCable):
     def at(self, position):
         """Displacement [-] and tension vector [N] along the cable, chord frame, shapes (..., j, 3).
 
-        The displacement is that from the straight chord in unstretched lengths: r = (1 + strain) position e + it.
+        The displacement is that from the straight chord, over the unstretched length L: from end 1, a point of the
+        cable is at r = L ((1 + chord strain) position e + displacement), e along the chord.
 
         Parameters
         ----------
@@ -310,9 +312,12 @@ def solve(span, tension=None):
 
 
 def _pass_kinks(problem, unknown, change, record, weightless):
-    """Solve weightless cables that Newton's method left at a kink: there if it is the minimum of energy, else beyond.
+    """Solve the cables without weight that Newton's method left at or near a kink of their energy.
 
-    Takes and returns the tension vectors, their last relative corrections and the `Record` of the iteration.
+    A kink is where a segment has no tension (`EquilibriumResidual.kink`). Where the energy is least there it is the
+    solution, and that segment is slack; elsewhere Newton's method begins again from a point of less energy beside it.
+    Takes and returns the tension vectors of all cables, shape (3, ...) [N], the relative size of the last correction of
+    each [-], and the `Record` of the iteration; `weightless` is true for the cables to solve.
     """
     pending = weightless
     for _ in range(problem.segments.fraction.shape[-1]):

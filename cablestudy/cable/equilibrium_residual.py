@@ -1,7 +1,8 @@
 """Residual and flexibility of a cable made of catenary segments, for Newton's method (`newton.py`).
 
-The tension vector at mid-length is the unknown. The segments, joined end to end, have to lead from end 1 to end 2. The
-start is a parabola for a taut cable, an inextensible catenary for a slack one: Irvine (1981), chapters 2 and 1.
+The tension vector at mid-length (see `catenary`) is the unknown. The segments, joined end to end, have to lead from
+end 1 to end 2. The start is a parabola for a taut cable, an inextensible catenary for a slack one: Irvine (1981),
+chapters 2 and 1.
 """
 
 import numpy as np
@@ -12,7 +13,10 @@ from cablestudy.cable.vectors import dot
 
 
 class EquilibriumResidual:
-    """Distance of the last segment's end from end 2, as a function of the tension vector at mid-length.
+    """Vector from the last segment's end to end 2, as a function of the tension vector at mid-length.
+
+    Vectors are in the chord frame: along the chord, across it in the vertical plane, and out of that plane (q, n, y).
+    A batch of cables has the shape (...), each cable k + 1 segments.
 
     Parameters
     ----------
@@ -40,7 +44,10 @@ class EquilibriumResidual:
         return tuple(u[..., None] + offset for u, offset in zip(unknown, self.segments.offset, strict=True))
 
     def residual(self, unknown):
-        """Vector from the last segment's end to end 2, per unstretched length, shape (3, ...); tensions and kernel."""
+        """Vector from the last segment's end to end 2, per unstretched length, shape (3, ...) [-], and a `point`.
+
+        The `point` is what `flexibility` and `step` take: tension vectors at mid-segment, and `segment.Kernel`.
+        """
         tension = self.tension(unknown)
         extensions, kernel = extension(tension, self.segments.weight, self.stiffness, *self.angles)
         gap = np.empty((3, *self.shape))
@@ -84,9 +91,9 @@ class EquilibriumResidual:
         return 1e-15 * np.abs(self.strain * step[0])
 
     def start(self, span):
-        """A first tension vector, shape (3, ...), a vertical cable's with next to no horizontal tension. [N]
+        """A first tension vector, shape (3, ...); of a vertical cable the horizontal tension H is next to zero. [N]
 
-        Not zero: where such a cable is slack and folded, its stiffness is a limit, H^2 over a number that goes as H^2.
+        H is not zero: where such a cable is slack and folded, its stiffness is H^2 over a number that goes as H^2.
         """
         q, n, y = (np.broadcast_to(component, self.shape).astype(float) for component in _first_tension(span))
         almost_nothing = -1e-100 * np.sign(span.sine) * (np.abs(q) + self.load)
@@ -96,7 +103,7 @@ class EquilibriumResidual:
     def start_near(self, span, tension):
         """First tension vectors, shape (3, ...), near known ones of shape (..., 3), global axes; else of `start`. [N]
 
-        Those of cables without weight, or vertical, are not begun from: their energy has kinks and degenerate forms.
+        Cables without weight, and vertical ones, begin from `start`: their energy has kinks and degenerate forms.
         """
         near = np.stack([dot(tension, span.frame[..., axis, :]) for axis in range(3)])
         known = np.isfinite(near).all(axis=0) & (np.asarray(span.weight) > 0) & ~self.vertical
@@ -118,7 +125,7 @@ class EquilibriumResidual:
         minimum : ndarray of bool, shape (...)
             True if the energy is least at the kink: the segment is at least as long as the distance that it spans, and
             slack.
-        kink, lower : ndarray, shape (3, ...)
+        kink, beyond_kink : ndarray, shape (3, ...)
             Tension vector at mid-length at the kink, and one with less energy, to go on from where the kink is no
             minimum. [N]
         """
@@ -147,7 +154,8 @@ class EquilibriumResidual:
 def _first_tension(span):
     """Approximate tension vector at mid-length of a cable, where Newton's method begins; 3 arrays, chord frame. [N]
 
-    Weight and point loads are distributed uniformly over the cable: a parabola, or an inextensible catenary if slack.
+    Weight and point loads are distributed uniformly over the cable: a parabola, or an inextensible catenary where the
+    cable is more than 1.2 times as long as its chord.
     """
     load_vector = span.load_forces.sum(axis=-2) - np.asarray(span.weight)[..., None] * span.up
     load = np.sqrt((load_vector**2).sum(axis=-1))
@@ -173,7 +181,7 @@ def _first_tension(span):
 
 
 def _taut_tension(span, transverse_load):
-    """Positive root T of T^3/EA - strain T^2 - W^2/24 = 0, the parabola's, for a transverse load W: Newton steps."""
+    """Tension of a parabola under a transverse load W: the positive root T of T^3/EA - strain T^2 - W^2/24 = 0. [N]"""
     stiffness, strain = span.axial_stiffness, span.chord_strain
     constant = transverse_load**2 / 24
     tension = np.maximum(np.maximum(strain, 0.0) * stiffness, np.cbrt(constant * stiffness))

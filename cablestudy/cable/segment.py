@@ -10,6 +10,8 @@ S = T0 + T1 and beta = W/S:
     end 2 - end 1 = l (1/EA + 2/S) P + l (2/S) (atanh(beta)/beta - 1) H
     flexibility   = l/EA + integral of (I - t t^T)/T ds
 
+with the tension T and the unit tangent t along the segment, and the unit matrix I.
+
 Source: Irvine (1981), Cable Structures, section 1.3, rewritten.
 """
 
@@ -77,8 +79,8 @@ def _excess(beta, small, plus, minus):
 def extension(tension, weight, axial_stiffness, cosine, sine):
     """End 2 minus end 1 of a segment, less its unstretched length along the chord, per that length; and its `Kernel`.
 
-    Arguments as for `evaluate`. The extension is a tuple of 3 ndarrays: along the chord, across it in the plane, out of
-    the plane. [-]
+    Arguments as for `evaluate`, and EA [N]. The extension is a tuple of 3 ndarrays: along the chord, across it in the
+    plane, out of the plane. [-]
     """
     q, n, y = tension
     kernel = evaluate(tension, weight, cosine, sine)
@@ -100,10 +102,12 @@ def _less_component(tension, q, n, y):
 def flexibility(tension, weight, axial_stiffness, cosine, sine, kernel):
     """Derivative of `extension` with respect to the tension vector: 6 ndarrays qq, nn, yy, qn, qy, ny. [1/N]
 
+    Arguments as for `evaluate`; `axial_stiffness` is EA [N] and `kernel` the `Kernel` from `extension`.
+
     Notes
     -----
-    The integral of (T^2 I - P P^T)/T^3 over the segment, once in terms of small deviations from the chord and once in
-    horizontal and vertical components: each form is free of cancellation where the other is not.
+    The mean of (T^2 I - P P^T)/T^3 over the segment is found once in terms of small deviations from the chord and once
+    in horizontal and vertical components: each form is free of cancellation where the other is not.
     """
     small, by_turning = kernel.beta < CABLE.series_below, _shallow(tension, weight, cosine, sine, kernel)
     if not small.all():
@@ -225,9 +229,10 @@ class SegmentedCable:
 
 
 def _scaled_cofactors(matrix):
-    """Scales a, b, c of symmetric 3x3 matrices with the entries (qq, nn, yy, qn, qy, ny), which make a unit diagonal.
+    """Scales, cofactors and determinant of symmetric 3x3 matrices with the entries (qq, nn, yy, qn, qy, ny).
 
-    With them the cofactors of the scaled matrix [[1, d, e], [d, 1, f], [e, f, 1]], and its determinant.
+    The scales a, b, c of rows and columns make a unit diagonal. The cofactors (11, 22, 33, 12, 13, 23) and the
+    determinant are those of the scaled matrix [[1, d, e], [d, 1, f], [e, f, 1]].
     """
     qq, nn, yy, qn, qy, ny = matrix
     a, b, c = (1 / np.sqrt(np.maximum(diagonal, CABLE.least_divisor)) for diagonal in (qq, nn, yy))

@@ -34,8 +34,8 @@ class Span:
     chord : float or ndarray, shape (...)
         Distance between the ends. [m]
     cosine, sine : float or ndarray, shape (...)
-        Of the inclination of the chord, end 2 above end 1 when the sine is positive; from the plane normal to
-        `vertical`. [-]
+        Of the inclination of the chord to the plane normal to `vertical`; the sine is positive where end 2 is above
+        end 1. [-]
     chord_strain : float or ndarray, shape (...)
         chord / unstretched length - 1: positive for a taut cable, negative for a slack one. [-]
     axial_stiffness : float or ndarray, shape (...)
@@ -51,11 +51,11 @@ class Span:
     load_masses : ndarray, shape (..., k), or None
         What moves with the cable at each load; None where nothing does. [kg]
     load_fractions : ndarray, shape (..., k), or None
-        Places that are stated as shares of the unstretched length and follow it; NaN where it is an arc length. [-]
+        Shares of the unstretched length at which loads stay when it changes; NaN for a load at an arc length. [-]
     level : ndarray, shape (..., 3)
         Unit vector normal to `vertical`, in the plane of it and the chord. [-]
     vertical : ndarray, shape (..., 3)
-        Unit vector. [-]
+        Unit vector against the uniform load, global axes. [-]
     """
 
     chord: np.ndarray
@@ -84,9 +84,9 @@ class Span:
         end_1, end_2 : ndarray, shape (..., 3)
             Positions of the ends. [m]
         axial_stiffness, mass, gravity : float or ndarray, shape (...)
-            EA [N], mass per unstretched length [kg/m], [m/s^2].
+            EA [N], mass per unstretched length [kg/m], uniform load over mass [m/s^2].
         unstretched_length : float or ndarray, shape (...), optional
-            Without it that of the chord, until `with_chord_strain`. [m]
+            By default that of the chord; `with_chord_strain` changes it. [m]
         load_positions : ndarray, shape (..., k), optional
             Arc length of point loads from end 1 along the unstretched cable, ascending. [m]
         load_forces : ndarray, shape (..., k, 3), optional
@@ -206,7 +206,7 @@ class Span:
         Raises
         ------
         ValueError
-            Another frame.
+            `frame` is neither.
         """
         if frame not in ("chord", "global"):
             raise ValueError(f"frame is {frame!r}, not 'chord' or 'global'")

@@ -16,7 +16,10 @@ ALIASES = {
     "cable_mass": "mass",
     "max_utilisation": "utilisation",
     **{f"{CABLE}.{theirs}": own for own, theirs in of_suspensions.INSTEAD.items()},
-    **{f"{CABLE}.{column.name}": column.name for column in (*of_suspensions.OF_CABLES, *of_suspensions.MORE.values())},
+    **{
+        f"{CABLE}.{column.name}": column.name
+        for column in (*of_suspensions.OF_CABLES, *of_suspensions.FURTHER_OF_CABLES.values())
+    },
     f"{CABLE}.clearance": "clearance",
     **{f"{GONDOLA}.stiffness_{axes}": f"end_stiffness{end}" for axes, end in {
         "xx": "", "yy": "_yy", "zz": "_zz", "xz": "_xz", "zx": "_xz"}.items()},

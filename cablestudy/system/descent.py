@@ -39,7 +39,8 @@ REASONS = (
     "converged: no step leaves less, and what is left is the rounding of lengths and places",
     "the forces of the mean wind and the attitude that they lead to do not agree",
 )
-SOFTENED = (0.3, 0.1, 0.03, *(10.0**-k for k in range(2, 13)))  # strains of those: ten times stiffer each is few steps
+# strains by the loads that softened cables have, in turn (`search`): cables ten times as stiff as before take few steps
+SOFTENED = (0.3, 0.1, 0.03, *(10.0**-k for k in range(2, 13)))
 TINY, EPSILON = 1e-300, 2 * SYSTEM.rounding
 
 
@@ -115,9 +116,9 @@ class Evaluation:
         Force and moment of all loads on each body. [N], [N m]
     scale : ndarray, shape (n, b)
         Sum of the sizes of the forces on each body. [N]
-    least, most : ndarray, shape (n, b, 6)
-        Rounding of `net`: `rounding.Bounds`. [N], [N m]
-    energy, rounding : ndarray, shape (n,)
+    least_rounding, most_rounding : ndarray, shape (n, b, 6)
+        Rounding of `net`: `least` and `most` of `rounding.Bounds`. [N], [N m]
+    energy, energy_rounding : ndarray, shape (n,)
         Sum of W and of the energy of the links, and its rounding. [J]
     end_forces, end_stiffness : ndarray, shape (n, c + l, 2, 3), (n, c + l, 3, 3)
         As those of `Equilibrium`.
@@ -129,10 +130,10 @@ class Evaluation:
 
     net: np.ndarray
     scale: np.ndarray
-    least: np.ndarray
-    most: np.ndarray
+    least_rounding: np.ndarray
+    most_rounding: np.ndarray
     energy: np.ndarray
-    rounding: np.ndarray
+    energy_rounding: np.ndarray
     end_forces: np.ndarray
     end_stiffness: np.ndarray
     tension: np.ndarray
@@ -262,7 +263,7 @@ def evaluate(suspension, state):
 
 
 def _with_foretold_tensions(trial, state, evaluation):
-    """State `trial` with tensions as the end stiffness in another state foretells them, where they are near."""
+    """State `trial` with the tensions that the end stiffness in `state` foretells, NaN where they change too much."""
     change = times(evaluation.end_stiffness[:, : state.length.shape[-1]], trial.chord - state.chord)
     near = size(change) <= SYSTEM.foretold_change * size(evaluation.tension)
     return replace(trial, tension=np.where(near[..., None], evaluation.tension + change, np.nan))
@@ -337,9 +338,9 @@ def newton_step(suspension, state, evaluation):
     Returns
     -------
     ndarray, shape (n, b, 6)
-        Displacement and rotation of each of the b bodies. Where one is larger than `SYSTEM.farthest_step` times the
-        extent of the suspension, or a rotation larger than `SYSTEM.widest_turn`, the step of the whole case is
-        shortened. [m], [rad]
+        Displacement and rotation of each of the b bodies [m], [rad]. Where a displacement is larger than
+        `SYSTEM.farthest_step` times the extent of the suspension, or a rotation larger than `SYSTEM.widest_turn`, the
+        step of the whole case is shortened.
     """
     free = suspension.free
     force, end_forces = tangent.free_values(suspension, evaluation.net), evaluation.end_forces
@@ -347,7 +348,7 @@ def newton_step(suspension, state, evaluation):
     largest_step = np.ones((len(force), *free.shape)) * SYSTEM.widest_turn
     largest_step[..., :3] = SYSTEM.farthest_step * extent(state)[:, None, None]
     # where nothing holds a degree of freedom the step is small if the force is rounding, and else as large as allowed
-    least_stiffness = np.maximum(np.abs(evaluation.net), evaluation.least) / largest_step
+    least_stiffness = np.maximum(np.abs(evaluation.net), evaluation.least_rounding) / largest_step
     least_stiffness = tangent.free_values(suspension, least_stiffness)
     stiffness = np.maximum(tangent.magnitudes(blocks, suspension), least_stiffness)
     scales = np.sqrt(np.maximum(stiffness, TINY))
@@ -380,9 +381,9 @@ def _dense_step(matrix, force, largest):
 
     Notes
     -----
-    Where K is not definite, or the step too long, it is sum_j q_j (q_j^T g)/|k_j| over eigenvectors q_j and eigenvalues
-    k_j of K. There the part along each eigenvector is no longer than allowed, so that a motion that nothing holds does
-    not leave the others without a step.
+    Where K is not positive definite, or the Newton step too long, the step is sum_j q_j (q_j^T g)/|k_j| over the
+    eigenvectors q_j and eigenvalues k_j of K. There the part along each eigenvector is no longer than allowed, so that
+    a motion that nothing holds does not leave the others without a step.
     """
     symmetric = (matrix + np.swapaxes(matrix, -1, -2)) / 2
     unit = np.eye(force.shape[-1])
@@ -420,6 +421,8 @@ def imbalance(suspension, evaluation):
 def line_search(suspension, state, evaluation, step):
     """Shorten the steps of n cases until each lowers the energy enough.
 
+    Where the change of energy is rounding, its slope decides. The steps are those of `newton_step`.
+
     Returns
     -------
     state : PoseState
@@ -439,7 +442,7 @@ def line_search(suspension, state, evaluation, step):
         trial, work = displaced_with_work(subset, before, shortened)
         at_trial = evaluate(subset, _with_foretold_tensions(trial, before, at_before))
         change = at_trial.energy - at_before.energy - work
-        rounding = at_trial.rounding + at_before.rounding
+        rounding = at_trial.energy_rounding + at_before.energy_rounding
         descent_at_trial = (at_trial.net * step[pending]).sum(axis=(-1, -2))
         falls = change <= -SYSTEM.sufficient_descent * share[pending] * descent[pending]
         flat = (change <= rounding) & (descent_at_trial >= -(1 - 2 * SYSTEM.slope_change) * descent[pending])
@@ -470,14 +473,15 @@ def descend(suspension, state, most_steps=SYSTEM.descent_steps, small_net_force=
     suspension : SuspendedSystem
         With cases of shape (n,).
     state : PoseState
+        Where the searches begin; its tensions are not used.
     most_steps : int
     small_net_force : float
-        Net force over the sum of forces that counts as none, beside what is rounding. [-]
+        Net force over the sum of forces that counts as none, even if it is more than rounding. [-]
 
     Returns
     -------
     PoseState
-        Each case's to the last digit as if it were alone.
+        Where each search ended: the digits of a case are those that it would have alone.
     SearchRecord
     """
     cases = len(state.length)
@@ -495,14 +499,14 @@ def descend(suspension, state, most_steps=SYSTEM.descent_steps, small_net_force=
         change = np.maximum(size(step[..., :3]).max(axis=-1) / longest(state), size(step[..., 3:]).max(axis=-1))
         state, evaluation, share = line_search(subset, state, evaluation, step)
         relative_force = imbalance(subset, evaluation)
-        rounding_ratio = largest_ratio(subset, evaluation.net, evaluation.least)
+        rounding_ratio = largest_ratio(subset, evaluation.net, evaluation.least_rounding)
         slow = rounding_ratio > SYSTEM.descent_progress * best_ratio[active]
         slow_steps[active] = np.where(slow, slow_steps[active] + 1, 0)
         best_ratio[active] = np.minimum(best_ratio[active], rounding_ratio)
         converged = (rounding_ratio <= 1) | (relative_force < small_net_force)
         patience_over = slow_steps[active] >= SYSTEM.descent_patience
         stuck = (share == 0) | patience_over | (number == SYSTEM.descent_steps - 1)
-        rounded = stuck & (largest_ratio(subset, evaluation.net, evaluation.most) <= 1)
+        rounded = stuck & (largest_ratio(subset, evaluation.net, evaluation.most_rounding) <= 1)
         steps[active] += 1
         residual[active], correction[active] = relative_force, change
         failure = np.where(share == 0, NO_DESCENT, TOO_MANY)
@@ -518,7 +522,10 @@ def descend(suspension, state, most_steps=SYSTEM.descent_steps, small_net_force=
 
 
 def typical_loads(suspension, state):
-    """For each cable the smaller one of the loads on the bodies at its ends, shape (n, c). [N]"""
+    """For each cable the smaller one of the loads on the bodies at its ends, shape (n, c), 0 between fixed ends. [N]
+
+    Loads on a body are its weight, its dead force and moment, and the weights of the cables at it with their loads.
+    """
     gravity = np.abs(suspension.gravity)[:, None]
     weight = suspension.cable_mass * gravity * state.length
     if suspension.load_forces is not None:

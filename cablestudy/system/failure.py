@@ -11,7 +11,7 @@ MOTIONS = ("along x", "along y", "along z", "about x", "about y", "about z")
 
 
 def explain(equilibrium):
-    """Reason why a case has no equilibrium, of one whose record did not converge.
+    """Reason, for an error message, why the search for the equilibrium of a case did not converge.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def explain(equilibrium):
         As "no convergence in the largest number of steps (100 steps): 4600 N m about z are left on disk".
     """
     record = equilibrium.record
-    if record.reason == DISAGREED:  # the last search, under forces of the wind that are fixed, leaves but rounding
+    if record.reason == DISAGREED:  # the last search was under fixed forces of the wind: it leaves no net force to name
         return REASONS[DISAGREED]
     text = f"{REASONS[int(record.reason)]} ({int(record.steps)} steps)"
     detail = _describe_unmet(equilibrium) if record.reason == UNMET else _describe_net_force(equilibrium)
@@ -35,7 +35,7 @@ def _describe_net_force(equilibrium):
     """Text that names the largest unbalanced force or moment on a body, or a dead moment that no cables can hold.
 
     A body under such a moment turns on and on: the moment left where the search was given up depends on the last digits
-    of its beginning, and is not told.
+    of its beginning, and is not named.
     """
     suspension, tension = equilibrium.suspension, equilibrium.catenary.max_tension
     net, scale = tangent.net_forces(suspension, equilibrium.rotation, equilibrium.arms, equilibrium.end_forces, tension)
@@ -56,7 +56,7 @@ def _describe_net_force(equilibrium):
 
 
 def _describe_unmet(equilibrium):
-    """Text that names the cable farthest from its stated value, such as its preload, and the least one it can have."""
+    """Text on the cable farthest from its stated value, with its least preload if that is more; empty without one."""
     suspension, cables = equilibrium.suspension, equilibrium.catenary
     actual = stated.values(cables, suspension.given)
     error = np.nan_to_num(np.abs(actual / suspension.value - 1))

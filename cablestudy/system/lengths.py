@@ -28,8 +28,8 @@ from cablestudy.system.tension_distribution import METHODS, distribute
 from cablestudy.system.tolerances import SYSTEM
 
 GOING_ON = -1  # in place of a reason
-# Least tensions allowed, over those that a cable has at least by its own weight, tried in turn: near the latter its
-# length hardly changes the tension, and the steps of the search are good for little
+# Least tension allowed of a cable over the least that it can have by its own weight: ratios tried in turn. Near a ratio
+# of 1 the length of a cable hardly changes its tension, and the steps of the search are good for little
 LEAST_RATIOS = (1.5, 2.0, 1.05, 1 + SYSTEM.least_tension_error)
 UNITS = ((1e6, "MN"), (1e3, "kN"), (1.0, "N"))
 
@@ -105,7 +105,7 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, mo
 
 
 def with_converged(answers, index, repeated):
-    """State, record and problems of all cases, with those of a `repeated` search of some of them where it converged."""
+    """Answers of `search`, those at `index` replaced by those of a `repeated` search of these cases that converged."""
     state, record, problems = copy_record(answers[0]), copy_record(answers[1]), answers[2].copy()
     new_state, new_record, new_problems = repeated
     converged = new_record.converged
@@ -116,10 +116,11 @@ def with_converged(answers, index, repeated):
 
 
 def with_stable_attitudes(suspension, flat, answers, which, moving, method, bounds):
-    """Answers of `search` whose attitudes, where they are unstable, are those to which the bodies fall from there.
+    """Answers of `search` in which unstable attitudes are replaced by stable ones, where such were found.
 
-    The bodies fall with the lengths as they are, from a place beside it along the unstable motion; the search begins
-    again where they shall be, with the attitudes in which they have come to rest.
+    From beside an unstable equilibrium, along its unstable motion, the bodies fall with the lengths as they are. The
+    search begins again where the bodies shall be, with the attitudes in which they have come to rest. `flat` is the
+    suspension with its cases in one axis, `bounds` are `low`, `high` and `reference` of `search`.
     """
     for size_of_step in SYSTEM.off_saddle:
         state, record, _ = answers
@@ -155,7 +156,10 @@ def refuse_overdetermined(suspension, moving, lengths):
 
 
 def first_tensions(suspension, state, which, low, high):
-    """Mean tensions with which the search begins, shape (n, m): a share of the loads, more than the cables' weights."""
+    """Mean tensions with which the search begins, within their bounds, shape (n, m). [N]
+
+    Without bounds, all loads over the number of these cables, but at least twice the weight of each cable.
+    """
     gravity = np.abs(suspension.gravity)[:, None]
     loads = (suspension.mass * gravity + size(suspension.force)).sum(axis=-1)
     cable_weights = suspension.cable_mass * gravity * size(state.chord)
@@ -169,7 +173,7 @@ def first_tensions(suspension, state, which, low, high):
 
 
 @dataclass(frozen=True)
-class Linear:
+class LinearForces:
     """Net forces, and their changes with the mean tensions of some cables and with some degrees of freedom; n cases.
 
     Attributes
@@ -179,26 +183,26 @@ class Linear:
     by_tension : ndarray, shape (n, d, m)
         [-]
     by_motion : ndarray, shape (n, d, f)
-        [N/m], by rotations times the size of the body.
+        Rotations are counted times the size of the body. [N/m]
     imbalance : ndarray, shape (n,)
         Largest net force over the sum of forces. [-]
-    least, most : ndarray, shape (n,)
-        Largest net force over its `rounding.Bounds`. [-]
-    rounding : ndarray, shape (n,)
-        Of the tensions by that of lengths and places, the largest relative one. [-]
+    over_least, over_most : ndarray, shape (n,)
+        Largest net force over its rounding, `least` and `most` of `rounding.Bounds`. [-]
+    tension_rounding : ndarray, shape (n,)
+        Largest relative rounding of the tensions of these cables, by that of lengths and places. [-]
     """
 
     net: np.ndarray
     by_tension: np.ndarray
     by_motion: np.ndarray
     imbalance: np.ndarray
-    least: np.ndarray
-    most: np.ndarray
-    rounding: np.ndarray
+    over_least: np.ndarray
+    over_most: np.ndarray
+    tension_rounding: np.ndarray
 
 
 def linearised(suspension, state, which, moving):
-    """Net forces in a state, and their derivatives by tensions and by motions: `Linear`.
+    """Net forces in a state, and their derivatives by tensions and by motions: `LinearForces`.
 
     Parameters
     ----------
@@ -212,7 +216,7 @@ def linearised(suspension, state, which, moving):
 
     Notes
     -----
-    By a motion u the net forces change by -(K + (dF/dv) (dv/du)) u, with K the stiffness at given lengths and v what
+    By a motion u the net forces F change by -(K + (dF/dv) (dv/du)) u, with K the stiffness at given lengths and v what
     the cables state: their lengths follow so that v stays.
     """
     cables, given = catenary.solve(spans(suspension, state), state.tension), suspension.given
@@ -236,7 +240,7 @@ def linearised(suspension, state, which, moving):
     ends, strain = state.ends, state.strain
     bounds = rounding.bounds(suspension, state.rotation, state.arms, ends, strain, cables, cables.max_tension, links)
     of_values = rounding.of_values(ends[:, suspension.of_cables], strain, cables, given, suspension.value)
-    return Linear(
+    return LinearForces(
         tangent.free_values(suspension, net) / sizes, by_tension, by_motion, imbalance.max(axis=-1, initial=0.0),
         rounding.largest_ratio(suspension, net, bounds.least), rounding.largest_ratio(suspension, net, bounds.most),
         of_values.most[:, which].max(axis=-1),
@@ -286,7 +290,7 @@ class Iterates:
 
 
 def search(suspension, which, moving, method, low, high, reference, least_ratio):
-    """Repeat the linear problem about the current tensions until the true equilibrium holds.
+    """Find tensions that hold the bodies: solve the linear problem about the current ones again until these do.
 
     Parameters
     ----------
@@ -304,8 +308,10 @@ def search(suspension, which, moving, method, low, high, reference, least_ratio)
     Returns
     -------
     PoseState
+        Of each case, with the lengths.
     SearchRecord
     problems : ndarray of str, shape (n,)
+        Why there is no answer; empty where there is one.
 
     Notes
     -----
@@ -349,7 +355,7 @@ def search(suspension, which, moving, method, low, high, reference, least_ratio)
 
 
 def first_iterates(suspension, which, low, high, least_ratio):
-    """Suspension whose cables state the first tensions, its state, and `Iterates` of all cases."""
+    """Suspension whose cables that state nothing get first preloads, its `PoseState`, and `Iterates` of all cases."""
     given = tuple(kind or "preload" for kind in suspension.given)
     value = np.array(suspension.value)
     of_any_length = replace(suspension, given=("unstretched_length",) * len(given), value=np.ones_like(value))
@@ -398,7 +404,10 @@ def limited(suspension, state, iterates, solutions, moving):
 
 
 def sizes_of(step, tension, iterates):
-    """Sizes of steps of tensions, over the largest one, and bodies, about as if undamped, shape (k,). [-]"""
+    """Size of the step of each case, about as large as without damping, shape (k,). [-]
+
+    Largest change of a tension over the largest tension, plus the largest component of the step of the bodies.
+    """
     change = np.abs(tension - iterates.tension).max(axis=-1) / iterates.tension.max(axis=-1)
     return (change + largest(step).max(axis=-1)) * (1 + iterates.damping**2)
 
@@ -424,7 +433,10 @@ def with_infeasible(iterates, solutions, high, least_ratio):
 
 
 def with_reasons(iterates, linear, solutions, change, last):
-    """`Iterates` with their smallest change, and the reason why each ends: index in REASONS, or GOING_ON."""
+    """`Iterates` with their smallest change, and the reason why each ends: index in REASONS, or GOING_ON.
+
+    `change` is the size of the steps from `sizes_of`; `last` is true in the last step that a search may take.
+    """
     falling = change < SYSTEM.lengths_progress * iterates.least_change
     iterates = replace(
         iterates,
@@ -432,17 +444,17 @@ def with_reasons(iterates, linear, solutions, change, last):
         least_change=np.minimum(change, iterates.least_change),
     )
     balanced = np.array([solution.held and solution.within for solution in solutions])
-    settled = change <= linear.rounding
-    converged = (linear.least <= 1) & settled
+    settled = change <= linear.tension_rounding
+    converged = (linear.over_least <= 1) & settled
     stuck = (iterates.stalled >= np.where(settled, 1, SYSTEM.lengths_patience)) | last
-    rounded = stuck & (linear.most <= 1) & (change < SYSTEM.rough_balance)
+    rounded = stuck & (linear.over_most <= 1) & (change < SYSTEM.rough_balance)
     ended = converged | rounded | (iterates.infeasible >= SYSTEM.infeasible_steps) | last
     reason = np.where(balanced, np.where(converged, CONVERGED, np.where(rounded, ROUNDED, TOO_MANY)), UNHELD)
     return iterates, np.where(ended, reason, GOING_ON)
 
 
 def with_damping(iterates, tension, change, turn, number):
-    """`Iterates` with the damping of the next step, after the changes of this one."""
+    """`Iterates` with the damping of the next step, more where step `number` (from 0) diverges; see `damped`."""
     direction = (tension - iterates.tension) / iterates.tension
     reversed_step = (iterates.direction * direction).sum(axis=-1) < 0
     diverging = (
@@ -476,9 +488,10 @@ def damped(damping, least, diverging, slow):
 
 
 def near_least(suspension, state, which, high):
-    """True where a cable has less tension than its weight, and none needs more by it than is allowed, shape (n,).
+    """True where a cable has less tension than the weight of its chord length, and none is too heavy, shape (n,).
 
-    Only then the bounds of `possible_tensions` decide on an answer.
+    A cable is too heavy where the least tension that it can have by its own weight is above the bound `high`. Where
+    the result is false, the bounds of `possible_tensions` do not decide on an answer.
     """
     cables = catenary.solve(spans(suspension, state), state.tension)
     less_than_weight = cables.mean_tension < cables.span.weight_per_length * cables.span.chord
@@ -489,7 +502,8 @@ def near_least(suspension, state, which, high):
 def possible_tensions(suspension, state, which, low, tension, least_ratio):
     """Lower bounds `low` of mean tensions, raised to what each cable has at least by its own weight, shape (n, m). [N]
 
-    Of cables with more tension than the weight of their chord it is that of a level cable that does not stretch.
+    For a cable with more tension than the weight of its chord length that least tension is taken as that of a level
+    cable that does not stretch.
     """
     chord_weight = (suspension.cable_mass * suspension.cable_gravity[0] * size(state.chord))[:, which]
     least, light = SYSTEM.least_level_tension * chord_weight, tension < chord_weight
@@ -506,7 +520,7 @@ def allowed_share(suspension, state, step):
 
 
 def with_stated(suspension, state):
-    """State with the lengths for which the cables have what they state, the bodies at rest."""
+    """State with the lengths for which the cables have what they state, in the same pose."""
     strain, _, tension = stated.fit(spans(suspension, state), suspension.given, suspension.value, state.strain)
     return replace(state, strain=strain, length=size(state.chord) / (1 + strain), tension=tension)
 

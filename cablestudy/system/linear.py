@@ -49,7 +49,8 @@ class LinearSystem:
     scale : ndarray, shape (n,), optional
         By what each displacement is weighted as a state; without it by about its frequency alone. [rad/s]
     shapes : ndarray, shape (m, k), optional
-        The first coordinates in terms of those of another system; the others are none of it.
+        Coordinates of the system that this one reduces, per each of its first k coordinates; its others do not move
+        them.
     """
 
     mass: np.ndarray
@@ -180,7 +181,7 @@ class LinearSystem:
 
     @cached_property
     def eigen(self):
-        """`Eigen` of these equations."""
+        """`Eigen` of `equations`."""
         return eigen(self.equations.fixed)
 
     @cached_property
@@ -303,7 +304,7 @@ class LinearSystem:
         return replace(self, damping=damping, stiffness=stiffness, b=b, c=c, d=d)
 
     def inertia_share(self, output, input_):
-        """Share of each mode in the inertia between an input and an output, shape (n,), by their numbers. [-]
+        """Share of each mode in the inertia between an input and an output of given numbers, shape (n,). [-]
 
         About the static displacements K^-1 B0 u a mode moves by w^2 m/(W^2 - w^2) with m = Phi^T (B0/W^2 - B2), and at
         its frequency the output is W^2 (C0/W^2 - C2) Phi of it. The share is that of |(C0/W^2 - C2) Phi m|, for two
@@ -388,11 +389,12 @@ class LinearSystem:
 
     @np.errstate(all="ignore")
     def response(self, output, input_, frequency):
-        """One output for a unit input, complex, shape (m,), by their numbers; not finite at an undamped pole.
+        """One output for a unit input, complex, shape (m,); not finite at an undamped pole.
 
         Parameters
         ----------
         output, input_ : int
+            Numbers of the output and of the input.
         frequency : ndarray, shape (m,)
             [Hz]
         """
@@ -466,7 +468,10 @@ def shares(values):
 
 
 def _massive(shapes, compliance):
-    """Modes of finite frequency, mass-normalised, from shapes of unit strain energy, and its square [rad^2/s^2]."""
+    """Mass-normalised shapes of the modes of finite frequency, (n, m), and their W^2, shape (m,) [rad^2/s^2].
+
+    From the shapes of unit strain energy and the compliance of some of the `LinearSystem.strain_modes`.
+    """
     massive = compliance > SYSTEM.massless * compliance.max(initial=0.0)
     square = 1 / compliance[massive]
     return shapes[:, massive] * np.sqrt(square), square

@@ -31,18 +31,19 @@ IN_MOTION = {"winches", "actuators", "control", "exposure", "correction"}  # key
 
 
 class SuspensionCase:
-    """One suspension.
+    """One suspension in one load case, and its numbers, for the columns of tables.
 
     Parameters
     ----------
     scene : SuspensionScene
         With all cables.
     group : Group or CablestudyError, optional
-        With its statics, or the error in their place, where they were computed with those of others.
+        With the statics of this case, computed with those of other cases, or the error in their place; by default a
+        group of this case alone.
     index : int
         Of the case in the group.
     estimate : bool
-        Whether the errors of the motion of exact elements are to be estimated, against `finer`.
+        Whether errors of the motion are to be estimated against `finer`, where the scene states the elements.
 
     Attributes
     ----------
@@ -51,7 +52,7 @@ class SuspensionCase:
     differences : dict
         Header -> relative error of each number that was compared with `finer`, None where it is not known.
     reason : str
-        Message of the failure by which some are not known.
+        Reason why an error in `differences` is not known.
     lost : tuple of str
         Names of the cables that the load case lacks.
     """
@@ -63,12 +64,12 @@ class SuspensionCase:
 
     @cached_property
     def finer(self):
-        """Copy of the case with a model to an accuracy of `reference_accuracy`."""
+        """`SuspensionCase` of the scene with a model to the accuracy `reference_accuracy`, for comparison."""
         return SuspensionCase(reference_scene(self.with_all_cables))
 
     @cached_property
     def unbroken(self):
-        """Copy of the case with its lost cables, for comparison."""
+        """`SuspensionCase` of the load case with none of its cables lost, for comparison."""
         name = self.scene.case
         without_loss = self.with_all_cables.cases[name].model_copy(update={"lost": ()})
         cases = {**self.scene.cases, name: without_loss}
@@ -128,7 +129,7 @@ class SuspensionCase:
 
     @cached_property
     def in_wind(self):
-        """`DynamicAnalysis`: in the mean wind where the scene has wind.
+        """`DynamicAnalysis` of the motion in the wind or under control, about the equilibrium of `Group.in_mean_wind`.
 
         Raises
         ------
@@ -156,7 +157,7 @@ class SuspensionCase:
 
     @property
     def solved(self):
-        """True if its equilibrium was computed, and is one."""
+        """True if its equilibrium was computed and is stable."""
         return "group" in self.__dict__
 
     @property
@@ -253,8 +254,9 @@ class SuspensionCase:
         return linear_range(self.equilibrium.catenary.span, moves)
 
     def static_frequencies(self, name):
-        """Frequencies of a body on its static stiffness, with a third of the mass of its cables. [Hz]
+        """Frequencies of a body on its static stiffness, with a third of the mass of its cables, ascending. [Hz]
 
+        Shape (f,): one for each displacement and rotation of the body that is free.
         Junctions follow without mass, other bodies are at rest: an estimate, good for light and taut cables.
         """
         from scipy.linalg import eigvalsh
@@ -440,7 +442,8 @@ class SuspensionCase:
         Raises
         ------
         NoSolutionError
-            As `mode_along`; or it grows with the number of modes, which an accuracy leaves open.
+            As `mode_along`; or some cable has modal damping, whose effect grows with the number of modes, and the scene
+            states an accuracy and not the elements.
         """
         if self.model is None and self.mode_along(name, axis).modes.solution.models.cables.modal.any():
             raise NoSolutionError(MODAL)
@@ -448,11 +451,11 @@ class SuspensionCase:
         return to_accuracy(lambda mode: mode.damping_ratio(airflow), modes, self.scene.model.accuracy)
 
     def share_along(self, name, axis):
-        """Share of `mode_along` in the static compliance, and its estimated relative error; raises as that. [-]"""
+        """Share of `mode_along` in the static compliance, and its relative error; raises as `mode_along`. [-]"""
         return to_accuracy(lambda mode: mode.share, self._modes_along(name, axis), self.scene.model.accuracy)
 
     def _modes_along(self, name, axis):
-        """Yield `mode_along`, then likewise by modes of higher accuracies; only the first of fixed elements."""
+        """Yield `mode_along`, then the mode found likewise to higher accuracies, unless the elements are stated."""
         yield self.mode_along(name, axis)
         damping = [cable.damping for cable in self.scene.cables.values()]
         for sharper in STUDY.sharper[1:] if self.model is None else ():
@@ -523,16 +526,16 @@ def cases_of(scenes):
         groups_at_rest = _different_at_rest(scenes, indices)
         solved_groups = _solved_groups([scenes[members[0]] for members in groups_at_rest])
         for group_index, (members, group) in enumerate(zip(groups_at_rest, solved_groups, strict=True)):
-            single = isinstance(group, Group) and len(group.problems) == 1
+            single = isinstance(group, Group) and len(group.problems) == 1  # solved alone, or the only one
             for index in members:
                 cases[index] = SuspensionCase(scenes[index], group, 0 if single else group_index)
     return cases
 
 
 def _different_at_rest(scenes, indices):
-    """Indices of scenes, grouped by equal equilibria, since they differ in keys IN_MOTION alone: list of lists.
+    """Lists of those of the `indices` of scenes that differ in the keys IN_MOTION alone, so that they rest alike.
 
-    Scenes that share the very values of these keys must vary other keys: each of them is a group.
+    Where all scenes share the objects at these keys, they differ in other keys: each scene makes a list of its own.
     """
     first_scene, by_contents = scenes[indices[0]], {}
     if all(getattr(scenes[index], key) is getattr(first_scene, key) for index in indices for key in IN_MOTION):
@@ -549,9 +552,9 @@ def _connections(scene):
 
 
 def prepare(cases):
-    """Compute the coupled modes that loop and wind need first, of many cases together.
+    """Compute the coupled modes with which the analyses of loop and wind begin (`solve_modes`), of many cases together.
 
-    A case without them raises its error when it is asked for them.
+    A case without an equilibrium, or without such modes, raises its error when it is asked for its numbers.
 
     Parameters
     ----------
@@ -567,7 +570,7 @@ def prepare(cases):
 
 
 def _solved_groups(scenes):
-    """`Group` of each of some scenes of equal topology, or its error: those that fail together are solved alone."""
+    """For each of some scenes of equal topology its `Group`, or error: scenes that fail together are solved alone."""
     try:
         return [Group(scenes)] * len(scenes)
     except (NoSolutionError, ConvergenceError) as error:

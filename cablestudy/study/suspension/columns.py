@@ -39,8 +39,8 @@ OF_CABLES = tuple(
     and (not column.key or column.key.startswith("cable.section_"))
     and column.name not in ("iterations", *INSTEAD)
 )
-# further columns of a cable, which are in no table of the command static; with a meaning where it differs
-MORE = {
+# name -> column of a cable that is in no table of the command static; with another meaning where one is stated here
+FURTHER_OF_CABLES = {
     column.name: replace(column, meaning=meaning or column.meaning)
     for name, meaning in {
         "end_stiffness_along": "static stiffness along the chord, one end held",
@@ -75,10 +75,10 @@ OF_CABLE_MODES = re.compile("|".join(family.name.replace("_K", r"_\w+") for fami
 
 
 def _of_cable(column, name):
-    """A column of single cables for one cable of a suspension."""
+    """Column of the quantity of a `column` of single cables, for the cable `name` of a suspension: `Column`."""
 
     def compute(case):
-        if column.name in MORE and (key := _missing_key(case.scene, name, named)):
+        if column.name in FURTHER_OF_CABLES and (key := _missing_key(case.scene, name, named)):
             raise NoSolutionError(f"{named.name} needs the key {key}, which this case does not have")
         if column.determined_by:
             _refuse_shapeless(case, name)
@@ -102,7 +102,7 @@ def _refuse_shapeless(case, name):
 
 
 def _cable_mode(column, name):
-    """A mode of single cables for one cable of a suspension, its ends fixed."""
+    """Column of the frequency of a mode, a `column` of single cables, for the cable `name` with its ends fixed."""
     return replace(column, name=f"{name}.{column.name}", meaning=f"{column.meaning}, ends fixed",
                    compute=lambda case: case.cable_frequency(name, column))  # fmt: skip
 
@@ -135,7 +135,7 @@ def cable_columns(name):
 
 def all_cable_columns(name):
     """The columns of one cable without its tension in the wind: list of Column."""
-    return [*cable_columns(name), *(_of_cable(column, name) for column in MORE.values())]
+    return [*cable_columns(name), *(_of_cable(column, name) for column in FURTHER_OF_CABLES.values())]
 
 
 # ----------------------------------------------------------------------------------------- of a body or a free point
@@ -215,7 +215,7 @@ def _mode_along(name, axis):
     axis_index = AXES.index(axis)
 
     def with_drag(case, number_and_error):
-        """A number and its error, with the error by the drag."""
+        """A number, and its relative error increased by that of the modes by uneven drag (`Group.drag_error`)."""
         number, error = number_and_error
         return number, error + case.group.drag_error(case.index)
 
@@ -321,7 +321,7 @@ WHOLE = (
 
 
 def families():
-    """All columns for a list, with BODY, POINT, CABLE, ... for names, and K for numbers: list of Column."""
+    """All columns, to be printed with BODY, POINT, CABLE, ... for names and K for numbers: list of Column."""
     numbered = [replace(column, name=column.name[:-1] + "K") for column in (_body_frequency("BODY", 1), _frequency(1))]
     numbered.insert(1, replace(_static_frequency("BODY", 1), name="BODY.frequency_static_K"))
     stiffness = [*(_stiffness("BODY", axis, axis) for axis in AXES), *linear_ranges("BODY")]
@@ -447,7 +447,10 @@ def why_not(scene, column):
 
 
 def of_each_cable(scene, name):
-    """List of cable and its column of a name; empty where the name is no column of cables, or one of the whole."""
+    """Name and `Column` of each cable for a quantity such as `sag`: list of pairs.
+
+    Empty where `name` is no quantity of cables, or a column of the whole suspension.
+    """
     if "." in name or any(name in (column.name, column.header) for column in WHOLE):
         return []
     try:

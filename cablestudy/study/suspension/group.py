@@ -126,7 +126,10 @@ class CableResults(CableValues):
         return self._values[name]
 
     def _is_rounding(self, name):
-        """True where a column of HORIZONTAL is rounding of zero: the load, and so the cable, is along the chord."""
+        """True where a column of HORIZONTAL is rounding of zero: the load, and so the cable, is along the chord.
+
+        Horizontal tension and catenary constant are zero there only if that load is vertical, not oblique as in a wind.
+        """
         load_along_chord = (name in HORIZONTAL) & (np.abs(self.span.cosine) < STUDY.rounding)
         return load_along_chord & (self.span.vertical[..., 2] == 1) if name != "lambda_squared" else load_along_chord
 
@@ -157,6 +160,19 @@ class Group:
     scenes : sequence of SuspensionScene
         With all of their cables. All in the mean wind, or none; all of their load cases lack the same cables.
 
+    Attributes
+    ----------
+    reference : Equilibrium
+        Of the reference state, with all cables, shape (n,).
+    problems : list of str
+        Why each case has no reference state; empty where it has one.
+    cables : CableResults
+        Statics of the cables that the load cases leave.
+    cable_indices, body_indices : dict
+        Name -> index among those cables, and among bodies and free points.
+    linear_models, modes_in_wind : list of dict
+        For each case `known` and `modes` of `DynamicAnalysis`.
+
     Raises
     ------
     NoSolutionError, ConvergenceError
@@ -165,7 +181,6 @@ class Group:
 
     def __init__(self, scenes):
         self._modes, self._coordinates = {}, {}
-        # linear models of each, and its coupled modes in the mean wind: see `DynamicAnalysis`
         self.linear_models, self.modes_in_wind = ([{} for _ in scenes] for _ in range(2))
         self._scenes = scenes
         self._conductors = conductors_of(scenes, at_rest)
@@ -259,9 +274,10 @@ class Group:
         return self._drag_change if equilibrium is self.equilibrium else drag_change(equilibrium, drag)
 
     def drag_error(self, index, in_wind=False):
-        """Estimated relative error of a case by drag, and the curve of a conductor, taken as uniform along each cable.
+        """Estimated relative error of a case by drag that is taken as uniform along each cable. [-]
 
-        With `in_wind` about the equilibrium in the mean wind, else in the steady wind of its load case. [-]
+        The error by conductors whose stress-strain relation is taken as linear along each cable is added. With
+        `in_wind` about the equilibrium in the mean wind, else about that in the steady wind of its load case.
         """
         stretch = 0.0 if self._conductors is None else self._stretch_errors[index]
         return float((self._drag_change_in_wind if in_wind else self._drag_change).error[index] + stretch)
@@ -339,9 +355,10 @@ class Group:
 
     @cached_property
     def in_mean_wind(self):
-        """`Equilibrium` of all cases in the mean wind, and its `Drag`; `equilibrium` and None for scenes without wind.
+        """`Equilibrium` of all cases about which they move in the wind, and the `Drag` of that wind or None.
 
-        The steady wind of load cases takes the place of the mean wind.
+        It is `equilibrium` where the scenes have no wind (the drag is then None), where the mean wind shall not act,
+        and where a steady wind of the load cases takes its place.
         """
         if self._scenes[0].wind is None:
             return self.equilibrium, None
@@ -353,20 +370,23 @@ class Group:
         return equilibrium_in_wind(self.equilibrium, drag), drag
 
     def failure(self, index):
-        """The error of a case without a stable equilibrium, or None."""
+        """The error of a case without a stable equilibrium, or None.
+
+        The reference state has to be a stable equilibrium too where unstretched lengths follow from it.
+        """
         if self.problems[index]:
             return NoSolutionError(str(self.problems[index]))
         if self._loaded is None:
             return _failure(self.equilibrium, index)
-        reference = None
+        at_rest_failure = None
         if set(self.reference.suspension.given) - {"unstretched_length"}:  # lengths that follow from that state
-            reference = _failure(self.reference, index, "in the reference state: ")
-            if reference is None and self._too_long[index]:
+            at_rest_failure = _failure(self.reference, index, "in the reference state: ")
+            if at_rest_failure is None and self._too_long[index]:
                 return NoSolutionError(f"in the reference state: {self._too_long[index]}")
-        if reference is None and self._loaded.problems[index]:
+        if at_rest_failure is None and self._loaded.problems[index]:
             return NoSolutionError(self._loaded.problems[index])
         states = (self.without_wind, self.equilibrium)
-        return reference or next(filter(None, (_failure(state, index, self._lost) for state in states)), None)
+        return at_rest_failure or next(filter(None, (_failure(state, index, self._lost) for state in states)), None)
 
     def take(self, index):
         """The `Equilibrium` of one case."""

@@ -84,11 +84,11 @@ class DragChange:
     Attributes
     ----------
     error : ndarray, shape (n,)
-        Largest one of all cables, relative. [-]
+        Largest relative error of the tension or form of any cable. [-]
     sag : ndarray, shape (n, c)
-        Of the sag of each cable, relative. [-]
+        Relative error of the sag of each cable. [-]
     displacement : ndarray, shape (n, b, 6)
-        Displacement of bodies and points along x, y, z [m], and their rotation about these [rad].
+        Errors of the positions of bodies and points along x, y, z [m], and of their attitudes about these axes [rad].
     """
 
     error: np.ndarray
@@ -128,7 +128,7 @@ def drag_change(equilibrium, drag):
 
 
 def _movement_of_bodies(equilibrium, row, forces):
-    """Compute the movement of the bodies of one case by changed forces of its cables, and the changes of tension.
+    """Compute the movement of the bodies of one case by changed forces of its cables, and the tensions' changes by it.
 
     The bodies move by u = K^-1 f, with the tangent stiffness K and the changes f of the forces on them. A cable of
     stiffness k whose ends move apart by e pulls with k e more: that is (k e) . t/|t|^2 of its end force t.
@@ -198,7 +198,7 @@ class CablesOfCase:
 
 
 def loaded_state(reference, scenes, forced=True, cables=None):
-    """Find the equilibria of suspensions in the load cases of their scenes, on the lengths of the reference state.
+    """Find the equilibria of suspensions in the load cases of their scenes, with the lengths of the reference state.
 
     Parameters
     ----------
@@ -303,7 +303,9 @@ def numbers_at_rest(scenes):
 
 
 def _reference_loads(scenes):
-    """Point loads that are on cables in the reference state, as many for each: fields of `SuspendedSystem`.
+    """Point loads that are on cables in the reference state: fields of `SuspendedSystem`.
+
+    The arrays have equally many places for each cable; those in excess carry nothing and are spread along the cable.
 
     Parameters
     ----------
@@ -382,11 +384,12 @@ def _steady_drag(scenes, cables, body_names):
     """`Drag` of the steady winds of some scenes, with a leading axis of cases; `cables` as of `Drag`."""
     winds = [scene.load_case.wind for scene in scenes]
     direction = wind_direction(np.array([wind.direction for wind in winds]))
-    speed = np.sqrt([wind.dynamic_pressure for wind in winds])  # with a density of 2 kg/m^3
+    speed = np.sqrt([wind.dynamic_pressure for wind in winds])  # where the density is 2 kg/m^3
     bodies, centers = map(np.array, zip(*(drag_areas_of_bodies(s, body_names) for s in scenes), strict=True))
     for case, wind in enumerate(winds):
         if wind.on is not None:
             bodies[case, [name not in wind.on for name in body_names]] = 0.0
     exponent, height = (np.array([getattr(wind, key) for wind in winds], dtype=float) for key in ("exponent", "at"))
     profile = Profile.of(exponent, height, [scene.ground for scene in scenes])
-    return Drag(speed[:, None] * direction, np.full(len(scenes), 2.0), cables, bodies, centers, False, profile)
+    density = np.full(len(scenes), 2.0)
+    return Drag(speed[:, None] * direction, density, cables, bodies, centers, stretched=False, profile=profile)

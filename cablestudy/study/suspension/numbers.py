@@ -30,7 +30,11 @@ class CableValues:
         self._scenes = scenes
 
     def given(self, path):
-        """A number that each cable states, or its scene, shape (n, c), not a number where there is none."""
+        """A number of each cable by the path of its key, shape (n, c), not a number where there is none.
+
+        `cable.*` is a key of the cable, `load_case.*` one of the load case, a name of OF_CASE_AND_CABLE what the load
+        case computes of the cable, and any other path a key of the scene.
+        """
         table, _, name = path.rpartition(".")
         if table == "cable":
             values = []
@@ -218,8 +222,8 @@ def distribution_of(scenes):
     Returns
     -------
     dict
-        `method`; `low`, `high`, `reference`: ndarrays, shape (n, c) [N]; `moving`: ndarray of bool, shape (b, 6), true
-        of displacements and rotations that are found with the lengths.
+        `method`; `low`, `high`, `reference`: bounds of the tensions and tensions to be close to, ndarrays, shape (n, c)
+        [N]; `moving`: ndarray of bool, shape (b, 6), true of displacements and rotations found with the lengths.
     """
     settings = [scene.tensions or Tensions() for scene in scenes]
     names = list(scenes[0].cables)
@@ -237,7 +241,7 @@ def distribution_of(scenes):
 
 
 def _reference(tensions, cable):
-    """Tension to which that of a cable is to be close; zero where the file states none. [N]"""
+    """Tension of a cable to which the solution is to be close; zero where the file states none. [N]"""
     reference = tensions.reference
     return reference.get(cable, 0.0) if isinstance(reference, dict) else reference or 0.0
 

@@ -55,7 +55,7 @@ def evaluate_suspensions(scenes, columns, estimate=False):
     scenes : sequence of SuspensionScene
     columns : sequence of Column
     estimate : bool
-        Whether to estimate the errors of exact elements though they are no column, and to write notes.
+        Whether to write notes, and to estimate the errors of models with stated elements even if no column asks for it.
 
     Returns
     -------
@@ -87,7 +87,7 @@ def evaluate_suspensions(scenes, columns, estimate=False):
 
 
 def _compare(cases, columns):
-    """Set `finer` of cases with fixed elements, for comparison; the statics of all are computed together."""
+    """Set `finer` of the cases that state their elements, for comparison; their statics are computed together."""
     exact = [case for case in cases if case.model is not None]
     if exact and any(column.needs in DISCRETE for column in columns):
         for case, finer in zip(exact, cases_of([reference_scene(case.with_all_cables) for case in exact]), strict=True):
@@ -95,7 +95,7 @@ def _compare(cases, columns):
 
 
 def _row(case, wanted, seconds, noted):
-    """The `Row` of a case; `seconds` is its share of the time of the work done for several cases."""
+    """The `Row` of a case, with notes if `noted`; `seconds` is its share of the time of work done for several cases."""
     start = time.perf_counter()
     cells, errors, failures = _cells(case, wanted)
     if "dof" in cells:
@@ -149,7 +149,7 @@ def value(case, column):
     Returns
     -------
     number : float or None
-        None for a limit that the case does not have.
+        None where the case has no such number and none is missing, such as a limit.
     error : float or None
         None where it is not known. [-]
 
@@ -163,7 +163,7 @@ def value(case, column):
     result = column.compute(case)
     number, error = result if isinstance(result, tuple) else (result, case.statics_error(column))
     if column.needs in ("loop", "wind") and error:
-        # that which mean displacements have by the drag is of first order, and alone too small
+        # mean displacements have an error by the drag already, which is of first order and by itself too small
         error += case.group.drag_error(case.index, in_wind=True)
     if case.estimate and column.needs in DISCRETE:
         error = _difference(case, column, number)
