@@ -360,7 +360,7 @@ def least_preload(span):
     Returns
     -------
     tension : ndarray, shape of the span
-        At most `least_tension_error` above the exact one. [N]
+        Above the exact one by a relative error of at most `SYSTEM.least_tension_error`. [N]
     """
     # bounds of the logarithm of chord over unstretched length
     high = np.log1p(span.weight_per_length * span.chord / span.axial_stiffness)

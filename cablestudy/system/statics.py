@@ -31,7 +31,7 @@ from cablestudy.system.tolerances import SYSTEM
 
 
 def pose(suspension):
-    """Equilibrium of a suspension: free points, free degrees of freedom of bodies, and lengths that are not stated.
+    """Find the equilibrium of a suspension: its free degrees of freedom, and the lengths that are not stated.
 
     Parameters
     ----------
@@ -51,6 +51,7 @@ def pose(suspension):
     Notes
     -----
     Stated preloads, sags and tensions are met by Newton's method on the lengths, about equilibria that `search` finds.
+    Cases that do not meet them are searched again by way of softer cables; unstable equilibria are left for others.
     """
     refuse_unheld(suspension)
     unstated = [name for name, kind in zip(suspension.cable_names, suspension.given, strict=True) if kind is None]
@@ -62,7 +63,7 @@ def pose(suspension):
     unmet = np.flatnonzero(record.reason == UNMET)
     if len(unmet):
         record = copy_record(record)
-        # where the second search fails too, what the first one says is nearer to the scene
+        # where this search fails too, the state and record of the first one are kept: they are nearer to the scene
         _assign_converged(state, record, unmet, *search_with_softer_cables(flat.take(unmet)))
     return leave_saddle_points(suspension, flat, state, record)
 

@@ -317,14 +317,14 @@ def damping_of_bodies(drag, layout, shapes):
 
 
 def _wind_on_bodies(drag, layout, shapes):
-    """Linear drag of the b bodies and junctions on which the wind acts.
+    """Linear drag of the b bodies and junctions on which the wind acts, arguments as of `gusts`.
 
     Returns
     -------
     bodies : ndarray of int, shape (b,)
-        Their indices.
+        Indices of these bodies and junctions.
     centers : ndarray, shape (b, 3)
-        Their centres of pressure. [m]
+        Centres of pressure. [m]
     drag_matrix : ndarray, shape (b, 3, 3)
         Change of the drag per change of the speed, see `gusts`, global axes. [N s/m]
     displacements : ndarray, shape (b, 3, m)
