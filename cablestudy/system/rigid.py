@@ -73,7 +73,7 @@ def to_angles(rotation):
 
 
 def turn(vector):
-    """Matrix exp([v x]) - I of a finite rotation less the unit matrix: all digits of it, however small.
+    """Matrix of a finite rotation less the unit matrix, exp([v x]) - I, accurate to rounding however small v is.
 
     Parameters
     ----------

@@ -1,17 +1,18 @@
 """Bounds on the rounding of net forces: where a search for an equilibrium ends.
 
-A net force is a sum of terms that cancel. Of each cable on a body it has the rounding of its tension T and of the place
-P of its ends, which turns the force: eps T (1 + P/chord); and of its strain e, which the search carries from step to
-step: eps K L e, with the end stiffness K and the length L. Moments have these times their arms. A search cannot go
-below that: `Bounds.least`.
+The net force on a body is a sum of terms that cancel, each with a rounding error of its own. With eps the relative
+rounding of a number, a cable on the body contributes two: eps T (1 + P/chord), T its tension and P the largest
+coordinate of its ends, whose rounding turns the force; and eps K L e, K its end stiffness, L its length and e its
+strain, which the search carries from step to step. A link, whose extension is carried likewise, contributes
+2 eps F for its force F, a dead load eps times its size. Moments have these errors times the arms. A search cannot bring
+net forces below the sum of the errors (times `SYSTEM.sum_rounding`): `Bounds.least`.
 
-Values that cables state have the rounding of their tension, a sag that of the place of the cable too.
+Where lengths and coordinates of ends are changed by their own rounding, the force of a cable changes by eps K (L + P).
+A state with net forces up to the sum of these changes too is the exact equilibrium of a suspension that differs by
+rounding from the one described: `Bounds.most`. No search needs to go below this bound, and a search that can go no
+further below it has found its answer.
 
-Of a link, whose vector and extension are carried from step to step, it has eps F.
-
-Where lengths and places of ends are changed by their own rounding, the force changes by eps K (L + P). A state with
-net forces up to that is the exact equilibrium of a suspension that differs by rounding from the one described:
-`Bounds.most`. No search needs to go below that, and one that can go no further has found its answer there.
+Stated values have a relative rounding: of a tension that of the force of its cable; of a sag eps chord/sag besides.
 """
 
 from dataclasses import dataclass
@@ -58,7 +59,7 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
     cables : Catenary
         Of shape (..., c).
     tension : ndarray, shape (..., c)
-        Largest one of each cable, or an upper bound of it. [N]
+        Largest tension in each cable, or an upper bound of it. [N]
     links : Links, optional
     """
     of_cables = _of_tensions(ends[..., suspension.of_cables, :, :], strain, cables, tension)
@@ -78,14 +79,18 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
 
 
 def of_values(ends, strain, cables, given, value):
-    """Relative rounding of what cables state: `Bounds` of shape (..., c), infinite where a cable has no tension.
+    """Relative rounding of the tensions and sags that cables state: `Bounds` of shape (..., c).
 
     Parameters
     ----------
-    ends, strain, cables
+    ends : ndarray, shape (..., c, 2, 3)
+        Vectors from the origin to the ends of the cables. [m]
+    strain, cables
         As for `bounds`.
     given : sequence of (str or None), one per cable
+        Name of the stated quantity; the result has no meaning where it is neither a tension nor a sag.
     value : ndarray, shape (..., c)
+        Stated values. [N] or [m]
     """
     sag_stated = np.array([kind == "sag" for kind in given])
     tension = np.where(sag_stated, cables.mean_tension, value)

@@ -1,8 +1,8 @@
-"""Stability of an equilibrium: sign of the least eigenvalue of its tangent stiffness, and the motion that is not held.
+"""Stability of an equilibrium: sign of the least eigenvalue of its tangent stiffness, and its eigenvector, a motion.
 
-Each degree of freedom is scaled by the size of the terms whose sum its diagonal element is, so that a scaled eigenvalue
-can be compared with the rounding of these terms. Where dead moments make the stiffness unsymmetric its symmetric part
-decides.
+Rows and columns of the stiffness are divided by the square root of the sum of sizes of the terms on their diagonal, so
+that a scaled eigenvalue can be compared with the relative rounding of these terms. Where dead moments make the
+stiffness unsymmetric its symmetric part decides.
 """
 
 from dataclasses import dataclass
@@ -28,7 +28,8 @@ class Stability:
     verdict : ndarray of int, shape (...)
         STABLE, MECHANISM (a motion that nothing holds) or UNSTABLE (a motion that runs away).
     motion : ndarray, shape (..., b, 6)
-        Of the least eigenvalue, rotations times the size of the body; its largest component is 1. [-]
+        Eigenvector of the least eigenvalue, unscaled: displacements, and rotations times the size of the body, over the
+        largest component of them all. [-]
     body_names : tuple of str
     """
 
@@ -45,12 +46,12 @@ class Stability:
     def motion_name(self, case=()):
         """Name of the motion of one case, as "gondola yaw" or "gondola x and gondola pitch"."""
         motion = np.abs(self.motion[case])
-        largest = np.argsort(-motion, axis=None, kind="stable")[: SYSTEM.named_components]
-        named = [i for i in largest if motion.flat[i] >= SYSTEM.named_share]
+        components = np.argsort(-motion, axis=None, kind="stable")[: SYSTEM.named_components]  # largest first
+        named = [i for i in components if motion.flat[i] >= SYSTEM.named_share]
         return " and ".join(f"{self.body_names[i // 6]} {MOTIONS[i % 6]}" for i in named)
 
     def reason(self, case=()):
-        """Reason why one case is no stable equilibrium; an empty string where it is one."""
+        """Reason why one case is not a stable equilibrium, for a message; an empty string where the case is stable."""
         words = {MECHANISM: "nothing holds", UNSTABLE: "unstable:"}
         verdict = int(self.verdict[case])
         return f"{words[verdict]} {self.motion_name(case)}" if verdict in words else ""

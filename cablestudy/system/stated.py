@@ -35,13 +35,13 @@ class Rates:
     Attributes
     ----------
     end_forces : ndarray, shape (..., c, 2, 3)
-        Of the force on each end, global axes, by the relative change of length dL/L. [N]
+        Derivative of the force on each end, global axes, by the relative change of length dL/L. [N]
     stiffness : ndarray, shape (..., c, 3, 3)
-        dN/dd, global axes. [N/m]
+        K = dN/dd, global axes. [N/m]
     by_length : ndarray, shape (..., c)
-        Of the stated value by dL/L; not a number where nothing is stated. [N] or [m]
+        Derivative of the stated value by dL/L; not a number where nothing is stated. [N] or [m]
     by_end : ndarray, shape (..., c, 3)
-        Of the stated value by the place of end 2, global axes; zero where nothing is stated. [N/m] or [-]
+        Derivative of the stated value by the place of end 2, global axes; zero where nothing is stated. [N/m] or [-]
     """
 
     end_forces: np.ndarray
@@ -122,7 +122,7 @@ def _end_tensions(cables):
     mean, half_difference : ndarray, shape (..., c, 3)
         (P_1 + P_2)/2, which is N, and (P_2 - P_1)/2. [N]
     t1, t2 : ndarray, shape (..., c, 1)
-        Their sizes. [N]
+        T_1 and T_2, the sizes of P_1 and P_2. [N]
     tangents : list of 2 ndarray, shape (..., c, 3)
         P_1/T_1 and P_2/T_2. [-]
     """
@@ -323,10 +323,10 @@ def _differences(span, function, step):
 
 
 def linear_measure(error, kinds):
-    """Measure of relative errors that is nearly linear in the length, and its derivative by the relative error.
+    """Measure of relative errors that is nearly linear in the length, for Newton steps, and its derivative by error.
 
-    Of a sag half of the relative error of its square, which is proportional to the slack of a cable that is stiff; of
-    other kinds the relative error itself.
+    For a sag half of the relative error of its square, which is proportional to the slack of a stiff cable; for other
+    stated quantities the relative error itself.
 
     Parameters
     ----------
@@ -360,7 +360,7 @@ def least_preload(span):
     Returns
     -------
     tension : ndarray, shape of the span
-        At most `least_tension_error` above the exact one. [N]
+        Above the exact one by a relative error of at most `SYSTEM.least_tension_error`. [N]
     """
     # bounds of the logarithm of chord over unstretched length
     high = np.log1p(span.weight_per_length * span.chord / span.axial_stiffness)
@@ -392,7 +392,7 @@ def first_strains(span, given, value):
     Returns
     -------
     ndarray, shape (n,)
-        Any stated tension is taken as the mean one; 0 where nothing is stated or no length was found. [-]
+        With any stated tension taken as the mean tension; 0 where nothing is stated or no length was found. [-]
     """
     strain = np.zeros(len(value))
     finders = dict.fromkeys(FORCES, initial_length.strains_for_tension) | {"sag": initial_length.strains_for_sag}

@@ -31,7 +31,7 @@ from cablestudy.system.tolerances import SYSTEM
 
 
 def pose(suspension):
-    """Equilibrium of a suspension: free points, free degrees of freedom of bodies, and lengths that are not stated.
+    """Find the equilibrium of a suspension: its free degrees of freedom, and the lengths that are not stated.
 
     Parameters
     ----------
@@ -51,6 +51,7 @@ def pose(suspension):
     Notes
     -----
     Stated preloads, sags and tensions are met by Newton's method on the lengths, about equilibria that `search` finds.
+    Cases that do not meet them are searched again by way of softer cables; unstable equilibria are left for others.
     """
     refuse_unheld(suspension)
     unstated = [name for name, kind in zip(suspension.cable_names, suspension.given, strict=True) if kind is None]
@@ -62,7 +63,7 @@ def pose(suspension):
     unmet = np.flatnonzero(record.reason == UNMET)
     if len(unmet):
         record = copy_record(record)
-        # where the second search fails too, what the first one says is nearer to the scene
+        # where this search fails too, the state and record of the first one are kept: they are nearer to the scene
         _assign_converged(state, record, unmet, *search_with_softer_cables(flat.take(unmet)))
     return leave_saddle_points(suspension, flat, state, record)
 
@@ -86,8 +87,9 @@ def leave_saddle_points(suspension, flat, state, record):
 
     Notes
     -----
-    A search that begins on a saddle of the energy stays there: its forces balance. It goes on from a place beside it
-    along the unstable motion.
+    A search that begins on a saddle of the energy stays there, where the forces balance. So another search begins
+    beside the saddle, a step along the unstable motion away; cases that stay unstable try the other steps of
+    `SYSTEM.off_saddle`.
     """
     for size_of_step in SYSTEM.off_saddle:
         result = equilibrium(suspension, flat, state, record)
@@ -104,18 +106,21 @@ def leave_saddle_points(suspension, flat, state, record):
     return equilibrium(suspension, flat, state, record)
 
 
-def perturbed(suspension, state, motion, size):
-    """State after a step along motions of `Stability`: its largest rotation, or share of the extent, is `size`."""
+def perturbed(suspension, state, motion, step_size):
+    """State after a step along motions of `Stability`, to leave a saddle of the energy.
+
+    The largest rotation of the step, or displacement over extent of the suspension, is `step_size`.
+    """
     step = motion.copy()
     step[..., :3] /= extent(state)[:, None, None]
     step[..., 3:] /= tangent.body_sizes(suspension)[..., None]
-    step *= size / np.maximum(largest(step).max(axis=-1), TINY)[:, None, None]
+    step *= step_size / np.maximum(largest(step).max(axis=-1), TINY)[:, None, None]
     step[..., :3] *= extent(state)[:, None, None]
     return displaced(suspension, state, step)
 
 
 def search_all(suspension, state):
-    """Pose, and lengths with which the cables have what they state: `PoseState`, `SearchRecord`."""
+    """Find the pose, and the lengths with which cables have their stated values: `PoseState`, `SearchRecord`."""
     state, record = search(suspension, state)
     if set(suspension.given) - {"unstretched_length"}:
         state, record = satisfy_stated(suspension, state, record)
@@ -125,8 +130,8 @@ def search_all(suspension, state):
 def search_with_softer_cables(suspension):
     """Pose and lengths as of `search_all`, by way of softer cables where something else than a length is stated.
 
-    Given tensions, the pose hardly depends on the stiffness; the path to it does: between stiff cables a small movement
-    makes large tensions.
+    For stated tensions the pose hardly depends on the stiffness, but the search for it does: between stiff cables a
+    small movement makes large tensions.
     """
     length_stated = np.array([kind == "unstretched_length" for kind in suspension.given])
     first_state = start(suspension)
@@ -230,6 +235,8 @@ def satisfy_stated(suspension, state, record):
     -------
     PoseState
     SearchRecord
+        With the reason UNMET where the values are not met, and ROUNDED where the errors fall no further and are below
+        `Bounds.most`; else that of the last search for an equilibrium.
     """
     which = np.flatnonzero([kind != "unstretched_length" for kind in suspension.given])
     final, final_record = copy_record(state), copy_record(record)
@@ -315,10 +322,11 @@ def coupled_step(suspension, state, cables, which, error):
 
     Notes
     -----
-    [K, -G; M, D] [q; dL/L] = [0; -error], with G the net forces and D the stated values by dL/L, and M the stated
-    values by q. K and q are divided by scales of the degrees of freedom, and dL/L by the one that changes a value by
-    itself. A step takes away an error of no more than `error_in_step`, and changes no length by more than
-    `length_change`.
+    [K, -G; M, D] [q; dL/L] = [0; -error], with K the tangent stiffness, q the step, and the derivatives G of the net
+    forces by dL/L, M of the stated values by q and D of the stated values by dL/L; values are relative. Degrees of
+    freedom are scaled, see `tangent.magnitudes`, and dL/L is divided by the dL/L for which D alone gives a relative
+    change of 1. A step takes away an error of no more than `error_in_step`, and changes no length by more
+    than `length_change`.
     """
     rates = stated.rates(cables, suspension.given)
     forces, stiffness, _ = at_ends(suspension, state, cables, rates.stiffness)
@@ -361,11 +369,11 @@ class CoupledEquations:
     which : ndarray of int, shape (s,)
         The cables whose lengths are sought.
     force_by_length, value_by_motion : ndarray, shape (n, s, 2, 6)
-        G, and M, by the movements of what holds the two ends of each of these cables.
+        G and M, for force, moment, displacement and rotation of what holds each of the two ends of these cables.
     value_by_length : ndarray, shape (n, s)
         Diagonal of D.
     right : ndarray, shape (n, s)
-        Right-hand sides of the stated values.
+        Right-hand sides of the equations of the stated values, -error.
     """
 
     blocks: tangent.Blocks
@@ -424,7 +432,7 @@ class CoupledEquations:
 
 
 def refuse_unheld(suspension):
-    """Raise for a body that no cables join to the ground, directly or by others, and that is free to move away.
+    """Raise for a body free to translate that no chain of cables, links and bodies joins to the ground or a held body.
 
     Raises
     ------
@@ -468,8 +476,8 @@ def _with_links(equilibrium, vector, extension):
     """
     suspension, distance = equilibrium.suspension, size(vector)
     unstated, first_link = np.isnan(suspension.link_length), len(suspension.cable_names)
-    none = distance <= SYSTEM.link_places * distance.max(axis=-1, keepdims=True)
-    link_distance = np.where(none, 0.0, distance)[..., first_link:]
+    coincident = distance <= SYSTEM.link_places * distance.max(axis=-1, keepdims=True)
+    link_distance = np.where(coincident, 0.0, distance)[..., first_link:]
     suspension = replace(suspension, link_length=np.where(unstated, link_distance, suspension.link_length))
     links = Links.of(suspension, vector[..., first_link:, :], np.where(unstated, 0.0, extension))
     return replace(equilibrium, suspension=suspension, links=links)

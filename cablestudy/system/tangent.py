@@ -5,9 +5,9 @@ on it and K its end stiffness, a body's stiffness is
 
     sum B^T K B + [0, 0; 0, -sum [F x][r x] - [W x][r_G x]],     B = [I, -[r x]],
 
-over the ends of its cables and links, W being its weight and r_G the arm of its center of mass; a cable or link between
-two bodies couples them by -B_1^T K B_2. It is symmetric where the forces balance without dead moments. A dead load F at
-an arm r beside the reference point adds -[F x][r x] = (r.F) I - r F^T.
+over the ends of cables and links on the body, W being its weight and r_G the arm of its center of mass; a cable or link
+between two bodies couples them by -B_1^T K B_2. The stiffness is symmetric where forces balance without dead moments.
+A dead load F at an arm r beside the reference point adds -[F x][r x] = (r.F) I - r F^T.
 """
 
 from dataclasses import dataclass
@@ -47,7 +47,7 @@ class Blocks:
 
 @lru_cache(maxsize=16)
 def _pairs_of_owners(owners):
-    """`pairs` from the owners of both ends of each cable or link: tuple of (int, int)."""
+    """`pairs` by the owners of the two ends of each cable or link, a tuple of (int, int)."""
     pairs = [
         (cable, row_end, column_end)
         for cable, ends in enumerate(owners)
@@ -59,7 +59,10 @@ def _pairs_of_owners(owners):
 
 
 def pairs(suspension):
-    """Cable (or link), row end and column end of all pairs of its ends that bodies hold, shape (3, p)."""
+    """Cable (or link), row end and column end of each 6x6 block of `Blocks` by cables and links, shape (3, p).
+
+    All ordered pairs, an end with itself too, of the ends of one cable or link that are not at the ground.
+    """
     return _pairs_of_owners(tuple(map(tuple, np.asarray(suspension.owner).tolist())))
 
 
@@ -98,9 +101,10 @@ def on_bodies(values, body, count):
 
 
 def free_values(suspension, values):
-    """Values of the free degrees of freedom, shape (..., d), of those of all, shape (..., b, 6).
+    """Values of the free degrees of freedom, shape (..., d), from the values of all, shape (..., b, 6).
 
-    Not by a boolean index, whose memory order depends on the number of cases, and the last digits of products with it.
+    Not by a boolean index: the memory order of its result, and so the last digits of products with that result, would
+    depend on the number of cases.
     """
     return values.reshape(*values.shape[:-2], -1).take(np.flatnonzero(suspension.free), axis=-1)
 
@@ -148,7 +152,7 @@ def by_body(suspension, cables, values):
         Indices of the cables.
     values : ndarray, shape (n, s, 2, 6)
         Force and moment at each end of each of them in n cases, about the reference point of the body that holds the
-        end; or their derivatives. Those at the ground are left out.
+        end; or derivatives of these, or of a value by displacement and rotation. Ends at the ground are left out.
 
     Returns
     -------
@@ -194,7 +198,7 @@ def net_forces(suspension, rotation, arms, end_forces, tension):
     arms, end_forces : ndarray, shape (..., c + l, 2, 3)
         Arm of each end of the cables and links [m], and force of the cable or link on what holds it [N]; global axes.
     tension : ndarray, shape (..., c)
-        Largest one of each cable, for the scale. [N]
+        Largest tension in each cable, for the scale. [N]
 
     Returns
     -------
@@ -312,7 +316,8 @@ def sparse(blocks, suspension, free=None):
 def body_sizes(suspension):
     """Length that makes a rotation of each body comparable with a displacement, shape (n, b). [m]
 
-    The root mean square distance of the ends of cables and links on it from the reference point; 1 m without any.
+    The root mean square distance of the ends of cables and links on the body from its reference point, or the distance
+    of its center of mass if that is larger; 1 m where both are zero.
     """
     count = len(suspension.body_names)
     cable, end, body = held_ends(suspension)

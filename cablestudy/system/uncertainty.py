@@ -7,8 +7,8 @@ their length follows), g the net forces that the search left, and b changes of t
 K^-1 (g + b). The sum of all b is sampled: each has its size and a random sign, and the root mean square of some samples
 is taken.
 
-Where bodies stay where the description puts them, since what it states balances there, lengths are cut for these places
-and the places are known with them, also where the tensions would balance in other places too.
+Bodies may be in equilibrium exactly where the description puts them. The cables then are taken as cut to length for
+these places: their uncertainty is that at known lengths, even where the stated tensions balance elsewhere too.
 """
 
 from dataclasses import dataclass
@@ -58,11 +58,11 @@ class Uncertainty:
 
     @cached_property
     def determined(self):
-        """True where the places are answers, shape (...)."""
+        """True where no displacement or rotation of `relative` is larger than `SYSTEM.undetermined`, shape (...)."""
         return largest(self.relative).max(axis=-1, initial=0.0) <= SYSTEM.undetermined
 
     def reason(self, case=()):
-        """Why the place of one case is no answer; an empty string where it is one."""
+        """Reason why the places in one case are not determined, for a message; an empty string where they are."""
         if self.determined[case]:
             return ""
         body, motion = divmod(int(self.relative[case].argmax()), 6)
@@ -80,7 +80,7 @@ def uncertainty_of(equilibrium):
     converged = np.asarray(equilibrium.record.converged)[..., None]
 
     def bounded(values, converged):
-        """The values where there is an equilibrium, no larger than `unknown`; elsewhere that."""
+        """Values where there is an equilibrium, no larger than `SYSTEM.unknown`; `SYSTEM.unknown` elsewhere."""
         finite = np.minimum(np.nan_to_num(values, nan=SYSTEM.unknown), SYSTEM.unknown)
         return np.where(converged, finite, SYSTEM.unknown)
 
@@ -199,12 +199,12 @@ def _with_links(equilibrium, stiffness, end_forces, changes, generator):
 
 
 def _rms(samples):
-    """Root mean square of all samples on the last axis but the last, and a multiple of this: that of the residuals."""
+    """Root mean square of the samples by rounding, plus a multiple of the size of the last sample, by the residuals."""
     return np.sqrt((samples[..., :-1] ** 2).mean(axis=-1)) + SYSTEM.curved * np.abs(samples[..., -1])
 
 
 def _stayed(equilibrium):
-    """True where all bodies are where the search began, shape (...)."""
+    """True for cases in which all bodies are where the search began, within `SYSTEM.stayed`; shape (...)."""
     suspension, longest = equilibrium.suspension, equilibrium.longest
     distance = largest(equilibrium.position - suspension.position).max(axis=-1, initial=0.0) / longest
     turn = np.abs(equilibrium.rotation - suspension.rotation).max(axis=(-1, -2, -3), initial=0.0)
@@ -212,14 +212,15 @@ def _stayed(equilibrium):
 
 
 def _residuals(equilibrium, given, length_known):
-    """Residuals of the search, and their rounding.
+    """Residuals of the search in net forces and stated values, and the rounding of both.
 
     Returns
     -------
     net, net_rounding : ndarray, shape (..., b, 6)
         Forces and moments that are left. [N], [N m]
     error, value_rounding : ndarray, shape (..., c)
-        Relative error of stated values, zero where the length is known. [-]
+        Relative error of stated values, zero where the length is known; and rounding of the stated value, or of the
+        length where it is known. [-]
     """
     suspension, cables, arms, ends = equilibrium.suspension, equilibrium.catenary, equilibrium.arms, equilibrium.ends
     strain, tension = np.asarray(cables.span.chord_strain), cables.max_tension

@@ -1,10 +1,10 @@
 """Turbulence on the bodies and cables of a suspension: forces on its coordinates and their covariance over frequency.
 
 Three components of the turbulence, along the mean wind, across it and vertical, are uncorrelated. The cross-spectrum of
-one of them at two places is sqrt(S_i S_j) exp(-C f d/U) at their distance d (Davenport, Quarterly Journal of the Royal
-Meteorological Society 87, 1961). So the spectral matrix of the forces depends on frequency by the spectrum of the
-speed, by the admittance of each body, and by kappa = C f/U: it is computed for some kappa and interpolated. Another
-`Coherence` is another function kappa of the frequency.
+one component at two places i and j is sqrt(S_i S_j) exp(-C f d/U), d being the distance of the places (Davenport,
+Quarterly Journal of the Royal Meteorological Society 87, 1961). So the spectral matrix of the forces depends on
+frequency by the spectrum of the speed, by the admittance of each body, and by kappa = C f/U: the covariance is computed
+for some kappa and interpolated between them. A `Coherence` states kappa as a function of frequency, this or another.
 """
 
 from dataclasses import dataclass
@@ -127,11 +127,11 @@ class Gusts:
 
     @property
     def force_on_cables(self):
-        """Upper bound of the RMS force of the gusts on all cables together. [N]"""
+        """Upper bound of the root mean square force of the gusts on all cables together. [N]"""
         return max(self.wind.turbulence) * sum(strip.largest_force for strip in self.strips)
 
     def edges(self, low, high):
-        """Boundaries between frequencies at which `noise` is smooth, from low to high, ascending. [Hz]"""
+        """Edges from low to high, ascending, of panels of frequency on each of which `noise` is smooth. [Hz]"""
         count = ceil(WIND.panels_per_decade * np.log10(high / low) - WIND.panel_boundary)
         inner = low * 10 ** (np.arange(1, count) / WIND.panels_per_decade)
         return np.concatenate([[low], inner, [high]])
@@ -144,7 +144,7 @@ class Gusts:
         return speed, [np.ones_like(frequency), *roots] if self._cable_inputs else roots
 
     def _interpolated_covariance(self, kappa):
-        """Covariance of the inputs for kappa [1/m], shape (f,), interpolated in `_table`: shape (f, i, i)."""
+        """Covariance of the inputs, shape (f, i, i), for kappa [1/m], shape (f,), interpolated in `_table`."""
         for_cables, for_bodies = self._table_weights(kappa)
         table, bodies = self._table[1], slice(self._cable_inputs, None)
         covariance = np.tensordot(for_cables, table, axes=(0, 0))
@@ -152,7 +152,7 @@ class Gusts:
         return covariance
 
     def _table_weights(self, kappa):
-        """Weights of the k covariances of `_table` whose sum is that for other kappa: with cables, and between bodies.
+        """Weights of the k covariances of `_table` in an interpolated one: of entries with cables, and between bodies.
 
         Parameters
         ----------
@@ -183,7 +183,7 @@ class Gusts:
     def _table(self):
         """Ascending kappa, shape (k,), and the covariances for them, shape (k, i, i).
 
-        None and one covariance where it does not depend on the frequency.
+        Where the covariance does not depend on kappa: None in place of kappa, and one covariance.
         """
         least, extent = self.coherence.least_kappa, self._extent
         if self.coherence.constant or not extent:
@@ -210,7 +210,7 @@ class Gusts:
         """Covariance of the inputs, see `input_matrix`, for kappa [1/m], shape (f,): shape (f, i, i)."""
         points, work, coordinates, own_covariances = self._loads(kappa)
         half = np.zeros((len(kappa), self.input_matrix.shape[1], self.input_matrix.shape[1]))
-        for load, own_covariance in enumerate(own_covariances):  # with those before it, and half of its own
+        for load, own_covariance in enumerate(own_covariances):  # its covariance with earlier loads, half of its own
             earlier = zip(points[:load], work[:load], strict=True)
             blocks = [_cross_covariance(kappa, points[load], work[load], *other) for other in earlier]
             row = np.concatenate([*blocks, own_covariance / 2], axis=-1)
@@ -229,12 +229,13 @@ class Gusts:
         -------
         points : list of ndarray, shape (q, 3)
             Points at which each load acts. [m]
-        work : list of ndarray, shape (c, q, k)
-            Its work on k coordinates of its own by c components of the turbulence at each point; of bodies the speeds.
+        work : list of ndarray, shape (t, q, k)
+            Work of each load on k coordinates of its own by each of the t components of the turbulence that are not
+            zero, at each point; for the bodies the speeds themselves.
         coordinates : list of ndarray, shape (k, i)
-            These coordinates in terms of the inputs, see `input_matrix`.
+            Coordinates of each load in terms of the inputs, see `input_matrix`.
         own_covariances : list of ndarray, shape (f, k, k)
-            Covariances of the work on these coordinates.
+            Covariances of the work of each load on its coordinates.
         """
         rms, count, bodies = np.array(self.wind.turbulence), self._cable_inputs, np.arange(len(self.areas))
         nonzero, inputs = np.flatnonzero(rms), np.eye(count + 3 * len(bodies))
@@ -260,8 +261,8 @@ def _cross_covariance(kappa, points, work, other_points, other_work):
         [1/m]
     points, other_points : ndarray, shapes (q, 3) and (p, 3)
         [m]
-    work, other_work : ndarray, shapes (c, q, k) and (c, p, l)
-        Work on k and l coordinates by each component of the turbulence at each point.
+    work, other_work : ndarray, shapes (t, q, k) and (t, p, l)
+        Work on k and l coordinates by each of t components of the turbulence at each point.
 
     Returns
     -------
@@ -316,14 +317,14 @@ def damping_of_bodies(drag, layout, shapes):
 
 
 def _wind_on_bodies(drag, layout, shapes):
-    """Linear drag of the b bodies and junctions on which the wind acts.
+    """Linear drag of the b bodies and junctions on which the wind acts, arguments as of `gusts`.
 
     Returns
     -------
     bodies : ndarray of int, shape (b,)
-        Their indices.
+        Indices of these bodies and junctions.
     centers : ndarray, shape (b, 3)
-        Their centres of pressure. [m]
+        Centres of pressure. [m]
     drag_matrix : ndarray, shape (b, 3, 3)
         Change of the drag per change of the speed, see `gusts`, global axes. [N s/m]
     displacements : ndarray, shape (b, 3, m)

@@ -6,9 +6,10 @@ centre of pressure is
     f_k = rho/2 C_d A_k |u| u_k,
 
 in body axes. Of the wind on a cable only the part u_n across its chord counts, and the force per stretched length is
-rho/2 C_d d |u_n| u_n, taken as uniform along the cable. Both depend on how bodies and cables stand in the wind, so the
-equilibrium is sought for fixed forces that are computed again where it is found, until they agree. The linear model
-about it takes them as dead loads: that they change with the attitude of bodies and cables is no part of its stiffness.
+rho/2 C_d d |u_n| u_n, taken as uniform along the cable. Both forces depend on the attitude of bodies and cables, so
+an equilibrium is sought under fixed forces, the forces are computed again in that equilibrium, and so on until both
+agree. The linear model about the equilibrium takes the forces as dead loads: their change with the attitude of bodies
+and cables is no part of its stiffness.
 """
 
 from dataclasses import dataclass, replace
@@ -41,9 +42,9 @@ class Drag:
     centers : ndarray, shape (..., b, 3)
         Centres of pressure from the reference points, body axes. [m]
     stretched : bool
-        Whether the length of a cable that the wind meets is the stretched one, or the unstretched one.
+        True if the wind acts on the stretched length of a cable, False if on the unstretched length.
     profile : Profile or None
-        How its pressure changes with the height; None where it does not.
+        Change of the pressure of the wind with height; None where there is none.
     """
 
     velocity: np.ndarray
@@ -88,7 +89,7 @@ def cable_loads(drag, catenary, end_1=None):
     catenary : Catenary
         Of shape (..., c).
     end_1 : ndarray, shape (..., c, 3), optional
-        Positions of their ends 1, where the wind has a profile. [m]
+        Positions of ends 1 of the cables; needed where the wind has a profile only. [m]
     """
     chord = catenary.span.frame[..., 0, :]
     wind = np.broadcast_to(drag.velocity[..., None, :], chord.shape)
@@ -101,7 +102,7 @@ def cable_loads(drag, catenary, end_1=None):
 
 
 def _where_case(mask, values, others):
-    """Values of the cases in a mask, shape (...), and those of others elsewhere; both have the shape (..., any)."""
+    """`values` of the cases in a mask, shape (...), and `others` of all other cases; both have the shape (..., any)."""
     return np.where(mask.reshape(mask.shape + (1,) * (np.ndim(others) - mask.ndim)), values, others)
 
 
@@ -125,9 +126,10 @@ def equilibrium_in_wind(without_wind, drag):
 
     Notes
     -----
-    A case has ended where the ends of cables move no more but by rounding (`agreed`), or where they come no closer and
-    move by less than the uncertainty that rounding leaves of them (`rounded`, see `uncertainty.uncertainty_of`). Where
-    the wind has a profile the loads of the cables have to be settled too.
+    A case has ended where the ends of cables move from one equilibrium to the next by no more than rounding (`agreed`);
+    or where these movements fall no longer and are no larger than the uncertainty of the ends by rounding (`rounded`,
+    see `uncertainty.uncertainty_of`); or where no equilibrium was found. Where the wind has a profile, `agreed` and
+    `rounded` also require that the loads on the cables are settled.
     """
     lengths = np.asarray(without_wind.lengths)
     suspension = replace(
