@@ -80,7 +80,7 @@ def plain(value: Any, path: tuple[str, ...] = ()) -> Any:
     ----------
     value : object
     path : tuple of str
-        Keys that lead to the value in the argument of which it is a part, for messages.
+        Keys from the whole argument down to this value, for messages.
 
     Returns
     -------

@@ -147,8 +147,9 @@ def _of_case(scene):
 def _add_load_cases(page, scene):
     """Compute the statics of a scene in all of its load cases, and append them to a page.
 
-    A scene of one cable has one table. A scene of several cables has a table of the extreme tensions of all cables, and
-    tables of sag and clearance of each cable. The key figures at the head of the page are those of the governing case.
+    A scene of one cable has one table. A scene of several cables has a table of the extreme tensions of all cables with
+    the largest utilisation, and tables of sag and clearance of each cable. The key figures at the head of the page are
+    those of the governing case.
     """
     answer = scene.compute_cases("static", estimate=True)
     page.warn(answer.warnings)

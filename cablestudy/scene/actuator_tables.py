@@ -92,7 +92,7 @@ Actuator = Annotated[
 
 
 def actuator_relations(scene):
-    """Check that each body has more mass and inertia than the actuators on it, which are a part of it.
+    """Yield conditions that each body has more mass and inertia than the actuators on it, which are a part of it.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def actuator_relations(scene):
 
     Yields
     ------
-    tuple of (tuple, bool, callable)
+    tuple of (tuple, bool or ndarray of bool, callable)
         Path of the actuator or body, True if the relation holds there, and a function that returns the message where it
         does not: as in a list of `KeyTable.relations`.
     """

@@ -92,7 +92,8 @@ def tension_notes(scene, values):
     """Note on the largest horizontal tension over weight per length, H/w, of the cables of a scene.
 
     Power lines with a larger H/w than published safe values are likely to suffer from aeolian vibration. There is no
-    note in a load case with ice or wind, since the safe values are for everyday tensions.
+    note in a load case with ice or wind, since the safe values are for everyday tensions; nor without gravity, nor
+    where no cable has a horizontal tension.
 
     Parameters
     ----------

@@ -115,7 +115,7 @@ class Rod:
         return 2 * covariance
 
     def _covariance_terms(self, load, ratio):
-        """Terms of which half of the covariance of loads, shape (i, r), is the sum, for m ratios, shape (m, 1).
+        """Parts of half of the covariance of i loads, shape (i, r), for m ratios, shape (m, 1).
 
         With rho = ratio, that is length/l, the rod has the matrix K = diag(square/rho + rho) + v0 v0^T + v1 v1^T, v0
         and v1 being the functions at its ends, and I = 2 load K^-1 load^T. K is inverted by Woodbury's formula, with
@@ -124,7 +124,7 @@ class Rod:
         Returns
         -------
         inverse : ndarray, shape (m, r - 1)
-            Of the diagonal matrix, without the constant function.
+            Diagonal of the inverse of diag(square/rho + rho), without the constant function.
         others : ndarray, shape (i, r - 1)
             The loads without the constant function.
         sums : ndarray, shape (m, i, 3)

@@ -193,7 +193,7 @@ def mark_sag(axes, room, middle, sag):
 
 
 def mark_loads(axes, room, loads, paper):
-    """Draw the point loads: an arrow along each force, or a ring with a dot or cross for a force across the paper.
+    """Draw the point loads: an arrow along each force, a ring with a dot or cross for one nearly normal to the paper.
 
     A dot is the point of an arrow towards the viewer, a cross the tail of an arrow away from the viewer.
 

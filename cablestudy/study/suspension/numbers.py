@@ -212,7 +212,9 @@ def numbers_of(scenes):
 
 
 def distribution_of(scenes):
-    """Keyword arguments that `system.lengths.solve` needs beside the numbers.
+    """Settings of the search for lengths: how tensions are to be distributed among the cables, and what moves.
+
+    They are keyword arguments of `system.lengths.solve`, beside the `SuspendedSystem`.
 
     Parameters
     ----------

@@ -137,7 +137,8 @@ class Plant:
     model : FixedModel, optional
         Exact choice of elements; by default the accuracy decides.
     driven : int
-        How many of the modes, the last ones, are in the model because the loop would drive them first.
+        How many of the modes, the last ones, were added to the lowest ones because a mode near their frequencies would
+        grow first if the gain were raised (`DrivenCables.with_critical_modes`).
     loops : dict, optional
         Control -> results shared by all gains and by models with other numbers of modes, to be filled (`ClosedLoop`).
     responses : bool
