@@ -20,6 +20,7 @@ from test_wind_cable import dense as dense_gondola
 from test_wind_cable import spectrum_of
 
 from cablestudy.cable import catenary, equilibrium
+from cablestudy.cable.damping import Damping
 from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.element import mesh_pieces, mesh_segments, pieces
 from cablestudy.cable.tolerances import CABLE
@@ -33,7 +34,6 @@ from cablestudy.study.scene_values import SceneValues
 from cablestudy.study.ssm_of_cable import nodal_shapes
 from cablestudy.system.cables import Cables, FixedModel, Models, fixed_meshes
 from cablestudy.system.ends import Ends
-from cablestudy.system.superelement import Damping
 
 
 def carrying(span, *masses):

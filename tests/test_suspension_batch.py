@@ -10,6 +10,7 @@ from command import CONFIGS, edit_rows, run
 from straight_scenes import everything, with_changes
 from test_suspension_extremes import platform
 
+from cablestudy.cable.damping import Damping
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.study import read_study
 from cablestudy.scene.suspension import SuspensionScene
@@ -23,7 +24,6 @@ from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled_modes import coupled_modes_of_cases
-from cablestudy.system.superelement import Damping
 from cablestudy.wind.tolerances import WIND
 
 HELD_AT_ITS_CENTER = {"attachments": {f"e{k}": [0, 0, 0] for k in range(8)}, "center_of_mass": [0, 0, 0]}

@@ -13,6 +13,7 @@ from scenes import INCLINED, PAPER, Twin, cells
 from suspension_scenes import G, chords, hung, platform, suspension, with_lengths
 from suspensions import sagging
 
+from cablestudy.cable.damping import Damping
 from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import NoSolutionError
@@ -21,7 +22,6 @@ from cablestudy.system.cables import Cables, FixedModel, Models
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases
 from cablestudy.system.coupled_solution import Trial
-from cablestudy.system.superelement import Damping
 from cablestudy.system.tolerances import SYSTEM
 
 

@@ -14,6 +14,7 @@ from scipy.io import loadmat
 from suspension_scenes import hung, platform, suspension
 from test_suspension_ssm import MARKERS, WINCHES, by_bars, model
 
+from cablestudy.cable.damping import Damping
 from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import outward, second_order
 from cablestudy.errors import NoSolutionError
@@ -25,7 +26,6 @@ from cablestudy.study.suspension.ssm import with_node_forces
 from cablestudy.system.cables import Cables, FixedModel, Models, fixed_meshes
 from cablestudy.system.coupled import Layout
 from cablestudy.system.linear import LinearSystem
-from cablestudy.system.superelement import Damping
 
 BALLOON = str(CONFIGS / "suspensions" / "carlina-balloon.yaml")
 NET = str(CONFIGS / "suspensions" / "carlina-net.yaml")

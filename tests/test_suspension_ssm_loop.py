@@ -14,6 +14,7 @@ from suspension_scenes import platform
 from test_suspension_ssm import MARKERS, WINCHES, by_bars, model
 from test_suspension_ssm_command import read, response
 
+from cablestudy.cable.damping import Damping
 from cablestudy.control.loop import Loop, allocate
 from cablestudy.control.motion import Actuator, motion
 from cablestudy.control.notch import Notch
@@ -22,7 +23,6 @@ from cablestudy.control.suspension import labels, outward, second_order
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.ssm import StateSpaceOptions
 from cablestudy.study.suspension import ssm
-from cablestudy.system.superelement import Damping
 
 VISCOUS = 0.02  # [kg/(m s)] of cables of 0.3 kg/m
 GAIN = 0.8  # [rad/s]

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from cablestudy.cable.damping import grows_with_modes
 from cablestudy.cable.initial_length import BELOW_LEAST
 from cablestudy.scene.cable_table import LIKELY_RATIO
 from cablestudy.scene.likely_mistakes import bare_number
@@ -283,8 +284,6 @@ def assumed_damping(scene):
 
 def growing_damping(scene):
     """Notes, at most one: the modal damping of fixed elements grows with their number. Returns a tuple of str."""
-    from cablestudy.system.superelement import grows_with_modes
-
     elements = scene.model.elements
     if elements is None or not grows_with_modes(scene.cable.damping):
         return ()

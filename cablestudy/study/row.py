@@ -4,6 +4,7 @@ import time
 from dataclasses import dataclass
 from math import isnan
 
+from cablestudy.cable.damping import grows_with_modes
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import missing
 from cablestudy.study import models, notes
@@ -304,8 +305,6 @@ def _prepare_systems(answers, required):
 
 def _modal_gondola(scene):
     """True if the damping of a gondola grows with the number of modes."""
-    from cablestudy.system.superelement import grows_with_modes
-
     return scene.gondola is not None and grows_with_modes(scene.cable.damping)
 
 

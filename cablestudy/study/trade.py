@@ -15,6 +15,7 @@ from importlib.metadata import version
 import numpy as np
 
 from cablestudy.activity import doing
+from cablestudy.cable.damping import any_grows_with_modes
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.study.all_columns import find, why_not
@@ -26,7 +27,6 @@ from cablestudy.study.status import MODAL
 from cablestudy.study.table import Field, Table, short
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.trade_models import one_line
-from cablestudy.system.superelement import any_grows_with_modes
 
 TARGETS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)  # errors below which the fastest model is named
 CONTINUOUS = "continuous cable"

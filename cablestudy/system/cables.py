@@ -14,6 +14,7 @@ import numpy as np
 from cablestudy.cable import equilibrium
 from cablestudy.cable.assembly import SPATIAL
 from cablestudy.cable.catenary import GAUSS_POINTS, travel_shares
+from cablestudy.cable.damping import Damping, grows_with_modes
 from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.element import basis, counts_of_pieces, mesh_pieces, mesh_segments, pieces
 from cablestudy.cable.plane_modes import nodal_tangent
@@ -22,7 +23,7 @@ from cablestudy.cable.tolerances import CABLE
 from cablestudy.system.cable_coordinates import Coordinates, MeshGroup
 from cablestudy.system.coupling_damping import Strain
 from cablestudy.system.ends import Ends, EndsOfLarge
-from cablestudy.system.superelement import Damping, Superelement, grows_with_modes
+from cablestudy.system.superelement import Superelement
 from cablestudy.system.tolerances import SYSTEM
 
 STRAIGHT = np.kron([[2.0, 1.0], [1.0, 2.0]], np.eye(3)) / 6  # inertia of a straight cable of unit mass at its ends

@@ -5,6 +5,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from cablestudy.cable.damping import any_grows_with_modes
 from cablestudy.cable.linear_range import linear_range
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of
 from cablestudy.study.refinement import reference_scene
@@ -24,7 +25,6 @@ from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.failure import explain
 from cablestudy.system.rigid import cross_matrix
-from cablestudy.system.superelement import any_grows_with_modes
 from cablestudy.system.suspension import AXES, GROUND
 
 IN_MOTION = {"winches", "actuators", "control", "exposure", "correction"}  # keys that change nothing at rest

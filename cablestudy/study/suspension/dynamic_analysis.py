@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.activity import doing
+from cablestudy.cable.damping import any_grows_with_modes
 from cablestudy.cable.steady_drag import concatenate
 from cablestudy.control.law import law_from
 from cablestudy.errors import outcome_of, result_of
@@ -18,7 +19,6 @@ from cablestudy.study.suspension.plant import Plant
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases
-from cablestudy.system.superelement import any_grows_with_modes
 from cablestudy.wind.peak import peak_factor
 
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from cablestudy.cable.damping import grows_with_modes
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.columns import find
 from cablestudy.study.notes import averaged_wind, long_cables, of_comparison
 from cablestudy.study.ssm import DAMPING_NOTES
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.superelement import grows_with_modes
 
 
 def notes_of(case):
