@@ -21,7 +21,7 @@ from cablestudy.interface.scene import Scene, with_likely_mistakes
 from cablestudy.interface.study import sweep
 from cablestudy.interface.suspension import Suspension
 from cablestudy.scene.document import Document, apply_sets, read_document
-from cablestudy.scene.scene import CableScene, is_suspension, load_scene
+from cablestudy.scene.scene import CableScene, load_scene
 
 if TYPE_CHECKING:
     import pandas
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from cablestudy.interface.answer import Answer
     from cablestudy.scene.suspension import SuspensionScene
 
+INTERFACES = {CableScene: Scene}  # of any other model `Suspension`, so that one cable imports no tables of those
 __all__ = ["Scene", "Suspension", "find", "load", "sweep", "trade"]
 
 
@@ -76,8 +77,7 @@ def scene_of(name: str, changes: tuple[str, ...], document: Document, model: Cab
         from cablestudy.study.limits import limits_of
 
         limits_of(model, document)
-    kind = Suspension if is_suspension(document) else Scene
-    return kind(name, changes, document, model)
+    return INTERFACES.get(type(model), Suspension)(name, changes, document, model)
 
 
 @checked

@@ -7,11 +7,12 @@ about the equilibrium without wind.
 from functools import cache
 
 from cablestudy.scene.control_tables import Control, Controller, Drive
+from cablestudy.scene.scene import CABLE
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.scene.suspension_tables import Body, CableWinch
 from cablestudy.scene.wind_tables import BodyWind, SuspensionWind, WindTable
 
-CABLE, GONDOLA = "cable", "gondola"  # names of the cable and of the body
+GONDOLA = "gondola"  # name of the body
 NAMES = {f"winch.{CABLE}": "winch", "reference.x": "reference", f"{GONDOLA}.x": GONDOLA}  # in the loop -> of the user
 WIND_KEYS = ("gondola.area", "gondola.drag_coefficient", "wind")  # without which no wind acts on the gondola
 

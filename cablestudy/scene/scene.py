@@ -21,6 +21,7 @@ from cablestudy.scene.units import show
 from cablestudy.scene.wind_tables import Coefficient, Wind
 
 STUDY_KEYS = ("vary", "columns")
+CABLE = "cable"  # name of the only cable
 # keys of load cases of suspensions -> why a scene of one cable has none
 OF_SUSPENSIONS = {
     "lost": "without it nothing is left",
@@ -70,7 +71,7 @@ class CableScene(KeyTable):
     @property
     def cables(self):
         """The cable by its name, as those of a suspension: dict."""
-        return {"cable": self.cable}
+        return {CABLE: self.cable}
 
     @property
     def load_case(self):
